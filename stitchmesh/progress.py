@@ -64,9 +64,9 @@ def relaxing_progress(
     """Return a function that converts the assessments of a solver into the completed part of a stage.
 
     The returned function is called with the iteration, the residual and, optionally, the energies by term. Residuals
-    decrease approximately geometrically, so that the completed part is computed from the logarithm of the residual, or
-    from the number of iterations if that gives a larger part. With work after the stage, the completed part is the time
-    so far over the estimated time until the end of that work.
+    decrease approximately geometrically, so that the completed part is computed from the logarithm of the smallest
+    residual so far, or from the number of iterations if that gives a larger part. With work after the stage, the
+    completed part is the time so far over the estimated time until the end of that work.
 
     Args:
         stage: name of the stage.
@@ -76,16 +76,19 @@ def relaxing_progress(
         seconds_after: estimated time of the work that follows the stage [s], for example of a picture.
     """
     start: list[tuple[int, float]] = []
+    smallest = math.inf
     began = time.monotonic()
 
     def report_assessment(iteration: int, residual: float, energies: Mapping[str, float] | None = None) -> None:
         """Report one assessment."""
+        nonlocal smallest
         if not start and residual > tolerance and math.isfinite(residual):
             start.append((iteration, residual))
         done = 0.0
         if start and residual > 0.0:
             first, highest = start[0]
-            decrease = math.log(highest / residual) / math.log(highest / tolerance)
+            smallest = min(smallest, residual)
+            decrease = math.log(highest / smallest) / math.log(highest / tolerance)
             done = max(decrease, (iteration - first) / max(max_iterations - first, 1.0))
         done = part_with_work_after(min(max(done, 0.0), 1.0), time.monotonic() - began, seconds_after)
         progress(stage, done, _note(iteration, residual, energies or {}))

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Control of a running relaxation from other threads: watch it, pause it, make single steps, stop it.
 
-A relaxation runs in one thread. It calls ``RunControl.after_step`` after every step, which is an iteration of a mesh
-relaxation and an assessment of a relaxation of yarns. All other methods may be called from any thread, before or during
-the relaxation. A relaxation that is paused and continued ends with the same bits as one that was never paused.
+A relaxation runs in one thread. It calls ``RunControl.after_step`` after every step: an iteration of a mesh relaxation;
+the iterations up to the next assessment, or a Newton step, of a relaxation of yarns. All other methods may be called
+from any thread, before or during the relaxation. A relaxation that is paused and continued ends with the same bits as
+one that was never paused.
 """
 
 from __future__ import annotations

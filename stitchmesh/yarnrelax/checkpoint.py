@@ -2,17 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checkpoints: everything that a stopped relaxation needs to end with the same bits as one that was never stopped.
 
-A checkpoint is written between two iterations, right after an assessment. From there on everything depends on
+A checkpoint is written between two iterations or two Newton steps, right after an assessment. From there on everything
+depends on
 
     the control points, their positions at the last search for contacts and in the last accepted state, and what the
-    solver and the terms carry; the margin and the age of the candidate lists, the scale of steps, and the last
-    assessment.
+    solver, Newton's method and the terms carry; the margin and the age of the candidate lists, the scale of steps,
+    whether Newton's method ends the relaxation, the estimate of the change that is left, and the last assessment.
 
 Candidate lists and budgets follow from the listed points and the margin, so they are made again and not stored.
 Everything else follows from the inputs of the relaxation, so a checkpoint contains a fingerprint of the inputs: yarns,
-material, quality, kind of device, terms and constraints have to be the same. Only tolerance and max_iterations may
-differ. They decide where a relaxation ends and not how it proceeds, so a relaxation that stopped at its limit can
-continue.
+material, quality, kind of device, terms and constraints have to be the same. Only tolerance, largest_change and
+max_iterations may differ. They decide where a relaxation ends and not how it proceeds, so a relaxation that stopped at
+its limit can continue.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.fingerprint import fingerprint
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
+from stitchmesh.yarnrelax.solvers.newton import RemainingChange
 
 NAME = "checkpoint.smc"
 """Name of the newest checkpoint in its folder."""
@@ -54,7 +56,7 @@ class Checkpoints:
     folder: FilePath
     """Folder of ``checkpoint.smc`` and of the previous one, ``checkpoint.previous.smc``; created if it is missing."""
     every: int
-    """Iterations between two checkpoints, rounded up to whole assessment intervals."""
+    """Least number of iterations between two checkpoints; a checkpoint is written after the next assessment."""
 
     def __post_init__(self) -> None:
         if self.every < 1:
@@ -88,6 +90,12 @@ class CheckpointState:
     """Relative decrease of the energy over the last assessment interval."""
     arrays: Mapping[str, Any]
     """``YarnSimulation.arrays`` by name: copies on the device, or as read from a file."""
+    ending: bool = False
+    """Whether Newton's method ends the relaxation."""
+    stalled: bool = False
+    """Whether no Newton step lowers the energy any more."""
+    remaining: RemainingChange | None = None
+    """Estimate of the change that is left; None where it is unknown."""
 
 
 def input_fingerprint(
@@ -107,7 +115,7 @@ def input_fingerprint(
     """
     found = {"stitchmesh": __version__, "device": "cuda" if device.is_cuda else "cpu"}
     found |= fingerprint("yarns", yarns, without=("palette", "drawn_radius")) | fingerprint("material", material)
-    found |= fingerprint("quality", quality, without=("tolerance", "max_iterations"))
+    found |= fingerprint("quality", quality, without=("tolerance", "largest_change", "max_iterations"))
     found |= {"cell": "kept"} if cell is None else fingerprint("cell", cell)
     for kind, choices in (("term", terms), ("constraint", constraints)):
         for number, choice in enumerate(choices):
@@ -132,6 +140,9 @@ def write_state(path: FilePath, inputs: Mapping[str, str], state: CheckpointStat
         "lists_age": state.lists_age,
         "step_scale": state.step_scale,
         "energy_fall": state.energy_fall if np.isfinite(state.energy_fall) else None,
+        "ending": state.ending,
+        "stalled": state.stalled,
+        "remaining": None if state.remaining is None else asdict(state.remaining),
     }
     write_checkpoint(path, CheckpointFile(header, {name: array.numpy() for name, array in state.arrays.items()}))
 
@@ -146,9 +157,10 @@ def read_state(path: FilePath, inputs: Mapping[str, str]) -> CheckpointState:
     content = read_checkpoint(path)
     header: dict[str, Any] = dict(content.header)
     _refuse_other(fspath(path), header.pop("inputs", {}), inputs)
-    energy_fall = np.inf if header["energy_fall"] is None else header["energy_fall"]
-    last = Assessment(**header["last"])
-    return CheckpointState(**header | {"last": last, "energy_fall": energy_fall, "arrays": content.arrays})
+    read: dict[str, Any] = {"last": Assessment(**header["last"]), "arrays": content.arrays}
+    read["energy_fall"] = np.inf if header["energy_fall"] is None else header["energy_fall"]
+    read["remaining"] = None if header["remaining"] is None else RemainingChange(**header["remaining"])
+    return CheckpointState(**header | read)
 
 
 def _refuse_other(name: str, written: Mapping[str, str], inputs: Mapping[str, str]) -> None:

@@ -7,11 +7,16 @@ The residual compares the remaining force with the forces that balance one anoth
     residual = rms over control points of |F| / rms over control points of sum over terms of |F_term|
 
 where F is the net force less the reactions of constraints, and the terms are stretch, length, bending, contact and the
-requested terms. The residual is 0 at balance and at most 1, has no unit and does not depend on the start. A relaxation
-has converged when the residual is below ``Quality.tolerance``. Where a cell relaxes, ``STRAINS_COUNT`` times the
-residual of the forces on its strains (``cell_strain``) must be below the tolerance too: the magnitude of their sum over
-the sum of the magnitudes for the terms. Fabrics are softer than yarns: at a tolerance of 0.005 the spacing of garter
-was wrong by 8 % without that factor.
+requested terms. The residual is 0 at balance and at most 1, has no unit and does not depend on the start. Where a cell
+relaxes, the residual is at least ``STRAINS_COUNT`` times that of the forces on its strains (``cell_strain``): the
+magnitude of their sum over the sum of the magnitudes for the terms.
+
+Yarns are at rest if the residual is below ``Quality.tolerance`` and a second condition holds. Fabrics are softer than
+yarns, so that a small force can leave a large change of the spacing. Where Newton's method ends the relaxation, the
+change of the spacing that is left, as estimated from its steps (``newton``), must be below ``Quality.largest_change``.
+Where it does not, because a term such as friction gives no Hessian or because yarns move by ``Dynamics``, nothing is
+known of that change; there the energy must fall by less than ``LARGEST_ENERGY_FALL`` times the tolerance, relative to
+itself, between two assessments. Yarns with a residual of 0 are at rest in any case.
 
 Coordinates are rounded, and a yarn is stiff: the forces of yarns at rest are not zero, and no solver can make them
 zero. The effect of rounding is measured: all coordinates are changed by their last digit, up or down at random, and
@@ -51,6 +56,8 @@ STRAINS_COUNT = 5.0
 """Weight of the residual of a cell's strains."""
 ABOVE_NOISE = 4.0
 """Ratio to the noise above which forces are significant; the noise of one place varies by about that factor."""
+MORE_ITERATIONS = "raise max_iterations"
+"""Advice for yarns that further iterations would bring nearer to rest."""
 
 
 @kernel
@@ -149,7 +156,7 @@ class Assessment:
         """Advice for yarns that are not at rest: a higher precision if the force is noise, else more iterations."""
         if self.residual <= ABOVE_NOISE * self.rounding:
             return f"rounding of coordinates alone leaves {self.rounding:.2g}: take quality reference (float64)"
-        return "raise max_iterations"
+        return MORE_ITERATIONS
 
     @property
     def finite(self) -> bool:
@@ -162,7 +169,7 @@ LARGEST_ENERGY_FALL = 0.1
 
 
 def has_converged(residual: float, energy_fall: float, tolerance: float) -> bool:
-    """Whether yarns are at rest.
+    """Whether yarns are at rest as far as residual and energy can say.
 
     Args:
         residual: relative force residual.

@@ -21,7 +21,6 @@ from stitchmesh.run_control import RunControl, Snapshot
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, CheckpointState, write_state
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
-from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 ON_STATE_SECONDS = 5.0
 """Time between two calls of ``on_state`` [s]."""
@@ -52,6 +51,8 @@ class Observer:
     history: list[HistoryEntry] = field(default_factory=list)
     unwritten: CheckpointState | None = None
     """The state at the last assessment, until it is written."""
+    written: float = -np.inf
+    """Iteration of the last checkpoint that was written because it was due."""
     reported: float = 0.0
     saved: float = 0.0
 
@@ -77,7 +78,8 @@ class Observer:
             self.on_state(loop.simulation.good_yarns())
         if self.checkpoint is not None:
             self.unwritten = self._checkpoint_state()
-            if loop.iteration % (-(-self.checkpoint.every // ASSESSMENT_INTERVAL) * ASSESSMENT_INTERVAL) == 0:
+            if loop.iteration >= self.written + self.checkpoint.every:
+                self.written = loop.iteration
                 self.write_checkpoint()
         if self.control is not None:
             make = partial(self._snapshot, entry)
@@ -104,8 +106,10 @@ class Observer:
         """Continue from a checkpoint of the same relaxation."""
         loop = self.loop
         loop.simulation.resume(state.arrays, state.margin)
-        loop.iteration, loop.lists_age, loop.last = state.iteration, state.lists_age, [state.last]
+        loop.iterations, loop.lists_age, loop.last = np.array([state.iteration]), state.lists_age, [state.last]
         loop.step_scale, loop.energy_fall = np.array([state.step_scale]), np.array([state.energy_fall])
+        loop.ending, loop.stalled = np.array([state.ending]), np.array([state.stalled])
+        loop.remaining, self.written = [state.remaining], state.iteration
         loop.kinetic_energy = loop.simulation.solver.kinetic_energy()
         self.history = list(state.history)
         self.began -= state.seconds
@@ -128,5 +132,8 @@ class Observer:
             lists_age=loop.lists_age,
             step_scale=float(loop.step_scale[0]),
             energy_fall=float(loop.energy_fall[0]),
+            ending=bool(loop.ending[0]),
+            stalled=bool(loop.stalled[0]),
+            remaining=loop.remaining[0],
             arrays={name: wp.clone(array) for name, array in loop.simulation.arrays().items()},
         )

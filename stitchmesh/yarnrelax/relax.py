@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 import numpy as np
+import warp as wp
 
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.errors import FileError, ParameterError, check_kind
@@ -23,7 +24,7 @@ from stitchmesh.run_control import RunControl, RunStopped
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, input_fingerprint, read_state
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
-from stitchmesh.yarnrelax.convergence import LARGEST_ENERGY_FALL, rest_text
+from stitchmesh.yarnrelax.convergence import LARGEST_ENERGY_FALL, MORE_ITERATIONS, rest_text
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice, refuse_in_free_cells
 from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking, refuse_changed_linking
@@ -43,9 +44,9 @@ class Relaxation:
     yarns: YarnSet
     """The yarns at rest."""
     report: dict[str, Any]
-    """seconds, iterations, converged, stopped (by the user), residual, remaining_change (spacing, energy, both relative,
-    and rms_radii: the estimated change that is left; None where it is not known), energy [erg], energies [erg], max_strain,
-    min_distance_over_radius (2 where no yarns touch), pull_throughs, certificate, solver, device."""
+    """seconds, iterations, converged, stopped (by the user), residual, remaining_change (the estimated change that is
+    left: spacing and energy, both relative, and rms_radii; None where it is not known), energy [erg], energies [erg],
+    max_strain, min_distance_over_radius (2 where no yarns touch), pull_throughs, certificate, solver, device."""
     history: list[HistoryEntry]
     """The result of each assessment."""
 
@@ -74,8 +75,12 @@ def relax_yarns(
 ) -> Relaxation:
     """Relax yarns to a state of rest; no yarn passes through another.
 
-    A relaxation that stops at ``Quality.max_iterations`` logs a warning, and its report is not converged. A resumed
-    relaxation ends with the same bits as one that was never stopped, and counts iterations and seconds from the start.
+    The yarns are at rest when the residual is below ``Quality.tolerance`` and the change of the spacing that is left is
+    estimated below ``Quality.largest_change``; with friction, twist or a body, or with ``Dynamics``, that change is not
+    known, and the energy must have stopped falling instead (``yarnrelax.convergence``). A relaxation that stops at
+    ``Quality.max_iterations``, or where no step lowers the energy any more, logs a warning, and its report is not
+    converged. A resumed relaxation ends with the same bits as one that was never stopped, and counts iterations and
+    seconds from the start.
 
     Args:
         yarns: the yarns, on a lattice or not; no two of them overlap by more than half their thickness. Shape and
@@ -96,7 +101,8 @@ def relax_yarns(
         checkpoint: where and how often to write what is needed to resume; also written at the start and at any end.
         resume: a checkpoint to continue from; all other arguments must be the same as when it was written.
         control: watches, pauses, steps and stops the relaxation from another thread. A step is an assessment interval
-            of 20 iterations. A pause writes a checkpoint. A stopped relaxation returns its last accepted state.
+            of 20 iterations, or near rest a Newton step, which counts as many iterations as it takes products with the
+            Hessian. A pause writes a checkpoint. A stopped relaxation returns its last accepted state.
 
     Raises:
         FileError: a checkpoint cannot be written, or the one to resume is missing or damaged.
@@ -183,9 +189,19 @@ def _report(loop: RelaxationLoop, quality: Quality, relaxed: YarnSet, seconds: f
 
 def _warn(loop: RelaxationLoop) -> None:
     """Log that the iterations were not sufficient, and what would help."""
-    last, fall = loop.last[0], float(loop.energy_fall[0])
+    last, remedy = loop.last[0], loop.last[0].remedy
+    if loop.stalled[0] and remedy == MORE_ITERATIONS:
+        single = loop.simulation.model.scalar is wp.float32
+        remedy = f"no step lowers the energy; {'take quality reference (float64)' if single else 'accept this state'}"
     found = f"residual {last.residual:.2g} (expected {loop.tolerance:g})"
+    logger.warning("yarns are not at rest: %s, %s after %d iterations; %s", found, _change_text(loop), loop.iteration,
+                   remedy)  # fmt: skip
+
+
+def _change_text(loop: RelaxationLoop) -> str:
+    """What is known of the change that is left, and what was expected."""
+    left, fall = loop.remaining[0], float(loop.energy_fall[0])
+    if left is not None:
+        return f"spacing to change by about {left.spacing:.2g} of itself (expected {loop.largest_change:g})"
     falling = f"falling by {fall:.2g} of itself" if np.isfinite(fall) else "not level"
-    slope = f"energy {falling} (expected {LARGEST_ENERGY_FALL * loop.tolerance:g})"
-    where = f"{found}, {slope} after {loop.iteration} iterations"
-    logger.warning("yarns are not at rest: %s; %s", where, last.remedy)
+    return f"energy {falling} (expected {LARGEST_ENERGY_FALL * loop.tolerance:g})"

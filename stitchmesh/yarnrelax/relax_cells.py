@@ -28,7 +28,6 @@ from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
-from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 CellProgress = Callable[[int, int], None]
 """Called with the number of cells at rest and the number of iterations."""
@@ -44,8 +43,9 @@ class RelaxedCell:
     """The yarns at rest, or in their last accepted state."""
     report: dict[str, Any]
     """iterations, tenth_iterations (iterations to a tenth of the first gradient, None where it was never reached),
-    gradient (the last gradient over the first), converged, residual, energy [erg], energies [erg], max_strain,
-    min_distance_over_radius, and error, None or why the cell could not go on."""
+    gradient (the last gradient over the first), converged, residual, remaining_change (as in ``Relaxation.report``),
+    energy [erg], energies [erg], max_strain, min_distance_over_radius, and error, None or why the cell could not go
+    on."""
 
     def __repr__(self) -> str:
         """Return one line: whether the yarns are at rest, and the yarns."""
@@ -123,23 +123,22 @@ def _relax_all(
     """Relax all cells of a simulation; return the cells by number, and the iterations of the cell that did most."""
     found: dict[int, RelaxedCell] = {}
     numbers, launched = np.arange(len(materials)), 0
+    before: tuple[_Run, NDArray[np.bool_]] | None = None
     while len(numbers):
-        run = _Run(simulation, quality, launched)
-        while run.active.any() and run.launched < quality.max_iterations and not run.is_mostly_done:
+        run = _Run(simulation, quality, before)
+        while run.active.any() and not run.is_mostly_done:
             run.advance()
             if progress is not None:
-                progress(len(found) + int((~run.active).sum()), run.launched)
-        launched = run.launched
-        remaining = run.active if launched < quality.max_iterations else np.zeros(len(numbers), dtype=bool)
+                progress(len(found) + int((~run.active).sum()), run.loop.iteration)
+        launched, remaining = max(launched, run.loop.iteration), run.active
         yarns = simulation.good_cells()
         found |= {int(numbers[k]): cell for k, cell in run.relaxed(yarns, np.flatnonzero(~remaining)).items()}
         numbers = numbers[remaining]
         if len(numbers):
             rest = [(yarns[k], materials[numbers[n]]) for n, k in enumerate(np.flatnonzero(remaining).tolist())]
             own = None if free is None else [free[number] for number in numbers.tolist()]
-            before, simulation = simulation, YarnSimulation(rest, quality, simulation.model.device, cells=own)
-            assert isinstance(simulation.solver, LBFGS) and isinstance(before.solver, LBFGS)
-            simulation.solver.continue_gradients(before.solver, remaining)
+            simulation = YarnSimulation(rest, quality, simulation.model.device, cells=own)
+            before = run, remaining
     return found, launched
 
 
@@ -167,20 +166,29 @@ def _check(
 class _Run:
     """Cells on their way to rest, until only a small part of them is not at rest."""
 
-    def __init__(self, simulation: YarnSimulation, quality: Quality, launched: int) -> None:
-        """Assess the cells as they were given; ``launched`` is the number of iterations that they did before."""
-        self.simulation, self.launched = simulation, launched
+    def __init__(
+        self, simulation: YarnSimulation, quality: Quality, before: tuple[_Run, NDArray[np.bool_]] | None = None
+    ) -> None:
+        """Assess the cells as they were given; ``before`` is a run of more cells, and which of them these are."""
+        self.simulation, self.quality = simulation, quality
         self.loop = RelaxationLoop(simulation, quality.tolerance, quality.largest_change)
         self.loop.start()
-        self.iterations = np.full(simulation.model.cell_count, launched)
+        if before is not None:
+            self._continue_from(*before)
         self.active = ~self.loop.failed
+
+    def _continue_from(self, before: _Run, cells: NDArray[np.bool_]) -> None:
+        """Count the iterations of the cells on, and end the relaxation of those that Newton's method was ending."""
+        solver, earlier = self.simulation.solver, before.simulation.solver
+        assert isinstance(solver, LBFGS) and isinstance(earlier, LBFGS)
+        solver.continue_gradients(earlier, cells)
+        self.loop.continue_from(before.loop, cells)
 
     def advance(self) -> None:
         """Iterate and assess the cells that are not at rest."""
-        self.loop.advance(self.active)
-        self.launched += int(ASSESSMENT_INTERVAL)
-        self.iterations[self.active] += int(ASSESSMENT_INTERVAL)
-        self.active &= ~self.loop.at_rest & ~self.loop.failed & ~self.loop.stalled
+        loop = self.loop
+        loop.advance(self.active)
+        self.active &= ~(loop.at_rest | loop.failed | loop.stalled) & (loop.iterations < self.quality.max_iterations)
 
     @property
     def is_mostly_done(self) -> bool:
@@ -197,7 +205,7 @@ class _Run:
         distance, strain = self.simulation.smallest_distances(), self._largest_strains()
         return {
             cell: RelaxedCell(yarns[cell], {
-                "iterations": int(self.iterations[cell]),
+                "iterations": int(self.loop.iterations[cell]),
                 "tenth_iterations": tenth[cell],
                 "gradient": gradient[cell],
                 "converged": bool(at_rest[cell]),

@@ -23,9 +23,12 @@ def relax_partly(
 ) -> YarnSet:  # fmt: skip
     """Yarns after some iterations towards rest, for changes in small steps; arguments as for ``relax_yarns``.
 
+    All iterations are those of the solver; Newton's method does not end this relaxation.
+
     Raises:
         SolverError: the relaxation cannot go on.
     """
     simulation = YarnSimulation.start(yarns, material, quality, device_named(device), terms, cell=cell)
+    simulation.newton = None  # one Newton step takes more products than there are iterations here
     RelaxationLoop(simulation, quality.tolerance, quality.largest_change).run(iterations)
     return simulation.good_yarns()

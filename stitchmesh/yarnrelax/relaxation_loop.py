@@ -2,7 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The loop of a relaxation: iterate, renew the candidate lists, assess, accept or step back, stop.
 
-The loop serves one piece, and many cells of which each comes to rest by itself (``convergence``).
+The loop serves one piece, and many cells of which each comes to rest by itself (``convergence``). A cell descends with
+the solver, in intervals of ``ASSESSMENT_INTERVAL`` iterations. At a residual of ``DESCENT``, Newton steps end the
+relaxation where all terms give their Hessians (``newton``); every step is assessed. A product with the Hessian
+counts as an iteration. A step is not divided, so a relaxation may exceed its limit of iterations by less than one step.
 """
 
 from __future__ import annotations
@@ -48,8 +51,8 @@ class RelaxationLoop:
         """A loop before its first assessment (``start``); arguments as in ``Quality``."""
         self.simulation, self.tolerance, self.largest_change = simulation, tolerance, largest_change
         cells = simulation.model.cell_count
-        self.iteration = 0
-        """Iterations of the cell that did most."""
+        self.iterations = np.zeros(cells, dtype=np.int64)
+        """Iterations of each cell, with the products of its Newton steps, shape (C,)."""
         self.lists_age = 0
         """Iterations since the candidate lists were made."""
         self.step_scale = np.ones(cells)
@@ -82,6 +85,13 @@ class RelaxationLoop:
                 where = self.simulation.largest_force(cell)
                 self._fail({cell: f"{where}: not finite at the start; {REMEDY}"})
 
+    def continue_from(self, other: RelaxationLoop, cells: NDArray[np.bool_]) -> None:
+        """Continue a loop of more cells with some of its cells; ``start`` has assessed them."""
+        self.iterations, self.ending = other.iterations[cells], other.ending[cells]
+        newton, earlier = self.simulation.newton, other.simulation.newton
+        if newton is not None and earlier is not None:
+            newton.continue_from(earlier, cells)
+
     def run(self, iterations: int, note: Callable[[], None] = lambda: None) -> None:
         """Iterate until all cells are at rest, or have done ``iterations``; ``note`` is called after each assessment.
 
@@ -102,7 +112,7 @@ class RelaxationLoop:
             SolverError: the only piece cannot continue.
         """
         chosen = (np.ones(len(self.last), dtype=bool) if cells is None else cells) & ~self.stalled
-        self.iteration += max(self._descend(chosen & ~self.ending), self._end(chosen & self.ending))
+        self.iterations += self._descend(chosen & ~self.ending) + self._end(chosen & self.ending)
         found, kinetic_energy = self.simulation.assess_cells(chosen), self.simulation.solver.kinetic_energy()
         good = chosen & [self._is_acceptable(cell, now, kinetic_energy) for cell, now in enumerate(found)]
         for cell in np.flatnonzero(good).tolist():
@@ -113,20 +123,20 @@ class RelaxationLoop:
         if (chosen & ~good).any():
             self.step_back(chosen & ~good)
 
-    def _descend(self, cells: NDArray[np.bool_]) -> int:
-        """Iterate some cells with the solver for one assessment interval; return the number of iterations."""
-        if not cells.any():
-            return 0
-        self.iterate(int(ASSESSMENT_INTERVAL), cells)
-        return int(ASSESSMENT_INTERVAL)
+    def _descend(self, cells: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Iterate some cells with the solver for one assessment interval; return the iterations of each, shape (C,)."""
+        if cells.any():
+            self.iterate(int(ASSESSMENT_INTERVAL), cells)
+        return cells * np.int64(ASSESSMENT_INTERVAL)
 
-    def _end(self, cells: NDArray[np.bool_]) -> int:
-        """Do one Newton step of some cells; return the number of products, each of which costs about an iteration."""
+    def _end(self, cells: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Do one Newton step of some cells; return the products of each, which cost about an iteration, shape (C,)."""
         if not cells.any():
-            return 0
+            return np.zeros(len(cells), dtype=np.int64)
         products = self.simulation.newton_step(cells, self.step_scale)
+        self.stalled |= cells & (products == 0)
         self.search_contacts()
-        return products
+        return np.where(cells, products, 0)
 
     def iterate(self, count: int, cells: NDArray[np.bool_] | None = None) -> None:
         """Do ``count`` iterations of some cells, or of all, with new candidate lists where they are too old."""
@@ -189,6 +199,11 @@ class RelaxationLoop:
         self.simulation.renew_terms()
         self.last = self.simulation.assess_cells()
         return True
+
+    @property
+    def iteration(self) -> int:
+        """Iterations of the cell that did most."""
+        return int(self.iterations.max())
 
     @property
     def at_rest(self) -> NDArray[np.bool_]:

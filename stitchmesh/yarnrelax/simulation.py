@@ -181,8 +181,8 @@ class YarnSimulation:
             launches += constraint.filter_forces(state.force, launcher)
         return launches
 
-    def newton_step(self, cells: NDArray[np.bool_], step_scale: NDArray[np.float64]) -> int:
-        """Do one Newton step of some cells; return the number of products with the Hessian."""
+    def newton_step(self, cells: NDArray[np.bool_], step_scale: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Do one Newton step of some cells; return the products with the Hessian for each cell, shape (C,)."""
         assert self.newton is not None
         return self.newton.step(self.inputs, self.balance_launches(), cells, step_scale)
 

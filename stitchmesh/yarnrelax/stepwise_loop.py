@@ -52,11 +52,9 @@ class StepwiseLoop(RelaxationLoop):
     def advance_partly(self, most: int) -> int:
         """Iterate for a part of an assessment interval; at its end, accept the new state or step back.
 
-        A Newton step is a part that is not divided.
-
         Args:
-            most: number of iterations; there are fewer if the interval ends before. A solver that cannot stop within a
-                launch (``Dynamics`` on a GPU) completes the launch.
+            most: number of iterations; there are fewer if the interval ends before. A Newton step, and a launch of a
+                solver that cannot stop within it (``Dynamics`` on a GPU), are completed.
 
         Returns:
             The number of iterations.

@@ -31,7 +31,7 @@ def loop_of(
     quality = replace(quality_named("draft"), solver=solver)
     _fabric, yarns = draw_swatch(resolve_pattern(pattern), SwatchOptions(), quality)
     simulation = YarnSimulation.start(yarns, YarnMaterial.named(), quality, device_named("cpu"), cell=cell)
-    loop = kind(simulation, quality.tolerance)
+    loop = kind(simulation, quality.tolerance, quality.largest_change)
     loop.start()
     return loop
 

@@ -121,7 +121,7 @@ class LiveSwatch:
         """Make the next increment if the yarns have relaxed enough, and iterate, at most to the next assessment.
 
         Args:
-            most: largest number of iterations.
+            most: largest number of iterations; a Newton step, which is not divided, may take more.
 
         Returns:
             The number of iterations.
@@ -138,6 +138,7 @@ class LiveSwatch:
             self._step_back(error)
             return 0
         self.iteration += made
+        self.iterations_since_increment += made
         if self.loop.is_between_intervals:
             self._end_interval()
         return made
@@ -158,9 +159,8 @@ class LiveSwatch:
         """Take the accepted state of the relaxation, and finish at the target."""
         assert self.loop is not None
         self.stepped_back = False
-        self.iterations_since_increment += INTERVAL
         self.state = replace(self.state, yarns=self.loop.simulation.good_yarns())
-        used_up = self.loop.iteration >= self.sampled.max_iterations
+        used_up = self.loop.iteration >= self.sampled.max_iterations or bool(self.loop.stalled[0])
         if not increments_left(self.state, self.target) and (self._is_at_rest() or used_up):
             self._finish()
 
@@ -190,7 +190,8 @@ class LiveSwatch:
 
     def _has_settled(self) -> bool:
         """Whether the yarns have relaxed for as many iterations as they need between two increments."""
-        return self.iterations_since_increment >= ITERATIONS or self._is_at_rest()
+        stalled = self.loop is not None and bool(self.loop.stalled[0])
+        return self.iterations_since_increment >= ITERATIONS or stalled or self._is_at_rest()
 
     def _finish(self) -> None:
         """Check that no yarn passed through another; if one did, start again from the generated yarns."""

@@ -220,7 +220,7 @@ class Newton:
         """Length of the last step of each cell over the one before, shape (C,)."""
         self.wait = np.zeros(model.cell_count, dtype=np.int32)
         """Steps for which each cell keeps the Hessian of Gauss and Newton, shape (C,)."""
-        self._spacing: SpacingChange | None = None
+        self._spacing: dict[int, SpacingChange] = {}
         self.discard_launches()
 
     def discard_launches(self) -> None:
@@ -229,7 +229,7 @@ class Newton:
 
     def step(
         self, inputs: SolverInputs, forces: list[Any], cells: NDArray[np.bool_], step_scale: NDArray[np.float64]
-    ) -> int:
+    ) -> NDArray[np.int64]:
         """Do one step of some cells.
 
         Args:
@@ -239,7 +239,7 @@ class Newton:
             step_scale: scale of the limits of moves, shape (C,).
 
         Returns:
-            The number of products with the Hessian.
+            The number of products with the Hessian for each cell, shape (C,).
         """
         if self._hessian is None:
             self._prepare(inputs, forces)
@@ -260,7 +260,7 @@ class Newton:
                 break
         self._finish.launch()
         self._note(self.solve.record.numpy(), cells)
-        return int(record[:, PRODUCTS].max())
+        return record[:, PRODUCTS].astype(np.int64)
 
     def restart(self, cells: NDArray[np.bool_]) -> None:
         """Trust the model of some cells less: their last step was not accepted."""
@@ -281,16 +281,22 @@ class Newton:
         first, last = self.model.point_start[cell : cell + 2]
         rms = float(np.sqrt(record[SQUARE] / (last - first)))
         energy = float(0.5 * record[WORK] / size) if size > 0.0 else 0.0
-        spacing = float(record[STRAIN]) if self.strains else self._spacing_change()
+        spacing = float(record[STRAIN]) if self.strains else self._spacing_change(cell)
         return RemainingChange(spacing * left, energy * left * left, rms * left)
 
-    def _spacing_change(self) -> float:
-        """Change of the spacing of a piece by the last step."""
-        count = self.model.point_count
-        points, step = (array.numpy()[:count].astype(np.float64) for array in (self._points, self.solve.step))
-        if self._spacing is None:
-            self._spacing = SpacingChange(self.model, points)
-        return self._spacing.of(points - step, step)
+    def _spacing_change(self, cell: int) -> float:
+        """Change of the spacing of a cell, or of the only piece, by the last step."""
+        own = slice(*self.model.point_start[cell : cell + 2])
+        points, step = (array.numpy()[own].astype(np.float64) for array in (self._points, self.solve.step))
+        if cell not in self._spacing:
+            self._spacing[cell] = SpacingChange(self.model.cells[cell].yarns)
+        return self._spacing[cell].of(points - step, step)
+
+    def continue_from(self, other: Newton, cells: NDArray[np.bool_]) -> None:
+        """Copy what persists from one step to the next from a solver of more cells, of which these are some."""
+        self.share, self.wait = other.share[cells], other.wait[cells]
+        self.length, self.ratio = other.length[cells], other.ratio[cells]
+        self.solve.record.assign(other.solve.record.numpy()[cells])
 
     def arrays(self) -> dict[str, wp.array[Any]]:
         """What persists from one step to the next: share, wait, length and ratio of each cell, shape (C, 4)."""

@@ -9,7 +9,8 @@ after a motion, the change is
     rms of (d' - d) / d
 
 over all neighbours that are further apart than ``NEAREST`` radii: two groups in one place have no spacing. A motion of
-the piece as a whole changes no distance.
+the piece as a whole changes no distance. Neighbours are those of the yarns as they were given, so that a relaxation
+that is resumed has the same ones.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarn import YarnSet
 
 RUN = 12
 """Successive control points of a group."""
@@ -29,13 +30,13 @@ NEAREST = 2.0
 
 
 class SpacingChange:
-    """The groups of a piece and their neighbours."""
+    """The groups of a piece, or of one cell, and their neighbours."""
 
-    def __init__(self, model: Model, points: NDArray[np.float64]) -> None:
-        """Group the control points, and find neighbours at the current ``points`` [units], shape (N, 3)."""
-        self.group = _groups(model)
+    def __init__(self, yarns: YarnSet) -> None:
+        """Group the control points of the yarns, and find neighbours."""
+        self.group, radius = _groups(yarns), float(yarns.radius.mean())
         self.count = np.bincount(self.group)
-        middle = self._middles(points)
+        middle = self._middles(yarns.points / radius)
         wanted = min(NEIGHBOURS + 1, len(middle))
         distance, near = cKDTree(middle).query(middle, k=wanted) if wanted > 1 else (np.zeros((1, 1)), np.zeros((1, 1)))
         apart = np.asarray(distance) > NEAREST
@@ -43,7 +44,7 @@ class SpacingChange:
         """Groups that are neighbours, shape (K, 2)."""
 
     def of(self, points: NDArray[np.float64], motion: NDArray[np.float64]) -> float:
-        """The relative change of the distances of neighbours by a motion, both of shape (N, 3)."""
+        """The relative change of the distances of neighbours by a motion, both in mean radii, shape (N, 3)."""
         if len(self.pairs) == 0:
             return 0.0
         before = np.diff(self._middles(points)[self.pairs], axis=1)[:, 0]
@@ -58,9 +59,8 @@ class SpacingChange:
         return np.stack(sums, axis=1) / self.count[:, None]
 
 
-def _groups(model: Model) -> NDArray[np.int64]:
+def _groups(yarns: YarnSet) -> NDArray[np.int64]:
     """The group of each control point, shape (N,)."""
-    yarns = model.yarns
     if (yarns.face >= 0).all():
         labels = yarns.face.astype(np.int64)
     else:
