@@ -67,12 +67,13 @@ def _solve_struct(scalar: Any) -> Any:
 
     Vectors of shape (E, 3): the iterate ``x``, the residual ``r``, ``z``, the direction ``p``, its ``product`` with the
     Hessian, and the ``step``. The ``limit`` of each move, shape (E,); the ``record`` of each cell, shape (C, RECORD);
-    the ``sums`` of each block, shape (B, 7).
+    the ``sums`` of each block, and its part of r . z, the ``residuals``, shape (B, 7).
     """
     threes = wp.array(dtype=wp.types.vector(length=3, dtype=scalar))
     annotations = {
         "x": threes, "r": threes, "z": threes, "p": threes, "product": threes, "step": threes,
         "limit": wp.array(dtype=scalar), "record": wp.array2d(dtype=wp.float64), "sums": wp.array2d(dtype=wp.float64),
+        "residuals": wp.array2d(dtype=wp.float64),
     }  # fmt: skip
     return wp.struct(type(f"NewtonSolve_{scalar.__name__}", (), {"__annotations__": annotations}))
 
@@ -87,7 +88,6 @@ def start_solve(
     listed_points: wp.array[Any],
     budget: wp.array[Any],
     force: wp.array[Any],
-    preconditioner: wp.array[Any],
     # state in and out
     solve: Any,
 ) -> None:
@@ -95,17 +95,11 @@ def start_solve(
     block, lane = wp.tid()
     cell = blocks.cell[block]
     scale = type(step_limit)(solve.record[cell, STEP_SCALE])
-    total = Slots()
     for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
         solve.limit[i] = wp.min(step_limit * scale, room_left(points, listed_points, budget, i))
-        r = force[i]
-        z = times_block(preconditioner[i], r)
-        solve.x[i] = r - r
-        solve.r[i] = r
-        solve.z[i] = z
-        solve.p[i] = z
-        total[0] += wp.float64(wp.dot(r, z))
-    sum_over_block(total, solve.sums[block])
+        solve.x[i] = force[i] - force[i]
+        solve.r[i] = force[i]
+        solve.p[i] = force[i] - force[i]
 
 
 @kernel
@@ -119,7 +113,7 @@ def begin_cells(
     cell = wp.tid()
     rz = wp.float64(0.0)
     for block in range(blocks.of_cell[cell], blocks.of_cell[cell + 1]):
-        rz += solve.sums[block, 0]
+        rz += solve.residuals[block, 0]
     zero, one = wp.float64(0.0), wp.float64(1.0)
     moves = solve.record[cell, ACTIVE] > zero and rz > zero
     solve.record[cell, DONE] = wp.where(moves, zero, one)
@@ -127,6 +121,7 @@ def begin_cells(
     solve.record[cell, PRODUCTS] = zero
     solve.record[cell, RZ] = rz
     solve.record[cell, RZ0] = rz
+    solve.record[cell, BETA] = zero
     solve.record[cell, RATIO] = zero
     solve.record[cell, FACTOR] = zero
     solve.record[cell, SQUARE] = zero
@@ -181,12 +176,11 @@ def advance_iterate(
     power: wp.float64,
     blocks: EntryBlocks,
     # state in
-    preconditioner: wp.array[Any],
     force: wp.array[Any],
     # state in and out
     solve: Any,
 ) -> None:
-    """x + a p, r - a H p, and z = C r."""
+    """x + a p and r - a H p."""
     block, lane = wp.tid()
     cell = blocks.cell[block]
     alpha, scale = solve.record[cell, ALPHA], solve.record[cell, STEP_SCALE]
@@ -195,14 +189,10 @@ def advance_iterate(
         p = solve.p[i]
         a = type(p[0])(alpha)
         x = solve.x[i] + p * a
-        r = solve.r[i] - solve.product[i] * a
-        z = times_block(preconditioner[i], r)
         solve.x[i] = x
-        solve.r[i] = r
-        solve.z[i] = z
+        solve.r[i] = solve.r[i] - solve.product[i] * a
         limit = wp.max(solve.limit[i], type(a)(SHORTEST_LIMIT) * type(a)(scale))
         ratio = wp.float64(wp.length(x) / limit)
-        total[0] += wp.float64(wp.dot(r, z))
         if i < point_count:
             total[1] += wp.pow(ratio, power)
         else:
@@ -210,6 +200,36 @@ def advance_iterate(
         total[2] += wp.float64(wp.dot(x, x))
         total[3] += wp.float64(wp.dot(x, force[i]))
     sum_over_block(total, solve.sums[block])
+
+
+@kernel
+def apply_point_blocks(
+    # model
+    blocks: EntryBlocks,
+    # state in
+    preconditioner: wp.array[Any],
+    # state in and out
+    solve: Any,
+) -> None:
+    """z = C r with the blocks at the control points."""
+    block, lane = wp.tid()
+    for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
+        solve.z[i] = times_block(preconditioner[i], solve.r[i])
+
+
+@kernel
+def sum_residuals(
+    # model
+    blocks: EntryBlocks,
+    # state in and out
+    solve: Any,
+) -> None:
+    """Sums of r . z."""
+    block, lane = wp.tid()
+    total = Slots()
+    for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
+        total[0] += wp.float64(wp.dot(solve.r[i], solve.z[i]))
+    sum_over_block(total, solve.residuals[block])
 
 
 @kernel
@@ -230,7 +250,7 @@ def find_beta(
         wp.float64(0.0), wp.float64(0.0), wp.float64(0.0), wp.float64(0.0), wp.float64(0.0)
     )  # fmt: skip
     for block in range(blocks.of_cell[cell], blocks.of_cell[cell + 1]):
-        rz += solve.sums[block, 0]
+        rz += solve.residuals[block, 0]
         powers += solve.sums[block, 1]
         square += solve.sums[block, 2]
         work += solve.sums[block, 3]
@@ -275,6 +295,7 @@ def make_solve(model: Model, strains: int, blocks: Any) -> Any:
     solve.limit = model.empty(entries)
     solve.record = wp.zeros((model.cell_count, RECORD), dtype=wp.float64, device=model.device)
     solve.sums = wp.zeros((len(blocks.cell), 7), dtype=wp.float64, device=model.device)
+    solve.residuals = wp.zeros_like(solve.sums)
     return solve
 
 

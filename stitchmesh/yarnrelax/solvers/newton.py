@@ -32,6 +32,7 @@ from stitchmesh.yarnrelax.energies.hessian_product import Hessian
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.spline import weight_row
 from stitchmesh.yarnrelax.solvers.cell_strain import deformed, strains_of
+from stitchmesh.yarnrelax.solvers.coarse_space import CoarseSpace, suits_coarse_space
 from stitchmesh.yarnrelax.solvers.conjugate_gradients import (
     ACTIVE,
     DONE,
@@ -47,6 +48,7 @@ from stitchmesh.yarnrelax.solvers.conjugate_gradients import (
     WORK,
     EntryBlocks,
     advance_iterate,
+    apply_point_blocks,
     begin_cells,
     entry_blocks,
     find_alpha,
@@ -55,6 +57,7 @@ from stitchmesh.yarnrelax.solvers.conjugate_gradients import (
     make_solve,
     start_solve,
     sum_curvature,
+    sum_residuals,
 )
 from stitchmesh.yarnrelax.solvers.lbfgs_steps import CellRanges, cell_ranges
 from stitchmesh.yarnrelax.solvers.preconditioner import inverse_block
@@ -212,6 +215,7 @@ class Newton:
         self.cells, self.blocks = cell_ranges(model), entry_blocks(model, strains)
         self.threads = THREADS if model.device.is_cuda else 1
         self.solve = make_solve(model, strains, self.blocks)
+        self.coarse = CoarseSpace(model, strains) if suits_coarse_space(model) else None
         self.share = np.ones(model.cell_count)
         """Share of the Hessian of Gauss and Newton in the next step of each cell, shape (C,)."""
         self.length = np.zeros(model.cell_count)
@@ -249,6 +253,8 @@ class Newton:
         self.solve.record.assign(record)
         self._hessian.exact.zero_()
         self._begin.launch()
+        if self.coarse is not None:
+            self.coarse.invert()
         if (self.share[cells] < 1.0).any():
             self._hessian.exact.assign(1.0 - self.share)
             self._find.launch()
@@ -333,20 +339,25 @@ class Newton:
         begin.append(launcher(find_point_blocks, model.point_count,
                               [model.constants, self.further, hessian.leg_hessian, state.sample_block],
                               [state.preconditioner]))  # fmt: skip
+        precondition = [tiled(apply_point_blocks, blocks, state.preconditioner, solve)]
+        if self.coarse is not None:
+            self.coarse.prepare(hessian, state.points)
+            precondition += self.coarse.apply_launches(state.points, solve.r, solve.z, launcher)
+        precondition += [*filtered(solve.z), tiled(sum_residuals, blocks, solve)]
         start = [
-            tiled(start_solve, blocks, model.number(inputs.step_fraction), *ball, state.force, state.preconditioner,
-                  solve),
+            tiled(start_solve, blocks, model.number(inputs.step_fraction), *ball, state.force, solve),
+            *precondition,
             launcher(begin_cells, cells, [blocks, solve], []),
-            *filtered(solve.p),
-        ]  # fmt: skip
+            tiled(find_direction, blocks, solve),
+        ]
         iterate = [
             *hessian.product_launches(solve.p, solve.product, launcher),
             *filtered(solve.product),
             tiled(sum_curvature, blocks, solve),
             launcher(find_alpha, cells, [blocks, solve], []),
-            tiled(advance_iterate, model.point_count, power, blocks, state.preconditioner, state.force, solve),
+            tiled(advance_iterate, model.point_count, power, blocks, state.force, solve),
+            *precondition,
             launcher(find_beta, cells, [self.cells, blocks, power, wp.float64(MOST_PRODUCTS), solve], []),
-            *filtered(solve.z),
             tiled(find_direction, blocks, solve),
         ]
         finish = [tiled(propose_steps, blocks, solve)]
