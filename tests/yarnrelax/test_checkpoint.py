@@ -23,7 +23,7 @@ from stitchmesh.io.checkpoint_file import previous_path, read_checkpoint
 from stitchmesh.mesh import Mesh
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import Relaxation, observer, relax_yarns
+from stitchmesh.yarnrelax import Relaxation, RelaxCell, observer, relax_yarns
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.convergence import Assessment
@@ -36,13 +36,15 @@ from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.gallery import ROOT
 from tests.killing import count_calls, killed
-from tests.yarnrelax.stockinette import fabric_of, tube
+from tests.yarnrelax.stockinette import fabric_of, periodic_patch, tube
 
 ROWS, STITCHES = 4, 6
 QUALITY = replace(PRESETS["draft"], tolerance=1e-6, max_iterations=300)
 """Long enough for new candidate lists, changed margins and a full L-BFGS memory."""
-KILLS, LEAST_REACHED, LONG = 10, 100, replace(QUALITY, max_iterations=500)
-"""Number of kills, the least iteration reached after them, and the quality of a relaxation long enough for all."""
+KILLS, LONG = 10, replace(QUALITY, max_iterations=1400)
+"""Number of kills, and the quality of a relaxation that is long enough for all of them."""
+LAST_INTERVAL = 80
+"""Iterations of that relaxation before its Newton steps, each of which is about nine intervals long."""
 
 
 def relaxed(quality: Quality = QUALITY, **options: Any) -> Relaxation:
@@ -57,12 +59,12 @@ def same(first: Relaxation, second: Relaxation) -> bool:
     return bool(points and reports[0] == reports[1] and histories[0] == histories[1])
 
 
-def kill_ten_times() -> dict[str, int | bool]:
+def kill_ten_times() -> dict[str, Any]:
     """Kill a relaxation and its continuations at ten random times.
 
     Returns:
-        The number of kills, the iteration reached after them, and whether the final result equals that of an
-        uninterrupted relaxation.
+        The number of kills, the iterations reached after the fourth and after the last one, and whether the final
+        result equals that of an uninterrupted relaxation.
     """
     fabric = fabric_of(ROWS, STITCHES, closed=True)
     with tempfile.TemporaryDirectory() as folder:
@@ -74,15 +76,22 @@ def kill_ten_times() -> dict[str, int | bool]:
             return relaxed(quality, keep_shape=fabric, checkpoint=checkpoint, resume=resume)
 
         uninterrupted = relaxed(LONG, keep_shape=fabric)  # runs first, so that no kernel is compiled during counting
-        # The first intervals make additional calls that prepare launches; afterwards each interval makes equally many.
-        first = [count_calls("_run_to_rest", functools.partial(continue_relaxation, count)) for count in (20, 40, 60)]
-        each = (count_calls("_run_to_rest", continue_relaxation) - first[2]) * 20 // (LONG.max_iterations - 80)
+        # Calls from the start to 20 iterations, from there to 40, from there to 80, and from there to the end: resuming
+        # makes many calls, and each interval after it makes equally many.
+        stops = (20, 40, LAST_INTERVAL, LONG.max_iterations)
+        counts = [count_calls("_run_to_rest", functools.partial(continue_relaxation, count)) for count in stops]
+        each, resumed = counts[2] - counts[1], 2 * counts[1] - counts[2]
         shutil.rmtree(folder)
-        # Each part lasts 1 to 2.3 intervals longer than the preparation; the work since its last checkpoint is lost.
-        start = np.array([*first[:2], *[first[2]] * (KILLS - 2)]) - each
-        kill_calls = start + np.random.default_rng(3).integers(each, 23 * each // 10, KILLS)
-        kills = sum(killed("_run_to_rest", int(calls), continue_relaxation) for calls in kill_calls)
-        reached = read_checkpoint(checkpoint.path).header["iteration"]
+        # Four parts end one to two intervals after resuming, six during the first Newton steps after resuming. The work
+        # since the last checkpoint is lost.
+        random = np.random.default_rng(3)
+        few, many = random.integers(each, 2 * each, 4), random.integers(0, (counts[3] - resumed) // 4, KILLS - 4)
+        kill_calls = np.concatenate([[counts[0] - each], [resumed] * (KILLS - 1)]) + np.concatenate([few, many])
+        kills, reached = 0, []
+        for number, calls in enumerate(kill_calls.tolist()):
+            kills += killed("_run_to_rest", calls, continue_relaxation)
+            if number in (3, KILLS - 1):
+                reached.append(read_checkpoint(checkpoint.path).header["iteration"])
         return {"kills": kills, "reached": reached, "same": same(continue_relaxation(), uninterrupted)}
 
 
@@ -95,7 +104,8 @@ def test_ten_kills_at_random_times_change_no_bit():
     assert done.returncode == 0, done.stderr
     outcome = json.loads(done.stdout)
     assert outcome["kills"] == KILLS
-    assert LEAST_REACHED < outcome["reached"] < LONG.max_iterations  # the kills happened during the relaxation
+    first, last = outcome["reached"]
+    assert 0 < first <= LAST_INTERVAL < last < LONG.max_iterations  # kills in intervals, then between Newton steps
     assert outcome["same"]
 
 
@@ -152,13 +162,31 @@ def test_the_step_scale_after_a_step_back_is_resumed(tmp_path, monkeypatch):
 
 
 def test_a_finished_relaxation_is_resumed_to_the_same_result(tmp_path, monkeypatch):
-    options = {"quality": replace(QUALITY, tolerance=0.02), "keep_shape": fabric_of(ROWS, STITCHES, closed=True)}
+    quality = replace(QUALITY, tolerance=0.02, max_iterations=20_000)
+    options = {"quality": quality, "keep_shape": fabric_of(ROWS, STITCHES, closed=True)}
     uninterrupted = relaxed(checkpoint=Checkpoints(tmp_path, 10_000), **options)
     assert uninterrupted.report["converged"]
-    monkeypatch.setattr(RelaxationLoop, "iterate", None)  # no iteration may run
+    monkeypatch.setattr(RelaxationLoop, "advance", None)  # no iteration and no Newton step may run
     again = relaxed(resume=tmp_path / "checkpoint.smc", **options)
     assert same(again, uninterrupted)
     assert again.report["seconds"] > uninterrupted.history[-1]["seconds"]
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_a_relaxation_that_is_resumed_between_newton_steps_ends_in_the_same_bits(tmp_path, precision):
+    quality = replace(PRESETS["draft"], precision=precision, tolerance=1e-4, max_iterations=20_000)
+    options = {"device": "cpu", "cell": RelaxCell()}
+    whole = relax_yarns(periodic_patch(1, 1), quality=quality, **options)
+    assert whole.report["converged"]
+    ends = [entry["iteration"] for entry in whole.history]
+    steps = [end for end, before in zip(ends[1:], ends, strict=False) if end - before != 20]
+    assert len(steps) > 4
+    for most in (steps[0] - 1, steps[2], steps[-2]):  # before the first step, after the third, before the last
+        stopped = replace(quality, max_iterations=most)
+        relax_yarns(periodic_patch(1, 1), quality=stopped, checkpoint=Checkpoints(tmp_path, 10_000), **options)
+        path = tmp_path / "checkpoint.smc"
+        assert read_checkpoint(path).header["ending"]
+        assert same(relax_yarns(periodic_patch(1, 1), quality=quality, resume=path, **options), whole)
 
 
 def test_checkpoints_are_written_at_assessments_with_at_least_the_given_interval(tmp_path, monkeypatch):
@@ -166,6 +194,19 @@ def test_checkpoints_are_written_at_assessments_with_at_least_the_given_interval
     monkeypatch.setattr(observer, "write_state", lambda path, inputs, state: written.append(state.iteration))
     relaxed(replace(QUALITY, max_iterations=140), checkpoint=Checkpoints(tmp_path, 50))
     assert written == [0, 60, 120, 140]
+
+
+def test_checkpoints_are_written_between_newton_steps_with_at_least_the_given_interval(tmp_path, monkeypatch):
+    written = []
+    monkeypatch.setattr(observer, "write_state", lambda path, inputs, state: written.append(state.iteration))
+    options = {"quality": "draft", "device": "cpu", "cell": RelaxCell(), "checkpoint": Checkpoints(tmp_path, 50)}
+    history = relax_yarns(periodic_patch(1, 1), **options).history
+    ends = [entry["iteration"] for entry in history]
+    expected = [0]
+    while later := [end for end in ends if end >= expected[-1] + 50]:
+        expected.append(later[0])
+    assert written == [*expected, ends[-1]] if expected[-1] < ends[-1] else expected
+    assert any(end % 20 for end in expected)
 
 
 @pytest.mark.parametrize("failure", [KeyboardInterrupt, SolverError])
