@@ -22,7 +22,7 @@ from stitchmesh.periodic.swatch import Swatch, close_contacts, draw_swatch, swat
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, YARN_FRICTION, KnitState, SwatchOptions
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.energies.friction import Friction
+from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.load_steps import LoadStep, StepAtRest, relax_through_steps
 
 LOOPS = (14, 15, 16, COMPACT_LOOP, 18, 20, 22, 24)
@@ -155,8 +155,8 @@ def stiffness_tables() -> Iterable[tuple[str, list[list[object]]]]:
     """Extensions of dry fabrics under several loads, when they are drawn first and when they are drawn again."""
     for mu in (YARN_FRICTION, 0.3, 0.5):
         for again in (False, True):
-            rows: list[list[object]] = [["loop length / d", "drawn along", *(f"at {load / 1000:g} N/m" for load in LOADS),
-                                         "published"]]  # fmt: skip
+            loads = [f"at {load / 1000:g} N/m" for load in LOADS]
+            rows: list[list[object]] = [["loop length / d", "drawn along", *loads, "published"]]
             for loop in STIFF_LOOPS:
                 for direction, published in PUBLISHED.items():
                     found = {pattern: extensions(pattern, loop, direction, mu)[again] for pattern in PATTERNS}
@@ -167,7 +167,7 @@ def stiffness_tables() -> Iterable[tuple[str, list[list[object]]]]:
 
 @cache
 def extensions(pattern: str, loop: float, direction: str, mu: float) -> tuple[list[float], list[float]]:
-    """Strains under ``LOADS`` of a dry fabric that is drawn, let go and drawn again, relative to both states at rest."""
+    """Strains under ``LOADS`` of a dry fabric that is drawn, let go and drawn again; each relative to rest before it."""
     up = np.unique(np.concatenate([np.geomspace(1e-3 * LOADS[-1], LOADS[-1], LOAD_STEPS), LOADS]))
     down = np.append(np.geomspace(LOADS[-1], 1e-3 * LOADS[-1], LOAD_STEPS)[1:], 0.0)
     found = strains(drawn(pattern, loop, "dry", direction, np.concatenate([up, down, up]), mu), direction)

@@ -86,7 +86,7 @@ def chosen_release(
         if friction is not None:
             raise ParameterError(f"friction: got {friction:g} without a relaxation; add one of dry, wet and full")
         return None
-    from stitchmesh.yarnrelax.energies.friction import Friction
+    from stitchmesh.yarnrelax.friction.friction import Friction
 
     if state not in get_args(KnitState):
         raise ParameterError(f"relaxation: got {state!r}; expected dry, wet or full")
@@ -158,7 +158,7 @@ def _through_steps(
     device: str | None, terms: Sequence[TermChoice], note: Callable[[HistoryEntry], None],
 ) -> tuple[dict[str, Any], YarnSet]:  # fmt: skip
     """The report without times, and the yarns in the last state."""
-    from stitchmesh.yarnrelax.energies.friction import Friction
+    from stitchmesh.yarnrelax.friction.friction import Friction
     from stitchmesh.yarnrelax.load_steps import LoadStep, relax_through_steps
 
     steps = [LoadStep(*(share * force for force in forces)) for share in falling(1.0, LAST_FORCE, RELEASE_STEPS)]

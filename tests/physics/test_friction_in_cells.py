@@ -19,8 +19,8 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.checkpoint import NAME, Checkpoints
-from stitchmesh.yarnrelax.energies.friction import Friction
-from stitchmesh.yarnrelax.energies.friction_law import resistance_block, slip_stiffness_block
+from stitchmesh.yarnrelax.friction.friction import Friction
+from stitchmesh.yarnrelax.friction.friction_law import resistance_block, slip_stiffness_block
 from stitchmesh.yarnrelax.model.image_table import renew_images
 from stitchmesh.yarnrelax.model.state import make_state
 from stitchmesh.yarnrelax.relax import Relaxation

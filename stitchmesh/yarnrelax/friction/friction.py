@@ -45,8 +45,9 @@ from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.cell_virial import add_friction_virial, half_virial, strain_of_gap
-from stitchmesh.yarnrelax.energies.friction_contacts import Contacts, first_contacts, own_images, renewed_contacts
-from stitchmesh.yarnrelax.energies.friction_law import (
+from stitchmesh.yarnrelax.energies.term import Term, TermChoice
+from stitchmesh.yarnrelax.friction.friction_contacts import Contacts, first_contacts, own_images, renewed_contacts
+from stitchmesh.yarnrelax.friction.friction_law import (
     resistance_block,
     resisted_slip,
     slip_energy,
@@ -55,7 +56,6 @@ from stitchmesh.yarnrelax.energies.friction_law import (
     slip_stiffness_times,
     vector_from,
 )
-from stitchmesh.yarnrelax.energies.term import Term, TermChoice
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.state import State
