@@ -167,7 +167,7 @@ def stiffness_tables() -> Iterable[tuple[str, list[list[object]]]]:
 
 @cache
 def extensions(pattern: str, loop: float, direction: str, mu: float) -> tuple[list[float], list[float]]:
-    """Strains under ``LOADS`` of a dry fabric that is drawn, let go and drawn again; each relative to rest before it."""
+    """Strains under ``LOADS`` of a dry fabric that is drawn, let go and drawn again, each relative to its start."""
     up = np.unique(np.concatenate([np.geomspace(1e-3 * LOADS[-1], LOADS[-1], LOAD_STEPS), LOADS]))
     down = np.append(np.geomspace(LOADS[-1], 1e-3 * LOADS[-1], LOAD_STEPS)[1:], 0.0)
     found = strains(drawn(pattern, loop, "dry", direction, np.concatenate([up, down, up]), mu), direction)
