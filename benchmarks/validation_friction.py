@@ -113,6 +113,13 @@ def _width(pattern: str, loop: float, state: KnitState | None) -> str:
     return f"{rib / plain:.2f}"
 
 
+def garter_table() -> Iterable[list[object]]:
+    """Compare the rows of garter to the width of a stitch; knitters count on two."""
+    yield ["loop length / d", *STATES, "without friction"]
+    for loop in LOOPS:
+        yield [loop, *(f"{gauge(let_go('garter', loop, state)).ratio:.2f}" for state in (*STATES, None))]
+
+
 def drawn(
     pattern: str, loop: float, state: KnitState, direction: str, loads: np.ndarray, mu: float
 ) -> list[StepAtRest]:  # fmt: skip
