@@ -329,6 +329,25 @@ def test_every_sample_of_a_relaxed_cell_obeys_coulombs_bound() -> None:
         assert (force > 0.15 * press)[press > 0.0].any()  # the pairs of a sample pull in several directions
 
 
+def test_a_relaxation_without_friction_is_the_same_before_and_after_one_with_friction() -> None:
+    common: dict[str, Any] = {"material": KALDOR, "quality": EXACT, "device": "cpu", "cell": UPRIGHT}
+    before = relax_yarns(periodic_patch(1, 1), **common)
+    relax_yarns(periodic_patch(1, 1), terms=[Friction(0.3)], **common)
+    after = relax_yarns(periodic_patch(1, 1), **common)
+    np.testing.assert_array_equal(after.yarns.points, before.yarns.points)
+    np.testing.assert_array_equal(after.yarns.lattice.periods, before.yarns.lattice.periods)
+    assert "friction" not in after.report["energies"]
+
+
+def test_friction_of_coefficient_zero_changes_no_force() -> None:
+    """Forces and virials have the same bits as without the term."""
+    yarns = periodic_patch(1, 1)
+    scene = CellScene.of(yarns.with_radius(1.1 * yarns.radius), Friction(0.0))
+    points = scene.start + slip(yarns, 0.1)
+    assert not scene.sample_forces(points).any()
+    assert not scene.strain_forces(points).any()
+
+
 def test_a_resumed_relaxation_with_friction_ends_in_the_same_bits(tmp_path) -> None:  # type: ignore[no-untyped-def]
     yarns, terms = drawn(1.1), [Friction(0.3)]
     common: dict[str, Any] = {"material": KALDOR, "device": "cpu", "cell": UPRIGHT, "terms": terms}
