@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 from .after_edit import RelaxedAgain as RelaxedAgain
 from .after_edit import relax_edited as relax_edited
+from .compute.threads import set_threads as set_threads
 from .editing.edit import Edit as Edit
 from .editing.edit import apply_edit as apply_edit
 from .editing.history import History as History

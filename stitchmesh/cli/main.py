@@ -32,6 +32,7 @@ from stitchmesh.cli.commands.swatch import Swatch
 from stitchmesh.cli.commands.tessellate import Tessellate
 from stitchmesh.cli.commands.view import View
 from stitchmesh.cli.commands.yarns import Yarns
+from stitchmesh.compute.threads import set_threads
 from stitchmesh.errors import StitchMeshError
 
 INTERRUPTED = 130
@@ -58,7 +59,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.reconfigure(errors="replace")  # A terminal may support ASCII only.
     logging.basicConfig(format="%(message)s", level=logging.INFO, handlers=[_StandardErrorHandler()])
     try:
-        parse(COMMANDS, words, program="stitchmesh", description=DESCRIPTION).run()
+        command = parse(COMMANDS, words, program="stitchmesh", description=DESCRIPTION)
+        set_threads(getattr(command, "threads", None))
+        command.run()
         sys.stdout.flush()
     except StitchMeshError as error:
         print(f"{type(error).__name__}: {error}", file=sys.stderr)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from tyro.conf import UseAppendAction, arg
 
 from stitchmesh.cli.arguments import Flag, OneOrTwo, Pair, help_entry
+from stitchmesh.compute.threads import VARIABLE
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
 from stitchmesh.mesh.palette import Palette, parse_yarn_colours, recolour_palette
@@ -69,6 +70,9 @@ STIFFNESS_HELP = (
 QualityName = Annotated[str, help_entry("NAME", help=f"preset of accuracy and cost: {', '.join(PRESETS)}")]
 Device = Annotated[
     str | None, help_entry("NAME", "the first GPU, or the CPU without a GPU", help="processor: cpu or cuda:0")
+]
+Threads = Annotated[
+    int | None, help_entry("N", f"that of {VARIABLE}, or all cores", help="number of threads on a CPU")
 ]
 Unit = Annotated[str, help_entry("UNIT", help=f"unit of a file that states no unit: {', '.join(CENTIMETRES)}")]
 StitchWidth = Annotated[

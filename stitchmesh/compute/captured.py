@@ -1,17 +1,48 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Launches that are prepared once and repeated: one graph on a GPU, one launch after the other on a CPU."""
+"""Launches that are prepared once and repeated: one graph on a GPU, tables that all cores work through on a CPU."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Any
 
 import warp as wp
 
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import prepare
+from stitchmesh.compute.launch_table import LaunchTable
+
 Launcher = Callable[..., Any]
 """``Model.launch``, which runs a kernel immediately, or ``Model.prepare``, which returns a launch for later."""
+WORDS = wp.constant(4096)
+"""Words of four bytes that a block sets or copies on a CPU."""
+
+
+@kernel
+def clear_words(
+    # state out
+    words: wp.array[wp.int32],
+) -> None:
+    """Set words to zero; one block for each ``WORDS`` words."""
+    block, _lane = wp.tid()
+    for k in range(block * WORDS, wp.min((block + 1) * WORDS, words.shape[0])):
+        words[k] = 0
+
+
+@kernel
+def copy_words(
+    # state in
+    source: wp.array[wp.int32],
+    # state out
+    target: wp.array[wp.int32],
+) -> None:
+    """Copy words; one block for each ``WORDS`` words."""
+    block, _lane = wp.tid()
+    for k in range(block * WORDS, wp.min((block + 1) * WORDS, source.shape[0])):
+        target[k] = source[k]
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,10 +55,14 @@ class ZeroArray:
         """Set the array to zero."""
         self.array.zero_()
 
+    def as_kernel(self) -> wp.Launch:
+        """The same as the launch of a kernel, for a table."""
+        return _of_words(clear_words, self.array)
+
 
 @dataclass(frozen=True, eq=False)
 class CopyArray:
-    """A launch that copies an array to another."""
+    """A launch that copies an array to another of the same size."""
 
     source: wp.array[Any]
     target: wp.array[Any]
@@ -36,27 +71,53 @@ class CopyArray:
         """Copy the array."""
         wp.copy(self.target, self.source)
 
+    def as_kernel(self) -> wp.Launch:
+        """The same as the launch of a kernel, for a table."""
+        return _of_words(copy_words, self.source, self.target)
+
 
 class CapturedLaunches:
     """Prepared launches in a fixed order."""
 
     def __init__(self, launches: Sequence[Any], device: wp.Device, *, times: int = 1) -> None:
-        """Capture the launches, ``times`` times in a row, as a graph on a GPU."""
-        self.launches, self.times = list(launches), times
+        """Capture the launches, ``times`` times in a row, as a graph on a GPU and as tables on a CPU."""
+        self.launches = list(launches)
         self.graph: Any = None
+        self.tables: list[Any] = []
         if device.is_cuda:
             with wp.ScopedCapture(device=device) as capture:
-                self._launch_each()
+                for launch in self.launches * times:
+                    launch.launch()
             self.graph = capture.graph
+        else:
+            self.tables = _in_tables(self.launches * times)
 
     def launch(self) -> None:
         """Run all launches."""
         if self.graph is not None:
             wp.capture_launch(self.graph)
-        else:
-            self._launch_each()
+        for table in self.tables:
+            table.launch()
 
-    def _launch_each(self) -> None:
-        for _ in range(self.times):
-            for launch in self.launches:
-                launch.launch()
+
+def _in_tables(launches: Sequence[Any]) -> list[Any]:
+    """The launches with neighbouring launches of kernels joined in tables; what is no kernel stays as it is."""
+    kernels = [each.as_kernel() if _is_of_words(each) else each for each in launches]
+    result: list[Any] = []
+    for of_kernels, group in groupby(kernels, key=lambda launch: isinstance(launch, wp.Launch)):
+        members = list(group)
+        result += [LaunchTable(members)] if of_kernels else members
+    return result
+
+
+def _is_of_words(launch: Any) -> bool:
+    """Whether a launch sets or copies the words of a whole array."""
+    arrays = [array for array in vars(launch).values() if isinstance(launch, ZeroArray | CopyArray)]
+    return bool(arrays) and all(array.is_contiguous and array.size for array in arrays)
+
+
+def _of_words(kernel: wp.Kernel, *arrays: wp.array[Any]) -> wp.Launch:
+    """A launch for arrays of the same size as words of four bytes."""
+    count = arrays[0].capacity // 4
+    words = [wp.array(ptr=array.ptr, dtype=wp.int32, shape=count, device=array.device) for array in arrays]
+    return prepare(kernel, -(-count // int(WORDS)), words, [], arrays[0].device, tile=1)

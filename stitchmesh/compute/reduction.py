@@ -16,6 +16,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import launch
 
 FEWEST_STRANDS, MOST_STRANDS = 256, 32_768
 """Bounds of the number of threads of a reduction."""
@@ -125,7 +126,7 @@ def minima_over(values: wp.array[Any], start: wp.array[Any], longest: int) -> ND
     """Smallest of an array of scalars in each range, read back to the host; not a number where one is not."""
     strands, ranges = strands_for(longest), len(start) - 1
     partial = wp.empty(ranges * strands, dtype=wp.float64, device=values.device)
-    wp.launch(range_minima, len(partial), [strands, start, values], [partial], device=values.device)
+    launch(range_minima, len(partial), [strands, start, values], [partial], values.device)
     smallest: NDArray[np.float64] = partial.numpy().reshape(ranges, strands).min(axis=1)
     return smallest
 
@@ -158,11 +159,7 @@ class Sums:
 
     def read(self) -> dict[str, NDArray[np.float64]]:
         """Add up the results of the strands and read the sums."""
-        count = len(self._totals)
-        wp.launch_tiled(
-            row_totals, dim=count, inputs=[self._parts], outputs=[self._totals], block_dim=TILE,
-            device=self._totals.device,
-        )  # fmt: skip
+        launch(row_totals, len(self._totals), [self._parts], [self._totals], self._totals.device, tile=TILE)
         return self.totals()
 
 
@@ -183,5 +180,5 @@ def minimum(values: wp.array[Any]) -> float:
 
 def _reduced(kernel: wp.Kernel, inputs: list[Any], values: wp.array[Any]) -> NDArray[np.float64]:
     partial = wp.empty(strands_for(len(values)), dtype=wp.float64, device=values.device)
-    wp.launch(kernel, dim=len(partial), inputs=inputs, outputs=[partial], device=values.device)
+    launch(kernel, len(partial), inputs, [partial], values.device)
     return partial.numpy()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Work that the threads of one block do together: barriers, and sums in a fixed order.
+"""Work that the threads of one block do together: barriers, extremes, and sums in a fixed order.
 
 On a CPU a block is one thread. A block of a GPU has a multiple of 32 threads, up to 1,024.
 """
@@ -25,8 +25,6 @@ _BARRIER = """
     __syncthreads();
 #endif
 """
-
-
 
 
 def _exchanges(room: int) -> str:
@@ -77,9 +75,41 @@ def _sum(count: int) -> str:
 """
 
 
+def _extreme(sign: str) -> str:
+    """The largest or smallest of one value of each thread: first within warps, then over the warps of a block."""
+    return f"""
+#if defined(__CUDA_ARCH__)
+    __shared__ double parts[32];
+    for (int step = 16; step > 0; step >>= 1) {{
+        const double other = __shfl_xor_sync(0xffffffffu, value, step);
+        if (other {sign} value) value = other;
+    }}
+    if ((threadIdx.x & 31) == 0) parts[threadIdx.x >> 5] = value;
+    __syncthreads();
+    const int warps = blockDim.x >> 5;
+    for (int k = 0; k < warps; ++k)
+        if (parts[k] {sign} value) value = parts[k];
+    __syncthreads();
+#endif
+    return value;
+"""
+
+
 @wp.func_native(_BARRIER)
 def wait_for_block():
     """Continue when all threads of the block have reached this point and their writes are visible."""
+    ...
+
+
+@wp.func_native(_extreme(">"))
+def largest_over_block(value: wp.float64) -> wp.float64:
+    """Largest value over all threads of the block."""
+    ...
+
+
+@wp.func_native(_extreme("<"))
+def smallest_over_block(value: wp.float64) -> wp.float64:
+    """Smallest value over all threads of the block."""
     ...
 
 

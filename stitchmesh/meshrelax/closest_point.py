@@ -14,6 +14,7 @@ import warp as wp
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import launch
 from stitchmesh.mesh import FloatArray, IntArray
 
 
@@ -141,7 +142,5 @@ class ClosestPoint:
         position = wp.array(centred, dtype=wp.vec3d, device=self._device)
         facing = wp.array(facings, dtype=wp.vec3d, device=self._device)
         model = [self._mesh.id, self._vertices, self._triangles, self._reach, doublings]
-        wp.launch(
-            find_closest, count, inputs=[*model, position, facing], outputs=[triangle, weights], device=self._device
-        )
+        launch(find_closest, count, [*model, position, facing], [triangle, weights], self._device)
         return triangle.numpy().astype(np.int64), weights.numpy().astype(np.float64)

@@ -25,6 +25,7 @@ from stitchmesh.cli.options import (
     SolverOptions,
     StitchCounts,
     StitchWidth,
+    Threads,
     Unit,
     YarnAndGauge,
     YarnColours,
@@ -69,6 +70,7 @@ class Knit:
     """radius of the yarn in pictures and files for renderers [cm]"""
     quality: Annotated[QualityName | None, help_entry("NAME", f"that of the recipe, or {DEFAULT_QUALITY}")] = None
     device: Device = None
+    threads: Threads = None
     no_picture: Flag = False
     """do not write preview.png"""
     json: AsJson = False
@@ -115,8 +117,8 @@ class Knit:
         from stitchmesh.recipe.recipe_file import read_recipe
 
         solver = SolverOptions(checkpoint_every=self.solver.checkpoint_every, resume=self.solver.resume)
-        free = Knit(self.mesh, self.output, quality=self.quality, device=self.device, no_picture=self.no_picture,
-                    json=self.json, solver=solver)  # fmt: skip
+        free = Knit(self.mesh, self.output, quality=self.quality, device=self.device, threads=self.threads,
+                    no_picture=self.no_picture, json=self.json, solver=solver)  # fmt: skip
         given = [part.name for part in fields(Knit) if getattr(self, part.name) != getattr(free, part.name)]
         if given:
             raise ParameterError(f"{given[0].replace('_', '-')}: is part of a recipe; write it into {self.mesh}")

@@ -25,6 +25,7 @@ from stitchmesh.cli.options import (
     ReportFolder,
     RestLengthFactors,
     SolverOptions,
+    Threads,
     Unit,
 )
 from stitchmesh.cli.relax_to_file import checkpoint_folder, relax_to_file
@@ -56,6 +57,7 @@ class Relax:
     unit: Unit = DEFAULT_UNIT
     quality: QualityName = DEFAULT_QUALITY
     device: Device = None
+    threads: Threads = None
     rest_lengths: RestLengthFactors = field(default_factory=RestLengthFactors)
     physics: MorePhysics = field(default_factory=MorePhysics)
     material: MaterialOptions = field(default_factory=MaterialOptions)

@@ -22,6 +22,7 @@ from stitchmesh.cli.options import (
     QualityName,
     ReportFolder,
     SolverOptions,
+    Threads,
 )
 from stitchmesh.cli.relax_to_file import checkpoint_folder, relax_to_file
 from stitchmesh.cli.summary import AsJson
@@ -47,6 +48,7 @@ class RelaxEdited:
     json: AsJson = False
     quality: QualityName = DEFAULT_QUALITY
     device: Device = None
+    threads: Threads = None
     finish: YarnFinish = field(default_factory=YarnFinish)
     physics: MorePhysics = field(default_factory=MorePhysics)
     material: MaterialOptions = field(default_factory=MaterialOptions)

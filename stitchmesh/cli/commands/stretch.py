@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import Device, MaterialOptions, QualityName, SwatchFabric
+from stitchmesh.cli.options import Device, MaterialOptions, QualityName, SwatchFabric, Threads
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.swatch_options import STRETCH_STEPS
 from stitchmesh.quality import DEFAULT_QUALITY
@@ -40,6 +40,7 @@ class Stretch:
     material: MaterialOptions = field(default_factory=MaterialOptions)
     quality: QualityName = DEFAULT_QUALITY
     device: Device = None
+    threads: Threads = None
     fabric: SwatchFabric = field(default_factory=SwatchFabric)
 
     def run(self) -> None:

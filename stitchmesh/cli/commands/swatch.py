@@ -20,6 +20,7 @@ from stitchmesh.cli.options import (
     MaxIterations,
     QualityName,
     SwatchFabric,
+    Threads,
     YarnColours,
 )
 from stitchmesh.cli.output_folder import START_OF_RENDERER, draw_if_possible, output_folder, plot_history
@@ -67,6 +68,7 @@ class Swatch:
     quality: QualityName = DEFAULT_QUALITY
     max_iterations: MaxIterations = None
     device: Device = None
+    threads: Threads = None
     tile: Annotated[tuple[int, int], help_entry("C R")] = (5, 5)
     """numbers of repeats along the courses and along the wales in the picture and in tiled.bcc"""
     texture: Annotated[tuple[int, ...] | None, help_entry("PIXELS [PIXELS]", "no textures")] = None

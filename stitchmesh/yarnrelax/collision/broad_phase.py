@@ -18,8 +18,9 @@ import warp as wp
 
 from stitchmesh.compute.captured import CopyArray
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import BLOCK
 from stitchmesh.errors import SolverError
-from stitchmesh.yarnrelax.model.constants import BLOCK, Model
+from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import (
     apart_from_cell,
     cell_of,

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import CapturedLaunches, CopyArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import maximum
-from stitchmesh.compute.thread_block import MOST_THREADS, THREADS
+from stitchmesh.compute.thread_block import MOST_THREADS, THREADS, largest_over_block, smallest_over_block
 from stitchmesh.yarnrelax.collision.broad_phase import (
     SPARE_REACH,
     allocate_lists,
@@ -49,8 +49,17 @@ ROOM_TO_GROW = 1.1
 """Factor by which segments may become longer before the search is widened."""
 BLOCKS = 128
 """Thread blocks that collect the results of a search."""
+SAMPLES_PER_PART = 4096
+"""Contact samples of a part of a cell on a CPU, whose cores share a cell; on a GPU a block takes the whole cell."""
 LARGEST_STRAIN = 0.2
 """Largest strain of a cell since its table of images was made, for which ``SHRINKAGE`` leaves room."""
+
+
+@wp.func
+def part_of(first: int, last: int, block: int, blocks: int) -> wp.vec2i:
+    """Where the part of a block in a range begins and ends."""
+    size = (last - first + blocks - 1) // blocks
+    return wp.vec2i(wp.min(first + block * size, last), wp.min(first + (block + 1) * size, last))
 
 
 @kernel
@@ -72,16 +81,17 @@ def collect_results(
     cells = least.shape[0]
     blocks = results.shape[0] - 5 * cells
     most = wp.vec4d()
-    for k in range(block * threads + lane, near.shape[0], blocks * threads):
+    segments, samples = part_of(0, near.shape[0], block, blocks), part_of(0, listed.shape[0], block, blocks)
+    for k in range(segments[0] + lane, segments[1], threads):
         most[0] = wp.max(most[0], wp.float64(near[k]))
         most[2] = wp.max(most[2], wp.float64(longest[k]))
         most[3] = wp.max(most[3], wp.float64(drift[k]))
-    for k in range(block * threads + lane, listed.shape[0], blocks * threads):
+    for k in range(samples[0] + lane, samples[1], threads):
         most[1] = wp.max(most[1], wp.float64(listed[k]))
     for k in range(4):
-        whole = wp.tile_max(wp.tile(most[k]))
+        whole = largest_over_block(most[k])
         if lane == 0:
-            results[block, k] = whole[0]
+            results[block, k] = whole
     for k in range(block * threads + lane, 2 * cells, blocks * threads):
         if k < periods.shape[0]:  # yarns without a lattice have no periods
             for axis in range(3):
@@ -97,22 +107,39 @@ def smallest_of_cells(
     # state in
     values: wp.array[Any],
     # state out
-    least: wp.array[wp.float64],
+    parts: wp.array2d[wp.float64],
 ) -> None:
-    """Smallest value of each cell, not a number where one value is not a number; one block for each cell."""
-    cell, lane = wp.tid()
+    """Smallest value of each part of a cell, not a number where one value is not a number; one block for each part."""
+    number, lane = wp.tid()
+    cell = number // parts.shape[1]
+    block = number - cell * parts.shape[1]
+    part = part_of(start[cell], start[cell + 1], block, parts.shape[1])
     smallest, broken = wp.float64(1.0e300), wp.float64(0.0)
-    for k in range(start[cell] + lane, start[cell + 1], wp.block_dim()):
+    for k in range(part[0] + lane, part[1], wp.block_dim()):
         value = wp.float64(values[k])
         if value == value:
             smallest = wp.min(smallest, value)
         else:
             broken = wp.float64(1.0)
-    whole, odd = wp.tile_min(wp.tile(smallest)), wp.tile_max(wp.tile(broken))
+    whole, odd = smallest_over_block(smallest), largest_over_block(broken)
     if lane == 0:
-        least[cell] = whole[0]
-        if odd[0] > wp.float64(0.0):
-            least[cell] = wp.float64(wp.nan)
+        parts[cell, block] = wp.where(odd > wp.float64(0.0), wp.float64(wp.nan), whole)
+
+
+@kernel
+def smallest_of_parts(
+    # state in
+    parts: wp.array2d[wp.float64],
+    # state out
+    least: wp.array[wp.float64],
+) -> None:
+    """Smallest value of each cell, not a number where one value is not a number."""
+    cell = wp.tid()
+    smallest = parts[cell, 0]
+    for block in range(1, parts.shape[1]):
+        if smallest == smallest and not (parts[cell, block] >= smallest):
+            smallest = parts[cell, block]
+    least[cell] = smallest
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +179,9 @@ class ContactSearch:
         self.model, self.state, self.candidates, self.reallocated = model, state, candidates, reallocated
         self.drift = model.empty(model.segment_count)
         self.clearance = model.empty(model.sample_count)
-        self.least = wp.zeros(model.cell_count, dtype=wp.float64, device=model.device)
+        parts = 1 if model.device.is_cuda else max(model.largest_cell // SAMPLES_PER_PART, 1)
+        self.parts = wp.zeros((model.cell_count, parts), dtype=wp.float64, device=model.device)
+        self.least = self.parts[:, 0] if parts == 1 else wp.zeros(model.cell_count, wp.float64, device=model.device)
         self.collected = wp.zeros((BLOCKS + 5 * model.cell_count, 4), dtype=wp.float64, device=model.device)
         self.results: SearchResults | None = None
         self._launches: dict[bool, CapturedLaunches] = {}
@@ -236,10 +265,17 @@ class ContactSearch:
             narrow_launch(model, state.samples, candidates, launcher),
             *clearance_launches(model, state, candidates, self.clearance),
             budget_launch(model, state, candidates, self.clearance),
-            launcher(smallest_of_cells, model.cell_count, clear, [self.least], tile=MOST_THREADS),
+            launcher(smallest_of_cells, self.parts.size, clear, [self.parts], tile=MOST_THREADS),
+            *self._least_launches(),
             *strain_budget_launches(model, state, candidates, self.least),
             launcher(collect_results, BLOCKS, collected, [self.collected], tile=THREADS),
         ]
+
+    def _least_launches(self) -> list[Any]:
+        """The launch that finds the smallest clearance of each cell from those of its parts."""
+        if self.parts.shape[1] == 1:  # one array
+            return []
+        return [self.model.prepare(smallest_of_parts, self.model.cell_count, [self.parts], [self.least])]
 
     def _read(self) -> SearchResults:
         collected, cells = self.collected.numpy(), self.model.cell_count

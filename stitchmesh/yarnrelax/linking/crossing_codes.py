@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from stitchmesh.compute.slots import next_slot
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import IntArray
 from stitchmesh.yarnrelax.linking.projection import Projection
@@ -40,7 +41,7 @@ class Crossings:
 @wp.func
 def note(crossings: Crossings, one: int, two: int, image: wp.vec2i, positive: bool) -> None:
     """Write a crossing of yarn one with the copy of yarn two in an image."""
-    slot = wp.atomic_add(crossings.count, 0, 1)
+    slot = next_slot(crossings.count)
     if slot < crossings.code.shape[0]:
         seen = wp.where(one <= two, image, -image)
         code = wp.int64(wp.min(one, two)) * crossings.yarns + wp.int64(wp.max(one, two))

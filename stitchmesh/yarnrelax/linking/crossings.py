@@ -26,6 +26,7 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import launch
 from stitchmesh.mesh import IntArray
 from stitchmesh.yarnrelax.linking.crossing_codes import Crossings, collected, note
 from stitchmesh.yarnrelax.linking.projection import EDGE, Grid, Projection
@@ -237,11 +238,11 @@ def edge_crossings(projection: Projection) -> IntArray:
     count, device = projection.edge_yarn.shape[0], projection.vertices.device
     edges = _sorted_edges(projection)
 
-    def launch(crossings: Any) -> None:
+    def find(crossings: Any) -> None:
         inputs = [projection.grid, projection.step, edges]
-        wp.launch(find_crossings, count, inputs, [crossings], device=device)
+        launch(find_crossings, count, inputs, [crossings], device)
 
-    return collected(projection, launch)
+    return collected(projection, find)
 
 
 def _sorted_edges(projection: Projection) -> Any:
@@ -250,12 +251,12 @@ def _sorted_edges(projection: Projection) -> Any:
     edges = Edges()
     edges.key = wp.empty(2 * count, dtype=wp.int64, device=device)
     order = wp.empty(2 * count, dtype=wp.int32, device=device)
-    wp.launch(place_edges, count, [projection.grid, *polylines], [edges.key, order], device=device)
+    launch(place_edges, count, [projection.grid, *polylines], [edges.key, order], device)
     bits = (int(projection.grid.columns) * int(projection.grid.rows)).bit_length()
     wp.utils.radix_sort_pairs(edges.key, order, count, end_bit=bits)
     edges.tail, edges.head = (wp.empty(count, dtype=wp.vec3d, device=device) for _ in range(2))
     edges.box = wp.empty(count, dtype=wp.vec4d, device=device)
     edges.yarn = wp.empty(count, dtype=wp.int32, device=device)
     edges.image = wp.empty(count, dtype=wp.vec2i, device=device)
-    wp.launch(order_edges, count, [projection.grid, *polylines, order], [edges], device=device)
+    launch(order_edges, count, [projection.grid, *polylines, order], [edges], device)
     return edges

@@ -22,6 +22,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import launch
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarnrelax.linking.crossing_codes import Crossings, collected, note
 from stitchmesh.yarnrelax.linking.crossings import is_left
@@ -162,11 +163,11 @@ def open_yarn_crossings(projection: Projection, closed: NDArray[np.bool_]) -> tu
     lines.yarn = wp.array(ends.yarn, dtype=wp.int32, device=device)
     lines.outwards = wp.array(np.where(ends.leaves, 1, -1), dtype=wp.int32, device=device)
 
-    def launch(crossings: Any) -> None:
+    def find(crossings: Any) -> None:
         inputs = [wp.vec3d(*projection.middle), projection.vertices, projection.edge_yarn, lines]
-        wp.launch(find_line_crossings, projection.edge_yarn.shape[0], inputs, [crossings], device=device)
+        launch(find_line_crossings, projection.edge_yarn.shape[0], inputs, [crossings], device)
 
-    return (collected(projection, launch), *_arc_crossings(ends))
+    return (collected(projection, find), *_arc_crossings(ends))
 
 
 def _ends(projection: Projection, yarn: IntArray) -> Ends:

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from stitchmesh.compute.launch import launch
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.linking.polylines import Curves, end_yarns, measure_segments, sample_segments
@@ -109,11 +110,11 @@ def _sample(projection: Projection, curves: Any, segment_edge: IntArray, yarns: 
     device, units = projection.vertices.device, wp.vec3d(*scale)
     bounds = wp.array(segment_edge, dtype=wp.int32, device=device)
     outputs = [projection.vertices, projection.edge_yarn]
-    wp.launch(sample_segments, len(segment_edge) - 1, [bounds, units, curves], outputs, device=device)
+    launch(sample_segments, len(segment_edge) - 1, [bounds, units, curves], outputs, device)
     ends = wp.array(projection.yarn_edge, dtype=wp.int32, device=device)
     closed = wp.array(yarns.closed, dtype=wp.bool, device=device)
     inputs = [ends, closed, projection.step, projection.grid.period, units, curves]
-    wp.launch(end_yarns, yarns.yarn_count, inputs, [projection.vertices], device=device)
+    launch(end_yarns, yarns.yarn_count, inputs, [projection.vertices], device)
 
 
 def _steps(yarns: YarnSet, periods: FloatArray | None) -> tuple[IntArray, FloatArray]:
@@ -150,7 +151,7 @@ def _put_curves(yarns: YarnSet, seen: FloatArray, shift: FloatArray, device: wp.
 
 def _measured(curves: Any, count: int, device: wp.Device) -> FloatArray:
     size = wp.empty(count, dtype=wp.float64, device=device)
-    wp.launch(measure_segments, count, [curves], [size], device=device)
+    launch(measure_segments, count, [curves], [size], device)
     return size.numpy()
 
 

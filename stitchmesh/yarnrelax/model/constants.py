@@ -18,11 +18,9 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.compute.launch import launch, prepare
 from stitchmesh.compute.precision import vector
 from stitchmesh.yarnrelax.model.cells import CellTables
-
-BLOCK = 64
-"""Threads of a block on a GPU; small blocks spread a swatch over all of it, and large scenes lose nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,20 +84,13 @@ class Model(CellTables):
         self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], *, tile: int = 0
     ) -> None:
         """Run a kernel once: ``count`` threads, or ``count`` blocks that share tiles of ``tile`` elements."""
-        if tile:
-            wp.launch_tiled(kernel, dim=count, inputs=inputs, outputs=outputs, device=self.device, block_dim=tile)
-        else:
-            wp.launch(kernel, count, inputs, outputs, device=self.device, block_dim=BLOCK)
+        launch(kernel, count, inputs, outputs, self.device, tile=tile)
 
     def prepare(
         self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], *, tile: int = 0
     ) -> wp.Launch:
         """Prepare a launch that will be repeated; arguments as for ``launch``."""
-        if tile:
-            return wp.launch_tiled(
-                kernel, dim=count, inputs=inputs, outputs=outputs, device=self.device, block_dim=tile, record_cmd=True
-            )
-        return wp.launch(kernel, count, inputs, outputs, device=self.device, block_dim=BLOCK, record_cmd=True)
+        return prepare(kernel, count, inputs, outputs, self.device, tile=tile)
 
     def number(self, value: float) -> Any:
         """A scalar for a kernel argument."""

@@ -1,0 +1,45 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Launches of kernels, on a CPU on all cores."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from stitchmesh.compute.launch_table import LaunchTable, is_large
+
+BLOCK = 64
+"""Threads of a block on a GPU; small blocks spread a swatch over all of it, and large scenes lose nothing."""
+
+
+def prepare(
+    kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], device: wp.Device, *, tile: int = 0
+) -> wp.Launch:
+    """Prepare a launch that will be repeated.
+
+    Args:
+        kernel: what to launch.
+        count: number of threads, or of blocks that share tiles.
+        inputs: the first arguments of the kernel.
+        outputs: its last arguments.
+        device: where it runs.
+        tile: threads of a block that shares tiles; 0 for a kernel without tiles.
+    """
+    arguments: dict[str, Any] = {"inputs": inputs, "outputs": outputs, "device": device, "record_cmd": True}
+    if tile:
+        return wp.launch_tiled(kernel, dim=count, block_dim=tile, **arguments)
+    return wp.launch(kernel, count, block_dim=BLOCK, **arguments)
+
+
+def launch(
+    kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], device: wp.Device, *, tile: int = 0
+) -> None:
+    """Run a kernel once; arguments as for ``prepare``."""
+    if count == 0:
+        return
+    prepared = prepare(kernel, count, inputs, outputs, device, tile=tile)
+    if device.is_cpu and is_large(prepared):
+        prepared = LaunchTable([prepared])
+    prepared.launch()
