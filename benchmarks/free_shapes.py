@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Free swatches of all patterns of the library, lying on nothing and between planes: size, thickness and shape.
 
-    python benchmarks/free_shapes.py --device cpu --quality standard --out out/free-shapes
+    python benchmarks/free_shapes.py --device cpu --quality draft
+    python benchmarks/free_shapes.py stockinette garter rib1x1 --device cpu --tolerance 1e-4 --no-pictures
 
 Writes shapes.md with a row for each pattern, and sheets of pictures. The pressure is the force on one plane over the
 area of the repeat; the weight is that of the fabric over the same area.
@@ -13,6 +14,7 @@ from __future__ import annotations
 import argparse
 import logging
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +28,7 @@ from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.support import planes
 from stitchmesh.periodic.swatch import draw_swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
-from stitchmesh.quality import quality_named
+from stitchmesh.quality import Quality, quality_named
 from stitchmesh.render import render_swatch
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.energies.confinement import STIFFNESS
@@ -38,9 +40,11 @@ FALL = 981.0
 """Acceleration on Earth [cm / s^2]."""
 LOOPS = (14.0, 16.67, 20.0, 24.0, 30.0, 40.0)
 """Loop lengths of stockinette [yarn diameters]."""
+MOST_ITERATIONS = 40_000
+"""Iterations with a given tolerance."""
 HEAD = (
-    "| pattern | lying on nothing [cm] | times too thick | shape | between planes [cm] | times too thick | shape "
-    "| energy a stitch, free and between planes [erg] | pressure, weight [dyn/cm2] |\n"
+    "| pattern | lying on nothing [cm] | thickness | shape | between planes [cm] | thickness | shape "
+    "| energies [erg] | pressure, weight [dyn/cm²] |\n"
     "|---|---:|---:|---|---:|---:|---|---:|---:|"
 )
 
@@ -51,17 +55,23 @@ def main() -> None:
     parser.add_argument("patterns", nargs="*")
     parser.add_argument("--device")
     parser.add_argument("--quality", default="standard")
+    parser.add_argument("--tolerance", type=float, help="relax to this residual in double precision")
     parser.add_argument("--out", type=Path, default=Path("out/free-shapes"))
     parser.add_argument("--no-pictures", action="store_true")
     chosen = parser.parse_args()
     logging.getLogger("stitchmesh").setLevel(logging.ERROR)
+    chosen.quality = quality_named(chosen.quality)
+    if chosen.tolerance is not None:
+        chosen.quality = replace(
+            chosen.quality, precision="float64", tolerance=chosen.tolerance, max_iterations=MOST_ITERATIONS
+        )
     chosen.out.mkdir(parents=True, exist_ok=True)
     rows, made = [HEAD], []
     print(HEAD)
     for name in chosen.patterns or [*sm.pattern_names(), *sm.weave_names()]:
         pair = [relaxed(name, chosen, unsupported=unsupported) for unsupported in (True, False)]
         made.append((name, pair))
-        rows.append(row_of(name, *pair))
+        rows.append(row_of(name, *pair, chosen.quality))
         print(rows[-1], flush=True)
     (chosen.out / "shapes.md").write_text("\n".join([*rows, "", *loop_lines(chosen)]) + "\n")
     for place, kind in enumerate(() if chosen.no_pictures else ("nothing", "planes")):
@@ -75,7 +85,7 @@ def relaxed(name: str, chosen: argparse.Namespace, **options: Any) -> sm.Swatch:
     )
 
 
-def row_of(name: str, alone: sm.Swatch, lying: sm.Swatch) -> str:
+def row_of(name: str, alone: sm.Swatch, lying: sm.Swatch, quality: Quality) -> str:
     """One row of the table."""
     parts = [name]
     for made in (alone, lying):
@@ -85,7 +95,7 @@ def row_of(name: str, alone: sm.Swatch, lying: sm.Swatch) -> str:
                   f"{report['thickness_ratio']:.2f}", report["shape"]]  # fmt: skip
     energies = (yarn_energy(made) for made in (alone, lying))
     weight = lying.report["areal_density"] * FALL
-    parts += [", ".join(f"{energy:.1f}" for energy in energies), f"{pressure(name, lying):.1f}, {weight:.0f}"]
+    parts += [", ".join(f"{energy:.1f}" for energy in energies), f"{pressure(name, lying, quality):.1f}, {weight:.0f}"]
     return f"| {' | '.join(parts)} |"
 
 
@@ -95,10 +105,10 @@ def yarn_energy(made: sm.Swatch) -> float:
     return float(sum(energies.values())) / float(made.report["stitches"])
 
 
-def pressure(name: str, made: sm.Swatch) -> float:
+def pressure(name: str, made: sm.Swatch, quality: Quality) -> float:
     """Force on one plane over the area of the repeat [dyn / cm^2]; at rest both planes push equally."""
     source, options = sm.resolve_pattern(name), SwatchOptions()
-    fabric, drawn = draw_swatch(source, options, quality_named("draft"))
+    fabric, drawn = draw_swatch(source, options, quality)
     (choice,) = planes(True, options, FlatFabric.of(drawn, fabric, source), made.yarns.radius)
     height, stiffness = heights(made.yarns)
 

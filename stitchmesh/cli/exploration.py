@@ -32,7 +32,7 @@ def write_exploration(folder: Path, found: Exploration, head: dict[str, Any], *,
     """
     from stitchmesh.io.atomic import write_json
     from stitchmesh.io.yarns import write_yarns
-    from stitchmesh.render.rest_sheet import draw_rests
+    from stitchmesh.render.thumbnails.rest_sheet import draw_rests
 
     for number, rest in enumerate(found.rests, 1):
         write_yarns(folder / f"rest-{number}.h5", rest.swatch.yarns)
