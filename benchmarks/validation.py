@@ -14,13 +14,14 @@ import argparse
 from collections.abc import Iterable
 from pathlib import Path
 
+import validation_friction
 import validation_knits
 import validation_loads
 import validation_plots
 import validation_stretch
 import validation_weaves
 
-SECTIONS = ("loops", "tiling", "knits", "stretch", "loads", "weave", "cells")
+SECTIONS = ("loops", "tiling", "knits", "stretch", "loads", "friction", "weave", "cells")
 
 
 def main() -> None:
@@ -36,7 +37,8 @@ def main() -> None:
         if section == "cells":
             _cells(given.cells)
         else:
-            draw = {"loops": _loops, "tiling": _tiling, "knits": _knits, "stretch": _stretch, "loads": _loads}
+            draw = {"loops": _loops, "tiling": _tiling, "knits": _knits, "stretch": _stretch, "loads": _loads,
+                    "friction": _friction}  # fmt: skip
             draw.get(section, _weave)(given.pictures)
 
 
@@ -74,6 +76,17 @@ def _loads(_pictures: Path | None) -> None:
     made = validation_loads.curves()
     print_table("Extension under one load, in %", validation_loads.loads_table(made))
     print_table("Slope along the wales under one load", validation_loads.slopes_table(made))
+
+
+def _friction(_pictures: Path | None) -> None:
+    print_table("Stockinette off the needles", validation_friction.munden_table())
+    print_table("Dry stockinette by friction", validation_friction.coefficients_table())
+    print_table("Stockinette of 16.67 d from several sizes on the needles", validation_friction.paths_table())
+    print_table("Ribs off the needles, of stockinette", validation_friction.rib_table())
+    print_table("Rows of garter to the width of a stitch", validation_friction.garter_table())
+    print_table("Work of dry stockinette", validation_friction.work_table())
+    for title, rows in validation_friction.stiffness_tables():
+        print_table(title, rows)
 
 
 def _weave(pictures: Path | None) -> None:

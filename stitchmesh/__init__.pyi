@@ -117,10 +117,12 @@ from .yarnrelax.checkpoint import Checkpoints as Checkpoints
 from .yarnrelax.constraints.pins import Pins as Pins
 from .yarnrelax.contact_load import contact_load as contact_load
 from .yarnrelax.energies.body import Body as Body
-from .yarnrelax.energies.friction import Friction as Friction
 from .yarnrelax.energies.gravity import Gravity as Gravity
 from .yarnrelax.energies.point_load import PointLoad as PointLoad
 from .yarnrelax.energies.twist import Twist as Twist
+from .yarnrelax.friction.friction import Friction as Friction
+from .yarnrelax.load_steps import LoadStep as LoadStep
+from .yarnrelax.load_steps import relax_through_steps as relax_through_steps
 from .yarnrelax.relax_cells import relax_cells as relax_cells
 
 __version__: str

@@ -8,7 +8,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.compute.launch_table import LaunchTable, is_large
+from stitchmesh.compute.launch_table import LaunchTable, useful_threads
 
 BLOCK = 64
 """Threads of a block on a GPU; small blocks spread a swatch over all of it, and large scenes lose nothing."""
@@ -40,6 +40,6 @@ def launch(
     if count == 0:
         return
     prepared = prepare(kernel, count, inputs, outputs, device, tile=tile)
-    if device.is_cpu and is_large(prepared):
+    if device.is_cpu and useful_threads(prepared) > 1:
         prepared = LaunchTable([prepared])
     prepared.launch()

@@ -7,6 +7,10 @@ and how many of them form a part. Every thread goes through the rows from the fi
 one part after the other, until no part is left, and then waits until all parts of the row are done, also those of other
 threads. A launch therefore begins only after the launch before it has ended, as on one thread.
 
+The calling thread opens the table and closes it at the end. Other threads may come late, even after the end: an open
+table is one in which they may take parts, and in a closed one nothing is left. After it has closed the table the
+calling thread waits until no other thread is in it, and sets its counters to zero for the next time.
+
 An element computes the same in whichever thread it runs. The parts depend on the number of elements only, not on the
 number of threads, so that vectorised loops treat each element in the same way too. Results therefore have the same bits
 for any number of threads. No element may read what another one writes, which a GPU demands as well.
@@ -29,38 +33,58 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.compute.kernel import RUNS_IN_PARTS, kernel
-from stitchmesh.compute.thread_team import share
+from stitchmesh.compute.thread_team import Work, share
 
 PART = 256
 """Elements of a part, a multiple of all widths of vector instructions. Of a kernel with blocks a part is one block."""
-FEWEST_PARTS, FEWEST_BLOCKS = 16, 2
-"""Parts of the largest launch, or blocks, from which several threads are faster than one."""
+PARTS_PER_THREAD = 8
+"""Parts for which it pays to wake one more thread; one block is enough."""
 ONE_MEMORY = ("tile", "atomic")
 """How the names of those functions of Warp begin whose kernels form one part."""
+LINE = 16
+"""Integers of a line of the cache; each counter has a line of its own."""
+CLOSED = 1
+"""The counter that is not zero while the table is closed."""
 
 _WORK_THROUGH = """
     struct Bounds { unsigned int shape[2]; size_t size, coord_mult; };
-    const long long* row = table.data;
-    int* taken = counters.data;
-    for (int launch = 0; launch < table.shape[0]; ++launch, row += 5, taken += 32) {
-        const auto run = (void (*)(Bounds*, void*))row[0];
-        const long long count = row[2], lanes = row[3], size = row[4];
-        const int parts = (int)((count + size - 1) / size);
-        int* done = taken + 16;  // on another line of the cache
-        for (int part; (part = __atomic_fetch_add(taken, 1, __ATOMIC_RELAXED)) < parts;) {
-            const long long first = part * size, last = first + size < count ? first + size : count;
-            Bounds bounds = {{(unsigned int)last, (unsigned int)lanes}, (size_t)((last - first) * lanes), 1};
-            run(&bounds, (void*)row[1]);
-            __atomic_fetch_add(done, 1, __ATOMIC_RELEASE);
+    int* inside = counters.data;
+    int* closed = inside + 16;
+    const auto wait = [give_way](const int* counter, int value) {
+        for (int looks = 0; __atomic_load_n(counter, __ATOMIC_SEQ_CST) != value; ++looks)
+            if (looks > 20000) ((void (*)())give_way)();
+    };
+    __atomic_fetch_add(inside, 1, __ATOMIC_SEQ_CST);
+    if (!__atomic_load_n(closed, __ATOMIC_SEQ_CST)) {
+        const long long* row = table.data;
+        int* taken = closed + 16;
+        for (int launch = 0; launch < table.shape[0]; ++launch, row += 5, taken += 32) {
+            const auto run = (void (*)(Bounds*, void*))row[0];
+            const long long count = row[2], lanes = row[3], size = row[4];
+            const int parts = (int)((count + size - 1) / size);
+            int* done = taken + 16;
+            for (int part; (part = __atomic_fetch_add(taken, 1, __ATOMIC_RELAXED)) < parts;) {
+                const long long first = part * size, last = first + size < count ? first + size : count;
+                Bounds bounds = {{(unsigned int)last, (unsigned int)lanes}, (size_t)((last - first) * lanes), 1};
+                run(&bounds, (void*)row[1]);
+                __atomic_fetch_add(done, 1, __ATOMIC_RELEASE);
+            }
+            wait(done, parts);
         }
-        for (int looks = 0; __atomic_load_n(done, __ATOMIC_ACQUIRE) < parts; ++looks)
-            if (looks > 200) ((void (*)())give_way)();  // rows are short: to sleep would take longer
     }
+    if (closes) {
+        __atomic_store_n(closed, 1, __ATOMIC_SEQ_CST);
+        wait(inside, 1);
+        for (int k = 0; k < 2 * table.shape[0]; ++k) closed[16 + 16 * k] = 0;
+    }
+    __atomic_fetch_sub(inside, 1, __ATOMIC_SEQ_CST);
 """
 
 
 @wp.func_native(_WORK_THROUGH)
-def take_parts(table: wp.array2d(dtype=wp.int64), counters: wp.array2d(dtype=wp.int32), give_way: wp.uint64):
+def take_parts(
+    table: wp.array2d(dtype=wp.int64), give_way: wp.uint64, closes: bool, counters: wp.array2d(dtype=wp.int32)
+):
     """Take parts of launches until none is left; ``give_way`` is the address of a function of the system."""
     ...
 
@@ -70,11 +94,12 @@ def work_through(
     # model
     table: wp.array2d(dtype=wp.int64),
     give_way: wp.uint64,
+    closes: bool,
     # state in and out
     counters: wp.array2d(dtype=wp.int32),
 ) -> None:
-    """Take parts of launches until none is left."""
-    take_parts(table, counters, give_way)
+    """Take parts of launches until none is left; the thread that opened the table closes it."""
+    take_parts(table, give_way, closes, counters)
 
 
 class LaunchTable:
@@ -84,23 +109,40 @@ class LaunchTable:
         """Make the table; the arrays and numbers that the launches name stay the same."""
         self._launches = list(launches)
         self._arguments = [_arguments(launch) for launch in launches]
-        sizes = [_part_size(launch) for launch in launches]
         rows = [
-            [_address(launch.hooks.forward), ctypes.addressof(arguments), *_extents(launch), size]
-            for launch, arguments, size in zip(launches, self._arguments, sizes, strict=True)
+            [_address(launch.hooks.forward), ctypes.addressof(arguments), *_extents(launch), _part_size(launch)]
+            for launch, arguments in zip(launches, self._arguments, strict=True)
         ]
-        self._counters = np.zeros((len(rows), 32), dtype=np.int32)
-        counters = wp.array(self._counters, dtype=wp.int32, device="cpu", copy=False)
-        inputs = [wp.array(rows, dtype=wp.int64, device="cpu"), wp.uint64(_give_way()), counters]
-        self._work = wp.launch(work_through, 1, inputs, device="cpu", record_cmd=True)
-        self._do: Callable[[], None] = self._work.launch
-        if any(is_large(launch) for launch in launches):
-            self._do = functools.partial(share, self._work.launch)
+        self._table = wp.array(rows, dtype=wp.int64, device="cpu")
+        self._counters = np.zeros((2 + 2 * len(rows), LINE), dtype=np.int32)
+        self._counters[CLOSED] = 1
+        self._threads = max(useful_threads(launch) for launch in launches)
+        self._own, self._other = self._work(closes=True), self._work(closes=False)
 
     def launch(self) -> None:
         """Run all launches."""
-        self._counters[:] = 0
-        self._do()
+        self._counters[CLOSED] = 0
+        try:
+            if self._threads > 1:
+                share(self._own, self._other, self._threads)
+            else:
+                self._own()
+        finally:
+            if not self._counters[CLOSED, 0]:  # an interrupt before the work of this thread
+                self._own()
+
+    def _work(self, *, closes: bool) -> Work:
+        """The work of the calling thread, which closes the table, or that of another one."""
+        counters = wp.array(self._counters, dtype=wp.int32, device="cpu", copy=False)
+        inputs = [self._table, wp.uint64(_give_way()), closes, counters]
+        launch = wp.launch(work_through, 1, inputs, device="cpu", record_cmd=True)
+        arguments = _arguments(launch)
+        return functools.partial(_call, launch, ctypes.byref(launch.bounds), ctypes.byref(arguments))
+
+
+def _call(launch: wp.Launch, bounds: Any, arguments: Any) -> None:
+    """Run a kernel without what ``wp.Launch.launch`` does again each time."""
+    launch.hooks.forward(bounds, arguments)
 
 
 def _arguments(launch: wp.Launch) -> ctypes.Structure:
@@ -129,10 +171,10 @@ def _part_size(launch: wp.Launch) -> int:
     return PART if len(launch.bounds.shape) == 1 else 1
 
 
-def is_large(launch: wp.Launch) -> bool:
-    """Whether several threads run a launch faster than one."""
+def useful_threads(launch: wp.Launch) -> int:
+    """Number of threads that a launch is enough for."""
     parts = -(-_extents(launch)[0] // _part_size(launch))
-    return parts >= (FEWEST_PARTS if len(launch.bounds.shape) == 1 else FEWEST_BLOCKS)
+    return parts // PARTS_PER_THREAD if len(launch.bounds.shape) == 1 else parts
 
 
 @functools.cache

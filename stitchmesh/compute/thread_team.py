@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Threads that wait for work and share it with the thread that has it.
 
-The threads exist once in a process, because to start a thread takes as long as a small launch. Between two pieces of
-work they sleep. After a fork the child has no threads, so it starts its own at its first work.
+The threads exist once in a process, because to start a thread takes as long as a small launch. Without work they sleep.
+After a fork the child has no threads, so it starts its own at its first work.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ import functools
 import os
 import threading
 from collections.abc import Callable
+from queue import SimpleQueue
 
 from stitchmesh.compute.threads import thread_count
 
-Work = Callable[[], None]
-"""Work that several threads share: each takes what is left, and returns where nothing is left or the work is done."""
+Work = Callable[[], object]
 
 
 class ThreadTeam:
@@ -24,87 +24,46 @@ class ThreadTeam:
 
     def __init__(self, size: int) -> None:
         """Start ``size`` - 1 threads."""
-        self._lock = threading.Lock()
-        self._wake, self._left = threading.Condition(self._lock), threading.Condition(self._lock)
-        self._work: Work | None = None
-        self._number, self._inside = 0, 0
-        self._errors: list[BaseException] = []
-        for number in range(1, size):
-            threading.Thread(target=self._help, name=f"launches {number}", daemon=True).start()
+        self._errors: SimpleQueue[BaseException] = SimpleQueue()
+        self._queues: list[SimpleQueue[Work]] = [SimpleQueue() for _ in range(1, size)]
+        for number, queue in enumerate(self._queues, start=1):
+            threading.Thread(target=self._help, args=[queue], name=f"launches {number}", daemon=True).start()
 
-    def share(self, work: Work) -> None:
-        """Do work together; return when it is done and no other thread is in it.
+    def share(self, own: Work, other: Work, threads: int) -> None:
+        """Do work in the calling thread, and offer the others a part in it; return when the calling thread is done.
 
-        The calling thread begins at once, without waiting until the others are awake. It works alone if the others have
-        work already, because another thread called this function.
+        Args:
+            own: what the calling thread does. It does not wait for threads that have not begun, because they may sleep
+                for long on a machine with other work.
+            other: what up to ``threads`` - 1 other threads do, perhaps late. It returns at once if nothing is left.
+            threads: number of threads that the work is enough for.
 
         Raises:
-            BaseException: what the work raised in one of the threads.
+            BaseException: what ``own`` raises, or else what ``other`` raised, in this call or in one before it.
         """
-        if not self._offer(work):
-            work()
-            return
-        try:
-            work()
-        finally:
-            errors = self._withdraw()
-        if errors:
-            raise errors[0]
+        for queue in self._queues[: threads - 1]:
+            if queue.empty():  # a thread with work of which it has not heard yet comes too late for more
+                queue.put(other)
+        own()
+        if not self._errors.empty():
+            raise self._errors.get()
 
-    def _offer(self, work: Work) -> bool:
-        """Wake the others for work, unless they have work."""
-        with self._lock:
-            if self._work is not None or self._inside:
-                return False
-            self._work, self._number = work, self._number + 1
-            self._wake.notify_all()
-        return True
-
-    def _withdraw(self) -> list[BaseException]:
-        """Let no thread begin any more, and wait for those within; also an interrupt must wait for them."""
-        interrupts: list[BaseException] = []
-        with self._lock:
-            self._work = None
-            while self._inside:
-                try:
-                    self._left.wait()
-                except BaseException as interrupt:
-                    interrupts.append(interrupt)
-            errors, self._errors = self._errors, []
-        return interrupts + errors
-
-    def _help(self) -> None:
-        """Take part in all work that is offered, once in each."""
-        done = 0
+    def _help(self, queue: SimpleQueue[Work]) -> None:
+        """Do the work of a queue."""
         while True:
-            with self._lock:
-                while self._work is None or self._number == done:
-                    self._wake.wait()
-                work, done = self._work, self._number
-                self._inside += 1
-            error = _raised_by(work)
-            with self._lock:
-                self._inside -= 1
-                self._errors += error
-                if not self._inside:
-                    self._left.notify()
-
-
-def _raised_by(work: Work) -> list[BaseException]:
-    """Do work; return what it raises."""
-    try:
-        work()
-    except BaseException as error:
-        return [error]
-    return []
+            work = queue.get()
+            try:
+                work()
+            except BaseException as error:
+                self._errors.put(error)
 
 
 _team_of = functools.cache(ThreadTeam)
-"""The team of each size that was asked for; threads that sleep cost nothing."""
+"""The team of each size that was asked for."""
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_team_of.cache_clear)
 
 
-def share(work: Work) -> None:
-    """Do work with as many threads as ``thread_count`` says."""
-    _team_of(thread_count()).share(work)
+def share(own: Work, other: Work, threads: int) -> None:
+    """Share work with as many threads as ``thread_count`` says; arguments and errors as for ``ThreadTeam.share``."""
+    _team_of(thread_count()).share(own, other, threads)

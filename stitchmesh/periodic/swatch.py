@@ -28,10 +28,11 @@ from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.continuation import change_period, change_radius, change_rest_length, size_of
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.gauge import swatch_report
+from stitchmesh.periodic.off_needles import Release, chosen_release, let_go, needle_size
 from stitchmesh.periodic.repeat_checks import check_floats, check_loops_begin
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.support import blocking, planes, refuse_tearing, remedy_of, tearing
-from stitchmesh.periodic.swatch_options import COMPACT_LOOP, TAKE_UP, SwatchOptions
+from stitchmesh.periodic.swatch_options import COMPACT_LOOP, TAKE_UP, KnitState, SwatchOptions
 from stitchmesh.periodic.torus import torus_mesh
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.weave import Weave
@@ -98,6 +99,8 @@ def swatch(
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
     relax_cell: bool | RelaxCell = False,
+    relaxation: KnitState | None = None,
+    friction: float | None = None,
     progress: Callable[[HistoryEntry], None] | Literal[False] | None = None,
     **options: Any,
 ) -> Swatch:
@@ -112,6 +115,9 @@ def swatch(
         relax_cell: whether the width and height of the repeat are relaxed, lying between two planes (``support``),
             or a ``RelaxCell`` with the degrees of freedom of a cell that lies on nothing. With ``RelaxCell()`` the
             cell can also shear; ribs without friction do so to one of the two sides.
+        relaxation: ``dry``, ``wet`` or ``full``: the state of a knit that was let go off the needles with friction
+            (``off_needles``); width and height are then free. By default there is no friction.
+        friction: coefficient of friction between yarns, with a relaxation; ``YARN_FRICTION`` where not given.
         progress: function that is called about every half second; by default a line shows the progress on a terminal or
             in a notebook, and False shows nothing.
         options: fields of ``SwatchOptions``.
@@ -124,8 +130,9 @@ def swatch(
     """
     began = time.perf_counter()
     prepared = prepare_swatch(
-        pattern, material=material, quality=quality, device=device, relax_cell=relax_cell, **options
-    )
+        pattern, material=material, quality=quality, device=device, relax_cell=relax_cell, relaxation=relaxation,
+        friction=friction, **options,
+    )  # fmt: skip
     made = relax_prepared(prepared, prepared.yarns, progress)
     return replace(made, report=made.report | {"seconds": time.perf_counter() - began})
 
@@ -159,6 +166,8 @@ class PreparedSwatch:
     """The fabric as it lies flat."""
     terms: Sequence[TermChoice]
     """What the repeat lies on."""
+    release: Release | None
+    """How the knit is let go off the needles; None without friction."""
 
     @property
     def similar(self) -> YarnMaterial:
@@ -173,14 +182,20 @@ def prepare_swatch(
     quality: str | Quality,
     device: str | None,
     relax_cell: bool | RelaxCell,
+    relaxation: KnitState | None = None,
+    friction: float | None = None,
     **options: Any,
 ) -> PreparedSwatch:
     """Generate a repeat, and change its radii, lengths and size to those asked for; arguments as for ``swatch``."""
     chosen, quality = SwatchOptions(**options), quality_named(quality)
+    release = chosen_release(relaxation, friction, relax_cell, chosen)
+    relax_cell = relax_cell or release is not None
     if material is None:
         material = YarnMaterial.named().scaled(chosen.yarn_radius / REFERENCE_RADIUS)
     check_kind("swatch, material", material, YarnMaterial)
     source = resolve_pattern(pattern)
+    if release is not None and isinstance(source, Weave):
+        raise ParameterError("relaxation: got one for a weave, which comes off no needles; leave it out")
     fabric, first = draw_swatch(source, chosen, quality)
     quality = close_contacts(quality, chosen)
     # the fabric is relaxed at gamma times its final size, and scaled at the end
@@ -195,7 +210,7 @@ def prepare_swatch(
     wanted = take_up_rest_lengths(first, fabric, chosen)
     yarns = change_rest_length(yarns, wanted, similar, quality, device, cell, terms)
     yarns = change_period(yarns, period, similar, quality, device)
-    return PreparedSwatch(source, chosen, material, quality, device, fabric, first, yarns, cell, flat, terms)
+    return PreparedSwatch(source, chosen, material, quality, device, fabric, first, yarns, cell, flat, terms, release)
 
 
 def relax_prepared(
@@ -209,10 +224,16 @@ def relax_prepared(
     """
     chosen, device = prepared.options, prepared.device
     with tearing(chosen):
-        relaxed = relax_yarns(
-            yarns, material=prepared.similar, quality=prepared.quality, device=device, cell=prepared.cell,
-            terms=prepared.terms, progress=progress,
-        )  # fmt: skip
+        if prepared.release is not None and prepared.fabric is not None:
+            needles = needle_size(prepared.fabric, chosen.plain_loop * chosen.gamma)
+            relaxed = let_go(
+                yarns, needles, prepared.release, prepared.similar, prepared.quality, device, prepared.terms, progress
+            )
+        else:
+            relaxed = relax_yarns(
+                yarns, material=prepared.similar, quality=prepared.quality, device=device, cell=prepared.cell,
+                terms=prepared.terms, progress=progress,
+            )  # fmt: skip
     refuse_pull_through(prepared.drawn, relaxed.yarns, device)
     refuse_tearing(relaxed.report["max_strain"], chosen)
     result = scale_yarns(relaxed.yarns, 1.0 / chosen.gamma)
@@ -245,7 +266,7 @@ def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tup
         return None, replace(woven, drawn_radius=drawn * woven.radius)
     if options.spacing is not None:
         raise ParameterError("spacing: got one for a knitted swatch, whose spacing follows from loop_length; give that")
-    loop_length = options.loop_length or 2 * COMPACT_LOOP * options.yarn_radius
+    loop_length = options.plain_loop
     width = loop_length / LOOP_OVER_WIDTH
     fabric = torus_mesh(
         source, stitch_width=width, stitch_height=COURSE_OVER_WALE_SPACING * width, columns=options.columns,
@@ -270,8 +291,7 @@ def close_contacts(quality: Quality, options: SwatchOptions) -> Quality:
     The number of control points of a stitch is the same for long and short loops, so the contact spheres of a segment
     are further apart in long loops. Such spheres interlock, and the loops stay narrower than in equilibrium.
     """
-    loop = options.loop_length or 2 * COMPACT_LOOP * options.yarn_radius
-    looseness = loop / (2 * COMPACT_LOOP * options.yarn_radius * options.gamma)
+    looseness = options.plain_loop / (2 * COMPACT_LOOP * options.yarn_radius * options.gamma)
     closer = min(max(looseness, 1.0), LOOSEST) ** CLOSER
     return replace(quality, contact_samples=math.ceil(quality.contact_samples * closer * (1.0 - ROUNDING)))
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
@@ -24,6 +25,10 @@ TAKE_UP = (0.1, 2.0)
 LONGEST_FLOAT = 7
 """Default largest number of stitches behind which a yarn floats. Knitters carry a yarn behind 5 to 7 stitches; longer
 floats catch fingers and pull the fabric together, and are woven in behind a stitch."""
+KnitState = Literal["dry", "wet", "full"]
+"""States of a knit that was let go off the needles (``off_needles``)."""
+YARN_FRICTION = 0.2
+"""Default coefficient of friction between yarns, in the range of spun yarns, 0.1 to 0.5."""
 STRETCH_STEPS = 9
 """Default number of states of a stretch curve."""
 
@@ -78,6 +83,11 @@ class SwatchOptions:
             raise ParameterError(f"longest float: got {self.longest_float} stitches; expected 0 or more")
         if self.rest_lengths.loop_length is not None:
             raise ParameterError("rest lengths: got a loop length among them; give the loop length to the swatch")
+
+    @property
+    def plain_loop(self) -> float:
+        """Yarn length of a plain stitch [cm]."""
+        return self.loop_length or 2 * COMPACT_LOOP * self.yarn_radius
 
     def drawn_over_contact(self, default: float) -> float:
         """Apparent radius over contact radius; ``default`` if no apparent radius is given."""

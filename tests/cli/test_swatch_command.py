@@ -283,8 +283,30 @@ def test_a_blocked_repeat_is_larger_and_an_unsupported_one_thicker(tmp_path):
     ("words", "message"),
     [
         (["--explore", "0"], "explore: got 0 starts"), (["--blocked", "0"], "expected a positive tension"),
-        (["--blocked", "1e7"], "it tears at"),
+        (["--blocked", "1e7"], "it tears at"), (["--explore", "2", "--relaxation", "dry"], "explore: got friction"),
     ],
 )  # fmt: skip
 def test_impossible_explorations_and_tensions_are_refused(capsys, tmp_path, words, message):
+    assert message in refused(capsys, tmp_path, "swatch", "stockinette", *words, *QUICK, "-o", tmp_path / "out")
+
+
+def test_a_knit_off_the_needles_writes_its_path(tmp_path) -> None:
+    swatch(tmp_path / "out", "stockinette", "--relaxation", "wet", "--friction", "0.3")
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert (report["relaxation"], report["friction"], report["options"]["relaxation"]) == ("wet", 0.3, "wet")
+    history = list(csv.DictReader((tmp_path / "out" / "convergence.csv").open()))
+    assert "friction_erg" in history[0]
+    assert int(history[-1]["iteration"]) == report["iterations"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--friction", "0.3"], "friction: got 0.3 without a relaxation; add one of dry, wet and full"),
+        (["--relaxation", "dry", "--friction", "-1"], "friction: got coefficients (-1.0, -1.0)"),
+        (["--relaxation", "dry", "--friction", "9"], "friction: got coefficients (9.0, 9.0); expected numbers from 0"),
+        (["--relaxation", "dry", "--period", "1", "free"], "relaxation: got a period or blocking beside it"),
+    ],
+)
+def test_friction_that_does_not_fit_is_refused_in_one_line(capsys, tmp_path, words: list[str], message: str) -> None:
     assert message in refused(capsys, tmp_path, "swatch", "stockinette", *words, *QUICK, "-o", tmp_path / "out")

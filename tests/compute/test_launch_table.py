@@ -5,19 +5,19 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 import warp as wp
 
-from stitchmesh.compute import launch_table, thread_team
+from stitchmesh.compute import launch_table
 from stitchmesh.compute.captured import CapturedLaunches, CopyArray, ZeroArray
 from stitchmesh.compute.kernel import RUNS_IN_PARTS, kernel
 from stitchmesh.compute.launch import launch, prepare
 from stitchmesh.compute.launch_table import PART, LaunchTable
 from stitchmesh.compute.reduction import row_totals, strand_sums
+from stitchmesh.compute.thread_team import Work
 from stitchmesh.yarnrelax.linking.crossings import find_crossings
 from tests.compute.thread_counts import thread_count
 
@@ -93,13 +93,14 @@ def test_a_launch_begins_after_the_end_of_the_launch_before_it(threads: int) -> 
 
 
 def test_several_threads_share_a_large_launch_and_one_runs_a_small_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    shared: list[Callable[[], None]] = []
-    monkeypatch.setattr(launch_table, "share", lambda work: (shared.append(work), thread_team.share(work)))
-    for length in (PART, launch_table.FEWEST_PARTS * PART):
+    wanted: list[int] = []
+    monkeypatch.setattr(launch_table, "share", lambda own, _other, threads: (wanted.append(threads), own()))
+    enough = 2 * launch_table.PARTS_PER_THREAD * PART
+    for length in (PART, enough - PART, enough, 5 * enough):
         visits = cpu(np.zeros(length, dtype=np.int32))
         launch(count_visits, length, [visits], [], wp.get_device("cpu"))
         assert visits.numpy()[-1] == 1 + 1000 * (length - 1)
-    assert len(shared) == 1
+    assert wanted == [2, 10]
 
 
 def test_kernels_with_tiles_run_on_one_thread() -> None:
@@ -136,6 +137,25 @@ def test_copies_and_zeros_are_parts_of_a_table(threads: int) -> None:
     assert strided.numpy().sum(axis=0).tolist() == [length, 0.0]
     assert np.array_equal(visits.numpy(), 2 + 2000 * np.arange(length))
     assert [type(table) for table in captured.tables].count(LaunchTable) == 3  # a copy with gaps stays by itself
+
+
+def test_a_table_whose_work_was_interrupted_is_done_and_can_be_launched_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An interrupt before the calling thread begins leaves the table open to threads that come late."""
+    visits = cpu(np.zeros(20 * PART, dtype=np.int32))
+
+    def interrupted(_own: Work, other: Work, _threads: int) -> None:
+        other()
+        raise KeyboardInterrupt
+
+    with thread_count(2):
+        table = LaunchTable([prepare(count_visits, len(visits), [visits], [], wp.get_device("cpu"))])
+        with monkeypatch.context() as patch:
+            patch.setattr(launch_table, "share", interrupted)
+            with pytest.raises(KeyboardInterrupt):
+                table.launch()
+        table._other()  # a thread that comes after the end takes nothing
+        table.launch()
+    assert np.array_equal(visits.numpy(), 2 * (1 + 1000 * np.arange(len(visits))))
 
 
 def run_often(table: LaunchTable) -> None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Threads that share work: all take part, none is left in the work, and no error is lost."""
+"""Threads that share work: they take part if they are wanted, none is waited for, and no error is lost."""
 
 from __future__ import annotations
 
@@ -9,99 +9,96 @@ import threading
 
 import pytest
 
+from stitchmesh.compute import thread_team
 from stitchmesh.compute.thread_team import ThreadTeam
+from tests.compute.thread_counts import thread_count
 
 SAFETY = 60.0  # Time after which a test that blocks fails [s]; a test that passes waits for a much shorter time.
 
 
-def test_all_threads_take_part_and_leave() -> None:
-    team, barrier, within = ThreadTeam(3), threading.Barrier(3), []
+def meet(team: ThreadTeam, threads: int, wanted: int) -> set[int]:
+    """Let ``threads`` threads of a team meet, of which ``wanted`` are asked for; return which they were."""
+    barrier, met = threading.Barrier(threads), set()
 
     def work() -> None:
-        within.append(threading.get_ident())
-        barrier.wait(SAFETY)  # all three are in the work at the same time
-        within.remove(threading.get_ident())
+        met.add(threading.get_ident())
+        barrier.wait(SAFETY)
 
-    for _ in range(20):
-        team.share(work)
-        assert not within
+    team.share(work, work, wanted)
+    return met
 
 
-def test_the_caller_does_not_wait_for_threads_that_sleep() -> None:
-    team, done = ThreadTeam(2), []
-    for number in range(1000):
-        team.share(lambda number=number: done.append(number))  # type: ignore[misc]
-    assert set(done) == set(range(1000))
+def test_all_threads_take_part() -> None:
+    team = ThreadTeam(3)
+    groups = [meet(team, 3, 3) for _ in range(20)]
+    assert threading.get_ident() in groups[0] and len(groups[0]) == 3
+    assert all(group == groups[0] for group in groups)  # the same threads, which are started once
+
+
+@pytest.mark.parametrize(("size", "wanted", "threads"), [(4, 2, 2), (2, 9, 2), (1, 9, 1), (3, 1, 1)])
+def test_no_more_threads_take_part_than_are_wanted_and_exist(size: int, wanted: int, threads: int) -> None:
+    assert len(meet(ThreadTeam(size), threads, wanted)) == threads
+
+
+def test_the_calling_thread_waits_for_no_other() -> None:
+    team, release, late = ThreadTeam(2), threading.Event(), threading.Event()
+
+    def other() -> None:
+        assert release.wait(SAFETY)
+        late.set()
+
+    own: list[int] = []
+    for number in range(100):
+        team.share(lambda number=number: own.append(number), other, 2)  # type: ignore[misc]
+    assert own == list(range(100))
+    release.set()
+    assert late.wait(SAFETY)
 
 
 def test_an_error_in_another_thread_is_raised_in_the_calling_one() -> None:
-    team, begun = ThreadTeam(2), threading.Event()
-    own = threading.get_ident()
+    team, failed = ThreadTeam(2), threading.Event()
 
-    def work() -> None:
-        if threading.get_ident() == own:
-            assert begun.wait(SAFETY)
-            return
-        begun.set()
+    def other() -> None:
+        failed.set()
         raise ValueError("in another thread")
 
     with pytest.raises(ValueError, match="in another thread"):
-        team.share(work)
-    begun.set()
-    team.share(begun.set)  # the team still works, and the error is not raised again
+        team.share(lambda: failed.wait(SAFETY), other, 2)
+        while team._errors.empty():  # the error comes after the end of the work, and is raised by the next one
+            pass
+        team.share(lambda: None, lambda: None, 1)
+    assert len(meet(team, 2, 2)) == 2  # the thread still works
 
 
-def test_an_error_in_the_calling_thread_waits_for_the_others() -> None:
-    team, begun, finish = ThreadTeam(2), threading.Event(), threading.Event()
-    own, left = threading.get_ident(), []
-
-    def work() -> None:
-        if threading.get_ident() == own:
-            assert begun.wait(SAFETY)
-            finish.set()
-            raise ValueError("here")
-        begun.set()
-        assert finish.wait(SAFETY)
-        left.append(True)
+def test_an_error_in_the_calling_thread_is_raised() -> None:
+    def own() -> None:
+        raise ValueError("here")
 
     with pytest.raises(ValueError, match="here"):
-        team.share(work)
-    assert left == [True]
+        ThreadTeam(2).share(own, lambda: None, 2)
 
 
-def test_work_within_work_is_done_by_the_thread_that_has_it() -> None:
-    team, begun = ThreadTeam(2), threading.Barrier(2)
-    inner: list[tuple[int, int]] = []
+def test_work_within_work_does_not_wait() -> None:
+    team, inner = ThreadTeam(2), []
 
     def work() -> None:
-        begun.wait(SAFETY)
-        own = threading.get_ident()
-        team.share(lambda: inner.append((own, threading.get_ident())))
+        team.share(lambda: inner.append(threading.get_ident()), lambda: None, 2)
 
-    team.share(work)
-    assert len(inner) == 2 and all(asked == did for asked, did in inner)
+    team.share(work, lambda: None, 2)
+    assert inner == [threading.get_ident()]
 
 
-def test_a_team_of_one_works_alone() -> None:
-    did: list[int] = []
-    ThreadTeam(1).share(lambda: did.append(threading.get_ident()))
-    assert did == [threading.get_ident()]
-
-
-@pytest.mark.parametrize("forked", [hasattr(os, "fork")])
-def test_a_child_process_has_a_team_of_its_own(forked: bool) -> None:
-    """The threads of the parent do not exist in a child; without a team of its own the child would wait for them."""
-    from stitchmesh.compute import thread_team
-    from tests.compute.thread_counts import thread_count
+def test_a_child_process_has_threads_of_its_own() -> None:
+    """The threads of the parent do not exist in a child."""
+    if not hasattr(os, "fork"):
+        return
 
     def together() -> None:
         barrier = threading.Barrier(3)
-        thread_team.share(lambda: barrier.wait(SAFETY) and None)
+        thread_team.share(lambda: barrier.wait(SAFETY), lambda: barrier.wait(SAFETY), 3)
 
     with thread_count(3):
         together()
-        if not forked:
-            return
         child = os.fork()
         if child == 0:
             try:

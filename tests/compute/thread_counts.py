@@ -17,7 +17,6 @@ def thread_count(count: int) -> Iterator[None]:
     """Share all launches, also the smallest, among ``count`` threads."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(threads, "core_count", lambda: count)
-        patch.setattr(launch_table, "FEWEST_PARTS", 1)
-        patch.setattr(launch_table, "FEWEST_BLOCKS", 1)
+        patch.setattr(launch_table, "PARTS_PER_THREAD", 1)
         patch.setattr(threads, "_choice", threads._Choice(count))
         yield

@@ -28,7 +28,7 @@ from stitchmesh.cli.serving import Serving
 from stitchmesh.cli.summary import AsJson, files_to_open, print_result, swatch_summary
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.mesh.palette import checked_palette
-from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.periodic.swatch_options import YARN_FRICTION, KnitState, SwatchOptions
 from stitchmesh.quality import DEFAULT_QUALITY, quality_named, quality_with
 from stitchmesh.yarn.rest_length import parse_rest_lengths
 
@@ -57,6 +57,10 @@ class Swatch:
     material: MaterialOptions = field(default_factory=MaterialOptions)
     relax_cell: Flag = False
     """relax the width and the height of the repeat too, except those that --period fixes"""
+    relaxation: Annotated[KnitState | None, help_entry("dry|wet|full", "off")] = None
+    """let a knit go off the needles with friction between its yarns, and relax it to one of Munden's three states"""
+    friction: Annotated[float | None, help_entry("MU", f"{YARN_FRICTION:g}")] = None
+    """coefficient of friction between yarns, with --relaxation"""
     unsupported: Flag = False
     """with --relax-cell, let the repeat lie on nothing instead of between two planes"""
     blocked: Annotated[float | None, help_entry("TENSION", "not blocked")] = None
@@ -123,6 +127,8 @@ class Swatch:
         from stitchmesh.periodic.states.explore import explore
 
         assert self.output is not None and self.explore is not None
+        if self.relaxation is not None or self.friction is not None:
+            raise ParameterError("explore: got friction beside it, with which states depend on a path; leave one out")
         quality, starts = quality_named(quality_with(self.quality, max_iterations=self.max_iterations)), self.explore
         given = {name: getattr(options, name) for name in options.__dataclass_fields__}
         with output_folder(self.output) as folder, show_progress() as progress:
@@ -166,13 +172,14 @@ class Swatch:
         )  # fmt: skip
         return swatch(
             source, material=material, quality=quality, device=self.device, relax_cell=self.relax_cell,
+            relaxation=self.relaxation, friction=self.friction,
             progress=lambda entry: report_progress(entry["iteration"], entry["residual"], entry["energies"]), **given,
         )  # fmt: skip
 
     def _report(self, source: Pattern | Weave, options: SwatchOptions, made: RelaxedSwatch) -> dict[str, Any]:
         """Return the report: the pattern, the options, the version, and the figures of the swatch."""
         yarn = {"material": self.material.material, "stiffness": self.material.section().values()}
-        asked = {"quality": self.quality, **yarn, "relax_cell": self.relax_cell}
+        asked = {"quality": self.quality, **yarn, "relax_cell": self.relax_cell, "relaxation": self.relaxation}
         head = {"pattern": self.pattern, "name": source.name, "source": source.source, "version": __version__}
         return head | {"options": asked | asdict(options)} | made.report
 

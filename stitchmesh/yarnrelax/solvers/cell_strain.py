@@ -54,8 +54,8 @@ from stitchmesh.yarnrelax.solvers.preconditioner import inverse_block
 
 PARTS = 9
 """Sums of a cell: the three forces, and the block of stiffness (aa, bb, cc, ab, ac, bc)."""
-SAMPLES_PER_THREAD, MOST_BLOCKS = 4, 64
-"""Contact samples of the largest cell that a thread of a GPU takes, and the most blocks of threads for a cell."""
+SAMPLES_PER_BLOCK, MOST_BLOCKS = 4 * THREADS, 64
+"""Contact samples of the largest cell that a block takes, and the most blocks for a cell."""
 HELD = wp.constant(wp.float64(1.0e20))
 """Stiffness of a strain that is held [erg]."""
 
@@ -250,10 +250,8 @@ class CellStrain:
         self.effort = wp.zeros(model.cell_count, dtype=wp.float64, device=model.device)
 
     def _blocks(self) -> int:
-        """Blocks of threads that sum over each cell: one on a CPU; on a GPU the number that suits the largest cell."""
-        if not self.model.device.is_cuda:
-            return 1
-        return int(np.clip(self.model.largest_cell // (SAMPLES_PER_THREAD * THREADS), 1, MOST_BLOCKS))
+        """Blocks that sum over each cell: the number that suits the largest cell, which cores of a CPU share too."""
+        return int(np.clip(self.model.largest_cell // SAMPLES_PER_BLOCK, 1, MOST_BLOCKS))
 
     @property
     def periods(self) -> wp.array[Any]:
@@ -264,6 +262,11 @@ class CellStrain:
     def frame(self) -> wp.array[Any]:
         """Directions along the courses and across them, shape (2 C, 3)."""
         return self.model.constants.images.frame
+
+    def set_loads(self, loads: NDArray[np.float64]) -> None:
+        """Change the loads on the borders of each cell along courses and wales [dyn], shape (C, 2)."""
+        self.host_loads = loads
+        self.loads.assign(loads * self.model.units[:, None])
 
     def struct(self, candidates: Candidates) -> Any:
         """The struct that kernels receive."""

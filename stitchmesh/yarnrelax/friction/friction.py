@@ -44,17 +44,18 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.cell_virial import add_friction_virial
-from stitchmesh.yarnrelax.energies.friction_contacts import Contacts, first_contacts, own_images, renewed_contacts
-from stitchmesh.yarnrelax.energies.friction_law import (
+from stitchmesh.yarnrelax.energies.cell_virial import add_friction_virial, half_virial, strain_of_gap
+from stitchmesh.yarnrelax.energies.term import Term, TermChoice
+from stitchmesh.yarnrelax.friction.friction_contacts import Contacts, first_contacts, own_images, renewed_contacts
+from stitchmesh.yarnrelax.friction.friction_law import (
     resistance_block,
     resisted_slip,
     slip_energy,
     slip_measure,
     slip_slope,
+    slip_stiffness_times,
     vector_from,
 )
-from stitchmesh.yarnrelax.energies.term import Term, TermChoice
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.state import State
@@ -115,6 +116,52 @@ def friction_forces(cell_relaxes: bool) -> wp.Kernel:
     return friction_forces
 
 
+@functools.cache
+def friction_products(cell_relaxes: bool) -> wp.Kernel:
+    """The kernel of the products of the Hessian with a motion; where a cell relaxes, also with its strains."""
+
+    @kernel
+    def friction_products(
+        # model
+        images: Any,
+        law: Any,
+        tangent: wp.array[Any],
+        contact_count: wp.array[wp.int32],
+        contact_entry: wp.array2d[wp.int32],
+        anchor: wp.array2d[Any],
+        press: wp.array2d[Any],
+        # state in
+        samples: wp.array[Any],
+        sample_motion: wp.array[Any],
+        strain: wp.array[Any],
+        # state out
+        sample_product: wp.array[Any],
+        sample_strain: wp.array[Any],
+    ) -> None:
+        """Add the product of each sample; ``strain`` is (a, b, c) of each cell (``cell_strain``)."""
+        p = wp.tid()
+        own = sample_motion[p]
+        total = type(own)()
+        part = type(tangent[0])()
+        for c in range(contact_count[p]):
+            force, entry = press[p, c], contact_entry[p, c]
+            q = sample_number(images, entry)
+            gap = vector_from(images, samples, p, samples[p], entry, force)
+            moved = own - sample_motion[q]
+            change = type(force)(moved[0], moved[1], moved[2])
+            if wp.static(cell_relaxes):
+                change += strain_of_gap(images, p, gap, strain)
+            pull = slip_stiffness_times(force, gap - anchor[p, c], change, tangent[p], tangent[q], law)
+            total += type(own)(pull[0], pull[1], pull[2], own[3] - own[3])
+            if wp.static(cell_relaxes):
+                part += half_virial(images, p, gap, pull)
+        sample_product[p] += total
+        if wp.static(cell_relaxes):
+            sample_strain[p] += part
+
+    return friction_products
+
+
 @kernel
 def friction_energies(
     # model
@@ -140,12 +187,17 @@ def friction_energies(
     sample_energy[p] = energy * law[0] * type(energy)(0.5)
 
 
+LARGEST_COEFFICIENT = 2.0
+"""Coefficient that no yarn has; the largest of dry and wet fibres in Morton and Hearle is 0.9, of swollen wool."""
+
+
 @dataclass(frozen=True)
 class Friction(TermChoice):
     """Dry friction where yarns touch.
 
     Raises:
-        ParameterError: a coefficient is negative or not finite, or the slip length is not a positive number.
+        ParameterError: a coefficient is negative or larger than that of any yarn, or the slip length is not a positive
+            number.
     """
 
     mu: float | tuple[float, float]
@@ -155,8 +207,9 @@ class Friction(TermChoice):
     in_free_cells = True
 
     def __post_init__(self) -> None:
-        if not all(np.isfinite(value) and value >= 0.0 for value in self.coefficients):
-            raise ParameterError(f"friction: got coefficients {self.coefficients}; expected numbers of at least 0")
+        if not all(0.0 <= value <= LARGEST_COEFFICIENT for value in self.coefficients):
+            expected = f"expected numbers from 0 to {LARGEST_COEFFICIENT:g}, for yarn 0.1 to 0.5"
+            raise ParameterError(f"friction: got coefficients {self.coefficients}; {expected}")
         if not (np.isfinite(self.slip_length) and self.slip_length > 0.0):
             raise ParameterError(f"friction: got a slip length of {self.slip_length}; expected a positive number")
 
@@ -167,21 +220,28 @@ class Friction(TermChoice):
 
     def on(self, model: Model) -> Term:
         """Friction between a model's yarns; normal forces are zero before the first ``renew``."""
-        return _Friction(model, self)
+        return FrictionTerm(model, self)
 
 
-class _Friction(Term):
+class FrictionTerm(Term):
     """Friction on a device."""
 
     name = "friction"
     lags = True
 
     def __init__(self, model: Model, friction: Friction) -> None:
+        """Friction without contacts."""
         largest = max(friction.coefficients)
         along, across = ((value / largest) ** 2 if largest > 0.0 else 1.0 for value in friction.coefficients)
-        self.model = model
+        self.model, self.friction = model, friction
         self.law = vector(4, model.scalar)(largest, along, across, friction.slip_length)
         self.contacts = first_contacts(model)
+
+    def weaken(self, share: float) -> None:
+        """Set the coefficients to a share of those that were chosen; captured launches must be discarded."""
+        self.law = vector(4, self.model.scalar)(
+            max(self.friction.coefficients) * share, self.law[1], self.law[2], self.law[3]
+        )
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
         """The launch that adds the friction to ``state.sample_force``, and its virial where a cell relaxes."""
@@ -189,6 +249,28 @@ class _Friction(Term):
         return [
             launcher(friction_forces(state.cell_relaxes), self.model.sample_count, self._inputs(state), outputs)
         ]
+
+    def products(
+        self, state: State, motion: wp.array[Any], strain: wp.array[Any], product: wp.array[Any],
+        strain_product: wp.array[Any], launcher: Launcher,
+    ) -> list[Any]:  # fmt: skip
+        """The launch that adds the products of the Hessian of friction with a motion.
+
+        The Hessian is that of the energy between two renewals: symmetric, without negative eigenvalues, and soft along
+        a slip (``friction_law``).
+
+        Args:
+            state: the state; its samples are up to date.
+            motion: motion of each contact sample, shape (P, 4); the fourth component is not read.
+            strain: strains (a, b, c) of each cell, shape (C, 3); not read where no cell relaxes.
+            product: the product for each sample, shape (P, 4), is added here.
+            strain_product: the share of each sample in the product for the strains of its cell, shape (P, 3), is added
+                here; not written where no cell relaxes.
+            launcher: launches or prepares.
+        """
+        inputs = [*self._inputs(state), motion, strain]
+        kernel = friction_products(state.cell_relaxes)
+        return [launcher(kernel, self.model.sample_count, inputs, [product, strain_product])]
 
     def energy(self, state: State, candidates: Candidates) -> float:
         """Energy of all pairs [erg]; zero without slip."""

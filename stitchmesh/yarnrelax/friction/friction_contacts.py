@@ -28,7 +28,7 @@ import warp as wp
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import maximum
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.friction_law import press_of_pair, resisted_slip, slip_measure, vector_from, within
+from stitchmesh.yarnrelax.friction.friction_law import press_of_pair, resisted_slip, slip_measure, vector_from, within
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import entry_shift, images_struct, images_with, sample_number
 from stitchmesh.yarnrelax.model.spline import place_samples, segment_corners, weight_row
