@@ -73,7 +73,9 @@ LEAST_SHARE = 0.02
 stiffness of their own."""
 RETURN = 3
 """Steps for which the share does not fall after the model was wrong."""
-SLOWEST = 0.98
+TRUSTED_SHARE = 0.34
+"""Largest share of the Hessian of Gauss and Newton with which a change is estimated."""
+SLOWEST = 0.9
 """Largest ratio of the lengths of two successive steps from which a change is estimated."""
 MOST_PRODUCTS = 1000
 """Products with the Hessian in one step."""
@@ -280,7 +282,7 @@ class Newton:
             cell: the cell.
             size: sum of the magnitudes of its energies [erg].
         """
-        if self.ratio[cell] > SLOWEST:
+        if self.ratio[cell] > SLOWEST or self.share[cell] > TRUSTED_SHARE:
             return None
         left = float(self.ratio[cell] / (1.0 - self.ratio[cell]))
         record = self.solve.record.numpy()[cell]
