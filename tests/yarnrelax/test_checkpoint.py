@@ -180,12 +180,11 @@ def test_a_relaxation_that_is_resumed_between_newton_steps_ends_in_the_same_bits
     assert whole.report["converged"]
     ends = [entry["iteration"] for entry in whole.history]
     steps = [end for end, before in zip(ends[1:], ends, strict=False) if end - before != 20]
-    assert len(steps) > 4
-    for most in (steps[0] - 1, steps[2], steps[-2]):  # before the first step, after the third, before the last
+    assert len(steps) > 1
+    for most in (steps[0] - 21, *steps[:-1]):  # before the last interval of L-BFGS, and between Newton steps
         stopped = replace(quality, max_iterations=most)
         relax_yarns(periodic_patch(1, 1), quality=stopped, checkpoint=Checkpoints(tmp_path, 10_000), **options)
         path = tmp_path / "checkpoint.smc"
-        assert read_checkpoint(path).header["ending"]
         assert same(relax_yarns(periodic_patch(1, 1), quality=quality, resume=path, **options), whole)
 
 

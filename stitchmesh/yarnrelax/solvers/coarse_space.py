@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import CapturedLaunches, Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.yarnrelax.energies.hessian_product import Hessian
+from stitchmesh.yarnrelax.hessian.hessian_product import Hessian
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.spline import weight_row

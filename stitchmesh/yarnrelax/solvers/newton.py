@@ -28,7 +28,7 @@ from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.thread_block import THREADS
 from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT, shortened
-from stitchmesh.yarnrelax.energies.hessian_product import Hessian
+from stitchmesh.yarnrelax.hessian.hessian_product import Hessian
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.spline import weight_row
 from stitchmesh.yarnrelax.solvers.cell_strain import deformed, strains_of

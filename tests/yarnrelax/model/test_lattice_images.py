@@ -224,16 +224,16 @@ def test_forces_on_a_cell_are_minus_the_gradient(term: str) -> None:
 
 def test_a_relaxed_cell_equals_its_relaxed_tiling() -> None:
     cell = periodic_patch(1, 1)
-    quality = replace(PRESETS["draft"], precision="float64", tolerance=1e-4)
+    quality = replace(PRESETS["draft"], precision="float64", tolerance=1e-6, largest_change=1e-6)
     one = relax_yarns(cell, quality=quality, device="cpu")
     four = relax_yarns(tiled(cell, 2, 2), quality=quality, device="cpu")
     assert one.report["converged"] and four.report["converged"]
     assert one.report["energy"] < sum(one.history[0]["energies"].values())
     assert one.report["certificate"] == four.report["certificate"] == "unchanged"
-    assert one.report["iterations"] == four.report["iterations"]
-    # Every sum over the tiling is four times the sum over the cell, so the steps agree except for rounding, 1e-16.
-    # Some tens of iterations may amplify it; the larger cell would need more iterations to buckle.
-    np.testing.assert_allclose(four.yarns.points, tiled(one.yarns, 2, 2).points, atol=1e-8)
+    # Newton steps of the cell and of its tiling end at different products, within a residual of 1e-6; a motion of the
+    # yarns as a whole is left out.
+    apart = four.yarns.points - tiled(one.yarns, 2, 2).points
+    np.testing.assert_allclose(apart, np.broadcast_to(apart.mean(axis=0), apart.shape), atol=1e-6)
     assert four.report["energy"] / 4 == pytest.approx(one.report["energy"], rel=1e-9)
 
 

@@ -8,8 +8,8 @@ a place x is u + E x with the strain E (``cell_strain``), so that a leg or a gap
 
     du + E g,     E g = e1 (a g1 + c g2) + e2 (b g2)
 
-and with the product f of this change, the product for the strains is the sum of (f1 g1, f2 g2, f1 g2). The derivative of
-E x by the positions is left out: it vanishes where no force is left.
+and with the product f of this change, the product for the strains is the sum of (f1 g1, f2 g2, f1 g2). The derivative
+of E x by the positions is left out: it vanishes where no force is left.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.compute.vector_loads import load_vector, store_vector
 from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.contact_hessian import TouchingPairs
 from stitchmesh.yarnrelax.energies.evaluation import leg_forces_on, sample_forces_on
-from stitchmesh.yarnrelax.energies.segment_hessian import leg_hessian_launch
 from stitchmesh.yarnrelax.energies.term import Term
+from stitchmesh.yarnrelax.hessian.contact_hessian import TouchingPairs
+from stitchmesh.yarnrelax.hessian.segment_hessian import leg_hessian_launch
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import cell_of, cell_of_sample, sample_number
 from stitchmesh.yarnrelax.model.spline import from_entry, segment_corners, weight_row
