@@ -41,7 +41,7 @@ from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.cell_stress import cell_stress
 from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.observer import report_entries
-from stitchmesh.yarnrelax.relax import Relaxation
+from stitchmesh.yarnrelax.relaxation_result import Relaxation
 
 NEEDLES_K_W, NEEDLES_K_C = 3.0, 4.6
 """Loop length over the wale and the course spacing of a plain knit on the needles."""

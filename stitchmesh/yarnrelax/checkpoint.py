@@ -89,7 +89,7 @@ class CheckpointState:
     energy_fall: float
     """Relative decrease of the energy over the last assessment interval."""
     arrays: Mapping[str, Any]
-    """``YarnSimulation.arrays`` by name: copies on the device, or as read from a file."""
+    """``carried_arrays`` by name: copies on the device, or as read from a file."""
     ending: bool = False
     """Whether Newton's method ends the relaxation."""
     stalled: bool = False

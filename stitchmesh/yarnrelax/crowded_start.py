@@ -20,7 +20,7 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.observer import Progress
-from stitchmesh.yarnrelax.relax import Relaxation
+from stitchmesh.yarnrelax.relaxation_result import Relaxation
 
 logger = logging.getLogger(__name__)
 

@@ -19,6 +19,7 @@ from stitchmesh.progress import relaxing_progress
 from stitchmesh.quality import Quality
 from stitchmesh.run_control import RunControl, Snapshot
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.carried_arrays import carried_arrays, resume_from_arrays
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, CheckpointState, write_state
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 
@@ -105,7 +106,7 @@ class Observer:
     def resume(self, state: CheckpointState) -> None:
         """Continue from a checkpoint of the same relaxation."""
         loop = self.loop
-        loop.simulation.resume(state.arrays, state.margin)
+        resume_from_arrays(loop.simulation, state.arrays, state.margin)
         loop.iterations, loop.lists_age, loop.last = np.array([state.iteration]), state.lists_age, [state.last]
         loop.step_scale, loop.energy_fall = np.array([state.step_scale]), np.array([state.energy_fall])
         loop.ending, loop.stalled = np.array([state.ending]), np.array([state.stalled])
@@ -135,5 +136,5 @@ class Observer:
             ending=bool(loop.ending[0]),
             stalled=bool(loop.stalled[0]),
             remaining=loop.remaining[0],
-            arrays={name: wp.clone(array) for name, array in loop.simulation.arrays().items()},
+            arrays={name: wp.clone(array) for name, array in carried_arrays(loop.simulation).items()},
         )

@@ -7,52 +7,32 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-import warp as wp
 
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.errors import FileError, ParameterError, check_kind
 from stitchmesh.io.contents import FilePath
-from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.progress import shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.run_control import RunControl, RunStopped
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.carried_arrays import carried_arrays
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, input_fingerprint, read_state
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
-from stitchmesh.yarnrelax.convergence import LARGEST_ENERGY_FALL, MORE_ITERATIONS, rest_text
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice, refuse_in_free_cells
 from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking, refuse_changed_linking
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.observer import Observer, Progress, report_entries
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.relaxation_result import Relaxation, relaxation_report, unrest_text
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
 logger = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class Relaxation:
-    """Relaxed yarns, with a report and a history of the relaxation."""
-
-    yarns: YarnSet
-    """The yarns at rest."""
-    report: dict[str, Any]
-    """seconds, iterations, converged, stopped (by the user), residual, remaining_change (the estimated change that is
-    left: spacing and energy, both relative, and rms_radii; None where it is not known), energy [erg], energies [erg],
-    max_strain, min_distance_over_radius (2 where no yarns touch), pull_throughs, certificate, solver, device."""
-    history: list[HistoryEntry]
-    """The result of each assessment."""
-
-    def __repr__(self) -> str:
-        """Return one line: whether the yarns are at rest, and the yarns."""
-        return f"Relaxation({rest_text(self.report)}, {self.yarns})"
 
 
 @alone()
@@ -127,7 +107,7 @@ def relax_yarns(
     inputs: dict[str, str] = {}
     if checkpoint is not None or resume is not None:
         kind = simulation.model.device
-        inputs = input_fingerprint(yarns, material, quality, kind, terms, constraints, cell, simulation.arrays())
+        inputs = input_fingerprint(yarns, material, quality, kind, terms, constraints, cell, carried_arrays(simulation))
     loop = RelaxationLoop(simulation, quality.tolerance, quality.largest_change)
     with shown_progress(progress, lambda shown: report_entries(quality, shown)) as report_entry:
         observer = Observer(loop, report_entry, on_state, checkpoint, inputs, began, control)
@@ -145,10 +125,10 @@ def relax_yarns(
         observer.write_checkpoint()
     stopped = bool(control is not None and control.stopped and not loop.at_rest[0])
     if not (loop.at_rest[0] or stopped):
-        _warn(loop)
+        logger.warning("yarns are not at rest: %s", unrest_text(loop))
     relaxed = simulation.good_yarns()
     refuse_changed_linking(yarns, changed_pairs(linking, doubled_linking(relaxed, device=device)))
-    return Relaxation(relaxed, _report(loop, quality, relaxed, observer.seconds(), stopped), observer.history)
+    return Relaxation(relaxed, relaxation_report(loop, quality, relaxed, observer.seconds(), stopped), observer.history)
 
 
 def _run_to_rest(loop: RelaxationLoop, quality: Quality, note: Callable[[], None]) -> None:
@@ -165,43 +145,3 @@ def _points_of(start: YarnSet, yarns: YarnSet) -> FloatArray:
         expected = f"{yarns.yarn_count} of {len(yarns.points)}, closed where they are"
         raise ParameterError(f"start: got {found}; expected the same yarns, {expected}")
     return start.points
-
-
-def _report(loop: RelaxationLoop, quality: Quality, relaxed: YarnSet, seconds: float, stopped: bool) -> dict[str, Any]:
-    left = loop.remaining[0]
-    return {
-        "seconds": seconds,
-        "iterations": loop.iteration,
-        "converged": bool(loop.at_rest[0]),
-        "stopped": stopped,
-        "residual": loop.last[0].residual,
-        "remaining_change": None if left is None else asdict(left),
-        "energy": loop.last[0].energy,
-        "energies": loop.last[0].energies,
-        "max_strain": float(np.abs(relaxed.strain).max()),
-        "min_distance_over_radius": float(loop.simulation.smallest_distances()[0]),
-        "pull_throughs": 0,
-        "certificate": "unchanged",
-        "solver": quality.solver,
-        "device": str(loop.simulation.model.device),
-    }
-
-
-def _warn(loop: RelaxationLoop) -> None:
-    """Log that the iterations were not sufficient, and what would help."""
-    last, remedy = loop.last[0], loop.last[0].remedy
-    if loop.stalled[0] and remedy == MORE_ITERATIONS:
-        single = loop.simulation.model.scalar is wp.float32
-        remedy = f"no step lowers the energy; {'take quality reference (float64)' if single else 'accept this state'}"
-    found = f"residual {last.residual:.2g} (expected {loop.tolerance:g})"
-    logger.warning("yarns are not at rest: %s, %s after %d iterations; %s", found, _change_text(loop), loop.iteration,
-                   remedy)  # fmt: skip
-
-
-def _change_text(loop: RelaxationLoop) -> str:
-    """What is known of the change that is left, and what was expected."""
-    left, fall = loop.remaining[0], float(loop.energy_fall[0])
-    if left is not None:
-        return f"spacing to change by about {left.spacing:.2g} of itself (expected {loop.largest_change:g})"
-    falling = f"falling by {fall:.2g} of itself" if np.isfinite(fall) else "not level"
-    return f"energy {falling} (expected {LARGEST_ENERGY_FALL * loop.tolerance:g})"

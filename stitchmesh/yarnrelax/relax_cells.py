@@ -179,10 +179,12 @@ class _Run:
 
     def _continue_from(self, before: _Run, cells: NDArray[np.bool_]) -> None:
         """Count the iterations of the cells on, and end the relaxation of those that Newton's method was ending."""
-        solver, earlier = self.simulation.solver, before.simulation.solver
-        assert isinstance(solver, LBFGS) and isinstance(earlier, LBFGS)
-        solver.continue_gradients(earlier, cells)
-        self.loop.continue_from(before.loop, cells)
+        own, earlier = self.simulation, before.simulation
+        assert isinstance(own.solver, LBFGS) and isinstance(earlier.solver, LBFGS)
+        own.solver.continue_gradients(earlier.solver, cells)
+        assert own.newton is not None and earlier.newton is not None
+        own.newton.continue_from(earlier.newton, cells)
+        self.loop.iterations, self.loop.ending = before.loop.iterations[cells], before.loop.ending[cells]
 
     def advance(self) -> None:
         """Iterate and assess the cells that are not at rest."""

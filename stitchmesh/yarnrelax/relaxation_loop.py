@@ -85,13 +85,6 @@ class RelaxationLoop:
                 where = self.simulation.largest_force(cell)
                 self._fail({cell: f"{where}: not finite at the start; {REMEDY}"})
 
-    def continue_from(self, other: RelaxationLoop, cells: NDArray[np.bool_]) -> None:
-        """Continue a loop of more cells with some of its cells; ``start`` has assessed them."""
-        self.iterations, self.ending = other.iterations[cells], other.ending[cells]
-        newton, earlier = self.simulation.newton, other.simulation.newton
-        if newton is not None and earlier is not None:
-            newton.continue_from(earlier, cells)
-
     def run(self, iterations: int, note: Callable[[], None] = lambda: None) -> None:
         """Iterate until all cells are at rest, or have done ``iterations``; ``note`` is called after each assessment.
 

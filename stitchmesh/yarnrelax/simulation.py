@@ -9,7 +9,7 @@ is accepted. Captured launches name arrays. Whoever replaces an array that they 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -246,33 +246,6 @@ class YarnSimulation:
         if self.good_periods is not None:
             self._copy_where(np.repeat(chosen, 2), self.good_periods, self.model.constants.images.periods)
             self.candidates.near.invalidate()
-
-    def arrays(self) -> dict[str, wp.array[Any]]:
-        """All arrays that decide how the iterations continue, by name; candidate lists follow from them."""
-        state = self.state
-        own = {"points": state.points, "listed_points": state.listed_points, "good_points": self.good_points}
-        if self.good_periods is not None:
-            own |= {"periods": self.model.constants.images.periods, "good_periods": self.good_periods}
-        carried = {f"solver.{name}": array for name, array in self.solver.arrays().items()}
-        if self.newton is not None:
-            carried |= {f"newton.{name}": array for name, array in self.newton.arrays().items()}
-        for number, term in enumerate(self.terms):
-            carried |= {f"{term.name} {number}.{name}": array for name, array in term.arrays().items()}
-        return own | carried
-
-    def resume(self, arrays: Mapping[str, NDArray[Any]], margin: float) -> None:
-        """Continue from the ``arrays`` of a simulation with the same input, with lists of the same margin [units]."""
-        self.state.points.assign(arrays["listed_points"])
-        self.search_contacts(margin)
-        own = {name: array for name, array in self.arrays().items() if "." not in name or name.startswith("solver.")}
-        for name, array in own.items():
-            array.assign(arrays[name])
-        if self.newton is not None:
-            self.newton.resume({name[7:]: array for name, array in arrays.items() if name.startswith("newton.")})
-        for number, term in enumerate(self.terms):
-            start = f"{term.name} {number}."
-            term.resume({name.removeprefix(start): array for name, array in arrays.items() if name.startswith(start)})
-        self.discard_launches()
 
     def good_yarns(self, cell: int = 0) -> YarnSet:
         """The yarns of a cell, or of the only piece, in the last accepted state."""

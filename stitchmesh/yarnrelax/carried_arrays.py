@@ -1,0 +1,46 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The arrays of a simulation that persist from one iteration to the next, as checkpoints hold them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+
+
+def carried_arrays(simulation: YarnSimulation) -> dict[str, wp.array[Any]]:
+    """All arrays that decide how the iterations continue, by name; candidate lists follow from them."""
+    state = simulation.state
+    own = {"points": state.points, "listed_points": state.listed_points, "good_points": simulation.good_points}
+    if simulation.good_periods is not None:
+        own |= {"periods": simulation.model.constants.images.periods, "good_periods": simulation.good_periods}
+    carried = {f"solver.{name}": array for name, array in simulation.solver.arrays().items()}
+    if simulation.newton is not None:
+        carried |= {f"newton.{name}": array for name, array in simulation.newton.arrays().items()}
+    for number, term in enumerate(simulation.terms):
+        carried |= {f"{term.name} {number}.{name}": array for name, array in term.arrays().items()}
+    return own | carried
+
+
+def resume_from_arrays(simulation: YarnSimulation, arrays: Mapping[str, NDArray[Any]], margin: float) -> None:
+    """Continue from the arrays of a simulation with the same input, with lists of the same margin [units]."""
+    simulation.state.points.assign(arrays["listed_points"])
+    simulation.search_contacts(margin)
+    for name, array in carried_arrays(simulation).items():
+        if "." not in name or name.startswith("solver."):
+            array.assign(arrays[name])
+    if simulation.newton is not None:
+        simulation.newton.resume(_part_of(arrays, "newton."))
+    for number, term in enumerate(simulation.terms):
+        term.resume(_part_of(arrays, f"{term.name} {number}."))
+    simulation.discard_launches()
+
+
+def _part_of(arrays: Mapping[str, NDArray[Any]], start: str) -> dict[str, NDArray[Any]]:
+    """The arrays whose names begin with ``start``, by the rest of their names."""
+    return {name.removeprefix(start): array for name, array in arrays.items() if name.startswith(start)}

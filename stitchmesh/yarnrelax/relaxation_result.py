@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The result of a relaxation: the yarns, the report, and what is said of yarns that are not at rest."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.io.history import HistoryEntry
+from stitchmesh.quality import Quality
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.convergence import LARGEST_ENERGY_FALL, MORE_ITERATIONS, rest_text
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """Relaxed yarns, with a report and a history of the relaxation."""
+
+    yarns: YarnSet
+    """The yarns at rest."""
+    report: dict[str, Any]
+    """seconds, iterations, converged, stopped (by the user), residual, remaining_change (the estimated change that is
+    left: spacing and energy, both relative, and rms_radii; None where it is not known), energy [erg], energies [erg],
+    max_strain, min_distance_over_radius (2 where no yarns touch), pull_throughs, certificate, solver, device."""
+    history: list[HistoryEntry]
+    """The result of each assessment."""
+
+    def __repr__(self) -> str:
+        """Return one line: whether the yarns are at rest, and the yarns."""
+        return f"Relaxation({rest_text(self.report)}, {self.yarns})"
+
+
+def relaxation_report(
+    loop: RelaxationLoop, quality: Quality, relaxed: YarnSet, seconds: float, stopped: bool
+) -> dict[str, Any]:
+    """The report of a relaxation, as in ``Relaxation``."""
+    left = loop.remaining[0]
+    return {
+        "seconds": seconds,
+        "iterations": loop.iteration,
+        "converged": bool(loop.at_rest[0]),
+        "stopped": stopped,
+        "residual": loop.last[0].residual,
+        "remaining_change": None if left is None else asdict(left),
+        "energy": loop.last[0].energy,
+        "energies": loop.last[0].energies,
+        "max_strain": float(np.abs(relaxed.strain).max()),
+        "min_distance_over_radius": float(loop.simulation.smallest_distances()[0]),
+        "pull_throughs": 0,
+        "certificate": "unchanged",
+        "solver": quality.solver,
+        "device": str(loop.simulation.model.device),
+    }
+
+
+def unrest_text(loop: RelaxationLoop) -> str:
+    """Say how far the yarns are from rest, what was expected, and what would help."""
+    last, remedy = loop.last[0], loop.last[0].remedy
+    if loop.stalled[0] and remedy == MORE_ITERATIONS:
+        single = loop.simulation.model.scalar is wp.float32
+        remedy = f"no step lowers the energy; {'take quality reference (float64)' if single else 'accept this state'}"
+    found = f"residual {last.residual:.2g} (expected {loop.tolerance:g})"
+    return f"{found}, {_change_text(loop)} after {loop.iteration} iterations; {remedy}"
+
+
+def _change_text(loop: RelaxationLoop) -> str:
+    """What is known of the change that is left, and what was expected."""
+    left, fall = loop.remaining[0], float(loop.energy_fall[0])
+    if left is not None:
+        return f"spacing to change by about {left.spacing:.2g} of itself (expected {loop.largest_change:g})"
+    falling = f"falling by {fall:.2g} of itself" if np.isfinite(fall) else "not level"
+    return f"energy {falling} (expected {LARGEST_ENERGY_FALL * loop.tolerance:g})"
