@@ -56,6 +56,9 @@ from .periodic.gauge import FabricMeasures as FabricMeasures
 from .periodic.gauge import measure_fabric as measure_fabric
 from .periodic.resolve_pattern import resolve_pattern as resolve_pattern
 from .periodic.session.session import SwatchSession as SwatchSession
+from .periodic.states.explore import Exploration as Exploration
+from .periodic.states.explore import explore as explore
+from .periodic.states.rest_states import Rest as Rest
 from .periodic.stretch import StretchCurve as StretchCurve
 from .periodic.stretch import stretch_test as stretch_test
 from .periodic.swatch import Swatch as Swatch
