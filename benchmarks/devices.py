@@ -21,10 +21,10 @@ from stitchmesh.io import read_stitches, write_stitches
 from stitchmesh.quality import quality_named
 from stitchmesh.yarnrelax.energies import by_term
 from stitchmesh.yarnrelax.energies.body import Body
-from stitchmesh.yarnrelax.energies.friction import Friction
 from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.energies.twist import Twist
+from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.simulation import YarnSimulation

@@ -88,9 +88,9 @@ def cells(quality: str) -> Iterator[Scene]:
 
 
 def free_cells(quality: str) -> Iterator[Scene]:
-    """Return the corpus with free periods."""
+    """Return the corpus with free periods, lying on nothing."""
     for name in knits():
-        swatch = sm.swatch(name, quality=quality, device="cpu", relax_cell=True)
+        swatch = sm.swatch(name, quality=quality, device="cpu", relax_cell=True, unsupported=True)
         assert swatch.fabric is not None
         yield name, swatch.fabric, swatch.yarns
 

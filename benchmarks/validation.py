@@ -83,6 +83,7 @@ def _friction(_pictures: Path | None) -> None:
     print_table("Dry stockinette by friction", validation_friction.coefficients_table())
     print_table("Stockinette of 16.67 d from several sizes on the needles", validation_friction.paths_table())
     print_table("Ribs off the needles, of stockinette", validation_friction.rib_table())
+    print_table("Rows of garter to the width of a stitch", validation_friction.garter_table())
     print_table("Work of dry stockinette", validation_friction.work_table())
     for title, rows in validation_friction.stiffness_tables():
         print_table(title, rows)

@@ -22,7 +22,7 @@ from stitchmesh.periodic.swatch import Swatch, close_contacts, draw_swatch, swat
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, YARN_FRICTION, KnitState, SwatchOptions
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.energies.friction import Friction
+from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.load_steps import LoadStep, StepAtRest, relax_through_steps
 
 LOOPS = (14, 15, 16, COMPACT_LOOP, 18, 20, 22, 24)
@@ -35,7 +35,7 @@ STIFF_LOOPS = (14, 15, COMPACT_LOOP)
 """Loop lengths for orders of stiffness, as without friction (``validation_loads``)."""
 LOADS = (100.0, 500.0, 1000.0, 1500.0)
 """Tensions under which extensions are compared [dyn/cm]."""
-LOAD_STEPS = 30
+LOAD_STEPS = 20
 """Steps in equal ratios from a thousandth of the largest load."""
 QUALITY = replace(refine_for_tension(PRESETS["standard"]), tolerance=TOLERANCE)
 
@@ -113,6 +113,13 @@ def _width(pattern: str, loop: float, state: KnitState | None) -> str:
     return f"{rib / plain:.2f}"
 
 
+def garter_table() -> Iterable[list[object]]:
+    """Compare the rows of garter to the width of a stitch; knitters count on two."""
+    yield ["loop length / d", *STATES, "without friction"]
+    for loop in LOOPS:
+        yield [loop, *(f"{gauge(let_go('garter', loop, state)).ratio:.2f}" for state in (*STATES, None))]
+
+
 def drawn(
     pattern: str, loop: float, state: KnitState, direction: str, loads: np.ndarray, mu: float
 ) -> list[StepAtRest]:  # fmt: skip
@@ -152,24 +159,28 @@ def work_table() -> Iterable[list[object]]:
 
 
 def stiffness_tables() -> Iterable[tuple[str, list[list[object]]]]:
-    """Extensions under several loads, of fabrics in several states and with several coefficients."""
-    for state, mu in (("dry", 0.1), ("dry", YARN_FRICTION), ("dry", 0.3), ("wet", YARN_FRICTION)):
-        rows: list[list[object]] = [["loop length / d", "drawn along", *(f"at {load / 1000:g} N/m" for load in LOADS),
-                                     "published"]]  # fmt: skip
-        for loop in STIFF_LOOPS:
-            for direction, published in PUBLISHED.items():
-                found = {pattern: extensions(pattern, loop, direction, state, mu) for pattern in PATTERNS}
-                orders = [_order({pattern: found[pattern][k] for pattern in PATTERNS}) for k in range(len(LOADS))]
-                rows.append([loop, f"{direction}s", *orders, published])
-        yield f"Extension in %, {state}, coefficient {mu:g}", rows
+    """Extensions of dry fabrics under several loads, when they are drawn first and when they are drawn again."""
+    for mu in (YARN_FRICTION, 0.3, 0.5):
+        for again in (False, True):
+            loads = [f"at {load / 1000:g} N/m" for load in LOADS]
+            rows: list[list[object]] = [["loop length / d", "drawn along", *loads, "published"]]
+            for loop in STIFF_LOOPS:
+                for direction, published in PUBLISHED.items():
+                    found = {pattern: extensions(pattern, loop, direction, mu)[again] for pattern in PATTERNS}
+                    orders = [_order({pattern: found[pattern][k] for pattern in PATTERNS}) for k in range(len(LOADS))]
+                    rows.append([loop, f"{direction}s", *orders, published])
+            yield f"Extension in %, coefficient {mu:g}, {'drawn again' if again else 'drawn first'}", rows
 
 
 @cache
-def extensions(pattern: str, loop: float, direction: str, state: KnitState, mu: float) -> list[float]:
-    """Strains under ``LOADS``; tension and friction act at the same time."""
-    loads = np.unique(np.concatenate([np.geomspace(1e-3 * LOADS[-1], LOADS[-1], LOAD_STEPS), LOADS]))
-    found = strains(drawn(pattern, loop, state, direction, loads, mu), direction)
-    return [float(found[np.searchsorted(loads, load)]) for load in LOADS]
+def extensions(pattern: str, loop: float, direction: str, mu: float) -> tuple[list[float], list[float]]:
+    """Strains under ``LOADS`` of a dry fabric that is drawn, let go and drawn again, each relative to its start."""
+    up = np.unique(np.concatenate([np.geomspace(1e-3 * LOADS[-1], LOADS[-1], LOAD_STEPS), LOADS]))
+    down = np.append(np.geomspace(LOADS[-1], 1e-3 * LOADS[-1], LOAD_STEPS)[1:], 0.0)
+    found = strains(drawn(pattern, loop, "dry", direction, np.concatenate([up, down, up]), mu), direction)
+    at, rest = np.searchsorted(up, LOADS), len(up) + len(down)
+    again = (1.0 + found[rest + at]) / (1.0 + found[rest - 1]) - 1.0
+    return found[at].tolist(), again.tolist()
 
 
 def _order(found: dict[str, float]) -> str:

@@ -56,6 +56,9 @@ from .periodic.gauge import FabricMeasures as FabricMeasures
 from .periodic.gauge import measure_fabric as measure_fabric
 from .periodic.resolve_pattern import resolve_pattern as resolve_pattern
 from .periodic.session.session import SwatchSession as SwatchSession
+from .periodic.states.explore import Exploration as Exploration
+from .periodic.states.explore import explore as explore
+from .periodic.states.rest_states import Rest as Rest
 from .periodic.stretch import StretchCurve as StretchCurve
 from .periodic.stretch import stretch_test as stretch_test
 from .periodic.swatch import Swatch as Swatch
@@ -114,10 +117,10 @@ from .yarnrelax.checkpoint import Checkpoints as Checkpoints
 from .yarnrelax.constraints.pins import Pins as Pins
 from .yarnrelax.contact_load import contact_load as contact_load
 from .yarnrelax.energies.body import Body as Body
-from .yarnrelax.energies.friction import Friction as Friction
 from .yarnrelax.energies.gravity import Gravity as Gravity
 from .yarnrelax.energies.point_load import PointLoad as PointLoad
 from .yarnrelax.energies.twist import Twist as Twist
+from .yarnrelax.friction.friction import Friction as Friction
 from .yarnrelax.load_steps import LoadStep as LoadStep
 from .yarnrelax.load_steps import relax_through_steps as relax_through_steps
 from .yarnrelax.relax_cells import relax_cells as relax_cells

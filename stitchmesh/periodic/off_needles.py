@@ -29,7 +29,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.periodic.continuation import change_period, size_of
@@ -86,7 +86,7 @@ def chosen_release(
         if friction is not None:
             raise ParameterError(f"friction: got {friction:g} without a relaxation; add one of dry, wet and full")
         return None
-    from stitchmesh.yarnrelax.energies.friction import Friction
+    from stitchmesh.yarnrelax.friction.friction import Friction
 
     if state not in get_args(KnitState):
         raise ParameterError(f"relaxation: got {state!r}; expected dry, wet or full")
@@ -138,8 +138,7 @@ def let_go(
     """
     began, history = time.perf_counter(), list[HistoryEntry]()
     quality = replace(quality, tolerance=min(quality.tolerance, TOLERANCE))
-    drawn = change_period(yarns, needles, material, quality, device)
-    drawn = relax_yarns(drawn, material=material, quality=quality, device=device, progress=False).yarns
+    drawn = on_needles(yarns, needles, material, quality, device, terms)
     forces, tension = border_forces(drawn, material, quality, device)
     with shown_progress(progress, lambda shown: report_entries(quality, shown)) as report_entry:
 
@@ -153,12 +152,32 @@ def let_go(
     return Relaxation(last, report | own | {"seconds": time.perf_counter() - began}, history)
 
 
+def on_needles(
+    yarns: YarnSet, needles: tuple[float, float], material: YarnMaterial, quality: Quality, device: str | None,
+    terms: Sequence[TermChoice],
+) -> YarnSet:  # fmt: skip
+    """Draw yarns to their size on the needles and relax them there, without friction.
+
+    Where the yarns as generated are too crowded to be drawn, they first relax to their free size.
+
+    Raises:
+        SolverError: the yarns cannot be drawn to that size.
+    """
+    common: dict[str, Any] = {"material": material, "quality": quality, "device": device, "progress": False}
+    try:
+        drawn = change_period(yarns, needles, material, quality, device)
+    except SolverError:
+        free = relax_yarns(yarns, cell=RelaxCell(shear=False), terms=terms, **common).yarns
+        drawn = change_period(free, needles, material, quality, device)
+    return relax_yarns(drawn, **common).yarns
+
+
 def _through_steps(
     drawn: YarnSet, forces: tuple[float, float], release: Release, material: YarnMaterial, quality: Quality,
     device: str | None, terms: Sequence[TermChoice], note: Callable[[HistoryEntry], None],
 ) -> tuple[dict[str, Any], YarnSet]:  # fmt: skip
     """The report without times, and the yarns in the last state."""
-    from stitchmesh.yarnrelax.energies.friction import Friction
+    from stitchmesh.yarnrelax.friction.friction import Friction
     from stitchmesh.yarnrelax.load_steps import LoadStep, relax_through_steps
 
     steps = [LoadStep(*(share * force for force in forces)) for share in falling(1.0, LAST_FORCE, RELEASE_STEPS)]

@@ -14,7 +14,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -28,7 +28,7 @@ from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.continuation import change_period, change_radius, change_rest_length, size_of
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.gauge import swatch_report
-from stitchmesh.periodic.off_needles import chosen_release, let_go, needle_size
+from stitchmesh.periodic.off_needles import Release, chosen_release, let_go, needle_size
 from stitchmesh.periodic.repeat_checks import check_floats, check_loops_begin
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.support import blocking, planes, refuse_tearing, remedy_of, tearing
@@ -44,6 +44,7 @@ from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, carried
 from stitchmesh.yarngen import belongs_to_loop_below, generate_yarns
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.convergence import rest_text
+from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 
 logger = logging.getLogger(__name__)
@@ -127,13 +128,71 @@ def swatch(
         PatternError: the pattern does not repeat, a float is too long, or the weave falls apart.
         SolverError: the yarns cannot be relaxed.
     """
+    began = time.perf_counter()
+    prepared = prepare_swatch(
+        pattern, material=material, quality=quality, device=device, relax_cell=relax_cell, relaxation=relaxation,
+        friction=friction, **options,
+    )  # fmt: skip
+    made = relax_prepared(prepared, prepared.yarns, progress)
+    return replace(made, report=made.report | {"seconds": time.perf_counter() - began})
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedSwatch:
+    """A repeat whose yarns have their radii, lengths and given size, before it comes to rest.
+
+    Lengths are gamma times those of the fabric, and ``similar`` is the material that belongs to them.
+    """
+
+    source: Source
+    """The pattern or the weave."""
+    options: SwatchOptions
+    """The options of the swatch."""
+    material: YarnMaterial
+    """Material of the yarn."""
+    quality: Quality
+    """Resolution of the relaxation."""
+    device: str | None
+    """Device of the kernels."""
+    fabric: StitchMesh | None
+    """The stitch mesh; None for a weave."""
+    drawn: YarnSet
+    """The yarns as they are generated."""
+    yarns: YarnSet
+    """The yarns from which the relaxation starts."""
+    cell: RelaxCell | None
+    """The free changes of the periods and their loads; None for constant periods."""
+    flat: FlatFabric
+    """The fabric as it lies flat."""
+    terms: Sequence[TermChoice]
+    """What the repeat lies on."""
+    release: Release | None
+    """How the knit is let go off the needles; None without friction."""
+
+    @property
+    def similar(self) -> YarnMaterial:
+        """The material scaled by gamma."""
+        return self.material.scaled(self.options.gamma)
+
+
+def prepare_swatch(
+    pattern: str | Pattern | Weave,
+    *,
+    material: YarnMaterial | None,
+    quality: str | Quality,
+    device: str | None,
+    relax_cell: bool | RelaxCell,
+    relaxation: KnitState | None = None,
+    friction: float | None = None,
+    **options: Any,
+) -> PreparedSwatch:
+    """Generate a repeat, and change its radii, lengths and size to those asked for; arguments as for ``swatch``."""
     chosen, quality = SwatchOptions(**options), quality_named(quality)
     release = chosen_release(relaxation, friction, relax_cell, chosen)
     relax_cell = relax_cell or release is not None
     if material is None:
         material = YarnMaterial.named().scaled(chosen.yarn_radius / REFERENCE_RADIUS)
     check_kind("swatch, material", material, YarnMaterial)
-    began = time.perf_counter()
     source = resolve_pattern(pattern)
     if release is not None and isinstance(source, Weave):
         raise ParameterError("relaxation: got one for a weave, which comes off no needles; leave it out")
@@ -151,25 +210,43 @@ def swatch(
     wanted = take_up_rest_lengths(first, fabric, chosen)
     yarns = change_rest_length(yarns, wanted, similar, quality, device, cell, terms)
     yarns = change_period(yarns, period, similar, quality, device)
+    return PreparedSwatch(source, chosen, material, quality, device, fabric, first, yarns, cell, flat, terms, release)
+
+
+def relax_prepared(
+    prepared: PreparedSwatch, yarns: YarnSet, progress: Callable[[HistoryEntry], None] | Literal[False] | None
+) -> Swatch:
+    """Relax a prepared repeat, starting from the prepared yarns or from the same yarns at other places, and measure it.
+
+    Raises:
+        ParameterError: the tension of a blocked swatch is too large.
+        SolverError: the yarns cannot be relaxed, or a yarn passed through another one.
+    """
+    chosen, device = prepared.options, prepared.device
     with tearing(chosen):
-        if release is not None and fabric is not None:
-            needles = needle_size(fabric, chosen.plain_loop * chosen.gamma)
-            relaxed = let_go(yarns, needles, release, similar, quality, device, terms, progress)
+        if prepared.release is not None and prepared.fabric is not None:
+            needles = needle_size(prepared.fabric, chosen.plain_loop * chosen.gamma)
+            relaxed = let_go(
+                yarns, needles, prepared.release, prepared.similar, prepared.quality, device, prepared.terms, progress
+            )
         else:
             relaxed = relax_yarns(
-                yarns, material=similar, quality=quality, device=device, cell=cell, terms=terms, progress=progress
-            )
-    refuse_pull_through(first, relaxed.yarns, device)
+                yarns, material=prepared.similar, quality=prepared.quality, device=device, cell=prepared.cell,
+                terms=prepared.terms, progress=progress,
+            )  # fmt: skip
+    refuse_pull_through(prepared.drawn, relaxed.yarns, device)
     refuse_tearing(relaxed.report["max_strain"], chosen)
     result = scale_yarns(relaxed.yarns, 1.0 / chosen.gamma)
-    measures = swatch_report(result, fabric, material, quality, relaxed.report["energy"], device)
-    if isinstance(source, Weave):
-        measures |= jam_report(source, result)
-    seconds = {"seconds": time.perf_counter() - began, "solver_seconds": relaxed.report["seconds"]}
-    shape = flat.shape_of(result)
+    measures = swatch_report(
+        result, prepared.fabric, prepared.material, prepared.quality, relaxed.report["energy"], device
+    )
+    if isinstance(prepared.source, Weave):
+        measures |= jam_report(prepared.source, result)
+    shape = prepared.flat.shape_of(result)
     if shape.name != "flat":
-        logger.warning("%s; %s", shape.text, remedy_of(shape, lies=bool(terms)))
-    return Swatch(result, measures | shape.report() | relaxed.report | seconds, fabric, relaxed.history)
+        logger.warning("%s; %s", shape.text, remedy_of(shape, lies=bool(prepared.terms)))
+    report = measures | shape.report() | relaxed.report | {"solver_seconds": relaxed.report["seconds"]}
+    return Swatch(result, report, prepared.fabric, relaxed.history)
 
 
 def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tuple[StitchMesh | None, YarnSet]:

@@ -138,7 +138,7 @@ class PhysicsSection:
 
             terms.append(Gravity(self.gravity))
         if self.friction is not None:
-            from stitchmesh.yarnrelax.energies.friction import Friction
+            from stitchmesh.yarnrelax.friction.friction import Friction
 
             terms.append(Friction(self.friction))
         if self.twist is not None:

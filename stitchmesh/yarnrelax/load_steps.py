@@ -21,8 +21,8 @@ from stitchmesh.compute.device import alone, device_named
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.energies.friction import Friction, FrictionTerm
 from stitchmesh.yarnrelax.energies.term import TermChoice, refuse_in_free_cells
+from stitchmesh.yarnrelax.friction.friction import Friction, FrictionTerm
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop

@@ -255,6 +255,41 @@ def test_the_weave_of_the_documentation_is_that_of_the_library():
     assert parse_weave(text).matrix == read_weave("double-plain-stitched").matrix
 
 
+def test_explore_writes_and_prints_the_states_of_rest(tmp_path, capsys):
+    words = ["rib1x1", "--explore", "2", *DRAFT, "-o", str(tmp_path)]
+    assert cli.main(["swatch", *words]) == 0
+    report = json.loads((tmp_path / "rests.json").read_text())
+    states = len(report["rests"])
+    assert report["starts"] == 3 and sum(rest["count"] for rest in report["rests"]) + report["not_at_rest"] == 3
+    yarns = {f"rest-{number}.h5" for number in range(1, states + 1)}
+    assert {path.name for path in tmp_path.iterdir()} == {"rests.json", "rests.png", *yarns}
+    printed = capsys.readouterr().out.splitlines()
+    assert len(printed) == states + 3 and printed[-2].startswith(f"Found {states} state")
+    width = size_of(read_yarns(tmp_path / "rest-1.h5").lattice)[0]
+    assert width == pytest.approx(2 * report["rests"][0]["wale_spacing"], rel=1e-6)
+
+
+def test_a_blocked_repeat_is_larger_and_an_unsupported_one_thicker(tmp_path):
+    flat, blocked, folded = (
+        swatch(tmp_path / str(number), "checks", *words)
+        for number, words in enumerate((["--relax-cell"], ["--blocked", "50"], ["--relax-cell", "--unsupported"]))
+    )
+    assert size_of(blocked.lattice)[0] > size_of(flat.lattice)[0] > size_of(folded.lattice)[0]
+    report = json.loads((tmp_path / "2" / "report.json").read_text())
+    assert report["shape"] == "folded" and report["options"]["unsupported"] is True
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--explore", "0"], "explore: got 0 starts"), (["--blocked", "0"], "expected a positive tension"),
+        (["--blocked", "1e7"], "it tears at"), (["--explore", "2", "--relaxation", "dry"], "explore: got friction"),
+    ],
+)  # fmt: skip
+def test_impossible_explorations_and_tensions_are_refused(capsys, tmp_path, words, message):
+    assert message in refused(capsys, tmp_path, "swatch", "stockinette", *words, *QUICK, "-o", tmp_path / "out")
+
+
 def test_a_knit_off_the_needles_writes_its_path(tmp_path) -> None:
     swatch(tmp_path / "out", "stockinette", "--relaxation", "wet", "--friction", "0.3")
     report = json.loads((tmp_path / "out" / "report.json").read_text())

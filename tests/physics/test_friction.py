@@ -23,8 +23,8 @@ from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, make_candidates
 from stitchmesh.yarnrelax.energies import evaluation
-from stitchmesh.yarnrelax.energies.friction import Friction
 from stitchmesh.yarnrelax.energies.term import Term
+from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import State, make_state

@@ -19,8 +19,8 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.checkpoint import NAME, Checkpoints
-from stitchmesh.yarnrelax.energies.friction import Friction
-from stitchmesh.yarnrelax.energies.friction_law import resistance_block, slip_stiffness_block
+from stitchmesh.yarnrelax.friction.friction import Friction
+from stitchmesh.yarnrelax.friction.friction_law import resistance_block, slip_stiffness_block
 from stitchmesh.yarnrelax.model.image_table import renew_images
 from stitchmesh.yarnrelax.model.state import make_state
 from stitchmesh.yarnrelax.relax import Relaxation
@@ -143,6 +143,55 @@ def test_the_stiffness_of_a_pair_is_the_second_derivative_and_has_no_negative_ei
         np.testing.assert_allclose(matrix_of(exact), hessian, atol=0.02 * 3.0 * law[0] * 2 / 0.05)
         assert np.linalg.eigvalsh(matrix_of(exact)).min() > -1e-12 * 3.0 * 2 / 0.05  # rounding
         assert np.abs(matrix_of(exact) @ press).max() < 1e-12 * 3.0 * 2 / 0.05  # nothing along the normal
+
+
+@pytest.mark.parametrize("mu", [0.3, (0.5, 0.2)])
+@pytest.mark.parametrize("size", [0.003, 0.1], ids=["sticking", "sliding"])
+def test_the_product_with_a_motion_is_the_change_of_the_forces(size: float, mu: float | tuple[float, float]) -> None:
+    """Samples and strains move; the matrix is symmetric, so that two motions give the same work of each other's."""
+    yarns = periodic_patch(1, 1)
+    scene = CellScene.of(yarns.with_radius(1.1 * yarns.radius), Friction(mu))
+    points, periods = scene.start + slip(yarns, size), scene.periods
+    rng, works = np.random.default_rng(7), []
+    motions = [(rng.normal(size=points.shape), 0.1 * rng.normal(size=3)) for _ in range(2)]
+    for moved, whole in motions:
+        found, virial = product(scene, points, moved, whole)
+        step = 1e-6  # of a motion of one radius over a slip of a few thousandths
+        ends = []
+        for side in (1.0, -1.0):
+            matrix = strain(*(side * step * whole))
+            scene.set_strain(matrix, points, periods)
+            at = points @ matrix.T + side * step * moved
+            ends.append((scene.sample_forces(at), scene.strain_forces(at)[:3]))
+        scene.set_strain(np.eye(3), points, periods)
+        change = -(ends[0][0] - ends[1][0]) / (2 * step)
+        np.testing.assert_allclose(found, change, atol=1e-3 * np.abs(change).max())
+        works.append((found, virial, whole, samples_of(scene, moved)))
+    one, two = works
+    cross = [(a[0] * b[3]).sum() + a[1] @ b[2] for a, b in ((one, two), (two, one))]
+    own = (one[0] * one[3]).sum() + one[1] @ one[2]
+    assert own > 0.0
+    assert cross[0] == pytest.approx(cross[1], abs=1e-10 * own)  # rounding
+
+
+def samples_of(scene: CellScene, moved: np.ndarray) -> np.ndarray:
+    """Motion of the contact samples for a motion of the control points."""
+    scene.set_points(scene.start)
+    before = scene.state.samples.numpy()[:, :3].copy()
+    scene.set_points(scene.start + moved)
+    return scene.state.samples.numpy()[:, :3] - before
+
+
+def product(
+    scene: CellScene, points: np.ndarray, moved: np.ndarray, whole: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Products for the samples, shape (P, 3), and for the strains, shape (3,)."""
+    model, motion = scene.model, samples_of(scene, moved)
+    scene.set_points(points)
+    given = model.upload(np.column_stack([motion, np.zeros(len(motion))]), 4)
+    found, virial = model.empty(len(motion), 4), model.empty(len(motion), 3)
+    scene.friction.products(scene.state, given, model.upload(whole[None], 3), found, virial, model.launch)
+    return found.numpy()[:, :3], virial.numpy().sum(axis=0)
 
 
 def mollified(s: float, e: float) -> float:
@@ -278,6 +327,25 @@ def test_every_sample_of_a_relaxed_cell_obeys_coulombs_bound() -> None:
         press = np.linalg.norm(scene.friction.arrays()["press"].numpy().astype(np.float64), axis=2).sum(axis=1)
         assert (force <= 0.3 * press * (1.0 + 1e-12)).all()  # rounding
         assert (force > 0.15 * press)[press > 0.0].any()  # the pairs of a sample pull in several directions
+
+
+def test_a_relaxation_without_friction_is_the_same_before_and_after_one_with_friction() -> None:
+    common: dict[str, Any] = {"material": KALDOR, "quality": EXACT, "device": "cpu", "cell": UPRIGHT}
+    before = relax_yarns(periodic_patch(1, 1), **common)
+    relax_yarns(periodic_patch(1, 1), terms=[Friction(0.3)], **common)
+    after = relax_yarns(periodic_patch(1, 1), **common)
+    np.testing.assert_array_equal(after.yarns.points, before.yarns.points)
+    np.testing.assert_array_equal(after.yarns.lattice.periods, before.yarns.lattice.periods)
+    assert "friction" not in after.report["energies"]
+
+
+def test_friction_of_coefficient_zero_changes_no_force() -> None:
+    """Forces and virials have the same bits as without the term."""
+    yarns = periodic_patch(1, 1)
+    scene = CellScene.of(yarns.with_radius(1.1 * yarns.radius), Friction(0.0))
+    points = scene.start + slip(yarns, 0.1)
+    assert not scene.sample_forces(points).any()
+    assert not scene.strain_forces(points).any()
 
 
 def test_a_resumed_relaxation_with_friction_ends_in_the_same_bits(tmp_path) -> None:  # type: ignore[no-untyped-def]

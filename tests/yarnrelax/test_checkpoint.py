@@ -28,9 +28,9 @@ from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.convergence import Assessment
 from stitchmesh.yarnrelax.energies.body import Body
-from stitchmesh.yarnrelax.energies.friction import Friction
 from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.energies.twist import Twist
+from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation

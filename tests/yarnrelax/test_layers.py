@@ -12,7 +12,7 @@ import pytest
 from tests.gallery import ROOT
 
 PACKAGE = ROOT / "stitchmesh" / "yarnrelax"
-FOLDERS = ["linking", "model", "collision", "energies", "constraints", "solvers"]
+FOLDERS = ["linking", "model", "collision", "energies", "friction", "constraints", "solvers"]
 """Folders from the lowest layer to the highest. A folder imports only those before it; files at the root import all."""
 MOST_FILES = 22
 """Largest number of files in a folder, without its ``__init__``."""

@@ -16,9 +16,9 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, linking_certificate, relax_yarns
 from stitchmesh.yarnrelax.energies.body import Body
-from stitchmesh.yarnrelax.energies.friction import Friction
 from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.energies.twist import Twist
+from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.relax_cells import relax_cells
 from tests.compute.thread_counts import thread_count
 from tests.gallery import grid, tube

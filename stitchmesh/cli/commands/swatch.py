@@ -65,6 +65,8 @@ class Swatch:
     """with --relax-cell, let the repeat lie on nothing instead of between two planes"""
     blocked: Annotated[float | None, help_entry("TENSION", "not blocked")] = None
     """pin the repeat out along courses and wales with this tension [dyn/cm]; its size then relaxes too"""
+    explore: Annotated[int | None, help_entry("N", "one relaxation")] = None
+    """relax the free repeat from N perturbed starts too, and list and draw its distinct states of rest instead"""
     period: Annotated[Period, arg(help_behavior_hint="(default: as generated)")] = SwatchOptions.period
     """width and height of the repeat [cm]; each is a number or the word free"""
     quality: QualityName = DEFAULT_QUALITY
@@ -104,6 +106,9 @@ class Swatch:
             **self.fabric.options(woven=woven), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period,
             unsupported=self.unsupported, blocked=self.blocked,
         )  # fmt: skip
+        if self.explore is not None:
+            self._explore(source, options)
+            return
         with output_folder(self.output) as folder, show_progress() as progress:
             made = self._relaxed(source, options, progress)
             report = self._report(source, options, made)
@@ -114,6 +119,29 @@ class Swatch:
                 drawn = draw_if_possible(lambda: render_swatch(made.yarns, folder / "preview.png", tiles))
         lines = swatch_summary(made, report["name"], self.fabric.yarn.named())
         print_result(report, [*lines, files_to_open(folder, drawn)], as_json=self.json)
+
+    def _explore(self, source: Pattern | Weave, options: SwatchOptions) -> None:
+        """Search for states of rest, and write and print them."""
+        from stitchmesh.cli.exploration import exploration_lines, write_exploration
+        from stitchmesh.cli.progress import show_progress
+        from stitchmesh.periodic.states.explore import explore
+
+        assert self.output is not None and self.explore is not None
+        if self.relaxation is not None or self.friction is not None:
+            raise ParameterError("explore: got friction beside it, with which states depend on a path; leave one out")
+        quality, starts = quality_named(quality_with(self.quality, max_iterations=self.max_iterations)), self.explore
+        given = {name: getattr(options, name) for name in options.__dataclass_fields__}
+        with output_folder(self.output) as folder, show_progress() as progress:
+            found = explore(
+                source, starts, material=self.material.yarn_material(options.yarn_radius), quality=quality,
+                device=self.device, progress=False,
+                on_start=lambda start: progress("yarnrelax", start / (starts + 1), f"start {start} of {starts}"),
+                **given,
+            )  # fmt: skip
+            head = {"pattern": self.pattern, "name": source.name, "quality": self.quality, "version": __version__}
+            drawn = write_exploration(folder, found, head | {"options": asdict(options)}, draw=not self.no_picture)
+        report = head | {"starts": found.starts, "not_at_rest": found.not_at_rest, "rests": found.table()}
+        print_result(report, exploration_lines(found, folder, drawn=drawn), as_json=self.json)
 
     def _open_in_browser(self) -> None:
         from stitchmesh.app.starts import SWATCH, swatch_project

@@ -130,7 +130,7 @@ CHOICES = {
         {"point_load"},
     ),
     "friction": (
-        "from stitchmesh.yarnrelax.energies.friction import Friction; terms, constraints = [Friction(0.3)], []",
+        "from stitchmesh.yarnrelax.friction.friction import Friction; terms, constraints = [Friction(0.3)], []",
         {"friction", "friction_contacts", "friction_law"},
         {"friction", "friction_contacts"},
     ),

@@ -19,9 +19,9 @@ from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies.body import Body
-from stitchmesh.yarnrelax.energies.friction import Friction
 from stitchmesh.yarnrelax.energies.gravity import STANDARD, Gravity
 from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
 
 if TYPE_CHECKING:

@@ -130,8 +130,8 @@ def test_settings_reach_the_library(generated: Headless):
     generated.controls.set("Gravity", 1.0)
     generated.controls.set("Keep the shape", False)
     from stitchmesh.yarn.rest_length import RestLengths
-    from stitchmesh.yarnrelax.energies.friction import Friction
     from stitchmesh.yarnrelax.energies.gravity import Gravity
+    from stitchmesh.yarnrelax.friction.friction import Friction
 
     options = RelaxOptions(
         material="kaldor-simulation", rest_lengths=RestLengths(factor=0.95), terms=[Gravity(), Friction(0.3)]

@@ -28,7 +28,7 @@ import warp as wp
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import maximum
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.friction_law import press_of_pair, resisted_slip, slip_measure, vector_from, within
+from stitchmesh.yarnrelax.friction.friction_law import press_of_pair, resisted_slip, slip_measure, vector_from, within
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import entry_shift, images_struct, images_with, sample_number
 from stitchmesh.yarnrelax.model.spline import place_samples, segment_corners, weight_row
@@ -80,11 +80,15 @@ def count_contacts(
 
 @wp.func
 def is_same_pair(images: Any, entry: int, old_images: Any, old_entry: int, p: int, here: Any) -> bool:
-    """Whether two entries of ``p`` are one sample in one image; the tables may differ, the periods are the same."""
+    """Whether two entries of ``p`` are one sample in one image; the tables may differ, the periods are the same.
+
+    Displacements of one image differ by rounding at most, those of two images by a period, which is longer than a yarn
+    is thick.
+    """
     same = sample_number(images, entry) == sample_number(old_images, old_entry)
     if same:
         apart = entry_shift(images, here - here, p, entry) - entry_shift(old_images, here - here, p, old_entry)
-        same = wp.dot(apart, apart) == here[3] - here[3]
+        same = wp.dot(apart, apart) < here[3] * here[3]
     return same
 
 

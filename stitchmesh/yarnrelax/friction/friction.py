@@ -44,17 +44,18 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.cell_virial import add_friction_virial
-from stitchmesh.yarnrelax.energies.friction_contacts import Contacts, first_contacts, own_images, renewed_contacts
-from stitchmesh.yarnrelax.energies.friction_law import (
+from stitchmesh.yarnrelax.energies.cell_virial import add_friction_virial, half_virial, strain_of_gap
+from stitchmesh.yarnrelax.energies.term import Term, TermChoice
+from stitchmesh.yarnrelax.friction.friction_contacts import Contacts, first_contacts, own_images, renewed_contacts
+from stitchmesh.yarnrelax.friction.friction_law import (
     resistance_block,
     resisted_slip,
     slip_energy,
     slip_measure,
     slip_slope,
+    slip_stiffness_times,
     vector_from,
 )
-from stitchmesh.yarnrelax.energies.term import Term, TermChoice
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.state import State
@@ -113,6 +114,52 @@ def friction_forces(cell_relaxes: bool) -> wp.Kernel:
             sample_virial[p] += virial * law[0]
 
     return friction_forces
+
+
+@functools.cache
+def friction_products(cell_relaxes: bool) -> wp.Kernel:
+    """The kernel of the products of the Hessian with a motion; where a cell relaxes, also with its strains."""
+
+    @kernel
+    def friction_products(
+        # model
+        images: Any,
+        law: Any,
+        tangent: wp.array[Any],
+        contact_count: wp.array[wp.int32],
+        contact_entry: wp.array2d[wp.int32],
+        anchor: wp.array2d[Any],
+        press: wp.array2d[Any],
+        # state in
+        samples: wp.array[Any],
+        sample_motion: wp.array[Any],
+        strain: wp.array[Any],
+        # state out
+        sample_product: wp.array[Any],
+        sample_strain: wp.array[Any],
+    ) -> None:
+        """Add the product of each sample; ``strain`` is (a, b, c) of each cell (``cell_strain``)."""
+        p = wp.tid()
+        own = sample_motion[p]
+        total = type(own)()
+        part = type(tangent[0])()
+        for c in range(contact_count[p]):
+            force, entry = press[p, c], contact_entry[p, c]
+            q = sample_number(images, entry)
+            gap = vector_from(images, samples, p, samples[p], entry, force)
+            moved = own - sample_motion[q]
+            change = type(force)(moved[0], moved[1], moved[2])
+            if wp.static(cell_relaxes):
+                change += strain_of_gap(images, p, gap, strain)
+            pull = slip_stiffness_times(force, gap - anchor[p, c], change, tangent[p], tangent[q], law)
+            total += type(own)(pull[0], pull[1], pull[2], own[3] - own[3])
+            if wp.static(cell_relaxes):
+                part += half_virial(images, p, gap, pull)
+        sample_product[p] += total
+        if wp.static(cell_relaxes):
+            sample_strain[p] += part
+
+    return friction_products
 
 
 @kernel
@@ -202,6 +249,28 @@ class FrictionTerm(Term):
         return [
             launcher(friction_forces(state.cell_relaxes), self.model.sample_count, self._inputs(state), outputs)
         ]
+
+    def products(
+        self, state: State, motion: wp.array[Any], strain: wp.array[Any], product: wp.array[Any],
+        strain_product: wp.array[Any], launcher: Launcher,
+    ) -> list[Any]:  # fmt: skip
+        """The launch that adds the products of the Hessian of friction with a motion.
+
+        The Hessian is that of the energy between two renewals: symmetric, without negative eigenvalues, and soft along
+        a slip (``friction_law``).
+
+        Args:
+            state: the state; its samples are up to date.
+            motion: motion of each contact sample, shape (P, 4); the fourth component is not read.
+            strain: strains (a, b, c) of each cell, shape (C, 3); not read where no cell relaxes.
+            product: the product for each sample, shape (P, 4), is added here.
+            strain_product: the share of each sample in the product for the strains of its cell, shape (P, 3), is added
+                here; not written where no cell relaxes.
+            launcher: launches or prepares.
+        """
+        inputs = [*self._inputs(state), motion, strain]
+        kernel = friction_products(state.cell_relaxes)
+        return [launcher(kernel, self.model.sample_count, inputs, [product, strain_product])]
 
     def energy(self, state: State, candidates: Candidates) -> float:
         """Energy of all pairs [erg]; zero without slip."""

@@ -1,0 +1,166 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Free swatches of all patterns of the library, lying on nothing and between planes: size, thickness and shape.
+
+    python benchmarks/free_shapes.py --device cpu --quality draft
+    python benchmarks/free_shapes.py stockinette garter rib1x1 --device cpu --tolerance 1e-4 --no-pictures
+
+Writes shapes.md with a row for each pattern, and sheets of pictures. The pressure is the force on one plane over the
+area of the repeat; the weight is that of the fabric over the same area.
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image, ImageDraw
+from scipy.optimize import brentq
+
+import stitchmesh as sm
+from stitchmesh.lattice import lattice_frame
+from stitchmesh.periodic.fabric_shape import FlatFabric
+from stitchmesh.periodic.support import planes
+from stitchmesh.periodic.swatch import draw_swatch
+from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.quality import Quality, quality_named
+from stitchmesh.render import render_swatch
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.energies.confinement import STIFFNESS
+from stitchmesh.yarnrelax.model.material import SHARES, YarnMaterial
+
+SIDE, COLUMNS, SHOWN = 220, 8, 11.0
+"""Pixels of a picture, pictures in a row of a sheet, and width of the fabric in a picture [cm]."""
+FALL = 981.0
+"""Acceleration on Earth [cm / s^2]."""
+LOOPS = (14.0, 16.67, 20.0, 24.0, 30.0, 40.0)
+"""Loop lengths of stockinette [yarn diameters]."""
+MOST_ITERATIONS = 40_000
+"""Iterations with a given tolerance."""
+HEAD = (
+    "| pattern | lying on nothing [cm] | thickness | shape | between planes [cm] | thickness | shape "
+    "| energies [erg] | pressure, weight [dyn/cm²] |\n"
+    "|---|---:|---:|---|---:|---:|---|---:|---:|"
+)
+
+
+def main() -> None:
+    """Relax, measure and draw."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("patterns", nargs="*")
+    parser.add_argument("--device")
+    parser.add_argument("--quality", default="standard")
+    parser.add_argument("--tolerance", type=float, help="relax to this residual in double precision")
+    parser.add_argument("--out", type=Path, default=Path("out/free-shapes"))
+    parser.add_argument("--no-pictures", action="store_true")
+    chosen = parser.parse_args()
+    logging.getLogger("stitchmesh").setLevel(logging.ERROR)
+    chosen.quality = quality_named(chosen.quality)
+    if chosen.tolerance is not None:
+        chosen.quality = replace(
+            chosen.quality, precision="float64", tolerance=chosen.tolerance, max_iterations=MOST_ITERATIONS
+        )
+    chosen.out.mkdir(parents=True, exist_ok=True)
+    rows, made = [HEAD], []
+    print(HEAD)
+    for name in chosen.patterns or [*sm.pattern_names(), *sm.weave_names()]:
+        pair = [relaxed(name, chosen, unsupported=unsupported) for unsupported in (True, False)]
+        made.append((name, pair))
+        rows.append(row_of(name, *pair, chosen.quality))
+        print(rows[-1], flush=True)
+    (chosen.out / "shapes.md").write_text("\n".join([*rows, "", *loop_lines(chosen)]) + "\n")
+    for place, kind in enumerate(() if chosen.no_pictures else ("nothing", "planes")):
+        write_sheet(chosen.out / f"{kind}.png", [(name, pair[place]) for name, pair in made])
+
+
+def relaxed(name: str, chosen: argparse.Namespace, **options: Any) -> sm.Swatch:
+    """A free swatch."""
+    return sm.swatch(
+        name, relax_cell=True, quality=chosen.quality, device=chosen.device, progress=False, **options
+    )
+
+
+def row_of(name: str, alone: sm.Swatch, lying: sm.Swatch, quality: Quality) -> str:
+    """One row of the table."""
+    parts = [name]
+    for made in (alone, lying):
+        report = made.report
+        mark = "" if report["converged"] else " (not at rest)"
+        parts += [f"{report['wale_spacing']:.3f} x {report['course_spacing']:.3f}{mark}",
+                  f"{report['thickness_ratio']:.2f}", report["shape"]]  # fmt: skip
+    energies = (yarn_energy(made) for made in (alone, lying))
+    weight = lying.report["areal_density"] * FALL
+    parts += [", ".join(f"{energy:.1f}" for energy in energies), f"{pressure(name, lying, quality):.1f}, {weight:.0f}"]
+    return f"| {' | '.join(parts)} |"
+
+
+def yarn_energy(made: sm.Swatch) -> float:
+    """Energy of the yarns of a stitch, without that of the planes [erg]."""
+    energies = {name: value for name, value in made.report["energies"].items() if name != "confinement"}
+    return float(sum(energies.values())) / float(made.report["stitches"])
+
+
+def pressure(name: str, made: sm.Swatch, quality: Quality) -> float:
+    """Force on one plane over the area of the repeat [dyn / cm^2]; at rest both planes push equally."""
+    source, options = sm.resolve_pattern(name), SwatchOptions()
+    fabric, drawn = draw_swatch(source, options, quality)
+    (choice,) = planes(True, options, FlatFabric.of(drawn, fabric, source), made.yarns.radius)
+    height, stiffness = heights(made.yarns)
+
+    def excess(middle: float) -> np.ndarray:
+        away = height - middle
+        return np.sign(away) * np.maximum(np.abs(away) - choice.half_thickness, 0.0) * stiffness  # type: ignore[attr-defined]
+
+    middle = brentq(lambda place: float(excess(place).sum()), height.min() - 1.0, height.max() + 1.0)
+    assert made.lattice is not None
+    return float(np.abs(excess(middle)).sum()) / 2.0 / made.lattice.area
+
+
+def heights(yarns: YarnSet) -> tuple[np.ndarray, np.ndarray]:
+    """Height of each control point [cm], and kappa l_j of the planes [erg / cm^2] (``confinement``)."""
+    assert yarns.lattice is not None
+    kappa = STIFFNESS * YarnMaterial.named().k_bend / float(yarns.radius.mean()) ** 4
+    length = np.bincount(yarns.segment_points.ravel(), (yarns.rest_length[:, None] * SHARES).ravel())
+    return yarns.points @ lattice_frame(yarns.lattice.periods)[2], kappa * length
+
+
+def loop_lines(chosen: argparse.Namespace) -> list[str]:
+    """How much thicker stockinette rests than it is generated, for loops of several lengths."""
+    lines = []
+    for loop in LOOPS:
+        report = relaxed("stockinette", chosen, unsupported=True, loop_length=0.25 * loop).report
+        more = report["thickness"] * (1.0 - 1.0 / report["thickness_ratio"]) / 0.25
+        thicker = f"{more:.2f} diameters thicker than generated, {more / loop:.4f} of the loop"
+        lines.append(f"Stockinette, loops of {loop:g} diameters: {thicker}.")
+    print("\n".join(lines))
+    return lines
+
+
+def write_sheet(path: Path, made: Sequence[tuple[str, sm.Swatch]]) -> None:
+    """Draw swatches side by side, each with its name, spacings and shape."""
+    rows = -(-len(made) // COLUMNS)
+    sheet = Image.new("RGB", (COLUMNS * (SIDE + 6), rows * (SIDE + 32)), "white")
+    write = ImageDraw.Draw(sheet)
+    for number, (name, swatch) in enumerate(made):
+        width, height = (swatch.report[key] for key in ("width", "height"))
+        picture = path.parent / f"{path.stem}-{name}.png"
+        render_swatch(swatch.yarns, picture, (max(1, round(SHOWN / width)), max(1, round(SHOWN / height))))
+        corner = (number % COLUMNS * (SIDE + 6), number // COLUMNS * (SIDE + 32))
+        with Image.open(picture) as drawn:
+            small = drawn.convert("RGB")
+            small.thumbnail((SIDE, SIDE))
+        picture.unlink()
+        sheet.paste(small, (corner[0], corner[1] + 28))
+        report = swatch.report
+        size = f"{report['wale_spacing']:.2f} x {report['course_spacing']:.2f} cm"
+        write.text(corner, f"{name}\n{size}, {report['shape']}", fill="black")
+    sheet.save(path)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Search for the states of rest of a swatch: random starts, their relaxations, and the distinct states among them."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.io.history import HistoryEntry
+from stitchmesh.patterns import Pattern
+from stitchmesh.periodic.states.perturbation import perturb
+from stitchmesh.periodic.states.rest_states import Rest, distinct_rests
+from stitchmesh.periodic.swatch import PreparedSwatch, Swatch, prepare_swatch, relax_prepared
+from stitchmesh.periodic.weave.weave import Weave
+from stitchmesh.quality import DEFAULT_QUALITY, Quality
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax.relax_partly import relax_partly
+
+KICKS = 3
+"""Displacements of a start; the yarns are separated between them."""
+BETWEEN = 20
+"""Iterations between two displacements."""
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class Exploration:
+    """The states of rest that some starts reached."""
+
+    rests: tuple[Rest, ...]
+    """The distinct states, in ascending order of energy."""
+    starts: int
+    """Number of starts, the unperturbed one included."""
+    not_at_rest: int
+    """Number of starts that did not come to rest; their states are not among the rests."""
+
+    def __repr__(self) -> str:
+        """Return one line: the number of states, and of starts."""
+        return f"Exploration({len(self.rests)} states of rest from {self.starts} starts)"
+
+    def table(self) -> list[dict[str, Any]]:
+        """Return the figures of each state (``Rest.row``)."""
+        return [rest.row() for rest in self.rests]
+
+
+def explore(
+    pattern: str | Pattern | Weave,
+    starts: int,
+    *,
+    seed: int = 0,
+    material: YarnMaterial | None = None,
+    quality: str | Quality = DEFAULT_QUALITY,
+    device: str | None = None,
+    progress: Callable[[HistoryEntry], None] | Literal[False] | None = None,
+    on_start: Callable[[int], None] | None = None,
+    **options: Any,
+) -> Exploration:
+    """Relax a free swatch from its generated yarns and from perturbed ones, and list the distinct states of rest.
+
+    The cell may also lean, between planes unless ``unsupported``. Equal seeds give equal starts.
+
+    Args:
+        pattern: as for ``swatch``.
+        starts: number of perturbed starts, at least 1.
+        seed: seed of the perturbations.
+        material: as for ``swatch``.
+        quality: as for ``swatch``.
+        device: as for ``swatch``.
+        progress: as for ``swatch``, for each relaxation.
+        on_start: called with the number of each start, 0 for the generated yarns.
+        options: fields of ``SwatchOptions``.
+
+    Raises:
+        ParameterError: fewer than one start, or as for ``swatch``.
+        FileError, PatternError: as for ``swatch``.
+        SolverError: no start can be relaxed.
+    """
+    if starts < 1:
+        raise ParameterError(f"explore: got {starts} starts; expected at least 1")
+    prepared = prepare_swatch(
+        pattern, material=material, quality=quality, device=device, relax_cell=True, **options
+    )
+    assert prepared.cell is not None
+    prepared = replace(prepared, cell=replace(prepared.cell, shear=True))
+    made, last_error = [], None
+    for number, random in enumerate([None, *(np.random.default_rng([seed, k]) for k in range(starts))]):
+        if on_start is not None:
+            on_start(number)
+        try:
+            begin = prepared.yarns if random is None else perturbed_start(prepared, random)
+            made.append(relax_prepared(prepared, begin, progress))
+        except SolverError as error:
+            logger.warning("explore: start %d: %s", number, error)
+            last_error = error
+    if not made and last_error is not None:
+        raise last_error
+    return _exploration(made, starts + 1)
+
+
+def perturbed_start(prepared: PreparedSwatch, random: np.random.Generator) -> YarnSet:
+    """Return the prepared yarns after ``KICKS`` equal displacements, separated after each of them.
+
+    Raises:
+        SolverError: the yarns cannot be separated.
+    """
+    yarns, state = prepared.yarns, random.bit_generator.state
+    for _kick in range(KICKS):
+        random.bit_generator.state = state
+        yarns = relax_partly(
+            perturb(yarns, random), material=prepared.similar, quality=prepared.quality, iterations=BETWEEN,
+            device=prepared.device, cell=prepared.cell, terms=prepared.terms,
+        )  # fmt: skip
+    return yarns
+
+
+def _exploration(made: list[Swatch], starts: int) -> Exploration:
+    rested = [swatch for swatch in made if swatch.report["converged"]]
+    return Exploration(tuple(distinct_rests(rested)), starts, starts - len(rested))
