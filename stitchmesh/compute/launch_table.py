@@ -139,7 +139,7 @@ class LaunchTable:
             [_address(launch.hooks.forward), ctypes.addressof(arguments), *_extents(launch), _part_size(launch)]
             for launch, arguments in zip(launches, self._arguments, strict=True)
         ]
-        self._threads = max(1, min(thread_count(), max(useful_threads(launch) for launch in launches)))
+        self._threads = max(useful_threads(launch) for launch in launches)
         self._counters = np.zeros((2 + len(rows) * (1 + self._threads), LINE), dtype=np.int32)
         self._counters[CLOSED] = 1
         table = wp.array(rows, dtype=wp.int64, device="cpu")
@@ -195,9 +195,10 @@ def _part_size(launch: wp.Launch) -> int:
 
 
 def useful_threads(launch: wp.Launch) -> int:
-    """Number of threads that a launch is enough for."""
+    """Number of threads that a launch is enough for, of those that there are."""
     parts = -(-_extents(launch)[0] // _part_size(launch))
-    return parts // PARTS_PER_THREAD if len(launch.bounds.shape) == 1 else parts
+    enough_for = parts // PARTS_PER_THREAD if len(launch.bounds.shape) == 1 else parts
+    return max(1, min(enough_for, thread_count()))
 
 
 @functools.cache
