@@ -3,13 +3,17 @@
 """Launches on a CPU as a table that native code works through, on one thread or on several.
 
 A row of the table is a launch: the address of the compiled kernel, that of its arguments, the number of its elements,
-and how many of them form a part. Every thread goes through the rows from the first to the last. In each row it takes
-one part after the other, until no part is left, and then waits until all parts of the row are done, also those of other
-threads. A launch therefore begins only after the launch before it has ended, as on one thread.
+and how many of them form a part. Every thread goes through the rows from the first to the last. In each row it waits
+until all parts are done, also those of other threads. A launch therefore begins only after the launch before it has
+ended, as on one thread.
 
-The calling thread opens the table and closes it at the end. Other threads may come late, even after the end: an open
-table is one in which they may take parts, and in a closed one nothing is left. After it has closed the table the
-calling thread waits until no other thread is in it, and sets its counters to zero for the next time.
+Each thread has its range of the parts of a row, the same range of the elements in every row, so that what it reads is
+mostly in the cache of its core. It takes one part after the other, until none is left in its range, and then parts of
+the ranges of others, which may be late or interrupted.
+
+The calling thread opens the table and closes it at the end. Other threads may come late, even after the end: they take
+parts of an open table only. After it has closed the table the calling thread waits until no other thread is in it, and
+sets its counters to zero for the next time.
 
 An element computes the same in whichever thread it runs. The parts depend on the number of elements only, not on the
 number of threads, so that vectorised loops treat each element in the same way too. Results therefore have the same bits
@@ -33,7 +37,8 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.compute.kernel import RUNS_IN_PARTS, kernel
-from stitchmesh.compute.thread_team import Work, share
+from stitchmesh.compute.thread_team import share
+from stitchmesh.compute.threads import thread_count
 
 PART = 256
 """Elements of a part, a multiple of all widths of vector instructions. Of a kernel with blocks a part is one block."""
@@ -50,41 +55,61 @@ _WORK_THROUGH = """
     struct Bounds { unsigned int shape[2]; size_t size, coord_mult; };
     int* inside = counters.data;
     int* closed = inside + 16;
-    const auto wait = [give_way](const int* counter, int value) {
-        for (int looks = 0; __atomic_load_n(counter, __ATOMIC_SEQ_CST) != value; ++looks)
-            if (looks > 20000) ((void (*)())give_way)();
-    };
-    __atomic_fetch_add(inside, 1, __ATOMIC_SEQ_CST);
-    if (!__atomic_load_n(closed, __ATOMIC_SEQ_CST)) {
-        const long long* row = table.data;
-        int* taken = closed + 16;
-        for (int launch = 0; launch < table.shape[0]; ++launch, row += 5, taken += 32) {
-            const auto run = (void (*)(Bounds*, void*))row[0];
-            const long long count = row[2], lanes = row[3], size = row[4];
-            const int parts = (int)((count + size - 1) / size);
-            int* done = taken + 16;
-            for (int part; (part = __atomic_fetch_add(taken, 1, __ATOMIC_RELAXED)) < parts;) {
-                const long long first = part * size, last = first + size < count ? first + size : count;
-                Bounds bounds = {{(unsigned int)last, (unsigned int)lanes}, (size_t)((last - first) * lanes), 1};
-                run(&bounds, (void*)row[1]);
-                __atomic_fetch_add(done, 1, __ATOMIC_RELEASE);
-            }
-            wait(done, parts);
+    // For some ten microseconds a thread looks at a counter again and again: to sleep and to wake takes longer.
+    const auto becomes = [](const int* counter, int value) {
+        for (int looks = 0; looks < 2000; ++looks) {
+            if (__atomic_load_n(counter, __ATOMIC_SEQ_CST) == value) return true;
+#if defined(__x86_64__)
+            __builtin_ia32_pause();
+#endif
         }
+        return false;
+    };
+    const auto wait = [&](const int* counter, int value) {
+        while (!becomes(counter, value)) ((void (*)())give_way)();
+    };
+    for (bool open = true; open;) {
+        __atomic_fetch_add(inside, 1, __ATOMIC_SEQ_CST);
+        open = !__atomic_load_n(closed, __ATOMIC_SEQ_CST);
+        const long long* row = table.data;
+        int* done = closed + 16;
+        for (int launch = 0; open && launch < table.shape[0]; ++launch, row += 5, done += 16 * (1 + ranges)) {
+            const auto run = (void (*)(Bounds*, void*))row[0];
+            const long long count = row[2], lanes = row[3], size = row[4], parts = (count + size - 1) / size;
+            for (int k = 0; k < ranges; ++k) {
+                const int range = (thread + k) % ranges;
+                const long long begin = parts * range / ranges, end = parts * (range + 1) / ranges;
+                int* taken = done + 16 * (1 + range);
+                int own = 0;
+                while (begin + __atomic_load_n(taken, __ATOMIC_RELAXED) < end) {
+                    const long long part = begin + __atomic_fetch_add(taken, 1, __ATOMIC_RELAXED);
+                    if (part >= end) break;
+                    const long long first = part * size, last = first + size < count ? first + size : count;
+                    Bounds bounds = {{(unsigned int)last, (unsigned int)lanes}, (size_t)((last - first) * lanes), 1};
+                    run(&bounds, (void*)row[1]);
+                    ++own;
+                }
+                if (own) __atomic_fetch_add(done, own, __ATOMIC_RELEASE);
+            }
+            wait(done, (int)parts);
+        }
+        if (thread == 0) {
+            __atomic_store_n(closed, 1, __ATOMIC_SEQ_CST);
+            wait(inside, 1);
+            for (int k = 0; k < table.shape[0] * (1 + ranges); ++k) closed[16 + 16 * k] = 0;
+            open = false;
+        }
+        __atomic_fetch_sub(inside, 1, __ATOMIC_SEQ_CST);
+        open = open && becomes(closed, 1) && becomes(closed, 0);  // the table may be opened again soon
     }
-    if (closes) {
-        __atomic_store_n(closed, 1, __ATOMIC_SEQ_CST);
-        wait(inside, 1);
-        for (int k = 0; k < 2 * table.shape[0]; ++k) closed[16 + 16 * k] = 0;
-    }
-    __atomic_fetch_sub(inside, 1, __ATOMIC_SEQ_CST);
 """
 
 
 @wp.func_native(_WORK_THROUGH)
 def take_parts(
-    table: wp.array2d(dtype=wp.int64), give_way: wp.uint64, closes: bool, counters: wp.array2d(dtype=wp.int32)
-):
+    table: wp.array2d(dtype=wp.int64), give_way: wp.uint64, ranges: int, thread: int,
+    counters: wp.array2d(dtype=wp.int32)
+):  # fmt: skip
     """Take parts of launches until none is left; ``give_way`` is the address of a function of the system."""
     ...
 
@@ -94,12 +119,13 @@ def work_through(
     # model
     table: wp.array2d(dtype=wp.int64),
     give_way: wp.uint64,
-    closes: bool,
+    ranges: int,
+    thread: int,
     # state in and out
     counters: wp.array2d(dtype=wp.int32),
 ) -> None:
-    """Take parts of launches until none is left; the thread that opened the table closes it."""
-    take_parts(table, give_way, closes, counters)
+    """Take parts of launches until none is left; thread 0 closes the table."""
+    take_parts(table, give_way, ranges, thread, counters)
 
 
 class LaunchTable:
@@ -113,36 +139,33 @@ class LaunchTable:
             [_address(launch.hooks.forward), ctypes.addressof(arguments), *_extents(launch), _part_size(launch)]
             for launch, arguments in zip(launches, self._arguments, strict=True)
         ]
-        self._table = wp.array(rows, dtype=wp.int64, device="cpu")
-        self._counters = np.zeros((2 + 2 * len(rows), LINE), dtype=np.int32)
-        self._counters[CLOSED] = 1
         self._threads = max(useful_threads(launch) for launch in launches)
-        self._own, self._other = self._work(closes=True), self._work(closes=False)
+        self._counters = np.zeros((2 + len(rows) * (1 + self._threads), LINE), dtype=np.int32)
+        self._counters[CLOSED] = 1
+        table = wp.array(rows, dtype=wp.int64, device="cpu")
+        counters = wp.array(self._counters, dtype=wp.int32, device="cpu", copy=False)
+        inputs = [table, wp.uint64(_give_way()), self._threads, 0, counters]
+        self._work_through = wp.launch(work_through, 1, inputs, device="cpu", record_cmd=True)
+        self._of_threads = [self._arguments_of(thread) for thread in range(self._threads)]
 
     def launch(self) -> None:
         """Run all launches."""
         self._counters[CLOSED] = 0
         try:
-            if self._threads > 1:
-                share(self._own, self._other, self._threads)
-            else:
-                self._own()
+            share(self._work, self._threads)
         finally:
             if not self._counters[CLOSED, 0]:  # an interrupt before the work of this thread
-                self._own()
+                self._work(0)
 
-    def _work(self, *, closes: bool) -> Work:
-        """The work of the calling thread, which closes the table, or that of another one."""
-        counters = wp.array(self._counters, dtype=wp.int32, device="cpu", copy=False)
-        inputs = [self._table, wp.uint64(_give_way()), closes, counters]
-        launch = wp.launch(work_through, 1, inputs, device="cpu", record_cmd=True)
-        arguments = _arguments(launch)
-        return functools.partial(_call, launch, ctypes.byref(launch.bounds), ctypes.byref(arguments))
+    def _work(self, thread: int) -> None:
+        """Do the work of a thread, without what ``wp.Launch.launch`` does again each time."""
+        launch = self._work_through
+        launch.hooks.forward(ctypes.byref(launch.bounds), ctypes.byref(self._of_threads[thread]))
 
-
-def _call(launch: wp.Launch, bounds: Any, arguments: Any) -> None:
-    """Run a kernel without what ``wp.Launch.launch`` does again each time."""
-    launch.hooks.forward(bounds, arguments)
+    def _arguments_of(self, thread: int) -> ctypes.Structure:
+        """The arguments of the native code with the number of a thread."""
+        self._work_through.set_param_by_name("thread", thread)
+        return _arguments(self._work_through)
 
 
 def _arguments(launch: wp.Launch) -> ctypes.Structure:
@@ -172,9 +195,10 @@ def _part_size(launch: wp.Launch) -> int:
 
 
 def useful_threads(launch: wp.Launch) -> int:
-    """Number of threads that a launch is enough for."""
+    """Number of threads that a launch is enough for, of those that there are."""
     parts = -(-_extents(launch)[0] // _part_size(launch))
-    return parts // PARTS_PER_THREAD if len(launch.bounds.shape) == 1 else parts
+    enough_for = parts // PARTS_PER_THREAD if len(launch.bounds.shape) == 1 else parts
+    return max(1, min(enough_for, thread_count()))
 
 
 @functools.cache

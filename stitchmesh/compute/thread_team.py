@@ -16,7 +16,8 @@ from queue import SimpleQueue
 
 from stitchmesh.compute.threads import thread_count
 
-Work = Callable[[], object]
+Work = Callable[[int], object]
+"""Work that threads share; it is called with the number of the thread, 0 for the thread that has it."""
 
 
 class ThreadTeam:
@@ -24,38 +25,49 @@ class ThreadTeam:
 
     def __init__(self, size: int) -> None:
         """Start ``size`` - 1 threads."""
+        self._offered: tuple[Work, int] = (_nothing, 0)
         self._errors: SimpleQueue[BaseException] = SimpleQueue()
-        self._queues: list[SimpleQueue[Work]] = [SimpleQueue() for _ in range(1, size)]
-        for number, queue in enumerate(self._queues, start=1):
-            threading.Thread(target=self._help, args=[queue], name=f"launches {number}", daemon=True).start()
+        self._calls: list[SimpleQueue[None]] = [SimpleQueue() for _ in range(1, size)]
+        for thread in range(1, size):
+            threading.Thread(target=self._help, args=[thread], name=f"launches {thread}", daemon=True).start()
 
-    def share(self, own: Work, other: Work, threads: int) -> None:
-        """Do work in the calling thread, and offer the others a part in it; return when the calling thread is done.
+    def share(self, work: Work, threads: int) -> None:
+        """Do work, and offer it to other threads; return when the calling thread is done.
 
         Args:
-            own: what the calling thread does. It does not wait for threads that have not begun, because they may sleep
-                for long on a machine with other work.
-            other: what up to ``threads`` - 1 other threads do, perhaps late. It returns at once if nothing is left.
+            work: what each thread does. The calling thread does not wait for threads that have not begun, because on a
+                machine with other work they may sleep for long. Threads that come too late find nothing left.
             threads: number of threads that the work is enough for.
 
         Raises:
-            BaseException: what ``own`` raises, or else what ``other`` raised, in this call or in one before it.
+            BaseException: what the work raises here, or else what it raised in another thread, in this call or in one
+                before it.
         """
-        for queue in self._queues[: threads - 1]:
-            if queue.empty():  # a thread with work of which it has not heard yet comes too late for more
-                queue.put(other)
-        own()
+        if threads > 1:
+            self._offered = work, threads
+        for calls in self._calls[: threads - 1]:
+            if calls.empty():  # otherwise the thread has not heard the last call yet
+                calls.put(None)
+        work(0)
         if not self._errors.empty():
             raise self._errors.get()
 
-    def _help(self, queue: SimpleQueue[Work]) -> None:
-        """Do the work of a queue."""
+    def _help(self, thread: int) -> None:
+        """Do at each call the work that was offered last."""
+        calls = self._calls[thread - 1]
         while True:
-            work = queue.get()
+            calls.get()
+            work, threads = self._offered
+            if thread >= threads:  # the call was for other work, which is done
+                continue
             try:
-                work()
+                work(thread)
             except BaseException as error:
                 self._errors.put(error)
+
+
+def _nothing(_thread: int) -> None:
+    """Work before the first work."""
 
 
 _team_of = functools.cache(ThreadTeam)
@@ -64,6 +76,6 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_team_of.cache_clear)
 
 
-def share(own: Work, other: Work, threads: int) -> None:
+def share(work: Work, threads: int) -> None:
     """Share work with as many threads as ``thread_count`` says; arguments and errors as for ``ThreadTeam.share``."""
-    _team_of(thread_count()).share(own, other, threads)
+    _team_of(thread_count()).share(work, threads)

@@ -94,13 +94,14 @@ def test_a_launch_begins_after_the_end_of_the_launch_before_it(threads: int) -> 
 
 def test_several_threads_share_a_large_launch_and_one_runs_a_small_one(monkeypatch: pytest.MonkeyPatch) -> None:
     wanted: list[int] = []
-    monkeypatch.setattr(launch_table, "share", lambda own, _other, threads: (wanted.append(threads), own()))
+    monkeypatch.setattr(launch_table, "thread_count", lambda: 8)
+    monkeypatch.setattr(launch_table, "share", lambda work, threads: (wanted.append(threads), work(0)))
     enough = 2 * launch_table.PARTS_PER_THREAD * PART
     for length in (PART, enough - PART, enough, 5 * enough):
         visits = cpu(np.zeros(length, dtype=np.int32))
         launch(count_visits, length, [visits], [], wp.get_device("cpu"))
         assert visits.numpy()[-1] == 1 + 1000 * (length - 1)
-    assert wanted == [2, 10]
+    assert wanted == [2, 8]
 
 
 def test_kernels_with_tiles_run_on_one_thread() -> None:
@@ -143,8 +144,8 @@ def test_a_table_whose_work_was_interrupted_is_done_and_can_be_launched_again(mo
     """An interrupt before the calling thread begins leaves the table open to threads that come late."""
     visits = cpu(np.zeros(20 * PART, dtype=np.int32))
 
-    def interrupted(_own: Work, other: Work, _threads: int) -> None:
-        other()
+    def interrupted(work: Work, _threads: int) -> None:
+        work(1)
         raise KeyboardInterrupt
 
     with thread_count(2):
@@ -153,7 +154,7 @@ def test_a_table_whose_work_was_interrupted_is_done_and_can_be_launched_again(mo
             patch.setattr(launch_table, "share", interrupted)
             with pytest.raises(KeyboardInterrupt):
                 table.launch()
-        table._other()  # a thread that comes after the end takes nothing
+        table._work(1)  # a thread that comes after the end takes nothing
         table.launch()
     assert np.array_equal(visits.numpy(), 2 * (1 + 1000 * np.arange(len(visits))))
 

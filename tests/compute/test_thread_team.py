@@ -16,22 +16,23 @@ from tests.compute.thread_counts import thread_count
 SAFETY = 60.0  # Time after which a test that blocks fails [s]; a test that passes waits for a much shorter time.
 
 
-def meet(team: ThreadTeam, threads: int, wanted: int) -> set[int]:
-    """Let ``threads`` threads of a team meet, of which ``wanted`` are asked for; return which they were."""
-    barrier, met = threading.Barrier(threads), set()
+def meet(team: ThreadTeam, threads: int, wanted: int) -> dict[int, int]:
+    """Let ``threads`` threads of a team meet, of which ``wanted`` are asked for; return them by their numbers."""
+    barrier, met = threading.Barrier(threads), {}
 
-    def work() -> None:
-        met.add(threading.get_ident())
+    def work(thread: int) -> None:
+        met[thread] = threading.get_ident()
         barrier.wait(SAFETY)
 
-    team.share(work, work, wanted)
+    team.share(work, wanted)
     return met
 
 
-def test_all_threads_take_part() -> None:
+def test_all_threads_take_part_each_with_its_number() -> None:
     team = ThreadTeam(3)
     groups = [meet(team, 3, 3) for _ in range(20)]
-    assert threading.get_ident() in groups[0] and len(groups[0]) == 3
+    assert sorted(groups[0]) == [0, 1, 2] and groups[0][0] == threading.get_ident()
+    assert len(set(groups[0].values())) == 3
     assert all(group == groups[0] for group in groups)  # the same threads, which are started once
 
 
@@ -42,50 +43,100 @@ def test_no_more_threads_take_part_than_are_wanted_and_exist(size: int, wanted: 
 
 def test_the_calling_thread_waits_for_no_other() -> None:
     team, release, late = ThreadTeam(2), threading.Event(), threading.Event()
-
-    def other() -> None:
-        assert release.wait(SAFETY)
-        late.set()
-
     own: list[int] = []
-    for number in range(100):
-        team.share(lambda number=number: own.append(number), other, 2)  # type: ignore[misc]
-    assert own == list(range(100))
+
+    def work(thread: int) -> None:
+        if thread == 0:
+            own.append(thread)
+        else:
+            assert release.wait(SAFETY)
+            late.set()
+
+    for _ in range(100):
+        team.share(work, 2)
+    assert len(own) == 100
     release.set()
     assert late.wait(SAFETY)
+
+
+def test_a_thread_that_comes_late_does_the_work_that_was_offered_last() -> None:
+    team, release, done = ThreadTeam(2), threading.Event(), threading.Event()
+    works: list[str] = []
+
+    def first(thread: int) -> None:
+        if thread == 1:
+            assert release.wait(SAFETY)
+
+    def note(name: str, thread: int) -> None:
+        if thread == 1:
+            works.append(name)
+            done.set()
+
+    team.share(first, 2)
+    while not team._calls[0].empty():  # the other thread is in the first work
+        pass
+    for name in ("second", "third", "last"):
+        team.share(lambda thread, name=name: note(name, thread), 2)  # type: ignore[misc]
+    release.set()
+    assert done.wait(SAFETY)
+    assert works == ["last"]
+
+
+def test_a_thread_that_comes_late_leaves_work_for_fewer_threads_alone() -> None:
+    team, release, left = ThreadTeam(3), threading.Event(), threading.Event()
+    numbers: list[int] = []
+
+    def first(thread: int) -> None:
+        if thread > 0:
+            assert release.wait(SAFETY)
+
+    team.share(first, 3)
+    while not all(calls.empty() for calls in team._calls):  # both others are in the first work
+        pass
+    team.share(lambda thread: None, 3)
+    team.share(lambda thread: (numbers.append(thread), left.set() if thread else None), 2)
+    release.set()
+    assert left.wait(SAFETY)
+    assert len(meet(team, 3, 3)) == 3  # all three are back
+    assert sorted(numbers) == [0, 1]
 
 
 def test_an_error_in_another_thread_is_raised_in_the_calling_one() -> None:
     team, failed = ThreadTeam(2), threading.Event()
 
-    def other() -> None:
+    def work(thread: int) -> None:
+        if thread == 0:
+            assert failed.wait(SAFETY)
+            return
         failed.set()
         raise ValueError("in another thread")
 
     with pytest.raises(ValueError, match="in another thread"):
-        team.share(lambda: failed.wait(SAFETY), other, 2)
+        team.share(work, 2)
         while team._errors.empty():  # the error comes after the end of the work, and is raised by the next one
             pass
-        team.share(lambda: None, lambda: None, 1)
+        team.share(lambda _thread: None, 1)
     assert len(meet(team, 2, 2)) == 2  # the thread still works
 
 
 def test_an_error_in_the_calling_thread_is_raised() -> None:
-    def own() -> None:
-        raise ValueError("here")
+    def work(thread: int) -> None:
+        if thread == 0:
+            raise ValueError("here")
 
     with pytest.raises(ValueError, match="here"):
-        ThreadTeam(2).share(own, lambda: None, 2)
+        ThreadTeam(2).share(work, 2)
 
 
 def test_work_within_work_does_not_wait() -> None:
     team, inner = ThreadTeam(2), []
 
-    def work() -> None:
-        team.share(lambda: inner.append(threading.get_ident()), lambda: None, 2)
+    def work(thread: int) -> None:
+        if thread == 0:
+            team.share(inner.append, 1)
 
-    team.share(work, lambda: None, 2)
-    assert inner == [threading.get_ident()]
+    team.share(work, 2)
+    assert inner == [0]
 
 
 def test_a_child_process_has_threads_of_its_own() -> None:
@@ -95,7 +146,7 @@ def test_a_child_process_has_threads_of_its_own() -> None:
 
     def together() -> None:
         barrier = threading.Barrier(3)
-        thread_team.share(lambda: barrier.wait(SAFETY), lambda: barrier.wait(SAFETY), 3)
+        thread_team.share(lambda _thread: barrier.wait(SAFETY), 3)
 
     with thread_count(3):
         together()

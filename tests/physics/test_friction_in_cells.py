@@ -29,7 +29,7 @@ from tests.physics.test_friction import Capstan, FrictionScene, repeated, slip
 from tests.yarnrelax.stockinette import periodic_patch
 
 KALDOR = YarnMaterial.named("kaldor-simulation")
-EXACT = replace(PRESETS["draft"], precision="float64", tolerance=1e-5)
+EXACT = replace(PRESETS["reference"], quadrature_points=3, contact_samples=7, step_fraction=0.2, tolerance=1e-5)
 UPRIGHT = RelaxCell(shear=False)
 
 

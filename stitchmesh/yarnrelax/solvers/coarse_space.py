@@ -332,8 +332,8 @@ class CoarseSpace:
             self._restrict(points, self.product, launcher),
         ], model.device) if self.strains else None  # fmt: skip
 
-    def invert(self) -> None:
-        """Assemble the matrices of the current state and invert them."""
+    def invert(self, damping: NDArray[np.float64]) -> None:
+        """Assemble the matrices of the current state and invert them; ``damping`` is that of the model, shape (C,)."""
         self._assemble.launch()
         matrices = self.matrices.numpy().copy()
         if self._strain_column is not None:
@@ -346,7 +346,7 @@ class CoarseSpace:
             own *= 0.5
             diagonal = np.diagonal(own).copy()
             mean = diagonal[:used].mean()
-            own[np.diag_indices_from(own)] += REGULAR * mean + (diagonal == 0.0)
+            own[np.diag_indices_from(own)] += (REGULAR + damping[cell]) * mean + (diagonal == 0.0)
             free = self._free_motions(cell, used)
             own[:used, :used] += free.T @ free * mean
         self.inverse.assign(np.linalg.inv(matrices))

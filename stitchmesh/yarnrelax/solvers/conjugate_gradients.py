@@ -8,7 +8,7 @@ For the forces F, the Hessian H (``hessian_product``) and the preconditioner C, 
 
 The iteration of a cell ends where the residual r . z has fallen to the square of ``FORCING``, where x is ``REACH`` times
 as long as the limits of the moves allow, at a direction of negative curvature, or after a number of products. The
-length of x over the limits is a mean over the control points of |x_i| / limit_i with a power (``POWERS``).
+length of x over the limits is a mean over the control points of |x_i| / limit_i with a high power (``POWER``).
 
 An entry is a control point, or the strains of a cell (``cell_strain``). Each block of threads has a chunk of the control
 points of one cell or the strains of one cell; all sums have a fixed order.
@@ -33,22 +33,20 @@ CHUNK = {"cuda": THREADS, "cpu": 1024}
 """Entries of a block."""
 REACH = wp.constant(wp.float64(2.0))
 """Length of an iterate over the limits of the moves at which the iteration ends."""
-POWERS = {"small": 32.0, "large": 4.0}
-"""Power of the mean of the ratios of moves to their limits: of a small cell nearly the largest ratio; in a large piece a
-few control points that are faster than all others do not hold up the rest."""
-SMALL_CELL = 4096
-"""Control points of the largest small cell."""
+POWER = wp.constant(wp.float64(32.0))
+"""Power of the mean of the ratios of moves to their limits: nearly the largest ratio, as a sum in a fixed order."""
 SHORTEST_LIMIT = wp.constant(0.05)
 """Limit in mean radii, times the scale of the limits, below which a control point is shortened by itself and does not
 shorten the whole step."""
 FORCING = wp.constant(wp.float64(1.0e-2))
 """Part of the residual, in the norm of the preconditioner, at which the iteration ends."""
 
-STEP_SCALE, ACTIVE, DONE, NEGATIVE, PRODUCTS, RZ, RZ0, ALPHA, BETA, RATIO, FACTOR, SQUARE, WORK, STRAIN = range(14)
-RECORD = 14
+STEP_SCALE, ACTIVE, DONE, NEGATIVE, PRODUCTS, RZ, RZ0, ALPHA, BETA, RATIO, FACTOR, SQUARE, WORK, STRAIN, DAMPING = range(15)
+RECORD = 15
 """Columns of the record of a cell: scale of the limits; whether the cell takes part; whether its iteration has ended,
 and whether at a negative curvature; products so far; r . z, and the first one; a and b; length over the limits; factor of
-the step; square of x; work F . x; largest strain of the step."""
+the step; square of x; work F . x; largest strain of the step;
+damping."""
 
 
 @wp.struct
@@ -66,13 +64,13 @@ def _solve_struct(scalar: Any) -> Any:
     """The struct of a solve in one precision.
 
     Vectors of shape (E, 3): the iterate ``x``, the residual ``r``, ``z``, the direction ``p``, its ``product`` with the
-    Hessian, and the ``step``. The ``limit`` of each move, shape (E,); the ``record`` of each cell, shape (C, RECORD);
+    Hessian, and the ``step``. The ``limit`` of each move and the ``level`` of stiffness, shape (E,); the ``record`` of each cell, shape (C, RECORD);
     the ``sums`` of each block, and its part of r . z, the ``residuals``, shape (B, 7).
     """
     threes = wp.array(dtype=wp.types.vector(length=3, dtype=scalar))
     annotations = {
         "x": threes, "r": threes, "z": threes, "p": threes, "product": threes, "step": threes,
-        "limit": wp.array(dtype=scalar), "record": wp.array2d(dtype=wp.float64), "sums": wp.array2d(dtype=wp.float64),
+        "limit": wp.array(dtype=scalar), "level": wp.array(dtype=scalar), "record": wp.array2d(dtype=wp.float64), "sums": wp.array2d(dtype=wp.float64),
         "residuals": wp.array2d(dtype=wp.float64),
     }  # fmt: skip
     return wp.struct(type(f"NewtonSolve_{scalar.__name__}", (), {"__annotations__": annotations}))
@@ -135,11 +133,15 @@ def sum_curvature(
     # state in and out
     solve: Any,
 ) -> None:
-    """Sums of p . H p."""
+    """The damped product, and sums of p . H p."""
     block, lane = wp.tid()
+    damping = solve.record[blocks.cell[block], DAMPING]
     total = Slots()
     for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
-        total[0] += wp.float64(wp.dot(solve.p[i], solve.product[i]))
+        p = solve.p[i]
+        product = solve.product[i] + p * (solve.level[i] * type(p[0])(damping))
+        solve.product[i] = product
+        total[0] += wp.float64(wp.dot(p, product))
     sum_over_block(total, solve.sums[block])
 
 
@@ -173,7 +175,6 @@ def find_alpha(
 def advance_iterate(
     # model
     point_count: int,
-    power: wp.float64,
     blocks: EntryBlocks,
     # state in
     force: wp.array[Any],
@@ -194,7 +195,7 @@ def advance_iterate(
         limit = wp.max(solve.limit[i], type(a)(SHORTEST_LIMIT) * type(a)(scale))
         ratio = wp.float64(wp.length(x) / limit)
         if i < point_count:
-            total[1] += wp.pow(ratio, power)
+            total[1] += wp.pow(ratio, POWER)
         else:
             total[4] += ratio
         total[2] += wp.float64(wp.dot(x, x))
@@ -237,7 +238,6 @@ def find_beta(
     # model
     cells: CellRanges,
     blocks: EntryBlocks,
-    power: wp.float64,
     most_products: wp.float64,
     # state in and out
     solve: Any,
@@ -258,7 +258,7 @@ def find_beta(
     beta = zero
     if solve.record[cell, ALPHA] != zero:
         count = wp.float64(cells.points[cell + 1] - cells.points[cell])
-        ratio = wp.max(wp.pow(powers / count, one / power), strain)
+        ratio = wp.max(wp.pow(powers / count, one / POWER), strain)
         solve.record[cell, RATIO] = ratio
         solve.record[cell, FACTOR] = one / wp.max(one, ratio)
         solve.record[cell, SQUARE] = square
@@ -292,7 +292,7 @@ def make_solve(model: Model, strains: int, blocks: Any) -> Any:
     entries = model.point_count + strains
     for name in ("x", "r", "z", "p", "product", "step"):
         setattr(solve, name, model.empty(entries, 3))
-    solve.limit = model.empty(entries)
+    solve.limit, solve.level = model.empty(entries), model.empty(entries)
     solve.record = wp.zeros((model.cell_count, RECORD), dtype=wp.float64, device=model.device)
     solve.sums = wp.zeros((len(blocks.cell), 7), dtype=wp.float64, device=model.device)
     solve.residuals = wp.zeros_like(solve.sums)

@@ -8,8 +8,9 @@ lowers the energy, but near rest its steps fall only by a constant ratio. After 
 ``WHOLE`` times the limits of the moves, the share of the exact Hessian therefore grows. Where the mixed matrix shows a
 direction of negative curvature, or the energy rises, the share falls again.
 
-All moves of a cell are shortened by one factor, so that the step limit (``step_limit``) holds; the moves of a few control
-points that are faster are shortened further.
+All moves of a cell are shortened by one factor, so that the step limit (``step_limit``) holds. Directions without much
+stiffness, such as yarn that slides along itself, would otherwise hold up all others: while steps are longer than the
+limits allow, a multiple of the level of stiffness at each control point is added to H (Levenberg and Marquardt).
 
 With the lengths s and s' of the last two whole steps, the change that is left is estimated as the sum of the steps that
 would follow, s r / (1 - r) with r = s / s' (``RemainingChange``).
@@ -35,13 +36,12 @@ from stitchmesh.yarnrelax.solvers.cell_strain import deformed, strains_of
 from stitchmesh.yarnrelax.solvers.coarse_space import CoarseSpace, suits_coarse_space
 from stitchmesh.yarnrelax.solvers.conjugate_gradients import (
     ACTIVE,
+    DAMPING,
     DONE,
     FACTOR,
     NEGATIVE,
-    POWERS,
     PRODUCTS,
     RATIO,
-    SMALL_CELL,
     SQUARE,
     STEP_SCALE,
     STRAIN,
@@ -71,6 +71,10 @@ FASTER, SLOWER = 1.0 / 3.0, 8.0
 LEAST_SHARE = 0.02
 """Smallest share of the Hessian of Gauss and Newton: some directions, such as yarn that slides along itself, have no
 stiffness of their own."""
+LEAST_DAMPING, MORE_DAMPING = 1e-6, 4.0
+"""Smallest damping, over the level of stiffness at the control points, and its growth."""
+TOO_LONG, SHORT = 1.5, 0.5
+"""Lengths of a step over the limits of the moves above which the damping grows, and below which it falls."""
 RETURN = 3
 """Steps for which the share does not fall after the model was wrong."""
 TRUSTED_SHARE = 0.34
@@ -96,18 +100,34 @@ class RemainingChange:
     """The rms displacement of the control points in yarn radii."""
 
 
+@wp.func
+def cell_of_point(cells: CellRanges, i: int) -> int:
+    """The cell of a control point, by bisection."""
+    low, high = int(0), cells.points.shape[0] - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if cells.points[middle] <= i:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
 @kernel
 def find_point_blocks(
     # model
     model: Any,
+    cells: CellRanges,
     further: wp.array[Any],
     # state in
     leg_hessian: wp.array2d[Any],
     sample_block: wp.array[Any],
+    # state in and out
+    solve: Any,
     # state out
     preconditioner: wp.array[Any],
 ) -> None:
-    """The inverse of the block of the matrix of Gauss and Newton at each control point."""
+    """The inverse of the damped block of the matrix of Gauss and Newton at each control point, and its level."""
     i = wp.tid()
     slots = model.point_segments[i]
     total = leg_hessian[0, 0] - leg_hessian[0, 0]
@@ -129,10 +149,13 @@ def find_point_blocks(
             for k in range(count):
                 weight = model.sample_basis[row + k][slot]
                 block += sample_block[first + k] * (weight * weight)
-    level = further[i] + (total[0, 0] + total[1, 1] + total[2, 2]) * type(further[i])(1.0e-6)
-    block += type(block)(
-        total[0, 0] + level, total[1, 1] + level, total[2, 2] + level, total[0, 1], total[0, 2], total[1, 2]
-    )
+    kind = further[i] * type(further[i])(1.0)
+    block += type(block)(total[0, 0], total[1, 1], total[2, 2], total[0, 1], total[0, 2], total[1, 2])
+    level = kind + (block[0] + block[1] + block[2]) / type(kind)(3.0)
+    cell = cell_of_point(cells, i)
+    more = kind + level * type(kind)(solve.record[cell, DAMPING] + wp.float64(1.0e-6))
+    block += type(block)(more, more, more, kind - kind, kind - kind, kind - kind)
+    solve.level[i] = level
     preconditioner[i] = inverse_block(block)
 
 
@@ -220,6 +243,8 @@ class Newton:
         self.coarse = CoarseSpace(model, strains) if suits_coarse_space(model) else None
         self.share = np.ones(model.cell_count)
         """Share of the Hessian of Gauss and Newton in the next step of each cell, shape (C,)."""
+        self.damping = np.zeros(model.cell_count)
+        """Damping of the model of each cell over the level of stiffness at its control points, shape (C,)."""
         self.length = np.zeros(model.cell_count)
         """Length of the last step of each cell, 0 where it was no whole step [units], shape (C,)."""
         self.ratio = np.ones(model.cell_count)
@@ -251,12 +276,12 @@ class Newton:
             self._prepare(inputs, forces)
         assert self._hessian is not None
         record = self.solve.record.numpy()
-        record[:, ACTIVE], record[:, STEP_SCALE] = cells, step_scale
+        record[:, ACTIVE], record[:, STEP_SCALE], record[:, DAMPING] = cells, step_scale, self.damping
         self.solve.record.assign(record)
         self._hessian.exact.zero_()
         self._begin.launch()
         if self.coarse is not None:
-            self.coarse.invert()
+            self.coarse.invert(self.damping)
         if (self.share[cells] < 1.0).any():
             self._hessian.exact.assign(1.0 - self.share)
             self._find.launch()
@@ -273,6 +298,7 @@ class Newton:
     def restart(self, cells: NDArray[np.bool_]) -> None:
         """Trust the model of some cells less: their last step was not accepted."""
         self.share[cells] = np.minimum(self.share * SLOWER, 1.0)[cells]
+        self.damping[cells] = np.maximum(self.damping * MORE_DAMPING, LEAST_DAMPING)[cells]
         self.wait[cells], self.length[cells], self.ratio[cells] = RETURN, 0.0, 1.0
 
     def remaining_change(self, cell: int, size: float) -> RemainingChange | None:
@@ -307,14 +333,14 @@ class Newton:
         self.solve.record.assign(other.solve.record.numpy()[cells])
 
     def arrays(self) -> dict[str, wp.array[Any]]:
-        """What persists from one step to the next: share, wait, length and ratio of each cell, shape (C, 4)."""
-        table = np.column_stack([self.share, self.wait, self.length, self.ratio])
+        """What persists from one step to the next: share, wait, length, ratio and damping of each cell, (C, 5)."""
+        table = np.column_stack([self.share, self.wait, self.length, self.ratio, self.damping])
         return {"record": self.solve.record, "trust": wp.array(table, dtype=wp.float64, device=self.model.device)}
 
     def resume(self, arrays: dict[str, NDArray[Any]]) -> None:
         """Restore the contents of ``arrays``."""
         self.solve.record.assign(arrays["record"])
-        self.share, wait, self.length, self.ratio = arrays["trust"].T.copy()
+        self.share, wait, self.length, self.ratio, self.damping = arrays["trust"].T.copy()
         self.wait = wait.astype(np.int32)
 
     def _prepare(self, inputs: SolverInputs, forces: list[Any]) -> None:
@@ -323,8 +349,6 @@ class Newton:
         launcher, solve, blocks = model.prepare, self.solve, self.blocks
         self._hessian = hessian = Hessian(model, state, inputs.candidates, inputs.strain, inputs.terms)
         count, cells = len(blocks.cell), model.cell_count
-        size = "small" if np.diff(model.point_start).max() <= SMALL_CELL else "large"
-        power = wp.float64(POWERS[size])
         self._points = state.points
         ball = [state.points, state.listed_points, state.budget]
 
@@ -339,8 +363,8 @@ class Newton:
             begin += inputs.strain.force_launches(state, inputs.candidates, launcher)
         begin += hessian.find_launches(launcher)
         begin.append(launcher(find_point_blocks, model.point_count,
-                              [model.constants, self.further, hessian.leg_hessian, state.sample_block],
-                              [state.preconditioner]))  # fmt: skip
+                              [model.constants, self.cells, self.further, hessian.leg_hessian, state.sample_block],
+                              [solve, state.preconditioner]))  # fmt: skip
         precondition = [tiled(apply_point_blocks, blocks, state.preconditioner, solve)]
         if self.coarse is not None:
             self.coarse.prepare(hessian, state.points)
@@ -357,9 +381,9 @@ class Newton:
             *filtered(solve.product),
             tiled(sum_curvature, blocks, solve),
             launcher(find_alpha, cells, [blocks, solve], []),
-            tiled(advance_iterate, model.point_count, power, blocks, state.force, solve),
+            tiled(advance_iterate, model.point_count, blocks, state.force, solve),
             *precondition,
-            launcher(find_beta, cells, [self.cells, blocks, power, wp.float64(MOST_PRODUCTS), solve], []),
+            launcher(find_beta, cells, [self.cells, blocks, wp.float64(MOST_PRODUCTS), solve], []),
             tiled(find_direction, blocks, solve),
         ]
         finish = [tiled(propose_steps, blocks, solve)]
@@ -388,3 +412,7 @@ class Newton:
         wait = np.where(negative, RETURN, np.maximum(self.wait - 1, 0))
         self.ratio[cells], self.length[cells] = ratio[cells], length[cells]
         self.share[cells], self.wait[cells] = share[cells], wait[cells]
+        less = np.where(self.damping > LEAST_DAMPING, self.damping / MORE_DAMPING, 0.0)
+        more = np.maximum(self.damping * MORE_DAMPING, LEAST_DAMPING)
+        reach = record[:, RATIO]
+        self.damping[cells] = np.where(reach > TOO_LONG, more, np.where(reach < SHORT, less, self.damping))[cells]
