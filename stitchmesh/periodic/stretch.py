@@ -48,6 +48,8 @@ Other = Literal["free", "held"]
 
 TOLERANCE = 1e-3
 """Largest residual of each state; ribs have a small resistance and need this value."""
+LARGEST_CHANGE = 1e-4
+"""Largest estimate of the change that is left: a stiff fabric turns a small strain into a large tension."""
 CONTROL_POINTS = 24
 """Smallest number of control points of a plain stitch, as in the quality ``reference``. With 12 control points loops
 resist up to 80 % too much. Fewer control points make the yarn softer along its axis, because a material gives the
@@ -230,9 +232,10 @@ def choose_strains(
 
 
 def refine_for_tension(quality: Quality) -> Quality:
-    """Return a quality that is at least as fine as ``TOLERANCE``, ``CONTROL_POINTS`` and ``CONTACT_SAMPLES``."""
+    """Return a quality that is at least as fine as the constants of this file."""
     return replace(
         quality, tolerance=min(quality.tolerance, TOLERANCE),
+        largest_change=min(quality.largest_change, LARGEST_CHANGE),
         control_points_per_stitch=max(quality.control_points_per_stitch, CONTROL_POINTS),
         contact_samples=max(quality.contact_samples, CONTACT_SAMPLES),
     )  # fmt: skip

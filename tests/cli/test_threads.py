@@ -41,5 +41,5 @@ def test_more_threads_than_cores_are_replaced_in_one_line(
     tmp_path, capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
 ) -> None:
     assert cli.main([*SWATCH, "--threads", "500", "-o", str(tmp_path)]) == 0
-    said = [record.getMessage() for record in caplog.records if "threads" in record.getMessage()]
+    said = [record.getMessage() for record in caplog.records if record.getMessage().startswith("threads")]
     assert said == ["threads: got 500, but this process may use 4 cores; 4 are taken"]

@@ -235,12 +235,18 @@ def test_published_cells_of_rods_have_the_same_spacings_in_this_simulation(name:
 
 
 def test_a_published_weave_of_rods_keeps_its_positions() -> None:
-    """With fixed periods, yarns with natural curvature hardly move, straight yarns move, and the stresses agree."""
+    """With fixed periods, an equilibrium of yarns with natural curvature is near, and its stresses agree.
+
+    Without friction that equilibrium is a saddle: relaxed further, neighbouring yarns slide together in pairs.
+    """
     cell = cell_of_rods("basket")
     material = cells.theirs(cell)
-    assert cells.moved_by(cell.yarns, material) < 0.1 < 0.5 < cells.moved_by(cell.straight, material)
+    near = replace(cells.QUALITY, max_iterations=60)
+    moved = [cells.moved_by(yarns, material, near) for yarns in (cell.yarns, cell.straight)]
+    assert moved[0] < 0.05 < 0.1 < moved[1]
+    assert relax_yarns(cell.yarns, material=material, quality=near, device="cpu").report["residual"] < 1e-3
     # splines are smoother than polylines with 2.5 edges for each crossing; straight yarns push nine times as strongly
-    assert cells.tension(cell.yarns, material) == pytest.approx(rods.tension(cell.rods, cell.stiffness), rel=0.35)
+    assert cells.tension(cell.yarns, material, near) == pytest.approx(rods.tension(cell.rods, cell.stiffness), rel=0.35)
 
 
 def size(yarns: YarnSet) -> Any:
