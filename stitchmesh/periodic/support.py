@@ -28,7 +28,7 @@ import numpy as np
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.periodic.continuation import size_of
-from stitchmesh.periodic.fabric_shape import FabricShape, FlatFabric
+from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
@@ -83,11 +83,18 @@ def blocking(drawn: YarnSet, options: SwatchOptions, material: YarnMaterial) -> 
     return RelaxCell(options.blocked * height, options.blocked * width, shear=False)
 
 
-def remedy_of(shape: FabricShape, *, lies: bool) -> str:
-    """Return what helps where a fabric does not lie flat; ``lies`` says whether it lies between the planes."""
+def remedy_of(cell: RelaxCell | None, *, lies: bool) -> str:
+    """Return what helps where a fabric does not lie flat.
+
+    Args:
+        cell: degrees of freedom of the cell; None for a repeat of fixed size.
+        lies: whether the fabric lies between the planes.
+    """
     if lies:
         return "give it a tension (--blocked), or less yarn (--gamma)"
-    return "let it lie on a table (--relax-cell without --unsupported), or block it (--blocked)"
+    if cell is None:
+        return "it buckles at this size; let its size relax too (--relax-cell)"
+    return "let it lie on a table (no --unsupported, relax_cell=True), or block it (--blocked)"
 
 
 def refuse_tearing(strain: float, options: SwatchOptions) -> None:

@@ -244,7 +244,7 @@ def relax_prepared(
         measures |= jam_report(prepared.source, result)
     shape = prepared.flat.shape_of(result)
     if shape.name != "flat":
-        logger.warning("%s; %s", shape.text, remedy_of(shape, lies=bool(prepared.terms)))
+        logger.warning("%s; %s", shape.text, remedy_of(prepared.cell, lies=bool(prepared.terms)))
     report = measures | shape.report() | relaxed.report | {"solver_seconds": relaxed.report["seconds"]}
     return Swatch(result, report, prepared.fabric, relaxed.history)
 

@@ -14,7 +14,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.continuation import size_of
 from stitchmesh.periodic.fabric_shape import THICK, FlatFabric
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
-from stitchmesh.periodic.support import CLEARANCE, planes
+from stitchmesh.periodic.support import CLEARANCE, planes, remedy_of
 from stitchmesh.periodic.swatch import Swatch, draw_swatch, scale_yarns, swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS
@@ -110,3 +110,11 @@ def test_impossible_tensions_are_refused(tension: float) -> None:
 def test_a_given_cell_cannot_be_blocked() -> None:
     with pytest.raises(ParameterError, match="blocked: got a RelaxCell beside it"):
         free("stockinette", blocked=10.0, relax_cell=RelaxCell())
+
+
+@pytest.mark.parametrize(
+    ("cell", "lies", "advice"),
+    [(None, False, "--relax-cell"), (RelaxCell(), False, "no --unsupported"), (RelaxCell(), True, "--blocked")],
+)
+def test_a_fabric_that_is_not_flat_gets_the_advice_that_helps(cell: RelaxCell | None, lies: bool, advice: str) -> None:
+    assert advice in remedy_of(cell, lies=lies)
