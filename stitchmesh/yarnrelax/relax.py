@@ -43,9 +43,9 @@ class Relaxation:
     yarns: YarnSet
     """The yarns at rest."""
     report: dict[str, Any]
-    """seconds, iterations, converged, stopped (by the user), residual, remaining_change (spacing, energy, both relative,
-    and rms_radii: the estimated change that is left; None where it is not known), energy [erg], energies [erg], max_strain,
-    min_distance_over_radius (2 where no yarns touch), pull_throughs, certificate, solver, device."""
+    """seconds, iterations, converged, stopped (by the user), residual, remaining_change (spacing, energy, both
+    relative, and rms_radii: the estimated change that is left; None where unknown), energy [erg], energies [erg],
+    max_strain, min_distance_over_radius (2 where no yarns touch), pull_throughs, certificate, solver, device."""
     history: list[HistoryEntry]
     """The result of each assessment."""
 

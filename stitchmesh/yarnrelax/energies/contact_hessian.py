@@ -7,7 +7,8 @@ unit vector n along it, the second derivative is
 
     E'' n n^T + E' / d (I - n n^T)  =  a a^T - b I,        b = - E' / d > 0,    a = sqrt(E'' + b) n
 
-The part b makes it indefinite: a pair that is pressed could also turn aside. Far from rest a share of b only is taken (``exact``).
+The part b makes it indefinite: a pair that is pressed could also turn aside. Far from rest only a share of b is taken
+(``exact``).
 """
 
 from __future__ import annotations

@@ -8,8 +8,8 @@ a place x is u + E x with the strain E (``cell_strain``), so that a leg or a gap
 
     du + E g,     E g = e1 (a g1 + c g2) + e2 (b g2)
 
-and with the product f of this change, the product for the strains is the sum of (f1 g1, f2 g2, f1 g2). The derivative of
-E x by the positions is left out: it vanishes where no force is left.
+and with the product f of this change, the product for the strains is the sum of (f1 g1, f2 g2, f1 g2). The derivative
+of E x by the positions is left out: it vanishes where no force is left.
 """
 
 from __future__ import annotations
