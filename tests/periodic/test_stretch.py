@@ -86,8 +86,8 @@ def test_every_preset_gives_the_correct_tension(curves: dict[tuple[str, str], St
     for case, quality in (("course", "held"), "draft"), (("wale", "free"), "standard"):
         given: Any = {case[0]: (0.0, MOST), "other": case[1]}
         curve = stretch_test("stockinette", steps=3, material=KALDOR, quality=quality, device="cpu", **given)
-        # five contact samples for each segment, and a residual of 1e-3
-        np.testing.assert_allclose(curve.tension[1:], curves[case].tension[[5, 10]], rtol=0.02)
+        # five contact samples for each segment, and longer steps, which may end in another state of rest of the loops
+        np.testing.assert_allclose(curve.tension[1:], curves[case].tension[[5, 10]], rtol=0.1)
 
 
 def test_a_curve_is_the_same_for_a_larger_repeat(curves: dict[tuple[str, str], StretchCurve]) -> None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The coarse part of the preconditioner of Newton's method: rigid motions of pieces of yarn, and the strains of the cell.
+"""The coarse part of the preconditioner of Newton's method: rigid motions of pieces of yarn, strains of the cell.
 
 The blocks at the control points are stiff, because yarn hardly stretches, and conjugate gradients need many products
 until a motion of one of them has reached a whole stitch. The soft motions of a fabric move and turn pieces of yarn
@@ -12,12 +12,13 @@ and the strains of the cell are added where the cell relaxes. With the matrix P 
 
     C = blocks at the control points  +  P (P^T H P)^-1 P^T
 
-with H the matrix of Gauss and Newton (two-level additive Schwarz; Toselli and Widlund 2005, section 3). The small matrix
-is assembled on the device, row by row in a fixed order, and inverted on the host once in each Newton step.
+with H the matrix of Gauss and Newton (two-level additive Schwarz; Toselli and Widlund 2005, section 3). The small
+matrix is assembled on the device, row by row in a fixed order, and inverted on the host once in each Newton step.
 """
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -309,6 +310,10 @@ class CoarseSpace:
         self.count = len(cell)
         cells, n = model.cell_count, self.unknowns
         self.used = 6 * counts
+        """Unknowns of the groups of each cell, shape (C,)."""
+        self.free = np.zeros((cells, 3))
+        """Whether each strain of each cell is free, 1 or 0, shape (C, 3)."""
+        self.host_inverse = np.zeros((cells, n, n))
         self.matrices = wp.zeros((cells, n, n), dtype=wp.float64, device=device)
         self.inverse = wp.zeros((cells, n, n), dtype=wp.float64, device=device)
         self.coarse = wp.zeros((cells, n), dtype=wp.float64, device=device)
@@ -319,8 +324,8 @@ class CoarseSpace:
     def prepare(self, hessian: Hessian, points: wp.array[Any]) -> None:
         """Capture the launches that assemble the matrices."""
         launcher, pairs, model = self.model.prepare, hessian.touching, self.model
-        self._free = None if hessian.strain is None else hessian.strain.host_free
-        """Whether each strain of each cell is free, 1 or 0, shape (C, 3)."""
+        if hessian.strain is not None:
+            self.free = hessian.strain.host_free
         inputs = [model.constants, points, hessian.leg_hessian, pairs.count, pairs.entries, pairs.stiffness,
                   self.groups]  # fmt: skip
         self._assemble = CapturedLaunches([
@@ -332,24 +337,30 @@ class CoarseSpace:
             self._restrict(points, self.product, launcher),
         ], model.device) if self.strains else None  # fmt: skip
 
-    def invert(self, damping: NDArray[np.float64]) -> None:
-        """Assemble the matrices of the current state and invert them; ``damping`` is that of the model, shape (C,)."""
+    def invert(self, damping: NDArray[np.float64], cells: NDArray[np.bool_]) -> None:
+        """Assemble the matrices of the current state, and invert those of some cells.
+
+        Args:
+            damping: damping of the model of each cell, shape (C,).
+            cells: the cells that move, shape (C,).
+        """
         self._assemble.launch()
-        matrices = self.matrices.numpy().copy()
+        matrices = self.matrices.numpy()
         if self._strain_column is not None:
-            self._put_strain_columns(matrices)
-        for cell, used in enumerate(self.used.tolist()):
-            unused = np.arange(used, self.unknowns - (3 if self.strains else 0))
-            matrices[cell, unused, unused] = 1.0
-            own = matrices[cell]
-            own += own.T
-            own *= 0.5
-            diagonal = np.diagonal(own).copy()
-            mean = diagonal[:used].mean()
-            own[np.diag_indices_from(own)] += (REGULAR + damping[cell]) * mean + (diagonal == 0.0)
-            free = self._free_motions(cell, used)
-            own[:used, :used] += free.T @ free * mean
-        self.inverse.assign(np.linalg.inv(matrices))
+            matrices = self._with_strain_columns(matrices)
+        for cell in np.flatnonzero(cells).tolist():
+            used = np.arange(self.used[cell])
+            if self.strains:
+                used = np.concatenate([used, self.strain_unknown + np.flatnonzero(self.free[cell])])
+            own = matrices[cell][np.ix_(used, used)]
+            own = (own + own.T) / 2
+            mean = np.diagonal(own)[: self.used[cell]].mean()
+            own[np.diag_indices_from(own)] += (REGULAR + damping[cell]) * mean
+            whole = self._free_motions(cell)
+            own[: self.used[cell], : self.used[cell]] += whole.T @ whole * mean
+            self.host_inverse[cell] = 0.0
+            self.host_inverse[cell][np.ix_(used, used)] = np.linalg.inv(own)
+        self.inverse.assign(self.host_inverse)
 
     def apply_launches(
         self, points: wp.array[Any], residual: wp.array[Any], vectors: wp.array[Any], launcher: Launcher
@@ -361,8 +372,8 @@ class CoarseSpace:
         prolong = launcher(prolong_motions, self.model.point_count + self.strains, inputs, [vectors])
         return [self._restrict(points, residual, launcher), multiply, prolong]
 
-    def _free_motions(self, cell: int, used: int) -> NDArray[np.float64]:
-        """Motions of a cell as a whole, which have no stiffness, in its unknowns, shape (3 or 6, used).
+    def _free_motions(self, cell: int) -> NDArray[np.float64]:
+        """Motions of a cell as a whole, which have no stiffness, in the unknowns of its groups, shape (3 or 6, G).
 
         Rounding leaves a small force on them, which must not become a large motion.
         """
@@ -375,26 +386,25 @@ class CoarseSpace:
         away = middle - middle.mean(axis=0)
         for axis, unit in enumerate(np.eye(3)):
             turn[axis, :, :3], turn[axis, :, 3:] = np.cross(unit, away), unit * size[:, None]
-        rows = turn.reshape(3, used)
+        rows = turn.reshape(3, -1)
         return np.concatenate([shift / np.sqrt(len(size)), rows / np.linalg.norm(rows, axis=1, keepdims=True)])
 
     def _restrict(self, points: wp.array[Any], vectors: wp.array[Any], launcher: Launcher) -> Any:
         inputs = [self.groups, self.count, self.model.point_count, self.strain_unknown, points, vectors]
         return launcher(restrict_vectors, self.count + self.strains, inputs, [self.coarse])
 
-    def _put_strain_columns(self, matrices: NDArray[np.float64]) -> None:
-        """Write the columns and rows of the strains: products with a unit of each strain."""
-        assert self._strain_column is not None and self._free is not None
-        free = self._free
+    def _with_strain_columns(self, matrices: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The matrices with the columns and rows of the strains: products with a unit of each strain."""
+        assert self._strain_column is not None
+        whole = matrices.copy()
         for k in range(3):
             units = np.zeros((len(self.unit), 3))
             units[self.model.point_count :, k] = 1.0
             self.unit.assign(units)
             self._strain_column.launch()
-            column = self.coarse.numpy() * free[:, k : k + 1]
-            # the three columns are symmetric to the rows, and the matrix is replaced by its symmetric part
-            matrices[:, :, self.strain_unknown + k] = column
-            matrices[:, self.strain_unknown + k, :] = column
+            column = self.coarse.numpy()
+            whole[:, :, self.strain_unknown + k] = whole[:, self.strain_unknown + k, :] = column
+        return whole
 
 
 def _ranges(model: Model) -> list[tuple[int, int, int]]:
@@ -407,7 +417,7 @@ def _ranges(model: Model) -> list[tuple[int, int, int]]:
             start, end = int(model.yarns.start[yarn]), int(model.yarns.start[yarn + 1])
             pieces = max(round((end - start) / run), 1)
             borders = np.linspace(start, end, pieces + 1).round().astype(int)
-            ranges += [(cell, int(a), int(b)) for a, b in zip(borders[:-1], borders[1:], strict=True)]
+            ranges += [(cell, int(a), int(b)) for a, b in pairwise(borders)]
     return ranges
 
 

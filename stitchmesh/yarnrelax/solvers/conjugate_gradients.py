@@ -6,12 +6,13 @@ For the forces F, the Hessian H (``hessian_product``) and the preconditioner C, 
 
     a = r . z / p . H p,    x + a p,    r - a H p,    z = C r,    b = new r . z / old r . z,    p = z + b p
 
-The iteration of a cell ends where the residual r . z has fallen to the square of ``FORCING``, where x is ``REACH`` times
-as long as the limits of the moves allow, at a direction of negative curvature, or after a number of products. The
-length of x over the limits is a mean over the control points of |x_i| / limit_i with a high power (``POWER``).
+The iteration of a cell ends where the residual r . z has fallen to the square of ``FORCING``, where x is ``REACH``
+times as long as the limits of the moves allow, at a direction of negative curvature, or after a number of products. The
+length of x over the limits is a mean over the control points of |x_i| / limit_i with a high power (``POWER``). The
+product is damped: a multiple of the level of stiffness at each control point is added to H.
 
-An entry is a control point, or the strains of a cell (``cell_strain``). Each block of threads has a chunk of the control
-points of one cell or the strains of one cell; all sums have a fixed order.
+An entry is a control point, or the strains of a cell (``cell_strain``). Each block of threads has a chunk of the
+control points of one cell or the strains of one cell; all sums have a fixed order.
 """
 
 from __future__ import annotations
@@ -41,12 +42,12 @@ shorten the whole step."""
 FORCING = wp.constant(wp.float64(1.0e-2))
 """Part of the residual, in the norm of the preconditioner, at which the iteration ends."""
 
-STEP_SCALE, ACTIVE, DONE, NEGATIVE, PRODUCTS, RZ, RZ0, ALPHA, BETA, RATIO, FACTOR, SQUARE, WORK, STRAIN, DAMPING = range(15)
+(STEP_SCALE, ACTIVE, DONE, NEGATIVE, PRODUCTS, RZ, RZ0, ALPHA, BETA, RATIO, FACTOR, SQUARE, WORK, STRAIN,
+ DAMPING) = range(15)  # fmt: skip
 RECORD = 15
 """Columns of the record of a cell: scale of the limits; whether the cell takes part; whether its iteration has ended,
-and whether at a negative curvature; products so far; r . z, and the first one; a and b; length over the limits; factor of
-the step; square of x; work F . x; largest strain of the step;
-damping."""
+and whether at a negative curvature; products so far; r . z, and the first one; a and b; length over the limits; factor
+of the step; square of x; work F . x; largest strain of the step; damping."""
 
 
 @wp.struct
@@ -64,14 +65,14 @@ def _solve_struct(scalar: Any) -> Any:
     """The struct of a solve in one precision.
 
     Vectors of shape (E, 3): the iterate ``x``, the residual ``r``, ``z``, the direction ``p``, its ``product`` with the
-    Hessian, and the ``step``. The ``limit`` of each move and the ``level`` of stiffness, shape (E,); the ``record`` of each cell, shape (C, RECORD);
-    the ``sums`` of each block, and its part of r . z, the ``residuals``, shape (B, 7).
+    Hessian, and the ``step``. The ``limit`` of each move and the ``level`` of stiffness, shape (E,). The ``record`` of
+    each cell, shape (C, RECORD). The ``sums`` of each block, and its part of r . z, the ``residuals``, shape (B, 7).
     """
-    threes = wp.array(dtype=wp.types.vector(length=3, dtype=scalar))
+    scalars, threes = wp.array(dtype=scalar), wp.array(dtype=wp.types.vector(length=3, dtype=scalar))
+    doubles = wp.array2d(dtype=wp.float64)
     annotations = {
         "x": threes, "r": threes, "z": threes, "p": threes, "product": threes, "step": threes,
-        "limit": wp.array(dtype=scalar), "level": wp.array(dtype=scalar), "record": wp.array2d(dtype=wp.float64), "sums": wp.array2d(dtype=wp.float64),
-        "residuals": wp.array2d(dtype=wp.float64),
+        "limit": scalars, "level": scalars, "record": doubles, "sums": doubles, "residuals": doubles,
     }  # fmt: skip
     return wp.struct(type(f"NewtonSolve_{scalar.__name__}", (), {"__annotations__": annotations}))
 
@@ -152,7 +153,7 @@ def find_alpha(
     # state in and out
     solve: Any,
 ) -> None:
-    """a = r . z / p . H p; a negative curvature ends the iteration."""
+    """Find a = r . z / p . H p; a negative curvature ends the iteration."""
     cell = wp.tid()
     zero = wp.float64(0.0)
     curvature = wp.float64(0.0)
@@ -181,7 +182,7 @@ def advance_iterate(
     # state in and out
     solve: Any,
 ) -> None:
-    """x + a p and r - a H p."""
+    """Find x + a p and r - a H p."""
     block, lane = wp.tid()
     cell = blocks.cell[block]
     alpha, scale = solve.record[cell, ALPHA], solve.record[cell, STEP_SCALE]
@@ -212,7 +213,7 @@ def apply_point_blocks(
     # state in and out
     solve: Any,
 ) -> None:
-    """z = C r with the blocks at the control points."""
+    """Find z = C r with the blocks at the control points."""
     block, lane = wp.tid()
     for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
         solve.z[i] = times_block(preconditioner[i], solve.r[i])
@@ -242,7 +243,7 @@ def find_beta(
     # state in and out
     solve: Any,
 ) -> None:
-    """b = new r . z / old r . z; whether the iteration of each cell ends; the factor of its step."""
+    """Find b = new r . z / old r . z; whether the iteration of each cell ends; the factor of its step."""
     cell = wp.tid()
     zero, one = wp.float64(0.0), wp.float64(1.0)
     # each sum is a number of its own: Warp lets names that are assigned from one name share it

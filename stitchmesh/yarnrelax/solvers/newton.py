@@ -4,9 +4,9 @@
 
 L-BFGS brings yarns near to rest in cheap iterations, and then creeps along the soft directions of a fabric. Newton's
 method sees these directions in the Hessian. The Hessian of Gauss and Newton is never negative, so each of its steps
-lowers the energy, but near rest its steps fall only by a constant ratio. After each whole step, one that is shorter than
-``WHOLE`` times the limits of the moves, the share of the exact Hessian therefore grows. Where the mixed matrix shows a
-direction of negative curvature, or the energy rises, the share falls again.
+lowers the energy, but near rest its steps fall only by a constant ratio. After each whole step, one that is shorter
+than ``WHOLE`` times the limits of the moves, the share of the exact Hessian therefore grows. Where the mixed matrix
+shows a direction of negative curvature, or the energy rises, the share falls again.
 
 All moves of a cell are shortened by one factor, so that the step limit (``step_limit``) holds. Directions without much
 stiffness, such as yarn that slides along itself, would otherwise hold up all others: while steps are longer than the
@@ -281,7 +281,7 @@ class Newton:
         self._hessian.exact.zero_()
         self._begin.launch()
         if self.coarse is not None:
-            self.coarse.invert(self.damping)
+            self.coarse.invert(self.damping, cells)
         if (self.share[cells] < 1.0).any():
             self._hessian.exact.assign(1.0 - self.share)
             self._find.launch()
@@ -389,8 +389,9 @@ class Newton:
         finish = [tiled(propose_steps, blocks, solve)]
         for constraint in inputs.constraints:
             finish += constraint.filter_steps(state, solve.step, solve.limit, launcher)
+        strains = strains_of(model, inputs.strain, inputs.candidates)
         finish += [
-            tiled(apply_steps, self.cells, blocks, strains_of(model, inputs.strain, inputs.candidates), solve, *ball[:2]),
+            tiled(apply_steps, self.cells, blocks, strains, solve, *ball[:2]),
             launcher(note_strains, cells,
                      [model.point_count, wp.float64(1.0 / STRAIN_UNIT), solve.step, solve.record], []),
         ]  # fmt: skip
