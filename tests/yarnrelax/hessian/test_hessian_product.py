@@ -52,7 +52,7 @@ CELLS = {name: scene for name, scene in SCENES.items() if scene[0].lattice is no
 
 
 def compare(found: np.ndarray, expected: np.ndarray) -> None:
-    """Compare products with central differences: errors of third order in a step of 1e-6, and rounding over the step."""
+    """Compare with central differences: errors of third order in a step of 1e-6, and rounding over the step."""
     np.testing.assert_allclose(found, expected, atol=2e-7 * np.abs(expected).max())
 
 
