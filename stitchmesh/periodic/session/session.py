@@ -100,7 +100,8 @@ class SwatchSession:
     def iterations_per_frame(self) -> int:
         """Number of iterations between two frames.
 
-        The yarns are assessed every 20 iterations. A frame between two assessments shows yarns whose energy has not
+        The yarns are assessed every 20 iterations, and near rest after each Newton step, which is not divided and may
+        have more iterations than a frame. A frame between two assessments shows yarns whose energy has not
         been checked yet, with the residual and the energy of the last assessment.
         """
         return self._iterations_per_frame
