@@ -92,6 +92,10 @@ class CheckpointState:
     """``carried_arrays`` by name: copies on the device, or as read from a file."""
     ending: bool = False
     """Whether Newton's method ends the relaxation."""
+    descent: int = 0
+    """Iterations of the solver before the next Newton step."""
+    newton_fall: float = 0.0
+    """Relative decrease of the energy for each product of the last Newton step that was not whole."""
     stalled: bool = False
     """Whether no Newton step lowers the energy any more."""
     remaining: RemainingChange | None = None
@@ -141,6 +145,8 @@ def write_state(path: FilePath, inputs: Mapping[str, str], state: CheckpointStat
         "step_scale": state.step_scale,
         "energy_fall": state.energy_fall if np.isfinite(state.energy_fall) else None,
         "ending": state.ending,
+        "descent": state.descent,
+        "newton_fall": state.newton_fall,
         "stalled": state.stalled,
         "remaining": None if state.remaining is None else asdict(state.remaining),
     }
