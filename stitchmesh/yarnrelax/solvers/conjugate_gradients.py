@@ -65,14 +65,16 @@ def _solve_struct(scalar: Any) -> Any:
     """The struct of a solve in one precision.
 
     Vectors of shape (E, 3): the iterate ``x``, the residual ``r``, ``z``, the direction ``p``, its ``product`` with the
-    Hessian, and the ``step``. The ``limit`` of each move, the ``level`` of stiffness and the ``damping``, shape (E,). The ``record`` of
-    each cell, shape (C, RECORD). The ``sums`` of each block, and its part of r . z, the ``residuals``, shape (B, 7).
+    Hessian, and the ``step``. The ``limit`` of each move, the ``level`` of stiffness and the ``damping``, shape (E,).
+    The ``record`` of each cell, shape (C, RECORD). The ``sums`` of each block, and its part of r . z, the
+    ``residuals``, shape (B, 7).
     """
     scalars, threes = wp.array(dtype=scalar), wp.array(dtype=wp.types.vector(length=3, dtype=scalar))
     doubles = wp.array2d(dtype=wp.float64)
     annotations = {
         "x": threes, "r": threes, "z": threes, "p": threes, "product": threes, "step": threes,
-        "limit": scalars, "level": scalars, "damping": scalars, "record": doubles, "sums": doubles, "residuals": doubles,
+        "limit": scalars, "level": scalars, "damping": scalars,
+        "record": doubles, "sums": doubles, "residuals": doubles,
     }  # fmt: skip
     return wp.struct(type(f"NewtonSolve_{scalar.__name__}", (), {"__annotations__": annotations}))
 

@@ -328,7 +328,8 @@ class Newton:
     def arrays(self) -> dict[str, wp.array[Any]]:
         """What persists from one step to the next: share, wait, length and ratio of each cell, (C, 4), and more."""
         table = np.column_stack([self.share, self.wait, self.length, self.ratio])
-        return {"record": self.solve.record, "damping": self.solve.damping, "trust": wp.array(table, dtype=wp.float64, device=self.model.device)}
+        trust = wp.array(table, dtype=wp.float64, device=self.model.device)
+        return {"record": self.solve.record, "damping": self.solve.damping, "trust": trust}
 
     def resume(self, arrays: dict[str, NDArray[Any]]) -> None:
         """Restore the contents of ``arrays``."""
