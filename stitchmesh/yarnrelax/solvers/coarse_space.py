@@ -145,6 +145,8 @@ def assemble_rows(
     touching_count: wp.array[wp.int32],
     touching: wp.array2d[wp.int32],
     stiffness: wp.array2d[Any],
+    level: wp.array[Any],
+    damping: wp.array[Any],
     groups: Groups,
     # state out
     matrices: wp.array3d[wp.float64],
@@ -159,6 +161,8 @@ def assemble_rows(
             matrix[first + row, column] = wp.float64(0.0)
     for i in range(groups.first[g], groups.last[g]):
         place = as_doubles(points[i])
+        for row in range(six):
+            matrix[first + row, first + row] += wp.float64(level[i] * damping[i])
         for slot in range(four):
             s = model.point_segments[i][slot]
             if s >= 0:
@@ -321,13 +325,15 @@ class CoarseSpace:
         entries = model.point_count + strains
         self.unit, self.product = model.empty(entries, 3), model.empty(entries, 3)
 
-    def prepare(self, hessian: Hessian, points: wp.array[Any]) -> None:
-        """Capture the launches that assemble the matrices."""
+    def prepare(
+        self, hessian: Hessian, points: wp.array[Any], level: wp.array[Any], damping: wp.array[Any]
+    ) -> None:
+        """Capture the launches that assemble the matrices; ``level`` and ``damping`` of the entries, shape (E,)."""
         launcher, pairs, model = self.model.prepare, hessian.touching, self.model
         if hessian.strain is not None:
             self.free = hessian.strain.host_free
         inputs = [model.constants, points, hessian.leg_hessian, pairs.count, pairs.entries, pairs.stiffness,
-                  self.groups]  # fmt: skip
+                  level, damping, self.groups]  # fmt: skip
         self._assemble = CapturedLaunches([
             launcher(place_groups, self.count, [points, self.groups], []),
             launcher(assemble_rows, self.count, inputs, [self.matrices]),
@@ -337,13 +343,8 @@ class CoarseSpace:
             self._restrict(points, self.product, launcher),
         ], model.device) if self.strains else None  # fmt: skip
 
-    def invert(self, damping: NDArray[np.float64], cells: NDArray[np.bool_]) -> None:
-        """Assemble the matrices of the current state, and invert those of some cells.
-
-        Args:
-            damping: damping of the model of each cell, shape (C,).
-            cells: the cells that move, shape (C,).
-        """
+    def invert(self, cells: NDArray[np.bool_]) -> None:
+        """Assemble the matrices of the current state, and invert those of some cells; ``cells`` has the shape (C,)."""
         self._assemble.launch()
         matrices = self.matrices.numpy()
         if self._strain_column is not None:
@@ -355,7 +356,7 @@ class CoarseSpace:
             own = matrices[cell][np.ix_(used, used)]
             own = (own + own.T) / 2
             mean = np.diagonal(own)[: self.used[cell]].mean()
-            own[np.diag_indices_from(own)] += (REGULAR + damping[cell]) * mean
+            own[np.diag_indices_from(own)] += REGULAR * mean
             whole = self._free_motions(cell)
             own[: self.used[cell], : self.used[cell]] += whole.T @ whole * mean
             self.host_inverse[cell] = 0.0

@@ -42,12 +42,12 @@ shorten the whole step."""
 FORCING = wp.constant(wp.float64(1.0e-2))
 """Part of the residual, in the norm of the preconditioner, at which the iteration ends."""
 
-(STEP_SCALE, ACTIVE, DONE, NEGATIVE, PRODUCTS, RZ, RZ0, ALPHA, BETA, RATIO, FACTOR, SQUARE, WORK, STRAIN,
- DAMPING) = range(15)  # fmt: skip
-RECORD = 15
+(STEP_SCALE, ACTIVE, DONE, NEGATIVE, PRODUCTS, RZ, RZ0, ALPHA, BETA, RATIO, FACTOR, SQUARE, WORK,
+ STRAIN) = range(14)  # fmt: skip
+RECORD = 14
 """Columns of the record of a cell: scale of the limits; whether the cell takes part; whether its iteration has ended,
 and whether at a negative curvature; products so far; r . z, and the first one; a and b; length over the limits; factor
-of the step; square of x; work F . x; largest strain of the step; damping."""
+of the step; square of x; work F . x; largest strain of the step."""
 
 
 @wp.struct
@@ -65,14 +65,16 @@ def _solve_struct(scalar: Any) -> Any:
     """The struct of a solve in one precision.
 
     Vectors of shape (E, 3): the iterate ``x``, the residual ``r``, ``z``, the direction ``p``, its ``product`` with the
-    Hessian, and the ``step``. The ``limit`` of each move and the ``level`` of stiffness, shape (E,). The ``record`` of
-    each cell, shape (C, RECORD). The ``sums`` of each block, and its part of r . z, the ``residuals``, shape (B, 7).
+    Hessian, and the ``step``. The ``limit`` of each move, the ``level`` of stiffness and the ``damping``, shape (E,).
+    The ``record`` of each cell, shape (C, RECORD). The ``sums`` of each block, and its part of r . z, the
+    ``residuals``, shape (B, 7).
     """
     scalars, threes = wp.array(dtype=scalar), wp.array(dtype=wp.types.vector(length=3, dtype=scalar))
     doubles = wp.array2d(dtype=wp.float64)
     annotations = {
         "x": threes, "r": threes, "z": threes, "p": threes, "product": threes, "step": threes,
-        "limit": scalars, "level": scalars, "record": doubles, "sums": doubles, "residuals": doubles,
+        "limit": scalars, "level": scalars, "damping": scalars,
+        "record": doubles, "sums": doubles, "residuals": doubles,
     }  # fmt: skip
     return wp.struct(type(f"NewtonSolve_{scalar.__name__}", (), {"__annotations__": annotations}))
 
@@ -136,11 +138,10 @@ def sum_curvature(
 ) -> None:
     """The damped product, and sums of p . H p."""
     block, lane = wp.tid()
-    damping = solve.record[blocks.cell[block], DAMPING]
     total = Slots()
     for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
         p = solve.p[i]
-        product = solve.product[i] + p * (solve.level[i] * type(p[0])(damping))
+        product = solve.product[i] + p * (solve.level[i] * solve.damping[i])
         solve.product[i] = product
         total[0] += wp.float64(wp.dot(p, product))
     sum_over_block(total, solve.sums[block])
@@ -293,7 +294,7 @@ def make_solve(model: Model, strains: int, blocks: Any) -> Any:
     entries = model.point_count + strains
     for name in ("x", "r", "z", "p", "product", "step"):
         setattr(solve, name, model.empty(entries, 3))
-    solve.limit, solve.level = model.empty(entries), model.empty(entries)
+    solve.limit, solve.level, solve.damping = (model.empty(entries) for _ in range(3))
     solve.record = wp.zeros((model.cell_count, RECORD), dtype=wp.float64, device=model.device)
     solve.sums = wp.zeros((len(blocks.cell), 7), dtype=wp.float64, device=model.device)
     solve.residuals = wp.zeros_like(solve.sums)

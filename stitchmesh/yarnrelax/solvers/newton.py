@@ -9,8 +9,8 @@ than ``WHOLE`` times the limits of the moves, the share of the exact Hessian the
 shows a direction of negative curvature, or the energy rises, the share falls again.
 
 All moves of a cell are shortened by one factor, so that the step limit (``step_limit``) holds. Directions without much
-stiffness, such as yarn that slides along itself, would otherwise hold up all others: while steps are longer than the
-limits allow, a multiple of the level of stiffness at each control point is added to H (Levenberg and Marquardt).
+stiffness, such as yarn that slides along itself, would otherwise hold up all others: at each control point whose moves
+are longer than its limit, a multiple of its level of stiffness is added to H (Levenberg and Marquardt).
 
 With the lengths s and s' of the last two whole steps, the change that is left is estimated as the sum of the steps that
 would follow, s r / (1 - r) with r = s / s' (``RemainingChange``).
@@ -36,12 +36,12 @@ from stitchmesh.yarnrelax.solvers.cell_strain import deformed, strains_of
 from stitchmesh.yarnrelax.solvers.coarse_space import CoarseSpace, suits_coarse_space
 from stitchmesh.yarnrelax.solvers.conjugate_gradients import (
     ACTIVE,
-    DAMPING,
     DONE,
     FACTOR,
     NEGATIVE,
     PRODUCTS,
     RATIO,
+    SHORTEST_LIMIT,
     SQUARE,
     STEP_SCALE,
     STRAIN,
@@ -71,10 +71,12 @@ FASTER, SLOWER = 1.0 / 3.0, 8.0
 LEAST_SHARE = 0.02
 """Smallest share of the Hessian of Gauss and Newton: some directions, such as yarn that slides along itself, have no
 stiffness of their own."""
-LEAST_DAMPING, MORE_DAMPING = 1e-6, 4.0
-"""Smallest damping, over the level of stiffness at the control points, and its growth."""
-TOO_LONG, SHORT = 1.5, 0.5
-"""Lengths of a step over the limits of the moves above which the damping grows, and below which it falls."""
+LEAST_DAMPING = wp.constant(1e-6)
+"""Smallest damping over the level of stiffness at a control point."""
+LARGEST_GROWTH, LESS_DAMPING = wp.constant(64.0), wp.constant(4.0)
+"""Largest growth of a damping in one step, and the factor by which it falls."""
+TOO_LONG, SHORT = wp.constant(1.5), wp.constant(0.5)
+"""Lengths of a move over its limit above which its damping grows, and below which it falls."""
 RETURN = 3
 """Steps for which the share does not fall after the model was wrong."""
 TRUSTED_SHARE = 0.34
@@ -100,24 +102,10 @@ class RemainingChange:
     """The rms displacement of the control points in yarn radii."""
 
 
-@wp.func
-def cell_of_point(cells: CellRanges, i: int) -> int:
-    """The cell of a control point, by bisection."""
-    low, high = int(0), cells.points.shape[0] - 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        if cells.points[middle] <= i:
-            low = middle
-        else:
-            high = middle
-    return low
-
-
 @kernel
 def find_point_blocks(
     # model
     model: Any,
-    cells: CellRanges,
     further: wp.array[Any],
     # state in
     leg_hessian: wp.array2d[Any],
@@ -152,11 +140,22 @@ def find_point_blocks(
     kind = further[i] * type(further[i])(1.0)
     block += type(block)(total[0, 0], total[1, 1], total[2, 2], total[0, 1], total[0, 2], total[1, 2])
     level = kind + (block[0] + block[1] + block[2]) / type(kind)(3.0)
-    cell = cell_of_point(cells, i)
-    more = kind + level * type(kind)(solve.record[cell, DAMPING] + wp.float64(1.0e-6))
+    more = kind + level * (solve.damping[i] + type(kind)(1.0e-6))
     block += type(block)(more, more, more, kind - kind, kind - kind, kind - kind)
     solve.level[i] = level
     preconditioner[i] = inverse_block(block)
+
+
+@wp.func
+def next_damping(damping: Any, reach: Any) -> Any:
+    """The damping after a move that was ``reach`` times as long as its limit."""
+    least, one = type(reach)(LEAST_DAMPING), type(reach)(1.0)
+    result = damping * one
+    if reach > type(reach)(TOO_LONG):
+        result = wp.max(damping, least) * wp.min(reach * reach, type(reach)(LARGEST_GROWTH))
+    elif reach < type(reach)(SHORT):
+        result = wp.where(damping > least, damping / type(reach)(LESS_DAMPING), least - least)
+    return wp.min(result, one)
 
 
 @kernel
@@ -166,12 +165,15 @@ def propose_steps(
     # state in and out
     solve: Any,
 ) -> None:
-    """The step of each entry, no longer than its limit."""
+    """The step of each entry, no longer than its limit, and its damping in the next step."""
     block, lane = wp.tid()
     factor = solve.record[blocks.cell[block], FACTOR] * solve.record[blocks.cell[block], ACTIVE]
     for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
         x = solve.x[i]
         solve.step[i] = shortened(x * type(x[0])(factor), solve.limit[i])
+        if factor != wp.float64(0.0):
+            floor = type(x[0])(SHORTEST_LIMIT) * type(x[0])(solve.record[blocks.cell[block], STEP_SCALE])
+            solve.damping[i] = next_damping(solve.damping[i], wp.length(x) / wp.max(solve.limit[i], floor))
 
 
 @kernel
@@ -243,8 +245,6 @@ class Newton:
         self.coarse = CoarseSpace(model, strains) if suits_coarse_space(model) else None
         self.share = np.ones(model.cell_count)
         """Share of the Hessian of Gauss and Newton in the next step of each cell, shape (C,)."""
-        self.damping = np.zeros(model.cell_count)
-        """Damping of the model of each cell over the level of stiffness at its control points, shape (C,)."""
         self.length = np.zeros(model.cell_count)
         """Length of the last step of each cell, 0 where it was no whole step [units], shape (C,)."""
         self.ratio = np.ones(model.cell_count)
@@ -276,12 +276,12 @@ class Newton:
             self._prepare(inputs, forces)
         assert self._hessian is not None
         record = self.solve.record.numpy()
-        record[:, ACTIVE], record[:, STEP_SCALE], record[:, DAMPING] = cells, step_scale, self.damping
+        record[:, ACTIVE], record[:, STEP_SCALE] = cells, step_scale
         self.solve.record.assign(record)
         self._hessian.exact.zero_()
         self._begin.launch()
         if self.coarse is not None:
-            self.coarse.invert(self.damping, cells)
+            self.coarse.invert(cells)
         if (self.share[cells] < 1.0).any():
             self._hessian.exact.assign(1.0 - self.share)
             self._find.launch()
@@ -298,7 +298,6 @@ class Newton:
     def restart(self, cells: NDArray[np.bool_]) -> None:
         """Trust the model of some cells less: their last step was not accepted."""
         self.share[cells] = np.minimum(self.share * SLOWER, 1.0)[cells]
-        self.damping[cells] = np.maximum(self.damping * MORE_DAMPING, LEAST_DAMPING)[cells]
         self.wait[cells], self.length[cells], self.ratio[cells] = RETURN, 0.0, 1.0
 
     def remaining_change(self, cell: int, size: float) -> RemainingChange | None:
@@ -333,14 +332,16 @@ class Newton:
         self.solve.record.assign(other.solve.record.numpy()[cells])
 
     def arrays(self) -> dict[str, wp.array[Any]]:
-        """What persists from one step to the next: share, wait, length, ratio and damping of each cell, (C, 5)."""
-        table = np.column_stack([self.share, self.wait, self.length, self.ratio, self.damping])
-        return {"record": self.solve.record, "trust": wp.array(table, dtype=wp.float64, device=self.model.device)}
+        """What persists from one step to the next: share, wait, length and ratio of each cell, (C, 4), and more."""
+        table = np.column_stack([self.share, self.wait, self.length, self.ratio])
+        trust = wp.array(table, dtype=wp.float64, device=self.model.device)
+        return {"record": self.solve.record, "damping": self.solve.damping, "trust": trust}
 
     def resume(self, arrays: dict[str, NDArray[Any]]) -> None:
         """Restore the contents of ``arrays``."""
         self.solve.record.assign(arrays["record"])
-        self.share, wait, self.length, self.ratio, self.damping = arrays["trust"].T.copy()
+        self.solve.damping.assign(arrays["damping"])
+        self.share, wait, self.length, self.ratio = arrays["trust"].T.copy()
         self.wait = wait.astype(np.int32)
 
     def _prepare(self, inputs: SolverInputs, forces: list[Any]) -> None:
@@ -363,11 +364,11 @@ class Newton:
             begin += inputs.strain.force_launches(state, inputs.candidates, launcher)
         begin += hessian.find_launches(launcher)
         begin.append(launcher(find_point_blocks, model.point_count,
-                              [model.constants, self.cells, self.further, hessian.leg_hessian, state.sample_block],
+                              [model.constants, self.further, hessian.leg_hessian, state.sample_block],
                               [solve, state.preconditioner]))  # fmt: skip
         precondition = [tiled(apply_point_blocks, blocks, state.preconditioner, solve)]
         if self.coarse is not None:
-            self.coarse.prepare(hessian, state.points)
+            self.coarse.prepare(hessian, state.points, solve.level, solve.damping)
             precondition += self.coarse.apply_launches(state.points, solve.r, solve.z, launcher)
         precondition += [*filtered(solve.z), tiled(sum_residuals, blocks, solve)]
         start = [
@@ -413,7 +414,3 @@ class Newton:
         wait = np.where(negative, RETURN, np.maximum(self.wait - 1, 0))
         self.ratio[cells], self.length[cells] = ratio[cells], length[cells]
         self.share[cells], self.wait[cells] = share[cells], wait[cells]
-        less = np.where(self.damping > LEAST_DAMPING, self.damping / MORE_DAMPING, 0.0)
-        more = np.maximum(self.damping * MORE_DAMPING, LEAST_DAMPING)
-        reach = record[:, RATIO]
-        self.damping[cells] = np.where(reach > TOO_LONG, more, np.where(reach < SHORT, less, self.damping))[cells]
