@@ -16,7 +16,8 @@ yarns, so that a small force can leave a large change of the spacing. Where Newt
 change of the spacing that is left, as estimated from its steps (``newton``), must be below ``Quality.largest_change``.
 Where it does not, because a term such as friction gives no Hessian or because yarns move by ``Dynamics``, nothing is
 known of that change; there the energy must fall by less than ``LARGEST_ENERGY_FALL`` times the tolerance, relative to
-itself, between two assessments. Yarns with a residual of 0 are at rest in any case.
+itself, between two assessments. Yarns with a residual of 0 are at rest in any case, and so are those of which the
+residual is noise below the tolerance if no step lowers their energy.
 
 Coordinates are rounded, and a yarn is stiff: the forces of yarns at rest are not zero, and no solver can make them
 zero. The effect of rounding is measured: all coordinates are changed by their last digit, up or down at random, and
@@ -152,9 +153,14 @@ class Assessment:
         return sum(abs(energy) for energy in self.energies.values())
 
     @property
+    def is_noise(self) -> bool:
+        """Whether the residual cannot be distinguished from the effect of rounding."""
+        return self.residual <= ABOVE_NOISE * self.rounding
+
+    @property
     def remedy(self) -> str:
         """Advice for yarns that are not at rest: a higher precision if the force is noise, else more iterations."""
-        if self.residual <= ABOVE_NOISE * self.rounding:
+        if self.is_noise:
             return f"rounding of coordinates alone leaves {self.rounding:.2g}: take quality reference (float64)"
         return MORE_ITERATIONS
 

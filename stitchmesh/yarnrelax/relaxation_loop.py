@@ -238,7 +238,9 @@ class RelaxationLoop:
         if self.simulation.newton is None:
             return self._is_near_rest(self.tolerance)
         pairs = zip(self.last, self.remaining, strict=True)
-        return np.array([is_at_rest(now.residual, left, self.tolerance, self.largest_change) for now, left in pairs])
+        at_rest = [is_at_rest(now.residual, left, self.tolerance, self.largest_change) for now, left in pairs]
+        noise = [now.residual < self.tolerance and now.is_noise for now in self.last]
+        return np.array(at_rest) | (self.stalled & noise)
 
     def _is_near_rest(self, tolerance: float) -> NDArray[np.bool_]:
         """Whether the residual and the fall of the energy of each cell are small, shape (C,)."""

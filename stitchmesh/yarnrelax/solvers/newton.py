@@ -13,7 +13,8 @@ stiffness, such as yarn that slides along itself, would otherwise hold up all ot
 are longer than its limit, a multiple of its level of stiffness is added to H (Levenberg and Marquardt).
 
 With the lengths s and s' of the last two whole steps, the change that is left is estimated as the sum of the steps that
-would follow, s r / (1 - r) with r = s / s' (``RemainingChange``).
+would follow, s r / (1 - r) with r = s / s' (``RemainingChange``). Steps of which the work is less than the rounding of
+the energy do not become shorter any more; for them r is at most ``SLOWEST``.
 """
 
 from __future__ import annotations
@@ -270,7 +271,7 @@ class Newton:
             step_scale: scale of the limits of moves, shape (C,).
 
         Returns:
-            The number of products with the Hessian for each cell, shape (C,).
+            The number of products with the Hessian for each cell, 0 where it did not move, shape (C,).
         """
         if self._hessian is None:
             self._prepare(inputs, forces)
@@ -293,7 +294,7 @@ class Newton:
                 break
         self._finish.launch()
         self._note(self.solve.record.numpy(), cells)
-        return record[:, PRODUCTS].astype(np.int64)
+        return np.where(record[:, FACTOR] > 0.0, record[:, PRODUCTS], 0.0).astype(np.int64)
 
     def restart(self, cells: NDArray[np.bool_]) -> None:
         """Trust the model of some cells less: their last step was not accepted."""
@@ -307,10 +308,13 @@ class Newton:
             cell: the cell.
             size: sum of the magnitudes of its energies [erg].
         """
-        if self.ratio[cell] > SLOWEST or self.share[cell] > TRUSTED_SHARE:
-            return None
-        left = float(self.ratio[cell] / (1.0 - self.ratio[cell]))
         record = self.solve.record.numpy()[cell]
+        epsilon = np.finfo(np.float32 if self.model.scalar is wp.float32 else np.float64).eps
+        is_rounding = self.length[cell] > 0.0 and record[WORK] < epsilon * size  # such steps do not become shorter
+        ratio = min(float(self.ratio[cell]), SLOWEST) if is_rounding else float(self.ratio[cell])
+        if ratio > SLOWEST or self.share[cell] > TRUSTED_SHARE:
+            return None
+        left = ratio / (1.0 - ratio)
         first, last = self.model.point_start[cell : cell + 2]
         rms = float(np.sqrt(record[SQUARE] / (last - first)))
         energy = float(0.5 * record[WORK] / size) if size > 0.0 else 0.0

@@ -69,16 +69,17 @@ def test_no_accepted_step_raises_the_energy(scene: tuple[YarnSet, dict[str, Any]
         energies.append(loop.last[0].energy)
     rounding = 32 * loop.simulation.precision * loop.last[0].size  # of the sum of all energies
     assert (np.diff(energies) <= rounding).all()
-    assert energies[-1] < energies[0] or loop.at_rest[0]
+    assert min(energies[1:]) < energies[0] + rounding
 
 
 def test_near_rest_each_step_reduces_the_residual_tenfold() -> None:
-    loop = until_the_end(started(woven_cell(), FINE, cell=RelaxCell(shear=False)))
+    _fabric, drawn = draw_swatch(resolve_pattern("rib1x1"), SwatchOptions(), DOUBLE)
+    loop = until_the_end(started(drawn, FINE, cell=FREE))
     residuals = [loop.last[0].residual]
     while not loop.at_rest[0]:
         loop.advance()
         residuals.append(loop.last[0].residual)
-        assert len(residuals) < 40
+        assert len(residuals) < 100
     # the least share of the matrix of Gauss and Newton and the end of the conjugate gradients leave some hundredths
     assert residuals[-1] < 0.1 * residuals[-2] < 0.01 * residuals[-3]
 
@@ -125,7 +126,7 @@ def test_the_same_steps_have_the_same_bits_twice(scene: tuple[YarnSet, dict[str,
     assert ends[0][1:] == ends[1][1:]
 
 
-@pytest.mark.parametrize("pattern", ["garter", "seed", "rib1x1", "rib2x2", "half-cardigan"])
+@pytest.mark.parametrize("pattern", ["garter", "seed", "rib1x1", "rib2x2", "moss", "half-cardigan"])
 def test_the_true_remaining_change_is_below_three_times_its_estimate(pattern: str) -> None:
     """Patterns that come to rest without passing a symmetric state, which Newton's method can take for rest."""
     quality = PRESETS["standard"]
