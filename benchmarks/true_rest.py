@@ -22,7 +22,6 @@ import numpy as np
 import stitchmesh as sm
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.periodic.swatch import prepare_swatch
-from stitchmesh.quality import quality_named
 from stitchmesh.yarnrelax import Relaxation, relax_yarns
 
 PROMISE = {"draft": 0.05, "standard": 0.01, "reference": 0.001}
@@ -93,10 +92,8 @@ def print_summary(quality: str, rows: list[tuple[bool, bool, float]]) -> None:
     at_rest = [wrong for rest, truly, wrong in rows if rest and truly]
     kept = sum(wrong <= PROMISE[quality] for wrong in at_rest)
     worst = max(at_rest, default=0.0)
-    print(
-        f"\n{quality}: {sum(rest for rest, _, _ in rows)} of {len(rows)} at rest; of {len(at_rest)} whose true rest was "
-        f"found, {kept} within {100 * PROMISE[quality]:g} %; worst {100 * worst:.2g} %"
-    )
+    rest = f"{sum(rest for rest, _, _ in rows)} of {len(rows)} at rest; true rest found for {len(at_rest)} of them"
+    print(f"\n{quality}: {rest}: {kept} within {100 * PROMISE[quality]:g} %, worst {100 * worst:.2g} %")
 
 
 if __name__ == "__main__":
