@@ -38,7 +38,7 @@ from stitchmesh.yarnrelax.model.state import make_state
 from stitchmesh.yarnrelax.model.upload import put_cells
 from stitchmesh.yarnrelax.solvers import solver_named
 from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain, RelaxCell
-from stitchmesh.yarnrelax.solvers.newton import Newton
+from stitchmesh.yarnrelax.solvers.newton import Newton, suits_newton
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, SolverInputs
 from stitchmesh.yarnrelax.solvers.stiffness_bounds import stiffness_row_sums
 
@@ -108,8 +108,9 @@ class YarnSimulation:
         self.solver = solver_named(quality.solver)(model, further, strains, alone=not (terms or constraints))
         blocks = self.solver.needs_blocks
         self.newton: Newton | None = None
-        """Newton's method, which ends the relaxation where all terms give their Hessians."""
-        if quality.solver == "quasistatic" and all(term.gives_hessian for term in self.terms):
+        """Newton's method, which ends the relaxation where it suits the yarns and all terms give their Hessians."""
+        gives_hessian = all(term.gives_hessian for term in self.terms)
+        if quality.solver == "quasistatic" and gives_hessian and suits_newton(model):
             self.newton = Newton(model, further, strains)
         self.state = make_state(model, points, external=bool(self.terms), blocks=blocks, strains=strains)
         self.candidates = make_candidates(model, WIDEST_MARGIN)

@@ -7,9 +7,10 @@ For the forces F, the Hessian H (``hessian_product``) and the preconditioner C, 
     a = r . z / p . H p,    x + a p,    r - a H p,    z = C r,    b = new r . z / old r . z,    p = z + b p
 
 The iteration of a cell ends where the residual r . z has fallen to the square of ``FORCING``, where x is ``REACH``
-times as long as the limits of the moves allow, at a direction of negative curvature, or after a number of products. The
-length of x over the limits is a mean over the control points of |x_i| / limit_i with a high power (``POWER``). The
-product is damped: a multiple of the level of stiffness at each control point is added to H.
+times as long as the limits of the moves allow, at a direction p of negative curvature, along which x moves by r . z /
+|p . H p|, or after a number of products. The length of x over the limits is a mean over the control points of |x_i| /
+limit_i with a high power (``POWER``). The product is damped: a multiple of the level of stiffness at each control point
+is added to H.
 
 An entry is a control point, or the strains of a cell (``cell_strain``). Each block of threads has a chunk of the
 control points of one cell or the strains of one cell; all sums have a fixed order.
@@ -39,6 +40,8 @@ POWER = wp.constant(wp.float64(32.0))
 SHORTEST_LIMIT = wp.constant(0.05)
 """Limit in mean radii, times the scale of the limits, below which a control point is shortened by itself and does not
 shorten the whole step."""
+SMALLEST_CURVATURE = wp.constant(wp.float64(1.0e-3))
+"""Smallest negative curvature p . H p over r . z that scales a move along p."""
 FORCING = wp.constant(wp.float64(1.0e-2))
 """Part of the residual, in the norm of the preconditioner, at which the iteration ends."""
 
@@ -167,8 +170,7 @@ def find_alpha(
         else:
             solve.record[cell, NEGATIVE] = wp.float64(1.0)
             solve.record[cell, DONE] = wp.float64(1.0)
-            if solve.record[cell, PRODUCTS] == zero:
-                alpha = wp.float64(1.0)
+            alpha = solve.record[cell, RZ] / wp.max(-curvature, SMALLEST_CURVATURE * solve.record[cell, RZ])
         solve.record[cell, PRODUCTS] = solve.record[cell, PRODUCTS] + wp.float64(1.0)
     solve.record[cell, ALPHA] = alpha
 

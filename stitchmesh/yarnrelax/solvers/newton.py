@@ -86,6 +86,9 @@ SLOWEST = 0.9
 """Largest ratio of the lengths of two successive steps from which a change is estimated."""
 MOST_PRODUCTS = 1000
 """Products with the Hessian in one step."""
+LARGEST_PIECE = 4096
+"""Control points of the largest piece without a lattice that Newton's method ends. The stitches of a garment slide for
+thousands of steps, which the limits of moves shorten, and a user would wait for minutes."""
 PRODUCTS_AT_ONCE = {"cuda": 8, "cpu": 1}
 """Products of a graph. The host reads after each graph which cells are done."""
 
@@ -418,3 +421,8 @@ class Newton:
         wait = np.where(negative, RETURN, np.maximum(self.wait - 1, 0))
         self.ratio[cells], self.length[cells] = ratio[cells], length[cells]
         self.share[cells], self.wait[cells] = share[cells], wait[cells]
+
+
+def suits_newton(model: Model) -> bool:
+    """Whether Newton's method ends the relaxation of these yarns."""
+    return model.on_lattice or model.point_count <= LARGEST_PIECE
