@@ -110,8 +110,9 @@ class Observer:
         loop.iterations, loop.lists_age, loop.last = np.array([state.iteration]), state.lists_age, [state.last]
         loop.step_scale, loop.energy_fall = np.array([state.step_scale]), np.array([state.energy_fall])
         loop.ending, loop.stalled = np.array([state.ending]), np.array([state.stalled])
-        loop.remaining, loop.descent = [state.remaining], np.array([state.descent])
-        loop.newton_fall, self.written = np.array([state.newton_fall]), state.iteration
+        loop.remaining, self.written = [state.remaining], state.iteration
+        loop.alternation.descent = np.array([state.descent])
+        loop.alternation.newton_fall = np.array([state.newton_fall])
         loop.kinetic_energy = loop.simulation.solver.kinetic_energy()
         self.history = list(state.history)
         self.began -= state.seconds
@@ -135,8 +136,8 @@ class Observer:
             step_scale=float(loop.step_scale[0]),
             energy_fall=float(loop.energy_fall[0]),
             ending=bool(loop.ending[0]),
-            descent=int(loop.descent[0]),
-            newton_fall=float(loop.newton_fall[0]),
+            descent=int(loop.alternation.descent[0]),
+            newton_fall=float(loop.alternation.newton_fall[0]),
             stalled=bool(loop.stalled[0]),
             remaining=loop.remaining[0],
             arrays={name: wp.clone(array) for name, array in carried_arrays(loop.simulation).items()},

@@ -9,12 +9,10 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Literal
 
-import numpy as np
-
 from stitchmesh.compute.device import alone, device_named
-from stitchmesh.errors import FileError, ParameterError, check_kind
+from stitchmesh.errors import FileError, check_kind
 from stitchmesh.io.contents import FilePath
-from stitchmesh.mesh import FloatArray, StitchMesh
+from stitchmesh.mesh import StitchMesh
 from stitchmesh.progress import shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.run_control import RunControl, RunStopped
@@ -31,6 +29,7 @@ from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.relaxation_result import Relaxation, relaxation_report, unrest_text
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
+from stitchmesh.yarnrelax.start_points import start_points
 
 logger = logging.getLogger(__name__)
 
@@ -99,7 +98,7 @@ def relax_yarns(
     if keep_shape is not None:
         check_kind("relax_yarns, keep_shape", keep_shape, StitchMesh)
         terms, constraints = [*terms, KeepShape(keep_shape)], [*constraints, KeepBorders(keep_shape)]
-    points = None if start is None else _points_of(start, yarns)
+    points = None if start is None else start_points(start, yarns)
     if cell is not None:
         refuse_in_free_cells(terms, constraints)
     simulation = YarnSimulation.start(yarns, material, quality, device_named(device), terms, constraints, points, cell)
@@ -136,12 +135,3 @@ def _run_to_rest(loop: RelaxationLoop, quality: Quality, note: Callable[[], None
     loop.run(quality.max_iterations, note)
     while loop.at_rest[0] and loop.renew_terms() and loop.last[0].residual >= quality.tolerance:
         loop.run(quality.max_iterations, note)
-
-
-def _points_of(start: YarnSet, yarns: YarnSet) -> FloatArray:
-    """Control points to start from [cm]."""
-    if not (np.array_equal(start.start, yarns.start) and np.array_equal(start.closed, yarns.closed)):
-        found = f"{start.yarn_count} yarns of {len(start.points)} control points"
-        expected = f"{yarns.yarn_count} of {len(yarns.points)}, closed where they are"
-        raise ParameterError(f"start: got {found}; expected the same yarns, {expected}")
-    return start.points

@@ -184,8 +184,8 @@ class _Run:
         own.solver.continue_gradients(earlier.solver, cells)
         assert own.newton is not None and earlier.newton is not None
         own.newton.continue_from(earlier.newton, cells)
-        for name in ("iterations", "ending", "descent", "newton_fall"):
-            setattr(self.loop, name, getattr(before.loop, name)[cells])
+        self.loop.iterations, self.loop.ending = before.loop.iterations[cells], before.loop.ending[cells]
+        self.loop.alternation.continue_from(before.loop.alternation, cells)
 
     def advance(self) -> None:
         """Iterate and assess the cells that are not at rest."""

@@ -4,12 +4,8 @@
 
 The loop serves one piece, and many cells of which each comes to rest by itself (``convergence``). A cell descends with
 the solver, in intervals of ``ASSESSMENT_INTERVAL`` iterations. At a residual of ``DESCENT``, Newton steps end the
-relaxation where all terms give their Hessians (``newton``); every step is assessed. A product with the Hessian counts
-as an iteration. A step is not divided, so a relaxation may exceed its limit of iterations by less than one step.
-
-Far from rest, the limits of moves shorten Newton steps, and then the solver often lowers the energy faster than they
-do. After each shortened step, the solver therefore iterates for as long as the step took, and goes on while it lowers
-the energy at least as fast. Neither method can cost much more than twice what the better one would cost alone.
+relaxation where all terms give their Hessians (``newton``), with iterations between them where they are too short
+(``alternation``). A product with the Hessian counts as an iteration, and a step that reaches the limit is completed.
 """
 
 from __future__ import annotations
@@ -23,6 +19,7 @@ from stitchmesh.errors import SolverError
 from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN
 from stitchmesh.yarnrelax.convergence import Assessment, has_converged, is_at_rest
 from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.alternation import Alternation
 from stitchmesh.yarnrelax.solvers.newton import RemainingChange
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, Progress
 
@@ -68,10 +65,8 @@ class RelaxationLoop:
         first interval and after a step back, shape (C,)."""
         self.ending = np.zeros(cells, dtype=bool)
         """Whether each cell takes Newton steps, shape (C,)."""
-        self.descent = np.zeros(cells, dtype=np.int64)
-        """Iterations of the solver before the next Newton step of each cell, shape (C,)."""
-        self.newton_fall = np.zeros(cells)
-        """Fall of the energy in the last Newton step of each cell, as ``energy_fall``, for each product, shape (C,)."""
+        self.alternation = Alternation(cells)
+        """How Newton steps alternate with iterations of the solver."""
         self.stalled = np.zeros(cells, dtype=bool)
         """Whether no Newton step lowers the energy of a cell that is not at rest, shape (C,)."""
         self.remaining: list[RemainingChange | None] = [None] * cells
@@ -125,24 +120,13 @@ class RelaxationLoop:
         self.accept(good | (self.at_rest & ~chosen))
         if (chosen & ~good).any():
             self.step_back(chosen & ~good)
-        if self.ending.any():
-            self._plan_descent(np.where(good, done, self.descent * chosen), good, stepping)
-
-    def _plan_descent(self, done: NDArray[np.int64], good: NDArray[np.bool_], stepping: NDArray[np.bool_]) -> None:
-        """Let the solver iterate after a Newton step that was not whole.
-
-        Far from rest, the limits of moves shorten Newton steps. The solver then iterates for as long as the step took,
-        and goes on while it lowers the energy as fast.
-        """
-        assert self.simulation.newton is not None
-        shortened = stepping & good & (self.simulation.newton.length == 0.0)
-        fall = self.energy_fall / np.maximum(done, 1)
-        self.newton_fall[shortened] = fall[shortened]
-        goes_on = self.ending & good & ~stepping & (fall > self.newton_fall) & (self.newton_fall > 0.0)
-        least = goes_on * np.int64(ASSESSMENT_INTERVAL)
-        self.descent = np.where(shortened, done, np.maximum(self.descent - done, least))
-        if shortened.any():
-            self.simulation.solver.restart(self.step_scale, shortened)
+        if self.simulation.newton is not None:
+            shortened = stepping & good & (self.simulation.newton.length == 0.0)
+            self.alternation.note_steps(shortened, done, self.energy_fall)
+            descended = chosen & self.ending & ~stepping
+            self.alternation.note_iterations(descended & good, descended & ~good, self.energy_fall)
+            if shortened.any():
+                self.simulation.solver.restart(self.step_scale, shortened)
 
     def _descend(self, cells: NDArray[np.bool_]) -> NDArray[np.int64]:
         """Iterate some cells with the solver for one assessment interval; return the iterations of each, shape (C,)."""
@@ -225,7 +209,7 @@ class RelaxationLoop:
     @property
     def takes_newton_step(self) -> NDArray[np.bool_]:
         """Whether each cell takes a Newton step next, shape (C,)."""
-        return self.ending & (self.descent == 0)
+        return self.ending & (self.alternation.descent == 0)
 
     @property
     def iteration(self) -> int:

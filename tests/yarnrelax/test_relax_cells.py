@@ -76,8 +76,8 @@ def test_each_cell_relaxes_to_the_same_state_as_alone() -> None:
         alone = relax_yarns(yarns, material=material, quality=EXACT, device="cpu", cell=FREE)
         assert cell.yarns.lattice is not None and alone.yarns.lattice is not None
         # Candidate lists are made at different iterations, so the paths differ. At rest, the energies differ by the
-        # square of the tolerance, or by 2e-6 between two states of the crimped weave, and the periods by the tolerance times the ratio of the stretch stiffness of yarn to
-        # the stiffness of the fabric (see test_cell_strain).
+        # square of the tolerance, or by 2e-6 between two states of the crimped weave, and the periods by the tolerance
+        # times the ratio of the stretch stiffness of yarn to the stiffness of the fabric (see test_cell_strain).
         assert cell.report["energy"] == pytest.approx(alone.report["energy"], rel=1e-5)
         np.testing.assert_allclose(
             cell.yarns.lattice.periods, alone.yarns.lattice.periods, atol=2e-3 * alone.yarns.lattice.periods.max()
