@@ -51,7 +51,7 @@ SCENES: dict[str, tuple[YarnSet, YarnMaterial]] = {
 CELLS = {name: scene for name, scene in SCENES.items() if scene[0].lattice is not None}
 
 
-def compare(found: np.ndarray, expected: np.ndarray) -> None:
+def assert_close(found: np.ndarray, expected: np.ndarray) -> None:
     """Compare with central differences: errors of third order in a step of 1e-6, and rounding over the step."""
     np.testing.assert_allclose(found, expected, atol=2e-7 * np.abs(expected).max())
 
@@ -69,7 +69,7 @@ def derivative_of_forces(
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_the_exact_product_is_the_derivative_of_the_forces(scene: tuple[YarnSet, YarnMaterial]) -> None:
     motion = np.random.default_rng(3).normal(size=scene[0].points.shape)
-    compare(Products(started(*scene), exact=1.0).of(motion), derivative_of_forces(*scene, motion))
+    assert_close(Products(started(*scene), exact=1.0).of(motion), derivative_of_forces(*scene, motion))
 
 
 @pytest.mark.parametrize("scene", CELLS.values(), ids=CELLS)
@@ -84,7 +84,7 @@ def test_the_product_with_a_strain_is_the_change_of_the_forces_in_the_deformed_c
             other = started(deformed(yarns, *(side * step * strain)), material)
             ends.append(forces_at(other, points_of(other)))
         motion = np.concatenate([np.zeros(yarns.points.shape), strain[None]])
-        compare(products.of(motion)[:-1], (ends[1] - ends[0]) / (2 * step))
+        assert_close(products.of(motion)[:-1], (ends[1] - ends[0]) / (2 * step))
 
 
 @pytest.mark.parametrize("scene", CELLS.values(), ids=CELLS)
