@@ -13,7 +13,8 @@ and the strains of the cell are added where the cell relaxes. With the matrix P 
     C = blocks at the control points  +  P (P^T H P)^-1 P^T
 
 with H the matrix of Gauss and Newton (two-level additive Schwarz; Toselli and Widlund 2005, section 3). The small
-matrix is assembled on the device, row by row in a fixed order, and inverted on the host once in each Newton step.
+matrix is assembled on the device, row by row in a fixed order, and inverted on the host once in each Newton step, in a
+fixed order.
 """
 
 from __future__ import annotations
@@ -34,8 +35,10 @@ from stitchmesh.yarnrelax.model.spline import weight_row
 
 SHORTEST_RUN = 12
 """Control points of the shortest group."""
-MOST_UNKNOWNS = 480
-"""Motions of the groups of the largest cell that is inverted."""
+MOST_UNKNOWNS = 240
+"""Motions of the groups of one cell."""
+LARGEST_CELL = 4096
+"""Control points of the largest cell: in larger ones the groups would be too long to be rigid."""
 REGULAR = 1e-7
 """Part of the mean of the diagonal that is added to it: a straight piece of yarn turns about itself without energy."""
 
@@ -360,7 +363,7 @@ class CoarseSpace:
             whole = self._free_motions(cell)
             own[: self.used[cell], : self.used[cell]] += whole.T @ whole * mean
             self.host_inverse[cell] = 0.0
-            self.host_inverse[cell][np.ix_(used, used)] = np.linalg.inv(own)
+            self.host_inverse[cell][np.ix_(used, used)] = inverse_in_order(own)
         self.inverse.assign(self.host_inverse)
 
     def apply_launches(
@@ -408,6 +411,24 @@ class CoarseSpace:
         return whole
 
 
+def inverse_in_order(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Inverse of a symmetric positive definite matrix by elimination (Gauss and Jordan), which needs no pivots.
+
+    A linear algebra library divides this work between as many threads as there are cores, and its bits differ from
+    machine to machine. Here each element is computed by the same operations everywhere.
+    """
+    inverse, part = matrix.copy(), np.empty_like(matrix)
+    for k in range(len(inverse)):
+        column = inverse[:, k].copy()
+        inverse[k] /= column[k]
+        inverse[:, k] = 0.0
+        inverse[k, k] = 1.0 / column[k]
+        column[k] = 0.0
+        np.multiply(column[:, None], inverse[k], out=part)
+        inverse -= part
+    return inverse
+
+
 def _ranges(model: Model) -> list[tuple[int, int, int]]:
     """The groups: cell, first control point and end."""
     ranges = []
@@ -424,4 +445,4 @@ def _ranges(model: Model) -> list[tuple[int, int, int]]:
 
 def suits_coarse_space(model: Model) -> bool:
     """Whether all cells are small enough to be divided into short groups."""
-    return bool(np.diff(model.point_start).max() <= MOST_UNKNOWNS * 8)
+    return bool(np.diff(model.point_start).max() <= LARGEST_CELL)
