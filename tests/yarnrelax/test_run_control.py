@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from dataclasses import replace
 from pathlib import Path
@@ -95,7 +96,7 @@ def test_a_stopped_relaxation_returns_its_last_good_state_without_a_warning(capl
     result = live.end()
     assert np.array_equal(result.yarns.points, shown.state.points)
     assert result.report["stopped"] and not result.report["converged"] and result.report["iterations"] == 20
-    assert not caplog.records
+    assert not [record for record in caplog.records if record.levelno >= logging.WARNING]
 
 
 def test_a_pause_writes_a_checkpoint_from_which_another_process_could_continue(tmp_path: Path, plain: Relaxation):

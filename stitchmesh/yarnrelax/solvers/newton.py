@@ -424,5 +424,9 @@ class Newton:
 
 
 def suits_newton(model: Model) -> bool:
-    """Whether Newton's method ends the relaxation of these yarns."""
-    return model.on_lattice or model.point_count <= LARGEST_PIECE
+    """Whether Newton's method ends the relaxation of these yarns.
+
+    It does not for pieces with open yarns: nothing but friction holds their ends, and at rest such a piece has
+    unravelled.
+    """
+    return model.on_lattice or (model.point_count <= LARGEST_PIECE and bool(model.yarns.closed.all()))
