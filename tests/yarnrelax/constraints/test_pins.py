@@ -13,7 +13,6 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
-from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.constraints.pins import Pins, pinned_points
@@ -62,10 +61,8 @@ def test_a_pinned_face_holds_all_its_control_points() -> None:
 def test_pinned_loops_do_not_move_while_the_others_relax() -> None:
     yarns = tight_patch()
     pins = Pins(faces=[0, 5])
-    # open rows unravel for a long time; both L-BFGS and Newton steps have moved them before that
-    quality = replace(PRESETS["draft"], max_iterations=700)
-    result = relax_yarns(yarns, material=MATTER, quality=quality, device="cpu", constraints=[pins])
-    assert any(entry["iteration"] % 20 for entry in result.history)
+    result = relax_yarns(yarns, material=MATTER, quality="draft", device="cpu", constraints=[pins])
+    assert result.report["converged"]
     moved = np.linalg.norm(result.yarns.points - yarns.points, axis=1) / yarns.radius[0]
     held = np.zeros(len(moved), dtype=bool)
     held[pinned_points(yarns, pins)] = True
