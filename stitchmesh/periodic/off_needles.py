@@ -138,7 +138,8 @@ def let_go(
     """
     began, history = time.perf_counter(), list[HistoryEntry]()
     quality = replace(quality, tolerance=min(quality.tolerance, TOLERANCE))
-    drawn = on_needles(yarns, needles, material, quality, device, terms)
+    start = on_needles(yarns, needles, material, quality, device, terms)
+    drawn = start.yarns
     forces, tension = border_forces(drawn, material, quality, device)
     with shown_progress(progress, lambda shown: report_entries(quality, shown)) as report_entry:
 
@@ -149,13 +150,14 @@ def let_go(
 
         report, last = _through_steps(drawn, forces, release, material, quality, device, terms, note)
     own = {"relaxation": release.state, "friction": release.friction, "needle_tension": tension}
+    own["converged"] = report["converged"] and start.report["converged"]  # forces of a state that moves are not its own
     return Relaxation(last, report | own | {"seconds": time.perf_counter() - began}, history)
 
 
 def on_needles(
     yarns: YarnSet, needles: tuple[float, float], material: YarnMaterial, quality: Quality, device: str | None,
     terms: Sequence[TermChoice],
-) -> YarnSet:  # fmt: skip
+) -> Relaxation:  # fmt: skip
     """Draw yarns to their size on the needles and relax them there, without friction.
 
     Where the yarns as generated are too crowded to be drawn, they first relax to their free size.
@@ -169,7 +171,7 @@ def on_needles(
     except SolverError:
         free = relax_yarns(yarns, cell=RelaxCell(shear=False), terms=terms, **common).yarns
         drawn = change_period(free, needles, material, quality, device)
-    return relax_yarns(drawn, **common).yarns
+    return relax_yarns(drawn, **common)
 
 
 def _through_steps(
@@ -189,7 +191,8 @@ def _through_steps(
     last = found[-1]
     report = {
         "iterations": sum(step.iterations for step in found), "converged": all(step.converged for step in found),
-        "stopped": False, "residual": last.residual, "energy": last.elastic, "energies": last.energies,
+        "stopped": False, "residual": last.residual, "remaining_change": None,
+        "energy": last.elastic, "energies": last.energies,
         "max_strain": float(np.abs(last.yarns.strain).max()), "min_distance_over_radius": last.nearest,
         "pull_throughs": 0, "certificate": "unchanged", "solver": quality.solver, "device": last.device,
     }  # fmt: skip
