@@ -18,6 +18,7 @@ PACKAGE = ROOT / "stitchmesh"
 LAYERS = [
     {"errors"},
     {"compute", "lattice", "progress", "quality", "reporting", "run_control"},
+    {"time_limit"},
     {"mesh"},
     {"yarn"},
     {"hand_knitting"},

@@ -29,6 +29,7 @@ from stitchmesh.meshrelax.rest_lengths import RestLengths, rest_lengths
 from stitchmesh.meshrelax.sub_quads import edge_ends, springs
 from stitchmesh.progress import relaxing_progress, shown_progress
 from stitchmesh.run_control import RunControl, Snapshot
+from stitchmesh.time_limit import check_time
 
 logger = logging.getLogger(__name__)
 
@@ -65,7 +66,7 @@ class MeshRelaxReport:
     rms_stretch: float
     """Root mean square of the stretch of the edges."""
     stopped: bool = False
-    """Whether the user stopped the relaxation before it had converged."""
+    """Whether the user or a limit on the time stopped the relaxation before it had converged."""
 
 
 def relax_mesh(
@@ -192,8 +193,9 @@ class _Observer:
         """Report an iteration, and let the user watch, pause and stop.
 
         Raises:
-            RunStopped: the user has stopped the relaxation.
+            RunStopped: the user has stopped the relaxation, or its time is over.
         """
+        check_time()
         if self.progress is not None and iteration > 0:
             self.progress(iteration, state.residual)
         if self.control is not None:

@@ -191,8 +191,8 @@ def _through_steps(
     last = found[-1]
     report = {
         "iterations": sum(step.iterations for step in found), "converged": all(step.converged for step in found),
-        "stopped": False, "residual": last.residual, "remaining_change": None,
-        "energy": last.elastic, "energies": last.energies,
+        "stopped": False, "out_of_time": any(step.out_of_time for step in found),
+        "residual": last.residual, "remaining_change": None, "energy": last.elastic, "energies": last.energies,
         "max_strain": float(np.abs(last.yarns.strain).max()), "min_distance_over_radius": last.nearest,
         "pull_throughs": 0, "certificate": "unchanged", "solver": quality.solver, "device": last.device,
     }  # fmt: skip

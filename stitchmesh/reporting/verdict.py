@@ -15,7 +15,7 @@ SMALLEST_DISTANCE = 1.5
 
 Kind = Literal[
     "too few stitches", "too many stitches", "too few rows", "too many rows",
-    "uneven stitches", "stopped", "not at rest", "strained", "crowded", "not flat",
+    "uneven stitches", "stopped", "out of time", "not at rest", "strained", "crowded", "not flat",
 ]  # fmt: skip
 """What can be wrong with a fabric, and with relaxed yarns."""
 
@@ -89,7 +89,16 @@ def _findings_of_rest(report: Mapping[str, Any]) -> list[Finding]:
     after = f"after {report['iterations']:,} iterations"
     if report.get("stopped", False):
         return [Finding("stopped", f"the relaxation was stopped {after}, before the yarns were at rest", "continue it")]
+    if report.get("out_of_time", False):
+        text = f"the time was over {after}, before the yarns were at rest{_left(report)}"
+        return [Finding("out of time", text, "allow more time")]
     return [Finding("not at rest", f"the yarns are not at rest {after}", "allow more iterations")]
+
+
+def _left(report: Mapping[str, Any]) -> str:
+    """Return a clause with the change of the spacing that is left, if it is known."""
+    left = report.get("remaining_change")
+    return "" if left is None else f" (their spacing will change by about {_percent(left['spacing'])})"
 
 
 def _percent(part: float) -> str:

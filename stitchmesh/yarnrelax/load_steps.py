@@ -20,6 +20,7 @@ import numpy as np
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality
+from stitchmesh.time_limit import OutOfTime
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.energies.term import TermChoice, refuse_in_free_cells
 from stitchmesh.yarnrelax.friction.friction import Friction, FrictionTerm
@@ -60,6 +61,8 @@ class StepAtRest:
     """Smallest distance of yarns over their radius, at most 2."""
     device: str
     """Where the kernels ran."""
+    out_of_time: bool = False
+    """Whether a limit on the time ended this step before rest."""
 
     @property
     def elastic(self) -> float:
@@ -122,10 +125,14 @@ def _rest_at(loop: RelaxationLoop, step: LoadStep, quality: Quality, note: Calla
     loop.energy_fall[:] = np.inf
     loop.last = simulation.assess_cells()
     most = before + quality.max_iterations
-    loop.run(most, note)
-    while loop.at_rest[0] and loop.renew_terms() and loop.last[0].residual >= quality.tolerance:
+    out_of_time = False
+    try:
         loop.run(most, note)
+        while loop.at_rest[0] and loop.renew_terms() and loop.last[0].residual >= quality.tolerance:
+            loop.run(most, note)
+    except OutOfTime:
+        out_of_time = not loop.at_rest[0]
     last, count = loop.last[0], loop.iteration - before
     nearest = float(simulation.smallest_distances()[0])
     yarns, device, at_rest = simulation.good_yarns(), str(simulation.model.device), bool(loop.at_rest[0])
-    return StepAtRest(yarns, last.energies, last.residual, at_rest, count, nearest, device)
+    return StepAtRest(yarns, last.energies, last.residual, at_rest, count, nearest, device, out_of_time)

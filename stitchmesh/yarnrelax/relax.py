@@ -16,6 +16,7 @@ from stitchmesh.mesh import StitchMesh
 from stitchmesh.progress import shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.run_control import RunControl, RunStopped
+from stitchmesh.time_limit import OutOfTime, done_twice
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.carried_arrays import carried_arrays
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, input_fingerprint, read_state
@@ -58,8 +59,9 @@ def relax_yarns(
     estimated below ``Quality.largest_change``; with friction, twist or a body, or with ``Dynamics``, that change is not
     known, and the energy must have stopped falling instead (``yarnrelax.convergence``). A relaxation that stops at
     ``Quality.max_iterations``, or where no step lowers the energy any more, logs a warning, and its report is not
-    converged. A resumed relaxation ends with the same bits as one that was never stopped, and counts iterations and
-    seconds from the start.
+    converged. One that a limit on the time ends (``time_limit``) returns its last accepted state: the bits of a
+    relaxation with ``max_iterations`` as many as its report counts. A resumed relaxation ends with the same bits as one
+    that was never stopped, and counts iterations and seconds from the start.
 
     Args:
         yarns: the yarns, on a lattice or not; no two of them overlap by more than half their thickness. Shape and
@@ -102,18 +104,21 @@ def relax_yarns(
     if cell is not None:
         refuse_in_free_cells(terms, constraints)
     simulation = YarnSimulation.start(yarns, material, quality, device_named(device), terms, constraints, points, cell)
-    linking = doubled_linking(yarns, device=device)
+    with done_twice():
+        linking = doubled_linking(yarns, device=device)
     inputs: dict[str, str] = {}
     if checkpoint is not None or resume is not None:
         kind = simulation.model.device
         inputs = input_fingerprint(yarns, material, quality, kind, terms, constraints, cell, carried_arrays(simulation))
-    loop = RelaxationLoop(simulation, quality.tolerance, quality.largest_change)
+    loop, out_of_time = RelaxationLoop(simulation, quality.tolerance, quality.largest_change), False
     with shown_progress(progress, lambda shown: report_entries(quality, shown)) as report_entry:
         observer = Observer(loop, report_entry, on_state, checkpoint, inputs, began, control)
         if resume is not None:
             observer.resume(read_state(resume, inputs))
         try:
             _run_to_rest(loop, quality, observer.note)
+        except OutOfTime:
+            out_of_time = not loop.at_rest[0]
         except RunStopped:
             logger.info("stopped after %d iterations", loop.iteration)
         except FileError:  # Checkpoints cannot be written.
@@ -124,10 +129,11 @@ def relax_yarns(
         observer.write_checkpoint()
     stopped = bool(control is not None and control.stopped and not loop.at_rest[0])
     if not (loop.at_rest[0] or stopped):
-        logger.warning("yarns are not at rest: %s", unrest_text(loop))
+        logger.warning("yarns are not at rest: %s", unrest_text(loop, out_of_time=out_of_time))
     relaxed = simulation.good_yarns()
     refuse_changed_linking(yarns, changed_pairs(linking, doubled_linking(relaxed, device=device)))
-    return Relaxation(relaxed, relaxation_report(loop, quality, relaxed, observer.seconds(), stopped), observer.history)
+    report = relaxation_report(loop, quality, relaxed, observer.seconds(), stopped=stopped, out_of_time=out_of_time)
+    return Relaxation(relaxed, report, observer.history)
 
 
 def _run_to_rest(loop: RelaxationLoop, quality: Quality, note: Callable[[], None]) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.quality import Quality
+from stitchmesh.time_limit import without_limit
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.model.material import YarnMaterial
@@ -30,5 +31,6 @@ def relax_partly(
     """
     simulation = YarnSimulation.start(yarns, material, quality, device_named(device), terms, cell=cell)
     simulation.newton = None  # one Newton step takes more products than there are iterations here
-    RelaxationLoop(simulation, quality.tolerance, quality.largest_change).run(iterations)
+    with without_limit():  # the next change of size needs all of these iterations
+        RelaxationLoop(simulation, quality.tolerance, quality.largest_change).run(iterations)
     return simulation.good_yarns()

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import SolverError
+from stitchmesh.time_limit import check_time
 from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN
 from stitchmesh.yarnrelax.convergence import Assessment, has_converged, is_at_rest
 from stitchmesh.yarnrelax.simulation import YarnSimulation
@@ -151,6 +152,7 @@ class RelaxationLoop:
         self.simulation.solver.begin(wanted)
         done, since_search = np.zeros(len(wanted)), 0
         while (done < wanted).any():
+            check_time()
             launched = self.simulation.iterate()
             progress = self.simulation.solver.progress(self.simulation.inputs, launched)
             self.lists_age += int((progress.done - done).max())

@@ -24,9 +24,10 @@ class Relaxation:
     yarns: YarnSet
     """The yarns at rest."""
     report: dict[str, Any]
-    """seconds, iterations, converged, stopped (by the user), residual, remaining_change (the estimated change that is
-    left: spacing and energy, both relative, and rms_radii; None where it is not known), energy [erg], energies [erg],
-    max_strain, min_distance_over_radius (2 where no yarns touch), pull_throughs, certificate, solver, device."""
+    """seconds, iterations, converged, stopped (by the user), out_of_time (a limit on the time ended it), residual,
+    remaining_change (the estimated change that is left: spacing and energy, both relative, and rms_radii; None where it
+    is not known), energy [erg], energies [erg], max_strain, min_distance_over_radius (2 where no yarns touch),
+    pull_throughs, certificate, solver, device."""
     history: list[HistoryEntry]
     """The result of each assessment."""
 
@@ -36,7 +37,7 @@ class Relaxation:
 
 
 def relaxation_report(
-    loop: RelaxationLoop, quality: Quality, relaxed: YarnSet, seconds: float, stopped: bool
+    loop: RelaxationLoop, quality: Quality, relaxed: YarnSet, seconds: float, *, stopped: bool, out_of_time: bool
 ) -> dict[str, Any]:
     """The report of a relaxation, as in ``Relaxation``."""
     left = loop.remaining[0]
@@ -45,6 +46,7 @@ def relaxation_report(
         "iterations": loop.iteration,
         "converged": bool(loop.at_rest[0]),
         "stopped": stopped,
+        "out_of_time": out_of_time,
         "residual": loop.last[0].residual,
         "remaining_change": None if left is None else asdict(left),
         "energy": loop.last[0].energy,
@@ -58,10 +60,12 @@ def relaxation_report(
     }
 
 
-def unrest_text(loop: RelaxationLoop) -> str:
+def unrest_text(loop: RelaxationLoop, *, out_of_time: bool = False) -> str:
     """Say how far the yarns are from rest, what was expected, and what would help."""
     last, remedy = loop.last[0], loop.last[0].remedy
-    if loop.stalled[0] and remedy == MORE_ITERATIONS:
+    if out_of_time:
+        remedy = "the time is over: allow more"
+    elif loop.stalled[0] and remedy == MORE_ITERATIONS:
         single = loop.simulation.model.scalar is wp.float32
         remedy = f"no step lowers the energy; {'take quality reference (float64)' if single else 'accept this state'}"
     found = f"residual {last.residual:.2g} (expected {loop.tolerance:g})"

@@ -12,6 +12,7 @@ import pytest
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import MeshRelaxReport, relax_mesh_with_report
 from stitchmesh.run_control import RunControl, Snapshot
+from stitchmesh.time_limit import TimeLimit, limited_to
 from tests.meshrelax.fabrics import grid_fabric, rectangle_points
 
 SAFETY = 120.0  # Time after which a test that blocks fails [s]; a test that passes waits for a much shorter time.
@@ -68,3 +69,12 @@ def test_a_stopped_relaxation_returns_the_state_that_was_shown_last(
     assert np.array_equal(relaxed.vertices, shown[1].state.vertices)
     assert report.stopped and not report.converged and report.iterations == 1 < plain[1].iterations
     assert not caplog.records
+
+
+def test_a_relaxation_whose_time_is_over_is_the_one_with_as_many_iterations(surface: Mesh) -> None:
+    ticks = iter(range(1000))
+    with limited_to(TimeLimit(4.0, lambda: float(next(ticks)))):
+        ended, report = relax_mesh_with_report(uneven(), surface=surface)
+    again = relax_mesh_with_report(uneven(), surface=surface, max_iterations=report.iterations)[0]
+    assert report.stopped and report.iterations > 0
+    np.testing.assert_array_equal(ended.vertices, again.vertices)

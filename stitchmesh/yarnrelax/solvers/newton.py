@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.thread_block import THREADS
+from stitchmesh.time_limit import check_time
 from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT, shortened
 from stitchmesh.yarnrelax.hessian.hessian_product import Hessian
 from stitchmesh.yarnrelax.model.constants import Model
@@ -291,6 +292,7 @@ class Newton:
             self._find.launch()
         self._start.launch()
         while True:
+            check_time()
             self._iterate.launch()
             record = self.solve.record.numpy()
             if (record[:, DONE] > 0.0).all():

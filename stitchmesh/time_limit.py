@@ -1,0 +1,115 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A limit on the time of everything that runs inside a block.
+
+A relaxation inside the block asks between its launches whether time is left (``check_time``), and if not returns its
+last accepted state. An interval between two assessments that the limit cuts short leaves no trace: the result has the
+bits of a relaxation that is limited to the number of iterations in its report. Without a limit the question costs less
+than a microsecond.
+
+Blocks may be nested. An inner block can only shorten the time, or keep its work from being cut short
+(``without_limit``), because its result is needed whole.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+
+from stitchmesh.run_control import RunStopped
+
+Clock = Callable[[], float]
+"""Function that returns a time [s] that only grows."""
+
+
+class OutOfTime(RunStopped):
+    """The time of the block is over; a relaxation returns its last accepted state."""
+
+
+@dataclass(eq=False)
+class TimeLimit:
+    """A number of seconds, counted from the moment at which the limit is made."""
+
+    seconds: float
+    """Time for everything [s]."""
+    clock: Clock = time.perf_counter
+    """The clock; tests give one of their own."""
+    reserved: float = 0.0
+    """Part of the time that is kept for work after the relaxations [s]."""
+    began: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.began = self.clock()
+
+    @property
+    def spent(self) -> float:
+        """Time since the start [s]."""
+        return self.clock() - self.began
+
+    @property
+    def left(self) -> float:
+        """Time that is left for relaxations, negative if the limit has passed [s]."""
+        return self.seconds - self.reserved - self.spent
+
+
+_limit: ContextVar[TimeLimit | None] = ContextVar("time limit", default=None)
+
+
+@contextmanager
+def limited_to(limit: TimeLimit | None) -> Iterator[None]:
+    """Limit the time of the relaxations in a block; None changes nothing."""
+    token = _limit.set(_limit.get() if limit is None else limit)
+    try:
+        yield
+    finally:
+        _limit.reset(token)
+
+
+@contextmanager
+def limited_to_share(share: float) -> Iterator[None]:
+    """Limit the time of a block to a share of what is left, so that the rest stays for what follows."""
+    limit = _limit.get()
+    part = None if limit is None else TimeLimit(max(share * limit.left, 0.0), limit.clock)
+    with limited_to(part):
+        yield
+
+
+@contextmanager
+def without_limit() -> Iterator[None]:
+    """Do not cut the work of a block short, because what follows needs it whole."""
+    token = _limit.set(None)
+    try:
+        yield
+    finally:
+        _limit.reset(token)
+
+
+@contextmanager
+def done_twice() -> Iterator[None]:
+    """Reserve the time of a block once more, because the same work is done again after the relaxation."""
+    limit = _limit.get()
+    began = 0.0 if limit is None else limit.clock()
+    yield
+    if limit is not None:
+        limit.reserved += limit.clock() - began
+
+
+def seconds_left() -> float:
+    """Time that is left in this block [s]; infinite without a limit."""
+    limit = _limit.get()
+    return math.inf if limit is None else limit.left
+
+
+def check_time() -> None:
+    """Return if time is left in this block.
+
+    Raises:
+        OutOfTime: no time is left.
+    """
+    limit = _limit.get()
+    if limit is not None and limit.left <= 0.0:
+        raise OutOfTime

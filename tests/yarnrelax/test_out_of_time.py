@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Relaxations that a limit on their time ends: the bits are those of a limit on the iterations."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stitchmesh.periodic.swatch import prepare_swatch
+from stitchmesh.quality import PRESETS
+from stitchmesh.reporting.verdict import relaxation_verdict
+from stitchmesh.time_limit import TimeLimit, limited_to
+from stitchmesh.yarnrelax import Relaxation, YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax.relax_partly import relax_partly
+from tests.yarnrelax.stockinette import tube
+
+
+class CountingClock:
+    """A clock on which every look takes a second."""
+
+    def __init__(self) -> None:
+        self.looks = 0
+
+    def __call__(self) -> float:
+        self.looks += 1
+        return float(self.looks)
+
+
+def limit(seconds: float) -> TimeLimit:
+    return TimeLimit(seconds, CountingClock())
+
+
+@pytest.fixture(scope="module")
+def cell() -> Any:
+    start = prepare_swatch("rib1x1", material=None, quality="draft", device="cpu", relax_cell=True)
+    shared = {"material": start.similar, "device": "cpu", "cell": start.cell, "terms": start.terms}
+    return lambda quality=start.quality, **given: relax_yarns(start.yarns, quality=quality, **shared, **given)
+
+
+def assert_same(one: Relaxation, other: Relaxation) -> None:
+    np.testing.assert_array_equal(one.yarns.points, other.yarns.points)
+    left_out = {"seconds", "out_of_time"}
+    assert {k: v for k, v in one.report.items() if k not in left_out} == {
+        k: v for k, v in other.report.items() if k not in left_out
+    }
+
+
+@pytest.mark.parametrize("seconds", [9, 40, 150, 300, 500, 700])
+def test_the_end_by_time_has_the_bits_of_the_end_by_iterations(cell, seconds):
+    """The looks lie at the start, between launches of L-BFGS, and within Newton steps, which are then left out."""
+    with limited_to(limit(seconds)):
+        ended = cell()
+    again = cell(replace(PRESETS["draft"], contact_samples=3, max_iterations=max(ended.report["iterations"], 1)))
+    assert ended.report["out_of_time"] and not ended.report["converged"] and not ended.report["stopped"]
+    assert not again.report["out_of_time"]
+    if ended.report["iterations"] > 0:
+        assert_same(ended, again)
+
+
+def test_more_time_never_ends_at_fewer_iterations(cell):
+    counts = []
+    for seconds in (4, 60, 200, 500, 700):
+        with limited_to(limit(seconds)):
+            counts.append(cell().report["iterations"])
+    assert counts == sorted(counts) and counts[0] < counts[-1]
+
+
+def test_time_that_suffices_changes_no_bit(cell):
+    with limited_to(limit(1e9)):
+        limited = cell()
+    assert not limited.report["out_of_time"]
+    assert_same(limited, cell())
+
+
+def test_no_time_at_all_returns_the_start():
+    yarns = tube(4, 6)
+    with limited_to(limit(0.0)):
+        ended = relax_yarns(yarns, quality="draft", device="cpu")
+    assert ended.report["iterations"] == 0 and ended.report["out_of_time"]
+    # the device holds the places in float32
+    np.testing.assert_allclose(ended.yarns.points, yarns.points, atol=1e-6 * np.abs(yarns.points).max())
+
+
+def test_steps_between_changes_of_size_are_not_cut_short():
+    yarns, material = tube(4, 6), YarnMaterial.named()
+    with limited_to(limit(0.0)):
+        limited = relax_partly(yarns, material=material, quality=PRESETS["draft"], iterations=40, device="cpu")
+    free = relax_partly(yarns, material=material, quality=PRESETS["draft"], iterations=40, device="cpu")
+    np.testing.assert_array_equal(limited.points, free.points)
+
+
+def test_the_verdict_says_that_the_time_was_over(cell):
+    with limited_to(limit(9)):
+        ended = cell()
+    verdict = relaxation_verdict(ended.report)
+    assert not verdict.good
+    assert verdict.findings[0].kind == "out of time"
