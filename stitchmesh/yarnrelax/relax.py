@@ -59,9 +59,8 @@ def relax_yarns(
     estimated below ``Quality.largest_change``; with friction, twist or a body, or with ``Dynamics``, that change is not
     known, and the energy must have stopped falling instead (``yarnrelax.convergence``). A relaxation that stops at
     ``Quality.max_iterations``, or where no step lowers the energy any more, logs a warning, and its report is not
-    converged. One that a limit on the time ends (``time_limit``) returns its last accepted state: the bits of a
-    relaxation with ``max_iterations`` as many as its report counts. A resumed relaxation ends with the same bits as one
-    that was never stopped, and counts iterations and seconds from the start.
+    converged. One that a limit on the time ends (``time_limit``) has the bits of one with ``max_iterations`` as many as
+    its report counts. A resumed one has those of one that never stopped, and counts iterations and seconds of both.
 
     Args:
         yarns: the yarns, on a lattice or not; no two of them overlap by more than half their thickness. Shape and
@@ -117,9 +116,8 @@ def relax_yarns(
             observer.resume(read_state(resume, inputs))
         try:
             _run_to_rest(loop, quality, observer.note)
-        except OutOfTime:
-            out_of_time = not loop.at_rest[0]
-        except RunStopped:
+        except RunStopped as end:
+            out_of_time = isinstance(end, OutOfTime) and not loop.at_rest[0]
             logger.info("stopped after %d iterations", loop.iteration)
         except FileError:  # Checkpoints cannot be written.
             raise
