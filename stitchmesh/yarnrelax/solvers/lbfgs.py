@@ -378,8 +378,7 @@ class LBFGS(Solver):
 
     def arrays(self) -> dict[str, wp.array[Any]]:
         """The memory."""
-        names = ("moves", "gradient_change", "last_force", "record", "curvature")
-        return {name: getattr(self.memory, name) for name in names}
+        return {name: getattr(self.memory, name) for name in "moves gradient_change last_force record curvature".split()}
 
 
 def _blocks_of(model: Model) -> Any:
