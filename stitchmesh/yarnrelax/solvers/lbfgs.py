@@ -340,8 +340,7 @@ class LBFGS(Solver):
     def restart(self, step_scale: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
         """Forget all pairs of some cells, or of all."""
         record = self.memory.record.numpy()
-        chosen = slice(None) if cells is None else cells
-        record[chosen, : len(FRESH)] = FRESH
+        record[slice(None) if cells is None else cells, : len(FRESH)] = FRESH
         record[:, STEP_SCALE] = step_scale
         self.memory.record.assign(record)
 
@@ -378,7 +377,8 @@ class LBFGS(Solver):
 
     def arrays(self) -> dict[str, wp.array[Any]]:
         """The memory."""
-        return {name: getattr(self.memory, name) for name in "moves gradient_change last_force record curvature".split()}
+        names = ("moves", "gradient_change", "last_force", "record", "curvature")
+        return {name: getattr(self.memory, name) for name in names}
 
 
 def _blocks_of(model: Model) -> Any:
