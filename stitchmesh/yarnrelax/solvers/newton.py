@@ -52,11 +52,9 @@ from stitchmesh.yarnrelax.solvers.conjugate_gradients import (
     WORK,
     EntryBlocks,
     advance_iterate,
-    apply_point_blocks,
     begin_cells,
+    begin_directions,
     entry_blocks,
-    find_alpha,
-    find_beta,
     find_direction,
     make_solve,
     start_solve,
@@ -380,7 +378,7 @@ class Newton:
         self._hessian = hessian = Hessian(model, state, inputs.candidates, inputs.strain, inputs.terms)
         count, cells, resting = len(blocks.cell), model.cell_count, model.resting
         self._points = state.points
-        ball = [state.points, state.listed_points, state.budget]
+        ball, give = [state.points, state.listed_points, state.budget], [state.force, state.preconditioner]
 
         def tiled(kernel: wp.Kernel, *arguments: Any) -> Any:
             return launcher(kernel, count, list(arguments), [], tile=self.threads)
@@ -395,26 +393,24 @@ class Newton:
         begin.append(launcher(find_point_blocks, model.point_count,
                               [model.constants, self.further, hessian.leg_hessian, state.sample_block],
                               [solve, state.preconditioner]))  # fmt: skip
-        precondition = [tiled(apply_point_blocks, blocks, resting, state.preconditioner, solve)]
+        precondition: list[Any] = []
         if self.coarse is not None:
             self.coarse.prepare(hessian, state.points, solve.level, solve.damping)
             precondition += self.coarse.apply_launches(state.points, solve.r, solve.z, launcher)
         precondition += [*filtered(solve.z), tiled(sum_residuals, blocks, resting, solve)]
         start = [
-            tiled(start_solve, blocks, model.number(inputs.step_fraction), *ball, state.force, solve),
+            tiled(start_solve, blocks, model.number(inputs.step_fraction), *ball, *give, solve),
             *precondition,
             launcher(begin_cells, cells, [blocks, solve], [resting]),
-            tiled(find_direction, blocks, solve),
+            tiled(begin_directions, blocks, solve),
         ]
         iterate = [
             *hessian.product_launches(solve.p, solve.product, launcher),
             *filtered(solve.product),
             tiled(sum_curvature, blocks, solve),
-            launcher(find_alpha, cells, [blocks, solve], []),
-            tiled(advance_iterate, model.point_count, blocks, state.force, solve),
+            tiled(advance_iterate, model.point_count, blocks, *give, solve),
             *precondition,
-            launcher(find_beta, cells, [self.cells, blocks, wp.float64(MOST_PRODUCTS), solve], [resting]),
-            tiled(find_direction, blocks, solve),
+            tiled(find_direction, self.cells, blocks, wp.float64(MOST_PRODUCTS), solve, resting),
         ]
         finish = [tiled(propose_steps, blocks, solve)]
         for constraint in inputs.constraints:
