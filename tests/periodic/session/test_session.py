@@ -33,7 +33,7 @@ SAFETY = 60.0
 CLOSE, STATES = 1e-4, 0.05
 """Bound on the relative difference of sizes and energies of one relaxed state reached on two paths at ``EXACT``, and of
 the states of a cell of one loop. Its energy has two minima, which two paths can reach."""
-SLID = 3e-4
+SLID = 1e-3
 """The same for a weave: its yarns lie at other places of their samples, because they slide along themselves."""
 ROUNDING = 1.0 + 1e-9
 """Factor that allows for the rounding of a product of two ratios."""
