@@ -241,7 +241,7 @@ class Assessor:
         found = self.sums.totals()
         counts = np.diff(self.model.point_start)
         left, whole, in_contacts = (np.sqrt(found.pop(name) / counts) for name in ("net", "effort", "contact noise"))
-        found |= {term.name: np.array([term.energy(self.state, self.candidates)]) for term in self.terms}
+        found |= {term.name: term.cell_energies(self.state, self.candidates) for term in self.terms}
         in_cell = np.zeros(self.model.cell_count)
         if self.strain is not None:
             in_cell = STRAINS_COUNT * self.strain.residuals()
