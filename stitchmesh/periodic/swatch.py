@@ -20,6 +20,8 @@ from typing import Any, Literal
 
 import numpy as np
 
+from stitchmesh.budget.budget import Budget
+from stitchmesh.budget.plan import limit_of
 from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
@@ -32,6 +34,7 @@ from stitchmesh.periodic.off_needles import Release, chosen_release, let_go, nee
 from stitchmesh.periodic.repeat_checks import check_floats, check_loops_begin
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.support import blocking, planes, refuse_tearing, remedy_of, tearing
+from stitchmesh.periodic.swatch_budget import plan_swatch
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, TAKE_UP, KnitState, SwatchOptions
 from stitchmesh.periodic.torus import torus_mesh
 from stitchmesh.periodic.weave.jamming import jam_report
@@ -39,6 +42,7 @@ from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.periodic.weave.yarns import weave_yarns
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
+from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import APPARENT_OVER_CONTACT, YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, carried_segments, plain_stitches, segment_faces
 from stitchmesh.yarngen import belongs_to_loop_below, generate_yarns
@@ -101,6 +105,7 @@ def swatch(
     relax_cell: bool | RelaxCell = False,
     relaxation: KnitState | None = None,
     friction: float | None = None,
+    budget: Budget | None = None,
     progress: Callable[[HistoryEntry], None] | Literal[False] | None = None,
     **options: Any,
 ) -> Swatch:
@@ -118,6 +123,8 @@ def swatch(
         relaxation: ``dry``, ``wet`` or ``full``: the state of a knit that was let go off the needles with friction
             (``off_needles``); width and height are then free. By default there is no friction.
         friction: coefficient of friction between yarns, with a relaxation; ``YARN_FRICTION`` where not given.
+        budget: limits on the time and on the error; measured tables then choose the quality, unless it is another than
+            the default, and the report says what they chose (``budget.plan``).
         progress: function that is called about every half second; by default a line shows the progress on a terminal or
             in a notebook, and False shows nothing.
         options: fields of ``SwatchOptions``.
@@ -129,12 +136,15 @@ def swatch(
         SolverError: the yarns cannot be relaxed.
     """
     began = time.perf_counter()
-    prepared = prepare_swatch(
-        pattern, material=material, quality=quality, device=device, relax_cell=relax_cell, relaxation=relaxation,
-        friction=friction, **options,
-    )  # fmt: skip
-    made = relax_prepared(prepared, prepared.yarns, progress)
-    return replace(made, report=made.report | {"seconds": time.perf_counter() - began})
+    with limited_to(limit_of(budget)):
+        plan = plan_swatch(pattern, budget, quality, device, relax_cell, relaxation, **options)
+        prepared = prepare_swatch(
+            pattern, material=material, quality=quality if plan is None else plan.quality, device=device,
+            relax_cell=relax_cell, relaxation=relaxation, friction=friction, **options,
+        )  # fmt: skip
+        made = relax_prepared(prepared, prepared.yarns, progress)
+    own = {"seconds": time.perf_counter() - began} | ({} if plan is None else {"budget": plan.report()})
+    return replace(made, report=made.report | own)
 
 
 @dataclass(frozen=True, eq=False)
