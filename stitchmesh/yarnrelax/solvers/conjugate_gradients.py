@@ -112,6 +112,8 @@ def begin_cells(
     blocks: EntryBlocks,
     # state in and out
     solve: Any,
+    # state out
+    resting: wp.array[wp.int32],
 ) -> None:
     """The first r . z of each cell, and a record for a new step."""
     cell = wp.tid()
@@ -121,6 +123,7 @@ def begin_cells(
     zero, one = wp.float64(0.0), wp.float64(1.0)
     moves = solve.record[cell, ACTIVE] > zero and rz > zero
     solve.record[cell, DONE] = wp.where(moves, zero, one)
+    resting[cell] = wp.where(moves, 0, 1)
     solve.record[cell, NEGATIVE] = zero
     solve.record[cell, PRODUCTS] = zero
     solve.record[cell, RZ] = rz
@@ -141,6 +144,8 @@ def sum_curvature(
 ) -> None:
     """The damped product, and sums of p . H p."""
     block, lane = wp.tid()
+    if solve.record[blocks.cell[block], DONE] != wp.float64(0.0):
+        return
     total = Slots()
     for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
         p = solve.p[i]
@@ -189,6 +194,8 @@ def advance_iterate(
     block, lane = wp.tid()
     cell = blocks.cell[block]
     alpha, scale = solve.record[cell, ALPHA], solve.record[cell, STEP_SCALE]
+    if alpha == wp.float64(0.0):
+        return
     total = Slots()
     for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
         p = solve.p[i]
@@ -212,12 +219,15 @@ def apply_point_blocks(
     # model
     blocks: EntryBlocks,
     # state in
+    resting: wp.array[wp.int32],
     preconditioner: wp.array[Any],
     # state in and out
     solve: Any,
 ) -> None:
     """Find z = C r with the blocks at the control points."""
     block, lane = wp.tid()
+    if resting[blocks.cell[block]] != 0:
+        return
     for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
         solve.z[i] = times_block(preconditioner[i], solve.r[i])
 
@@ -226,11 +236,15 @@ def apply_point_blocks(
 def sum_residuals(
     # model
     blocks: EntryBlocks,
+    # state in
+    resting: wp.array[wp.int32],
     # state in and out
     solve: Any,
 ) -> None:
     """Sums of r . z."""
     block, lane = wp.tid()
+    if resting[blocks.cell[block]] != 0:
+        return
     total = Slots()
     for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
         total[0] += wp.float64(wp.dot(solve.r[i], solve.z[i]))
@@ -245,6 +259,8 @@ def find_beta(
     most_products: wp.float64,
     # state in and out
     solve: Any,
+    # state out
+    resting: wp.array[wp.int32],
 ) -> None:
     """Find b = new r . z / old r . z; whether the iteration of each cell ends; the factor of its step."""
     cell = wp.tid()
@@ -272,6 +288,8 @@ def find_beta(
         small = rz <= FORCING * FORCING * solve.record[cell, RZ0]
         if small or ratio > REACH or solve.record[cell, PRODUCTS] >= most_products:
             solve.record[cell, DONE] = one
+        if solve.record[cell, DONE] != zero:
+            resting[cell] = 1
     solve.record[cell, BETA] = beta
 
 
@@ -284,6 +302,8 @@ def find_direction(
 ) -> None:
     """The next direction, p = z + b p."""
     block, lane = wp.tid()
+    if solve.record[blocks.cell[block], DONE] != wp.float64(0.0):
+        return
     beta = solve.record[blocks.cell[block], BETA]
     for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
         z = solve.z[i]

@@ -35,7 +35,8 @@ from stitchmesh.yarnrelax.hessian.hessian_product import Hessian
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.spline import weight_row
 from stitchmesh.yarnrelax.solvers.cell_strain import deformed, strains_of
-from stitchmesh.yarnrelax.solvers.coarse_space import CoarseSpace, suits_coarse_space
+from stitchmesh.yarnrelax.solvers.coarse_motions import suits_coarse_space
+from stitchmesh.yarnrelax.solvers.coarse_space import CoarseSpace
 from stitchmesh.yarnrelax.solvers.conjugate_gradients import (
     ACTIVE,
     DONE,
@@ -284,9 +285,10 @@ class Newton:
         record[:, ACTIVE], record[:, STEP_SCALE] = cells, step_scale
         self.solve.record.assign(record)
         self._hessian.exact.zero_()
+        self.model.resting.assign(~cells)
         self._begin.launch()
         if self.coarse is not None:
-            self.coarse.invert(cells)
+            self.coarse.invert()
         if (self.share[cells] < 1.0).any():
             self._hessian.exact.assign(1.0 - self.share)
             self._find.launch()
@@ -298,6 +300,7 @@ class Newton:
             if (record[:, DONE] > 0.0).all():
                 break
         self._finish.launch()
+        self.model.resting.zero_()
         self._note(self.solve.record.numpy(), cells)
         return np.where(record[:, FACTOR] > 0.0, record[:, PRODUCTS], 0.0).astype(np.int64)
 
@@ -358,7 +361,7 @@ class Newton:
         model, state, device = inputs.model, inputs.state, inputs.model.device
         launcher, solve, blocks = model.prepare, self.solve, self.blocks
         self._hessian = hessian = Hessian(model, state, inputs.candidates, inputs.strain, inputs.terms)
-        count, cells = len(blocks.cell), model.cell_count
+        count, cells, resting = len(blocks.cell), model.cell_count, model.resting
         self._points = state.points
         ball = [state.points, state.listed_points, state.budget]
 
@@ -375,15 +378,15 @@ class Newton:
         begin.append(launcher(find_point_blocks, model.point_count,
                               [model.constants, self.further, hessian.leg_hessian, state.sample_block],
                               [solve, state.preconditioner]))  # fmt: skip
-        precondition = [tiled(apply_point_blocks, blocks, state.preconditioner, solve)]
+        precondition = [tiled(apply_point_blocks, blocks, resting, state.preconditioner, solve)]
         if self.coarse is not None:
             self.coarse.prepare(hessian, state.points, solve.level, solve.damping)
             precondition += self.coarse.apply_launches(state.points, solve.r, solve.z, launcher)
-        precondition += [*filtered(solve.z), tiled(sum_residuals, blocks, solve)]
+        precondition += [*filtered(solve.z), tiled(sum_residuals, blocks, resting, solve)]
         start = [
             tiled(start_solve, blocks, model.number(inputs.step_fraction), *ball, state.force, solve),
             *precondition,
-            launcher(begin_cells, cells, [blocks, solve], []),
+            launcher(begin_cells, cells, [blocks, solve], [resting]),
             tiled(find_direction, blocks, solve),
         ]
         iterate = [
@@ -393,7 +396,7 @@ class Newton:
             launcher(find_alpha, cells, [blocks, solve], []),
             tiled(advance_iterate, model.point_count, blocks, state.force, solve),
             *precondition,
-            launcher(find_beta, cells, [self.cells, blocks, wp.float64(MOST_PRODUCTS), solve], []),
+            launcher(find_beta, cells, [self.cells, blocks, wp.float64(MOST_PRODUCTS), solve], [resting]),
             tiled(find_direction, blocks, solve),
         ]
         finish = [tiled(propose_steps, blocks, solve)]
