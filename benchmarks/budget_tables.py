@@ -4,6 +4,7 @@
 
     python benchmarks/budget_tables.py --device cpu
     python benchmarks/budget_tables.py --device cuda:0 --tables out/tables.json --most-seconds 150
+    python benchmarks/budget_tables.py --join out/tables.json
 
 Scenes that are measured replace those of the table of the device; all others stay. Without ``--tables`` the
 file is that of the package, ``stitchmesh/budget/tables.json``. Each time is that of the whole function (``swatch``, or
@@ -179,7 +180,12 @@ def main() -> None:
     parser.add_argument("--patterns", nargs="*", default=PATTERNS)
     parser.add_argument("--garments", nargs="*", default=GARMENTS)
     parser.add_argument("--most-seconds", type=float, default=float("inf"), help="begin no further row after this time")
+    parser.add_argument("--join", type=Path, help="measure nothing, and add the tables of this file")
     given = parser.parse_args()
+    if given.join is not None:
+        for table in read_tables(given.join):
+            write_tables(given.tables, table)
+        return
     began, rows = time.perf_counter(), list[Measurement]()
     calibrate(given.device)  # loads kernels
     sm.swatch("stockinette", quality="draft", relax_cell=True, device=given.device, progress=False)
