@@ -221,7 +221,7 @@ def relax_with_options(
     yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality, device: str | None = None,
     fabric: StitchMesh | None = None, keep_shape: bool = False, start: YarnSet | None = None,
     progress: Progress = no_progress, on_state: Callable[[YarnSet], None] | None = None, seconds_after: float = 0.0,
-    crowded_start: bool = True, control: RunControl[YarnSet] | None = None, budget: Budget | None = None,
+    crowded_start: bool = True, control: RunControl[YarnSet] | None = None,
 ) -> Relaxation:  # fmt: skip
     """Change the rest lengths of yarns, and relax the yarns.
 
@@ -241,19 +241,10 @@ def relax_with_options(
         crowded_start: whether a relaxation that cannot start is started again.
         seconds_after: estimated time of work after the relaxation [s], which the progress counts.
         control: watches, pauses, steps and stops the relaxation from another thread.
-        budget: limits on the time and on the error; measured tables then choose the quality, unless it is another than
-            the default. The yarns keep their sampling.
 
     Raises:
-        ParameterError: a quality beside an error.
         StitchMeshError: the rest lengths cannot be applied (``apply_rest_lengths``), or as for ``relax_yarns``.
     """
-    if budget is not None:
-        return _relax_within(
-            budget, yarns, options, quality=quality, device=device, fabric=fabric, keep_shape=keep_shape, start=start,
-            progress=progress, on_state=on_state, seconds_after=seconds_after, crowded_start=crowded_start,
-            control=control,
-        )  # fmt: skip
     quality = quality_named(quality)
     report_progress = relaxing_progress(
         "yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations, seconds_after=seconds_after
@@ -276,11 +267,25 @@ def relax_with_options(
     )
 
 
-def _relax_within(
-    budget: Budget, yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality, device: str | None,
-    **arguments: Any,
+def relax_within_budget(
+    budget: Budget, yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality = DEFAULT_QUALITY,
+    device: str | None = None, **arguments: Any,
 ) -> Relaxation:  # fmt: skip
-    """Relax yarns within a budget; the other arguments are those of ``relax_with_options``."""
+    """Relax yarns as ``relax_with_options`` does, within limits on the time and on the error.
+
+    Measured tables choose the quality, unless it is another than the default; the yarns keep their sampling.
+
+    Args:
+        budget: the limits.
+        yarns: the yarns.
+        options: options of the relaxation.
+        quality: name of a preset, or a ``Quality``.
+        device: Warp's name of the device; None for the preferred device.
+        **arguments: the other arguments of ``relax_with_options``.
+
+    Raises:
+        StitchMeshError: a quality beside an error, a time that is over, or as for ``relax_with_options``.
+    """
     stitches = max(round(len(yarns.points) / POINTS_OF_STITCH), 1)
     with limited_to(limit_of(budget)):
         scene = BudgetScene(kind="garment" if yarns.lattice is None else "given cell", stitches=stitches)

@@ -73,7 +73,7 @@ class Relax:
         """
         from stitchmesh.io import read_stitches, read_yarns
         from stitchmesh.io.yarns import check_writable
-        from stitchmesh.pipeline import relax_with_options
+        from stitchmesh.pipeline import relax_with_options, relax_within_budget
 
         quality = self.solver.quality(self.quality or DEFAULT_QUALITY)
         budget = self.budget.budget(chooses=self.quality is None and quality == DEFAULT_QUALITY)
@@ -83,8 +83,9 @@ class Relax:
         options = replace(options, constraints=self.pins.constraints())
         check_writable(self.output, given)
         shape = self.keep_shape or self.fabric
+        run = relax_with_options if budget is None else partial(relax_within_budget, budget)
         relax = partial(
-            relax_with_options, given, options, quality=quality, device=self.device, budget=budget,
+            run, given, options, quality=quality, device=self.device,
             fabric=None if shape is None else read_stitches(shape), keep_shape=self.keep_shape is not None,
         )  # fmt: skip
         relaxed = relax_to_file(self.output, self.report, given, relax, quality=quality, as_json=self.json)
