@@ -120,6 +120,7 @@ from .yarnrelax.checkpoint import Checkpoints as Checkpoints
 from .yarnrelax.constraints.pins import Pins as Pins
 from .yarnrelax.contact_load import contact_load as contact_load
 from .yarnrelax.energies.body import Body as Body
+from .yarnrelax.energies.confinement import Confinement as Confinement
 from .yarnrelax.energies.gravity import Gravity as Gravity
 from .yarnrelax.energies.point_load import PointLoad as PointLoad
 from .yarnrelax.energies.twist import Twist as Twist

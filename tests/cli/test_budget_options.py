@@ -78,9 +78,11 @@ def test_an_error_tightens_the_rule_and_is_expected_to_be_kept(tmp_path):
     assert report["converged"] and report["remaining_change"]["spacing"] < 0.015
 
 
-@pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
-def test_the_end_by_time_is_said_and_has_the_bits_of_the_end_by_iterations(tmp_path, counted, capsys, share):
-    words = ["swatch", "rib1x1", "--quality", "draft", *PLAIN]
+@pytest.mark.parametrize("more", [[], ["--relax-cell"]], ids=["given size", "free size"])
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.5, 0.7, 0.9])
+def test_the_end_by_time_is_said_and_has_the_bits_of_the_end_by_iterations(tmp_path, counted, capsys, share, more):
+    """A free repeat relaxes with several samplings, one after another; the end may lie in any of them."""
+    words = ["swatch", "rib1x1", "--quality", "standard", *more, *PLAIN]
     time = share_of_looks(counted, share, *words, "-o", tmp_path / "whole")
     assert cli.main([*words, "--within", time, "-o", str(tmp_path / "a")]) == OUT_OF_TIME
     assert "Not good: the time was over after" in capsys.readouterr().out
