@@ -42,7 +42,7 @@ def path_to(quality: Quality, cell: RelaxCell | None) -> tuple[Quality, ...]:
     """Return the qualities through which a repeat comes to rest.
 
     A repeat of constant size has only the given quality. A free one has presets, ever finer, which sample less than the
-    given quality, and then the given one, all refined. Its limit of iterations holds for each of them.
+    given quality, and then the given one, all refined. None has a larger limit of iterations than the given one.
     """
     if cell is None or not cell.free.any():
         return (quality,)

@@ -30,7 +30,9 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.budget.budget import Budget
+from stitchmesh.budget.plan import limit_of
+from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import FloatArray
 from stitchmesh.patterns import Pattern
@@ -40,6 +42,7 @@ from stitchmesh.periodic.swatch import PreparedSwatch, Swatch, prepare_swatch, r
 from stitchmesh.periodic.swatch_options import STRETCH_STEPS
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
+from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.cell_stress import cell_stress
@@ -148,6 +151,7 @@ def stretch_test(
     material: YarnMaterial | None = None,
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
+    budget: Budget | None = None,
     progress: Callable[[StretchPoint], None] | None = None,
     on_entry: Callable[[HistoryEntry], None] | None = None,
     **options: Any,
@@ -163,15 +167,30 @@ def stretch_test(
         material: as for ``swatch``.
         quality: a preset or a ``Quality``; it is refined to the needs of tensions (``refine_for_tension``).
         device: as for ``swatch``.
+        budget: a limit on the time, without an error; the curve ends with the last state that came to rest in time.
         progress: function that is called with each point.
         on_entry: function that is called about every half second during the relaxation of a state.
         options: fields of ``SwatchOptions``, except the period.
 
     Raises:
         ParameterError: not exactly one direction is given, a strain is out of bounds, the strains are equal, there are
-            fewer than two steps, or a period or a tension of blocking is given.
-        FileError, PatternError, SolverError: as for ``swatch``.
+            fewer than two steps, or a period, a tension of blocking or an error is given.
+        FileError, PatternError: as for ``swatch``.
+        SolverError: as for ``swatch``, or the time does not suffice for one state.
     """
+    if budget is not None and budget.error is not None:
+        raise ParameterError("error: got one for a stretch test, whose tensions are not measured by it; give a quality")
+    with limited_to(limit_of(budget)):
+        return _stretch(pattern, course, wale, other, steps, material, quality, device, progress, on_entry, options)
+
+
+def _stretch(
+    pattern: str | Pattern | Weave, course: tuple[float, float] | None, wale: tuple[float, float] | None, other: Other,
+    steps: int, material: YarnMaterial | None, quality: str | Quality, device: str | None,
+    progress: Callable[[StretchPoint], None] | None, on_entry: Callable[[HistoryEntry], None] | None,
+    options: dict[str, Any],
+) -> StretchCurve:  # fmt: skip
+    """Stretch a swatch in the time that is left; arguments and errors as for ``stretch_test``."""
     direction, strains = choose_strains(course, wale, steps)
     if other not in get_args(Other):
         raise ParameterError(f"other: got {other!r}; expected free or held")
@@ -190,11 +209,15 @@ def stretch_test(
         rest = relax_yarns(
             yarns, material=material, quality=quality, device=device, cell=cell, terms=terms, progress=on_entry
         )
+        if rest.report["out_of_time"]:
+            break
         yarns = rest.yarns
         points.append(measure_point(free, strain, yarns, rest.report, material, quality, device))
         states.append(yarns)
         if progress is not None:
             progress(points[-1])
+    if not points:
+        raise SolverError("stretch: the time was over before one state was at rest; give more, or a coarser quality")
     refuse_pull_through(free.yarns, yarns, device)
     curve = StretchCurve(direction, other, free, tuple(points), tuple(states))
     _warn_of_snaps(curve)

@@ -20,6 +20,8 @@ from typing import Any, Literal
 
 import numpy as np
 
+from stitchmesh.budget.budget import Budget
+from stitchmesh.budget.plan import limit_of
 from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
@@ -34,13 +36,15 @@ from stitchmesh.periodic.repeat_checks import check_floats, check_loops_begin
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.sampling import GENERATED, path_to
 from stitchmesh.periodic.support import blocking, planes, refuse_tearing, remedy_of, tearing
+from stitchmesh.periodic.swatch_budget import plan_swatch
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, TAKE_UP, KnitState, SwatchOptions
 from stitchmesh.periodic.torus import torus_mesh
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.periodic.weave.yarns import weave_yarns
-from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
+from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
+from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import APPARENT_OVER_CONTACT, YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, carried_segments, plain_stitches, segment_faces
 from stitchmesh.yarngen import belongs_to_loop_below, generate_yarns
@@ -105,6 +109,7 @@ def swatch(
     relax_cell: bool | RelaxCell = False,
     relaxation: KnitState | None = None,
     friction: float | None = None,
+    budget: Budget | None = None,
     progress: Callable[[HistoryEntry], None] | Literal[False] | None = None,
     **options: Any,
 ) -> Swatch:
@@ -122,6 +127,8 @@ def swatch(
         relaxation: ``dry``, ``wet`` or ``full``: the state of a knit that was let go off the needles with friction
             (``off_needles``); width and height are then free. By default there is no friction.
         friction: coefficient of friction between yarns, with a relaxation; ``YARN_FRICTION`` where not given.
+        budget: limits on the time and on the error; measured tables then choose the quality, unless it is another than
+            the default, and the report says what they chose (``budget.plan``).
         progress: function that is called about every half second; by default a line shows the progress on a terminal or
             in a notebook, and False shows nothing.
         options: fields of ``SwatchOptions``.
@@ -133,12 +140,15 @@ def swatch(
         SolverError: the yarns cannot be relaxed.
     """
     began = time.perf_counter()
-    prepared = prepare_swatch(
-        pattern, material=material, quality=quality, device=device, relax_cell=relax_cell, relaxation=relaxation,
-        friction=friction, **options,
-    )  # fmt: skip
-    made = relax_prepared(prepared, prepared.yarns, progress)
-    return replace(made, report=made.report | {"seconds": time.perf_counter() - began})
+    with limited_to(limit_of(budget)):
+        plan = plan_swatch(pattern, budget, quality, device, relax_cell, relaxation, **options)
+        prepared = prepare_swatch(
+            pattern, material=material, quality=quality if plan is None else plan.quality, device=device,
+            relax_cell=relax_cell, relaxation=relaxation, friction=friction, **options,
+        )  # fmt: skip
+        made = relax_prepared(prepared, prepared.yarns, progress)
+    own = {"seconds": time.perf_counter() - began} | ({} if plan is None else {"budget": plan.report()})
+    return replace(made, report=made.report | own)
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,12 +278,16 @@ def relax_along(
 ) -> Relaxation:
     """Relax yarns through the resolutions of their path; iterations, seconds and history are those of all.
 
+    A limit of iterations that is that of a preset holds for each resolution, any other one for all of them together.
+
     Raises:
         SolverError: the yarns cannot be relaxed, or a yarn passed through another one.
     """
     relax = relax_yarns if prepared.cell is None else relax_to_minimum
-    found: Relaxation | None = None
-    for quality in prepared.path:
+    found, most = None, iterations_of(prepared.path)
+    for step in prepared.path:
+        done = 0 if found is None else found.report["iterations"]
+        quality = replace(step, max_iterations=max(min(step.max_iterations, most - done), 0))
         if found is not None:
             yarns = sample_evenly(found.yarns, draw_swatch(prepared.source, prepared.options, quality)[1])
         relaxed = relax(
@@ -283,6 +297,12 @@ def relax_along(
         found = relaxed if found is None else continued(relaxed, found)
     assert found is not None
     return found
+
+
+def iterations_of(path: Sequence[Quality]) -> int:
+    """Return the largest number of iterations of all resolutions of a path together."""
+    is_preset = path[-1].max_iterations in {preset.max_iterations for preset in PRESETS.values()}
+    return sum(step.max_iterations for step in path) if is_preset else path[-1].max_iterations
 
 
 def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tuple[StitchMesh | None, YarnSet]:

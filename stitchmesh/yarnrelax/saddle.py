@@ -64,18 +64,20 @@ def relax_to_minimum(
 ) -> Relaxation:  # fmt: skip
     """Relax yarns as ``relax_yarns``, and again after a move down where they come to rest at an unstable balance.
 
-    The report and the history count the iterations and seconds of all relaxations.
+    The report and the history count the iterations and seconds of all relaxations, and so does the limit of iterations.
 
     Raises:
         SolverError: as for ``relax_yarns``.
     """
-    shared: dict[str, Any] = {"material": material, "quality": quality, "device": device, "cell": cell, "terms": terms}
-    found = relax_yarns(yarns, progress=progress, **shared)
+    shared: dict[str, Any] = {"material": material, "device": device, "cell": cell, "terms": terms}
+    found = relax_yarns(yarns, quality=quality, progress=progress, **shared)
     for _move in range(MOST_MOVES):
-        down = leave_saddle(found.yarns, **shared) if found.report["converged"] else None
+        left = replace(quality, max_iterations=quality.max_iterations - found.report["iterations"])
+        examined = found.report["converged"] and left.max_iterations > 0
+        down = leave_saddle(found.yarns, quality=quality, **shared) if examined else None
         if down is None:
             break
-        before, found = found, continued(relax_yarns(down, progress=progress, **shared), found)
+        before, found = found, continued(relax_yarns(down, quality=left, progress=progress, **shared), found)
         if before.report["energy"] - found.report["energy"] < SMALLEST_FALL * abs(before.report["energy"]):
             break
     return found
