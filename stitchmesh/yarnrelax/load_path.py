@@ -18,18 +18,22 @@ The steps are those of ``LoadPosition``. Where none is left, the message says ho
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
+import warp as wp
 
 from stitchmesh.errors import OverloadError, SolverError
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.load_position import LoadPosition
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
 MOST_STRAIN = 100.0
@@ -42,14 +46,24 @@ SAME = 0.02
 
 @dataclass(frozen=True, eq=False)
 class StepInputs:
-    """The inputs of a relaxation at one share of the load."""
+    """The inputs of a relaxation at one share of the load; the fields are the arguments of ``YarnSimulation.start``."""
 
     yarns: YarnSet
     material: YarnMaterial
     quality: Quality
-    cell: RelaxCell | None
-    points: FloatArray | None
-    """Where the control points start [cm], shape (N, 3); None for those of the yarns."""
+    device: wp.Device
+    terms: Sequence[TermChoice] = ()
+    constraints: Sequence[ConstraintChoice] = ()
+    points: FloatArray | None = None
+    cell: RelaxCell | None = None
+
+    def start(self) -> YarnSimulation:
+        """A simulation with these inputs.
+
+        Raises:
+            OverloadError: the yarns are too close to each other.
+        """
+        return YarnSimulation.start(**{field.name: getattr(self, field.name) for field in fields(self)})
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +84,11 @@ class LoadPath:
         if position.points is not None:
             points = position.points
         if position.is_whole:
-            return StepInputs(yarns, asked.material, quality, asked.cell, points)
+            return replace(asked, yarns=yarns, quality=quality, points=points)
         rest_length = _between(self._first_lengths(), yarns.rest_length, share)
         yarns = replace(yarns, rest_length=rest_length, radius=yarns.radius * position.thin ** (1.0 - share))
-        return StepInputs(yarns, self._material_at(share, position.thin), quality, _loaded(asked.cell, share), points)
+        material, cell = self._material_at(share, position.thin), _loaded(asked.cell, share)
+        return replace(asked, yarns=yarns, material=material, quality=quality, points=points, cell=cell)
 
     def with_asked_inputs(self, yarns: YarnSet) -> YarnSet:
         """The yarns of a step with the rest lengths and radii that were asked for."""

@@ -16,10 +16,9 @@ import numpy as np
 from stitchmesh.errors import OverloadError
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.load_path import LoadPath, StepInputs
+from stitchmesh.yarnrelax.load_path import LoadPath
 from stitchmesh.yarnrelax.load_position import AT_ONCE, STEP_ITERATIONS, LoadPosition
 from stitchmesh.yarnrelax.relaxation_loop import DESCENT, RelaxationLoop
-from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 logger = logging.getLogger(__name__)
@@ -28,15 +27,11 @@ logger = logging.getLogger(__name__)
 class Loading:
     """A relaxation along a path of loads."""
 
-    def __init__(
-        self, path: LoadPath, start: Callable[[StepInputs], YarnSimulation], position: LoadPosition = AT_ONCE,
-        *, in_steps: bool = True,
-    ) -> None:  # fmt: skip
+    def __init__(self, path: LoadPath, position: LoadPosition = AT_ONCE, *, in_steps: bool = True) -> None:
         """Start the first step, or the next one that the yarns can start.
 
         Args:
             path: the inputs of all steps.
-            start: makes the simulation of a step.
             position: the step that is tried first.
             in_steps: whether a load that is too large is applied in steps.
 
@@ -44,7 +39,6 @@ class Loading:
             SolverError: the yarns are too close to each other at every step.
         """
         self.path, self.position, self.in_steps = path, position, in_steps
-        self._start = start
         self.loop = self._begin()
 
     @property
@@ -102,7 +96,7 @@ class Loading:
 
     def _loop(self) -> RelaxationLoop:
         quality, whole = self.quality, self.position.is_whole
-        simulation = self._start(self.path.inputs_at(self.position))
+        simulation = self.path.inputs_at(self.position).start()
         if not whole:
             simulation.newton = None  # one Newton step takes more products than a step has iterations
         loop = RelaxationLoop(simulation, quality.tolerance if whole else DESCENT, quality.largest_change)

@@ -29,7 +29,6 @@ from stitchmesh.yarnrelax.loading import Loading
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.observer import Observer, Progress, report_entries
 from stitchmesh.yarnrelax.relaxation_result import Relaxation, relaxation_report, unrest_text
-from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 from stitchmesh.yarnrelax.start_points import start_points
 
@@ -110,12 +109,8 @@ def relax_yarns(
     if checkpoint is not None or resume is not None:
         inputs = input_fingerprint(yarns, material, quality, kind, terms, constraints, cell)
     saved = None if resume is None else read_state(resume, inputs)
-
-    def start_step(at: StepInputs) -> YarnSimulation:
-        return YarnSimulation.start(at.yarns, at.material, at.quality, kind, terms, constraints, at.points, at.cell)
-
-    path = LoadPath(StepInputs(yarns, material, quality, cell, points))
-    loading = Loading(path, start_step, AT_ONCE if saved is None else saved.position, in_steps=load_steps)
+    path = LoadPath(StepInputs(yarns, material, quality, kind, terms, constraints, points, cell))
+    loading = Loading(path, AT_ONCE if saved is None else saved.position, in_steps=load_steps)
     with done_twice():
         linking = doubled_linking(yarns, device=device)
     out_of_time = False

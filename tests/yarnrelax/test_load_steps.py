@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stitchmesh.compute.device import device_named
 from stitchmesh.errors import SolverError
 from stitchmesh.io.checkpoint_file import previous_path, read_checkpoint
 from stitchmesh.quality import PRESETS, Quality
@@ -127,7 +128,7 @@ def test_a_contact_that_is_too_soft_is_refused_with_the_share_of_the_load() -> N
 
 
 def path_of(yarns: YarnSet, material: YarnMaterial = STITCHMESH, cell: RelaxCell | None = None) -> LoadPath:
-    return LoadPath(StepInputs(yarns, material, QUALITY, cell, None))
+    return LoadPath(StepInputs(yarns, material, QUALITY, device_named("cpu"), cell=cell))
 
 
 def test_the_path_begins_without_load_and_ends_with_the_inputs() -> None:
