@@ -27,7 +27,7 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
 from stitchmesh.compute.vector_loads import load_vector, store_vector
 from stitchmesh.yarnrelax.energies.cell_virial import add_contact_virial
-from stitchmesh.yarnrelax.model.lattice_images import sample_number
+from stitchmesh.yarnrelax.model.lattice_images import cell_of_sample, rests, sample_number
 from stitchmesh.yarnrelax.model.spline import from_entry
 
 
@@ -121,8 +121,8 @@ def contact_forces(scalar: Any, entries_at_once: int, cell_relaxes: bool) -> wp.
         sample_virial: wp.array[Any],
     ) -> None:
         """Contact force on each sample."""
-        contact_force_at(
-            model, wp.tid(), candidate_count, candidates, samples, sample_force, sample_block, sample_virial
-        )
+        p = wp.tid()
+        if not rests(model.images, cell_of_sample(model.images, p)):
+            contact_force_at(model, p, candidate_count, candidates, samples, sample_force, sample_block, sample_virial)
 
     return contact_forces

@@ -14,6 +14,7 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.clear_vectors import clear_vectors
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.vector_loads import load_vector
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
@@ -21,6 +22,7 @@ from stitchmesh.yarnrelax.energies.contact import contact_forces
 from stitchmesh.yarnrelax.energies.segment_forces import samples_and_segment_forces
 from stitchmesh.yarnrelax.energies.term import Term
 from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.lattice_images import cell_of, rests
 from stitchmesh.yarnrelax.model.spline import weight_row
 from stitchmesh.yarnrelax.model.state import State
 
@@ -82,17 +84,9 @@ def gather_forces(
     stiffness: wp.array[Any],
 ) -> None:
     """Force on each control point, and the row sum of stiffness there."""
-    gather_at(model, wp.tid(), point_stiffness, leg_force, sample_force, external_force, force, stiffness)
-
-
-@kernel
-def clear_vectors(
-    # state out
-    vectors: wp.array[Any],
-) -> None:
-    """Set an array to zero, in a launch like others."""
     i = wp.tid()
-    vectors[i] = type(vectors[0])()
+    if not rests(model.images, cell_of(model.images, wp.max(model.point_segments[i]))):
+        gather_at(model, i, point_stiffness, leg_force, sample_force, external_force, force, stiffness)
 
 
 def force_launches(

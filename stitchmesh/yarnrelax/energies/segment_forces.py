@@ -17,7 +17,7 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarnrelax.energies.bend import bend_slopes
 from stitchmesh.yarnrelax.energies.cell_virial import add_leg_virial
 from stitchmesh.yarnrelax.energies.stretch import length_slope, stretch_slope
-from stitchmesh.yarnrelax.model.lattice_images import cell_of
+from stitchmesh.yarnrelax.model.lattice_images import cell_of, rests
 from stitchmesh.yarnrelax.model.spline import put_samples, segment_corners
 
 
@@ -158,6 +158,8 @@ def samples_and_segment_forces(quadrature_points: int, cell_relaxes: bool) -> wp
     ) -> None:
         """Contact samples and leg forces of each segment; ``mean_direction`` where a solver reads it."""
         s = wp.tid()
+        if rests(model.images, cell_of(model.images, s)):
+            return
         q0, q1, q2, q3 = segment_corners(model, points, s)
         put_samples(model, s, q0, q1, q2, q3, samples)
         segment_forces_at(model, s, terms, q0, q1, q2, q3, leg_force, segment_virial)

@@ -24,7 +24,7 @@ from stitchmesh.compute.vector_loads import load_vector
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.contact import contact_force_scale
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.lattice_images import cell_of_sample, sample_number
+from stitchmesh.yarnrelax.model.lattice_images import cell_of_sample, rests, sample_number
 from stitchmesh.yarnrelax.model.spline import from_entry
 
 
@@ -44,6 +44,8 @@ def find_touching_pairs(
 ) -> None:
     """The entries of each sample's list that touch it, in their order; of each the vector a and the number b."""
     p = wp.tid()
+    if rests(model.images, cell_of_sample(model.images, p)):
+        return
     here = load_vector(samples, p)
     own = model.sample_stiffness[p]
     wanted = exact[cell_of_sample(model.images, p)]

@@ -32,7 +32,7 @@ from stitchmesh.yarnrelax.energies.term import Term
 from stitchmesh.yarnrelax.hessian.contact_hessian import TouchingPairs
 from stitchmesh.yarnrelax.hessian.segment_hessian import leg_hessian_launch
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.lattice_images import cell_of, cell_of_sample, sample_number
+from stitchmesh.yarnrelax.model.lattice_images import cell_of, cell_of_sample, rests, sample_number
 from stitchmesh.yarnrelax.model.spline import from_entry, segment_corners, weight_row
 from stitchmesh.yarnrelax.model.state import State
 
@@ -72,6 +72,8 @@ def segment_product(cell_relaxes: bool) -> wp.Kernel:
     ) -> None:
         """The product for each leg, and the motion of each contact sample, without that of the cell."""
         s = wp.tid()
+        if rests(model.images, cell_of(model.images, s)):
+            return
         corner = model.segment_points[s]
         u0, u1, u2, u3 = motion[corner[0]], motion[corner[1]], motion[corner[2]], motion[corner[3]]
         first = model.sample_start[s]
@@ -127,6 +129,8 @@ def contact_product(cell_relaxes: bool) -> wp.Kernel:
     ) -> None:
         """The product for each sample."""
         p = wp.tid()
+        if rests(model.images, cell_of_sample(model.images, p)):
+            return
         own = load_vector(sample_motion, p)
         total = type(own)()
         if wp.static(cell_relaxes):
@@ -173,6 +177,8 @@ def gather_product(
     """The product for each control point."""
     i = wp.tid()
     slots = model.point_segments[i]
+    if rests(model.images, cell_of(model.images, wp.max(slots))):
+        return
     total = type(leg_product[0, 0])()
     contact = type(sample_product[0])()
     for slot in range(4):
@@ -199,6 +205,8 @@ def sum_strain_products(
     number, lane = wp.tid()
     threads = wp.block_dim()
     cell = number // blocks
+    if rests(model.images, cell):
+        return
     block = number - cell * blocks
     first, last = cell_segments[cell], cell_segments[cell + 1]
     total = Slots()

@@ -33,7 +33,7 @@ from stitchmesh.yarnrelax.energies.bend import NEARLY_STRAIGHT
 from stitchmesh.yarnrelax.energies.segment_forces import natural_ends
 from stitchmesh.yarnrelax.energies.stretch import length_slope
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.lattice_images import cell_of
+from stitchmesh.yarnrelax.model.lattice_images import cell_of, rests
 from stitchmesh.yarnrelax.model.spline import segment_corners
 
 LEG_PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
@@ -109,6 +109,16 @@ def bend_hessian(t: Any, a: Any, stiffness: Any, natural: Any, exact: Any) -> tu
     return tt * stiffness, mixed * stiffness, turned * stiffness
 
 
+@wp.func
+def curve_length(model: Any, leg0: Any, leg1: Any, leg2: Any) -> Any:
+    """Length of a segment by the quadrature rule."""
+    length = leg0[0] - leg0[0]
+    for g in range(model.quadrature_points):
+        rule = model.rule[g]
+        length += wp.length(leg0 * rule[0] + leg1 * rule[1] + leg2 * rule[2]) * rule[5]
+    return length
+
+
 @kernel
 def find_leg_hessians(
     # model
@@ -121,6 +131,8 @@ def find_leg_hessians(
 ) -> None:
     """The six blocks of each segment (``LEG_PAIRS``) [erg / unit^2]; ``exact`` is the share of the exact matrix."""
     s = wp.tid()
+    if rests(model.images, cell_of(model.images, s)):
+        return
     q0, q1, q2, q3 = segment_corners(model, points, s)
     leg0, leg1, leg2 = q1 - q0, q2 - q1, q3 - q2
     rest_length, k = model.segment_rest_length[s], model.segment_stiffness[s]
@@ -128,11 +140,7 @@ def find_leg_hessians(
     wanted = exact[cell_of(model.images, s)]
     zero, one, two = type(rest_length)(0.0), type(rest_length)(1.0), type(rest_length)(2.0)
     per_length = one / rest_length
-    length = rest_length - rest_length
-    for g in range(model.quadrature_points):
-        rule = model.rule[g]
-        length += wp.length(leg0 * rule[0] + leg1 * rule[1] + leg2 * rule[2]) * rule[5]
-    slope = length_slope(length, rest_length, k[1])
+    slope = length_slope(curve_length(model, leg0, leg1, leg2), rest_length, k[1])
     slope = wp.max(slope, slope * wanted)
     identity = wp.identity(n=3, dtype=type(rest_length))
     h00, h01, h02, h11, h12, h22 = (

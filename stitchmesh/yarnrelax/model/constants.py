@@ -59,6 +59,11 @@ class Model(CellTables):
         return self.integers(self.sample_start[self.segment_start])
 
     @cached_property
+    def resting(self) -> wp.array[Any]:
+        """1 for each cell that launches of forces, of Hessians and of their products leave out, else 0, shape (C,)."""
+        return self.integers(np.zeros(self.cell_count))
+
+    @cached_property
     def largest_cell(self) -> int:
         """Contact samples of the cell that has the most."""
         return int(np.diff(self.sample_start[self.segment_start]).max())

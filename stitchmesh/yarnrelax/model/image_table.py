@@ -39,7 +39,7 @@ def put_images(model: Model, kind: Any) -> Any:
     periods = np.stack([m.yarns.lattice.periods for m in model.cells if m.yarns.lattice]) / model.units[:, None, None]
     images.periods = model.upload(periods.reshape(-1, 3), 3)
     cell = np.repeat(np.arange(model.cell_count), np.diff(model.segment_start))
-    images.segment_cell = model.integers(cell)
+    images.segment_cell, images.resting = model.integers(cell), model.resting
     images.sample_cell = model.integers(np.repeat(cell, np.diff(model.sample_start)))
     images.box = model.empty(2 * model.cell_count, 3)
     images.frame = model.upload(lattice_frame(periods)[:, :2].reshape(-1, 3), 3)

@@ -39,6 +39,7 @@ class Images32:
     image: wp.array[wp.vec2i]
     corner_image: wp.array[wp.vec4i]
     segment_cell: wp.array[wp.int32]
+    resting: wp.array[wp.int32]
     sample_cell: wp.array[wp.int32]
     box: wp.array[wp.vec3f]
     frame: wp.array[wp.vec3f]
@@ -53,6 +54,7 @@ class Images64:
     image: wp.array[wp.vec2i]
     corner_image: wp.array[wp.vec4i]
     segment_cell: wp.array[wp.int32]
+    resting: wp.array[wp.int32]
     sample_cell: wp.array[wp.int32]
     box: wp.array[wp.vec3d]
     frame: wp.array[wp.vec3d]
@@ -245,6 +247,24 @@ def cell_of(images: Images32, s: int) -> int:
 def cell_of(images: Images64, s: int) -> int:
     """The cell of a segment."""
     return images.segment_cell[s]
+
+
+@wp.func
+def rests(images: NoImages, cell: int) -> bool:
+    """Whether launches leave out a cell (``Model.resting``); the only piece takes part in all."""
+    return False
+
+
+@wp.func
+def rests(images: Images32, cell: int) -> bool:
+    """Whether launches leave out a cell (``Model.resting``)."""
+    return images.resting[cell] != 0
+
+
+@wp.func
+def rests(images: Images64, cell: int) -> bool:
+    """Whether launches leave out a cell (``Model.resting``)."""
+    return images.resting[cell] != 0
 
 
 @wp.func

@@ -340,8 +340,7 @@ class LBFGS(Solver):
     def restart(self, step_scale: NDArray[np.float64], cells: NDArray[np.bool_] | None = None) -> None:
         """Forget all pairs of some cells, or of all."""
         record = self.memory.record.numpy()
-        chosen = slice(None) if cells is None else cells
-        record[chosen, : len(FRESH)] = FRESH
+        record[slice(None) if cells is None else cells, : len(FRESH)] = FRESH
         record[:, STEP_SCALE] = step_scale
         self.memory.record.assign(record)
 

@@ -22,6 +22,8 @@ from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
 
 ASSESSMENT_INTERVAL = wp.constant(20)
 """Iterations between two assessments."""
+PATIENCE = 5
+"""Iterations for which cells wait for the cells that still move before there are new candidate lists for all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +50,16 @@ class Progress:
     """Iterations of each cell, with those made before, shape (C,)."""
     waiting: NDArray[np.bool_]
     """Whether control points of the cell have used up their budgets and need new candidate lists, shape (C,)."""
+
+    def needs_lists(self, wanted: NDArray[np.int64], since_search: int) -> bool:
+        """Whether cells wait for new candidate lists, and no other cell can still use the old lists.
+
+        Args:
+            wanted: iterations that each cell shall do, shape (C,).
+            since_search: iterations since the lists were made.
+        """
+        moving = (self.done < wanted) & ~self.waiting
+        return bool(self.waiting.any()) and (since_search >= PATIENCE or not moving.any())
 
 
 class Solver(ABC):
