@@ -35,6 +35,8 @@ RADIUS_POWERS = tuple(power / 2 for power in range(-4, 5))
 PRESETS = ("draft", "standard", "reference")
 RADIUS = 0.125
 """Radius of the yarn with which the cell is generated [cm]."""
+PRESSED = 0.5
+"""Distance of axes over the radius below which the table names it: the yarns are one inside the other."""
 GRACE = 3
 """Limit of a process over that of a relaxation: the processes also generate the cell and load kernels."""
 
@@ -153,7 +155,10 @@ def text_of(entry: dict[str, Any]) -> str:
     """Return what the table says of a case."""
     if entry["kind"] == "at rest":
         steps = entry["load_steps"]
-        return "at rest" if steps is None else f"at rest, {steps['steps']} steps"
+        pressed = entry["min_distance_over_radius"]
+        notes = [] if steps is None else [f"{steps['steps']} steps"]
+        notes += [f"axes {pressed:.2g} radii apart"] if pressed < PRESSED else []
+        return ", ".join(["at rest", *notes])
     if entry["kind"] != "not at rest":
         return str(entry["kind"])
     left = entry["remaining_change"]
