@@ -36,6 +36,9 @@ CellProgress = Callable[[int, int], None]
 """Called with the number of cells at rest and the number of iterations."""
 SMALL_PART = 0.25
 """Part of all contact samples below which the cells that are not at rest continue without the others."""
+ENOUGH, LONGEST_WAIT = 0.5, 4
+"""Part of the cells that are not at rest that is enough for a Newton step, and the most assessment intervals for which
+cells wait until there are so many."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,6 +209,8 @@ class _Run:
         if before is not None:
             self._continue_from(*before)
         self.active = ~self.loop.failed
+        self._intervals = 0
+        """Intervals for which cells have waited to take a Newton step together."""
 
     def _continue_from(self, before: _Run, cells: NDArray[np.bool_]) -> None:
         """Count the iterations of the cells on, and end the relaxation of those that Newton's method was ending."""
@@ -218,9 +223,15 @@ class _Run:
         self.loop.alternation.continue_from(before.loop.alternation, cells)
 
     def advance(self) -> None:
-        """Iterate and assess the cells that are not at rest."""
+        """Iterate and assess cells that are not at rest; those that take a Newton step next may wait for others.
+
+        A Newton step of all cells takes hardly longer than that of one cell, and cells take it at different times.
+        """
         loop = self.loop
-        loop.advance(self.active)
+        stepping = self.active & loop.takes_newton_step
+        few = stepping.sum() < ENOUGH * self.active.sum() and self._intervals < LONGEST_WAIT
+        self._intervals = self._intervals + 1 if few and stepping.any() else 0
+        loop.advance(self.active & ~stepping if few else self.active)
         self.active &= ~(loop.at_rest | loop.failed | loop.stalled) & (loop.iterations < self.quality.max_iterations)
 
     @property

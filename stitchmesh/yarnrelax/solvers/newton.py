@@ -303,7 +303,7 @@ class Newton:
         hessian.exact.zero_()
         self._begin.launch()
         if self.coarse is not None:
-            self.coarse.invert()
+            self.coarse.invert(cells)
         if (self.share[cells] < 1.0).any():
             hessian.exact.assign(1.0 - self.share)
             self._find.launch()
