@@ -105,7 +105,7 @@ def test_a_garment_that_its_time_ends_is_made_again_by_its_recipe(tmp_path, coun
     assert cli.main([*words, "--within", time, "-o", str(tmp_path / "a")]) == OUT_OF_TIME
     ended = report_of(tmp_path / "a")
     assert ended["yarnrelax"]["out_of_time"] and ended["meshrelax"]["converged"]
-    assert ended["yarnrelax"]["iterations"] > 0
+    assert ended["yarnrelax"]["iterations"] > 0 and ended["quality"] == ended["budget"]["quality"]
     recipe = tmp_path / "a" / "garment.toml"
     assert cli.main(["knit", str(recipe), "--no-picture", "-o", str(tmp_path / "b")]) == 0
     again = report_of(tmp_path / "b")
