@@ -47,7 +47,9 @@ LAYER = 2.25
 CLOTH = 2.0
 """Thickness of a layer of plain cloth [yarn diameters]: one yarn passes over another."""
 RARE = 0.1
-"""Part of the yarn that may lie beyond the planes of a free cell: what the thickest stitches of lace and cables have."""
+"""Part of the yarn that may lie beyond the planes of a free cell, in the thickest stitches of lace and cables."""
+THINNER = 0.85
+"""Thickness of most of a fabric over that of its thickest stitches below which these are exceptions."""
 THICK = 1.5
 """Thickness over flat thickness up to which a fabric is flat. No pattern of the library has more than 1.4 where it
 lies between the planes of a free cell (``support``), and the thinnest fold has two layers."""
@@ -124,8 +126,11 @@ class FlatFabric:
             least = CLOTH * layers
             return cls(max(diameters, least), max(diameters, least), length / crossings, None, image, (1.0, 1.0, 1.0))
         image = _images(drawn, fabric)
-        common, more = max(common, min(diameters, LAYER)), LAYER * _has_two_faces(fabric)
-        return cls(diameters + more, common + more, length / fabric.face_count, fabric, image, _folds(drawn, fabric, image))
+        more = LAYER * _has_two_faces(fabric)
+        common = max(common, min(diameters, LAYER)) + more
+        diameters += more
+        common = common if common < THINNER * diameters else diameters
+        return cls(diameters, common, length / fabric.face_count, fabric, image, _folds(drawn, fabric, image))
 
     def thickness(self, yarns: YarnSet) -> float:
         """Flat thickness of yarns with other radii [cm]."""
@@ -151,7 +156,7 @@ def thickness_of(yarns: YarnSet) -> float:
 
 
 def common_thickness(yarns: YarnSet) -> float:
-    """Return the distance between two planes beyond which only ``RARE`` of the yarn lies, on both sides together [cm]."""
+    """Return the distance of two planes beyond which, on both sides together, only ``RARE`` of the yarn lies [cm]."""
     assert yarns.lattice is not None
     out = np.concatenate(yarns.sampled(SAMPLES)) @ lattice_frame(yarns.lattice.periods)[2]
     low, high = np.quantile(out, [RARE / 2.0, 1.0 - RARE / 2.0])
