@@ -62,6 +62,8 @@ TRUE = 1e-5
 """Residual and remaining change of the true rest."""
 TRUE_ITERATIONS = {"cpu": 2000, "cuda": 10_000}
 """Largest number of iterations of a garment: those of its true rest, and of its settings."""
+LOADING = 20
+"""Iterations of the run that loads the kernels."""
 COARSE = ("draft", "standard")
 """Settings of garments without a true rest."""
 MESHES = Path(__file__).resolve().parents[1] / "assets" / "meshes"
@@ -85,6 +87,8 @@ def swatch_rows(kind: Kind, name: str, device: str) -> Iterator[Measurement]:
         if setting == "standard by dynamics" and (free or name != "stockinette"):
             continue
         try:
+            loading = replace(quality, max_iterations=LOADING)
+            sm.swatch(name, quality=loading, relax_cell=free, device=device, progress=False)
             began = time.perf_counter()
             made = sm.swatch(name, quality=quality, relax_cell=free, device=device, progress=False)
             seconds = time.perf_counter() - began
@@ -137,6 +141,8 @@ def garment_rows(name: str, device: str) -> Iterator[Measurement]:
             continue
         limited = replace(quality, max_iterations=min(quality.max_iterations, TRUE_ITERATIONS[kind]))
         yarns = sm.generate_yarns(fabric, quality=limited)
+        loading = replace(limited, max_iterations=LOADING)
+        relax_yarns(yarns, quality=loading, device=device, keep_shape=fabric, progress=False)
         began = time.perf_counter()
         made = relax_yarns(yarns, quality=limited, device=device, keep_shape=fabric, progress=False)
         yield Measurement(
