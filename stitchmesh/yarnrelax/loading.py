@@ -66,6 +66,7 @@ class Loading:
             try:
                 _run_to_rest(self.loop, self._limit, note)
                 if not self._step_is_done:
+                    self._say_steps()
                     return
                 self.position = self._following()
             except OverloadError as error:
@@ -97,7 +98,6 @@ class Loading:
     def _following(self) -> LoadPosition:
         """The step that follows the present one."""
         if self.position.is_whole:
-            logger.warning("the yarn is thin and slow, so it is relaxed from thicker yarn")
             return self.path.thick_start(self.loop.iteration)
         return self.position.after_step(self.loop.simulation.good_yarns(), self.loop.iteration)
 
@@ -118,6 +118,12 @@ class Loading:
         loop.iterations = np.array([self.position.iterations])
         return loop
 
+    def _say_steps(self) -> None:
+        """Say in one line that there were steps, and why."""
+        position = self.position
+        if not position.is_first:
+            logger.warning("the load was applied in %d steps, because at once: %s", position.steps, position.why)
+
     def _refuse(self, error: OverloadError, iterations: int, *, began: bool) -> None:
         """Go on to the next step after a refusal.
 
@@ -127,8 +133,6 @@ class Loading:
         following = self.position.after_refusal(str(error), iterations, began=began) if self.in_steps else None
         if following is None:
             raise self.path.refusal(error, self.position) from error
-        if self.position.refusals == 0:
-            logger.warning("the load is applied in steps, because the yarns cannot take it at once: %s", following.why)
         self.position = following
 
 
