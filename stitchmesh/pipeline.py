@@ -198,6 +198,7 @@ def _knit(
     if budget is not None:
         plan = make_plan(budget, BudgetScene(kind="garment", stitches=fabric.face_count), options.quality, device)
         quality, report["budget"] = plan.quality, plan.report()
+        report["quality"] = plan.report()["quality"] or quality_entry
     yarns = _yarns(fabric, options, quality, report, progress)
     write_stitches(target / "stitches.h5", fabric)
     saver = _StateSaver(target, report, yarns)
