@@ -13,6 +13,9 @@ those that suit the start, the forces press yarns together before the fabric can
                                  are scaled with it
     P(s) = s P                   loads on the borders of a cell
 
+Yarn that is thin for the length of its segments moves a part of its radius at a time, and takes long. A piece of such
+yarn that is not near rest after ``TRIAL_ITERATIONS`` is relaxed with thicker yarn (t > 1) first.
+
 The steps are those of ``LoadPosition``. Where none is left, the message says how much of the load the yarns took.
 """
 
@@ -40,6 +43,8 @@ MOST_STRAIN = 100.0
 """Largest ratio of a segment's length at the start and its rest length that the path begins with."""
 TORN = 0.3
 """Strain above which a refusal names the strain as its reason; yarn of wool breaks at 25 to 35 %."""
+SLENDER, USUAL = 20.0, 3.0
+"""Length of segments over the radius: above the first, yarn is thin; the second is that of the thicker yarn."""
 SAME = 0.02
 """Relative change of an input below which it is not named."""
 
@@ -89,6 +94,25 @@ class LoadPath:
         yarns = replace(yarns, rest_length=rest_length, radius=yarns.radius * position.thin ** (1.0 - share))
         material, cell = self._material_at(share, position.thin), _loaded(asked.cell, share)
         return replace(asked, yarns=yarns, material=material, quality=quality, points=points, cell=cell)
+
+    @property
+    def slenderness(self) -> float:
+        """Median length of a segment over the radius."""
+        yarns = self.asked.yarns
+        return float(np.median(yarns.rest_length / yarns.radius[yarns.segment_yarn]))
+
+    @property
+    def is_slender(self) -> bool:
+        """Whether the yarn is so thin that thicker yarn comes to rest in fewer iterations.
+
+        That holds for pieces. A cell that relaxes takes other strains with thicker yarn, and nothing is gained.
+        """
+        return self.asked.cell is None and self.slenderness > SLENDER
+
+    def thick_start(self, iterations: int) -> LoadPosition:
+        """Share 0 with yarn as thick as its segments ask for, after a trial of that many iterations."""
+        reason = f"the yarn is thin, its segments are {self.slenderness:.3g} radii long"
+        return LoadPosition(share=0.0, thin=self.slenderness / USUAL, reason=reason, iterations=iterations)
 
     def with_asked_inputs(self, yarns: YarnSet) -> YarnSet:
         """The yarns of a step with the rest lengths and radii that were asked for."""

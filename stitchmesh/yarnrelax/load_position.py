@@ -21,12 +21,16 @@ from stitchmesh.yarn import YarnSet
 
 STEP_ITERATIONS = 300
 """Iterations of a step before the whole load acts."""
+TRIAL_ITERATIONS, THICK_ITERATIONS = 2000, 10_000
+"""Iterations of thin yarn under the whole load before it is relaxed from thicker yarn, and of the thicker yarn."""
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.25, 0.25, 1.0 / 128.0
 """First, largest and smallest share of the load that is added in one step."""
 LONGER_STEP = 1.5
 """Factor from one step to the next."""
 MOST_FINER = 8
 """Largest factor of the contact samples."""
+THICK = 2.0
+"""Factor of the radius below which thicker yarn does not help."""
 THIN, THINNEST = 0.6, 0.1
 """Factors of the radius of yarns that start too close to each other: ``THIN``, its square, the square of that, and so
 on, down to ``THINNEST``."""
@@ -62,6 +66,16 @@ class LoadPosition:
         """Whether the whole load is tried."""
         return self.share == 1.0
 
+    @property
+    def is_first(self) -> bool:
+        """Whether nothing was tried before."""
+        return self.is_whole and not self.reason
+
+    @property
+    def most_iterations(self) -> int:
+        """Iterations of this step, if it is not the last one."""
+        return THICK_ITERATIONS if self.thin > 1.0 and self.share == 0.0 else STEP_ITERATIONS
+
     def after_step(self, yarns: YarnSet, iterations: int) -> LoadPosition:
         """The next step after one that ended with these yarns, and with that many iterations since the start."""
         step = FIRST_STEP if self.reached is None else self.share - self.reached
@@ -85,14 +99,22 @@ class LoadPosition:
         if self.reached is None:
             if self.is_whole:
                 return replace(at, finer=2) if self.finer == 1 and not began else replace(at, share=0.0)
-            thin = THIN if self.thin == 1.0 else self.thin**2
-            return None if thin < THINNEST else replace(at, thin=thin)
+            return at._with_another_radius()
         step = (self.share - self.reached) / 2.0
         if step >= SMALLEST_STEP:
             return replace(at, share=self.reached + step)
         if 2 * self.finer > MOST_FINER:
-            return None
+            return replace(AT_ONCE, reason=at.reason, iterations=iterations) if self.thin > 1.0 else None
         return replace(at, finer=2 * self.finer, share=min(self.reached + 8.0 * step, 1.0))
+
+    def _with_another_radius(self) -> LoadPosition | None:
+        """Another start at share 0: less thick, or thinner."""
+        if self.thin > THICK:
+            return replace(self, thin=self.thin**0.5)
+        if self.thin > 1.0:
+            return replace(self, thin=1.0, share=1.0)
+        thin = THIN if self.thin == 1.0 else self.thin**2
+        return None if thin < THINNEST else replace(self, thin=thin)
 
     @property
     def why(self) -> str:
@@ -101,7 +123,7 @@ class LoadPosition:
 
     def report(self, quality: Quality) -> dict[str, Any] | None:
         """What the report of a relaxation says; None where the whole load was applied at once."""
-        if self.refusals == 0:
+        if self.is_first:
             return None
         return {
             "share": self.share, "steps": self.steps, "refused": self.refusals, "first_radius": self.thin,

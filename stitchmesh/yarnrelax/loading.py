@@ -17,7 +17,7 @@ from stitchmesh.errors import OverloadError
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.load_path import LoadPath
-from stitchmesh.yarnrelax.load_position import AT_ONCE, STEP_ITERATIONS, LoadPosition
+from stitchmesh.yarnrelax.load_position import AT_ONCE, TRIAL_ITERATIONS, LoadPosition
 from stitchmesh.yarnrelax.relaxation_loop import DESCENT, RelaxationLoop
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
@@ -65,26 +65,41 @@ class Loading:
         while True:
             try:
                 _run_to_rest(self.loop, self._limit, note)
-                if self.position.is_whole or not self._step_is_done:
+                if not self._step_is_done:
+                    self._say_steps()
                     return
-                self.position = self.position.after_step(self.loop.simulation.good_yarns(), self.loop.iteration)
+                self.position = self._following()
             except OverloadError as error:
                 self._refuse(error, self.loop.iteration + int(ASSESSMENT_INTERVAL), began=True)
             self.loop = self._begin()
 
     @property
-    def _step_end(self) -> int:
-        return self.position.iterations + STEP_ITERATIONS
+    def _is_trial(self) -> bool:
+        """Whether the whole load acts on yarn that is relaxed from thicker yarn if it is slow."""
+        return self.in_steps and self.position.is_first and self.path.is_slender
+
+    @property
+    def _step_end(self) -> float:
+        """Iterations after which the present step ends, and another one follows."""
+        if self._is_trial and not self.loop.ending[0]:
+            return TRIAL_ITERATIONS
+        return np.inf if self.position.is_whole else self.position.iterations + self.position.most_iterations
 
     @property
     def _step_is_done(self) -> bool:
-        return bool(self.loop.at_rest[0]) or self.loop.iteration >= self._step_end
+        """Whether another step follows."""
+        return self.loop.iteration >= self._step_end or (not self.position.is_whole and bool(self.loop.at_rest[0]))
 
     @property
     def _limit(self) -> int:
         """Iterations after which the present step ends."""
-        most = self.quality.max_iterations
-        return most if self.position.is_whole else min(most, self._step_end)
+        return int(min(self.quality.max_iterations, self._step_end))
+
+    def _following(self) -> LoadPosition:
+        """The step that follows the present one."""
+        if self.position.is_whole:
+            return self.path.thick_start(self.loop.iteration)
+        return self.position.after_step(self.loop.simulation.good_yarns(), self.loop.iteration)
 
     def _begin(self) -> RelaxationLoop:
         """Start the present step, or the next one that the yarns can start."""
@@ -97,11 +112,17 @@ class Loading:
     def _loop(self) -> RelaxationLoop:
         quality, whole = self.quality, self.position.is_whole
         simulation = self.path.inputs_at(self.position).start()
-        if not whole:
-            simulation.newton = None  # one Newton step takes more products than a step has iterations
+        if not whole and self.position.thin <= 1.0:
+            simulation.newton = None  # one Newton step takes about as many products as a step has iterations
         loop = RelaxationLoop(simulation, quality.tolerance if whole else DESCENT, quality.largest_change)
         loop.iterations = np.array([self.position.iterations])
         return loop
+
+    def _say_steps(self) -> None:
+        """Say in one line that there were steps, and why."""
+        position = self.position
+        if not position.is_first:
+            logger.warning("the load was applied in %d steps, because at once: %s", position.steps, position.why)
 
     def _refuse(self, error: OverloadError, iterations: int, *, began: bool) -> None:
         """Go on to the next step after a refusal.
@@ -112,8 +133,6 @@ class Loading:
         following = self.position.after_refusal(str(error), iterations, began=began) if self.in_steps else None
         if following is None:
             raise self.path.refusal(error, self.position) from error
-        if self.position.refusals == 0:
-            logger.warning("the load is applied in steps, because the yarns cannot take it at once: %s", following.why)
         self.position = following
 
 

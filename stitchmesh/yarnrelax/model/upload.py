@@ -21,6 +21,11 @@ from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.self_contact import UNENDING, neighbour_reach
 from stitchmesh.yarnrelax.model.spline import LARGEST_REACH
 
+ROOM = 1e-4
+"""Largest stiffness over the root of the largest number: forces are sums, and stiffness times a strain."""
+MOST_SAMPLES = 10_000
+"""Largest number of contact samples of a segment; the table of their places grows with its square."""
+
 
 def put_model(
     yarns: YarnSet,
@@ -42,7 +47,8 @@ def put_model(
         device: where the kernels run.
 
     Raises:
-        ParameterError: fewer than one quadrature point or contact sample.
+        ParameterError: fewer than one quadrature point or contact sample, a stiffness beyond the precision, or segments
+            that are too long for their radius.
     """
     counts = {"quadrature_points": quadrature_points, "contact_samples": contact_samples}
     return put_cells([(yarns, material)], **counts, scalar=scalar, device=device)
@@ -61,7 +67,9 @@ def put_cells(
         if count < 1:
             raise ParameterError(f"{name}: got {count}; expected at least 1")
     cells = tuple(PeriodicCell(yarns, material.scaled(1.0 / float(yarns.radius.mean()))) for yarns, material in given)
+    _refuse_stiffness([cell.material for cell in cells], scalar)
     counts = np.concatenate([sample_counts(cell.yarns, contact_samples) for cell in cells])
+    _refuse_slender(counts)
     kind = images_struct(scalar, on_lattice=cells[0].yarns.lattice is not None)
     model = Model(
         cells[0].yarns if len(cells) == 1 else join_yarns([cell.yarns for cell in cells]),
@@ -79,6 +87,24 @@ def put_cells(
     model.constants.rule = model.upload(gauss_rule(quadrature_points), 6)
     model.constants.quadrature_points = quadrature_points
     return model
+
+
+def _refuse_stiffness(materials: Sequence[YarnMaterial], scalar: Any) -> None:
+    """Refuse stiffnesses, for yarn of unit radius, whose squared forces exceed the precision."""
+    largest = float(np.sqrt(np.finfo(np.float32 if scalar is wp.float32 else np.float64).max)) * ROOM
+    for material in materials:
+        for name in ("k_len", "k_length", "k_bend", "k_contact"):
+            value = getattr(material, name)
+            if value > largest:
+                found = f"material: {name} is {value:.3g} for yarn of unit radius"
+                raise ParameterError(f"{found}; expected at most {largest:.1g}, which the precision can square")
+
+
+def _refuse_slender(counts: NDArray[np.int64]) -> None:
+    """Refuse segments that are too long for their radius."""
+    if counts.max() > MOST_SAMPLES:
+        found = f"segment {int(counts.argmax())}: is so long that it needs {int(counts.max())} contact samples"
+        raise ParameterError(f"{found}; expected at most {MOST_SAMPLES}: take thicker or shorter yarn")
 
 
 def join_yarns(sets: Sequence[YarnSet]) -> YarnSet:
