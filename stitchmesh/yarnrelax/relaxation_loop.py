@@ -19,6 +19,7 @@ from stitchmesh.errors import SolverError
 from stitchmesh.time_limit import check_time
 from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN
 from stitchmesh.yarnrelax.convergence import Assessment, has_converged, is_at_rest
+from stitchmesh.yarnrelax.settling import Settling
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.alternation import Alternation
 from stitchmesh.yarnrelax.solvers.newton import RemainingChange
@@ -72,6 +73,8 @@ class RelaxationLoop:
         """Whether no Newton step lowers the energy of a cell that is not at rest, shape (C,)."""
         self.remaining: list[RemainingChange | None] = [None] * cells
         """Estimate of the change that is left of each cell; None where it is unknown."""
+        self.settling = Settling(simulation.model.cells[0].yarns) if simulation.settles else None
+        """How the only piece settles, where Newton's method does not end its relaxation."""
         self.kinetic_energy = 0.0
         """Kinetic energy at the last assessment [erg]."""
         self.errors: dict[int, str] = dict(simulation.too_close)
@@ -221,7 +224,7 @@ class RelaxationLoop:
     @property
     def at_rest(self) -> NDArray[np.bool_]:
         """Whether the conditions of ``convergence`` hold in each cell, shape (C,)."""
-        if self.simulation.newton is None:
+        if self.simulation.newton is None and self.settling is None:
             return self._is_near_rest(self.tolerance)
         pairs = zip(self.last, self.remaining, strict=True)
         at_rest = [is_at_rest(now.residual, left, self.tolerance, self.largest_change) for now, left in pairs]
@@ -258,6 +261,9 @@ class RelaxationLoop:
         self.energy_fall[cell] = (self.last[cell].energy - now.energy) / now.size if now.size > 0.0 else 0.0
         self.last[cell] = now
         newton = self.simulation.newton
+        if self.settling is not None and self.settling.is_due(self.iteration):
+            places = self.simulation.current_points()
+            self.remaining[cell] = self.settling.note(self.iteration, now, places)
         if newton is not None and self.ending[cell]:
             self.remaining[cell] = newton.remaining_change(cell, now.size)
         elif newton is not None and has_converged(now.residual, float(self.energy_fall[cell]), DESCENT):
@@ -273,4 +279,5 @@ class RelaxationLoop:
 def _wait_is_over(progress: Progress, wanted: NDArray[np.int64], since_search: int) -> bool:
     """Whether cells wait for new candidate lists, and no other cell can still use the old lists."""
     moving = (progress.done < wanted) & ~progress.waiting
-    return bool(progress.waiting.any()) and (since_search >= PATIENCE or not moving.any())
+    patient = since_search < PATIENCE and bool(moving.any())
+    return bool((progress.waiting | progress.used_up).any()) and not patient

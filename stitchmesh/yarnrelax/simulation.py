@@ -96,7 +96,8 @@ class YarnSimulation:
         self.newton: Newton | None = None
         """Newton's method, which ends the relaxation where it suits the yarns and all terms give their Hessians."""
         gives_hessian = all(term.gives_hessian for term in self.terms)
-        if quality.solver == "quasistatic" and gives_hessian and suits_newton(model):
+        self.is_quasistatic = quality.solver == "quasistatic"
+        if self.is_quasistatic and gives_hessian and suits_newton(model):
             self.newton = Newton(model, further, strains)
         self.state = make_state(model, points, external=bool(self.terms), blocks=blocks, strains=strains)
         self.candidates = make_candidates(model, WIDEST_MARGIN)
@@ -233,6 +234,19 @@ class YarnSimulation:
         if self.good_periods is not None:
             self._copy_where(np.repeat(chosen, 2), self.good_periods, self.model.constants.images.periods)
             self.candidates.near.invalidate()
+
+    @property
+    def settles(self) -> bool:
+        """Whether the rest of one piece is judged by how it settles (``settling``), for lack of Newton's method.
+
+        Iterations of ``Dynamics`` are no measure of time, and terms that lag move the state of rest.
+        """
+        is_piece = not self.model.on_lattice and self.newton is None
+        return is_piece and self.is_quasistatic and not any(term.lags for term in self.terms)
+
+    def current_points(self) -> NDArray[np.float64]:
+        """Control points in the current state [mean radii], shape (N, 3)."""
+        return self.state.points.numpy()[: self.model.point_count].astype(np.float64)
 
     def good_yarns(self, cell: int = 0) -> YarnSet:
         """The yarns of a cell, or of the only piece, in the last accepted state."""

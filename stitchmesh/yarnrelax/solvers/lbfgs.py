@@ -43,9 +43,11 @@ from stitchmesh.yarnrelax.solvers.lbfgs_steps import (
     FIRST_GRADIENT,
     ITERATION,
     LAST_GRADIENT,
+    MOST_USED_UP,
     PRODUCTS,
     STEP_SCALE,
     TENTH,
+    USED_UP_COUNT,
     WAITING,
     WANTED,
     CellRanges,
@@ -70,6 +72,10 @@ CHUNK = {"cuda": THREADS, "cpu": 1024}
 """Control points of a block."""
 FRESH = (0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0)
 """The first eight columns of the record of a cell without pairs."""
+PART_USED_UP = 1e-3
+"""Part of the control points of a piece that may have used up their budgets before it waits for new candidate lists.
+They stay where they are, within their balls, and the others go on; a garment would otherwise wait for one stitch that
+slides."""
 
 
 @wp.struct
@@ -302,6 +308,10 @@ class LBFGS(Solver):
         self.threads = THREADS if model.device.is_cuda else 1
         self.sums = wp.zeros((len(self.blocks.cell), PRODUCTS), dtype=wp.float64, device=model.device)
         self.fused = FusedLaunch(model, self.memory) if model.on_lattice and alone and suits_fusing(model) else None
+        if not model.on_lattice:
+            record = self.memory.record.numpy()
+            record[:, MOST_USED_UP] = model.point_count * PART_USED_UP
+            self.memory.record.assign(record)
         self.restart(np.ones(model.cell_count))
 
     def launches(self, inputs: SolverInputs, launcher: Launcher) -> list[Any]:
@@ -360,7 +370,8 @@ class LBFGS(Solver):
         """Read the iterations that each cell did, and whether it waits for new candidate lists."""
         record = self.memory.record.numpy()
         behind = record[:, WANTED] > record[:, ITERATION]
-        return Progress(record[:, ITERATION].copy(), behind & (record[:, WAITING] > 0.0))
+        used_up = record[:, USED_UP_COUNT] > 0.0
+        return Progress(record[:, ITERATION].copy(), behind & (record[:, WAITING] > 0.0), behind & used_up)
 
     def gradients(self) -> tuple[list[int | None], list[float]]:
         """For each cell, without its strains: iterations to a tenth of the first gradient; the last over the first."""

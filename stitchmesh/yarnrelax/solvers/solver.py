@@ -47,7 +47,9 @@ class Progress:
     done: NDArray[Any]
     """Iterations of each cell, with those made before, shape (C,)."""
     waiting: NDArray[np.bool_]
-    """Whether control points of the cell have used up their budgets and need new candidate lists, shape (C,)."""
+    """Whether so many control points have used up their budgets that the cell waits for new lists, shape (C,)."""
+    used_up: NDArray[np.bool_]
+    """Whether any control point of the cell has used up its budget, shape (C,)."""
 
 
 class Solver(ABC):
