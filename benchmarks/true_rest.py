@@ -1,99 +1,263 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far from rest free swatches are that say they are at rest.
+"""How far from true rest free swatches are that say they are at rest.
 
-    python benchmarks/true_rest.py --device cpu
-    python benchmarks/true_rest.py --quality standard --loops 14 16.67 20 24 --patterns moss rib2x2
+    python benchmarks/true_rest.py run out/true_rest.jsonl --device cpu --patterns moss rib2x2 plain
+    python benchmarks/true_rest.py run out/true_rest.jsonl --device cpu --processes 32 --limit 60 --seconds 500
+    python benchmarks/true_rest.py table out/true_rest.jsonl
 
-Each pattern is relaxed in a free cell with a preset. The result is then relaxed further with the same sampling in
-float64, to a residual and a remaining change of ``TRUE``: this state is the true rest. The table shows the largest
-relative error of the two spacings, and the change that the preset estimated. The last line counts the swatches at rest,
-and of those the ones within what the preset promises.
+Each pattern of the library is relaxed in a free cell with each preset, at each loop length; weaves at their default
+spacing. The result of the finest of these presets is then sampled with ``TRUE``, about a third more control points than
+``reference`` has, and relaxed in float64 to a residual and a remaining change of 1e-4 by Newton's method: the true rest
+of the fabric, with the error of the sampling. A second solver, L-BFGS alone, relaxes the same start to the same
+residual, and the difference of both is noted. The error of a preset is the largest relative error of the two periods.
+
+Each case, a pattern with a loop length, is a process of its own with one thread. A case that takes longer than the
+limit is ended, and so are all after ``--seconds``; the small ones come first. Lines of several files can be merged.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
+import logging
+import os
+import subprocess
+import sys
 import time
+from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 import stitchmesh as sm
 from stitchmesh.errors import StitchMeshError
-from stitchmesh.periodic.swatch import prepare_swatch
-from stitchmesh.yarnrelax import Relaxation, relax_yarns
+from stitchmesh.periodic.even_sampling import sample_evenly
+from stitchmesh.periodic.resolve_pattern import resolve_pattern
+from stitchmesh.periodic.sampling import refined
+from stitchmesh.periodic.swatch import PreparedSwatch, close_contacts, draw_swatch, prepare_swatch, relax_prepared
+from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.periodic.weave.library import weave_names
+from stitchmesh.quality import PRESETS
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import relax_yarns
+from stitchmesh.yarnrelax.relax_partly import relax_partly
 
 PROMISE = {"draft": 0.05, "standard": 0.01, "reference": 0.001}
 """Largest relative error of the spacings that each preset promises."""
-TRUE = 1e-5
-"""Residual, and estimate of the remaining change, of the true rest."""
+TRUE = replace(
+    refined(PRESETS["reference"]), control_points_per_stitch=64, contact_samples=5, quadrature_points=5,
+    tolerance=1e-4, largest_change=1e-4, max_iterations=200_000, step_fraction=0.2,
+)  # fmt: skip
+"""Sampling and accuracy of the true rest."""
+OTHER_ITERATIONS = 30_000
+"""Iterations of the second solver."""
+AGREE = 0.002
+"""Largest relative difference of periods at which two solvers agree."""
+LOOPS = (14.0, 16.67, 20.0, 24.0)
+"""Loop lengths in yarn diameters."""
 RADIUS = 0.125
 """Yarn radius [cm]."""
 
 
 def main() -> None:
-    """Relax the patterns and print the table."""
+    """Run the cases, or print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quality", nargs="+", default=["draft", "standard"], choices=PROMISE)
-    parser.add_argument("--patterns", nargs="+", default=list(sm.pattern_names()))
-    parser.add_argument("--loops", nargs="+", type=float, default=[16.67], help="loop lengths in yarn diameters")
-    parser.add_argument("--most-points", type=int, default=1200, help="leave out larger repeats")
-    parser.add_argument("--unsupported", action="store_true", help="without the planes of a swatch on a table")
-    parser.add_argument("--device", default=None)
+    commands = parser.add_subparsers(dest="command", required=True)
+    run = commands.add_parser("run")
+    run.add_argument("out", type=Path, help="file of lines to which results are added")
+    run.add_argument("--quality", nargs="+", default=["draft", "standard"], choices=PROMISE)
+    run.add_argument("--patterns", nargs="+", default=[*sm.pattern_names(), *weave_names()])
+    run.add_argument("--loops", nargs="+", type=float, default=LOOPS, help="loop lengths in yarn diameters")
+    run.add_argument("--most-points", type=int, default=2500, help="leave out repeats with more points at draft")
+    run.add_argument("--processes", type=int, default=1)
+    run.add_argument("--limit", type=float, default=600.0, help="seconds for a case")
+    run.add_argument("--seconds", type=float, default=1e9, help="seconds for all cases")
+    run.add_argument("--device", default=None)
+    table = commands.add_parser("table")
+    table.add_argument("files", nargs="+", type=Path)
+    case = commands.add_parser("case")
+    case.add_argument("case", type=json.loads)
     given = parser.parse_args()
-    for quality in given.quality:
-        print(f"\n| {quality}: pattern | loop | seconds | iterations | at rest | error % | estimate % | true in s |")
-        print("|---|---:|---:|---:|---|---:|---:|---:|")
-        found = [
-            measure(pattern, loop, quality, given) for pattern in given.patterns for loop in given.loops
-        ]
-        print_summary(quality, [row for row in found if row is not None])
+    if given.command == "case":
+        for found in measure(given.case):
+            print(json.dumps(found), flush=True)
+    elif given.command == "table":
+        print_table([json.loads(line) for file in given.files for line in file.read_text().splitlines()])
+    else:
+        run_cases(given)
 
 
-def measure(
-    pattern: str, loop: float, quality: str, given: argparse.Namespace
-) -> tuple[bool, bool, float] | None:
-    """Print one row; return whether the swatch and its true rest are at rest, and the error of the spacings."""
-    options = {"yarn_radius": RADIUS, "loop_length": 2 * loop * RADIUS, "unsupported": given.unsupported}
-    try:
-        start = prepare_swatch(pattern, material=None, quality=quality, device=given.device, relax_cell=True, **options)
-        if len(start.yarns.points) > given.most_points:
-            return None
-        shared = {"material": start.similar, "device": given.device, "cell": start.cell, "terms": start.terms}
-        began = time.perf_counter()
-        preset = relax_yarns(start.yarns, quality=start.quality, progress=False, **shared)
-        seconds, began = time.perf_counter() - began, time.perf_counter()
-        tight = replace(start.quality, precision="float64", tolerance=TRUE, largest_change=TRUE, max_iterations=200_000)
-        true = relax_yarns(preset.yarns, quality=tight, progress=False, **shared)
-    except StitchMeshError as error:
-        print(f"| {pattern} | {loop:g} | {error} |")
-        return None
-    wrong = float(np.abs(sizes(preset) / sizes(true) - 1.0).max())
-    left = preset.report["remaining_change"]
-    estimate = "" if left is None else f"{100 * left['spacing']:.2g}"
-    rest, truly = preset.report["converged"], true.report["converged"]
-    print(
-        f"| {pattern} | {loop:g} | {seconds:.2g} | {preset.report['iterations']} | {'yes' if rest else 'no'} "
-        f"| {100 * wrong:.2g} | {estimate} | {time.perf_counter() - began:.2g}{'' if truly else ', not at rest'} |",
-        flush=True,
+def run_cases(given: argparse.Namespace) -> None:
+    """Run each case in a process of its own, ``given.processes`` at a time; add a line for each to the file."""
+    given.out.parent.mkdir(parents=True, exist_ok=True)
+    waiting, running, began = list(cases(given))[::-1], list[tuple[Any, dict[str, Any], float]](), time.perf_counter()
+    print(f"{len(waiting)} cases", flush=True)
+    with given.out.open("a") as out:
+        while waiting or running:
+            over = time.perf_counter() - began > given.seconds
+            while waiting and len(running) < given.processes and not over:
+                case = waiting.pop()
+                running.append((start_case(case), case, time.perf_counter()))
+            for one in list(running):
+                process, case, since = one
+                late = over or time.perf_counter() - since > given.limit
+                if process.poll() is None and not late:
+                    continue
+                running.remove(one)
+                line = finish_case(process, case, time.perf_counter() - since)
+                out.write(line + "\n")
+                out.flush()
+            if over:
+                waiting.clear()
+            time.sleep(0.05)
+    print(f"{time.perf_counter() - began:.0f} s", flush=True)
+
+
+def cases(given: argparse.Namespace) -> Iterator[dict[str, Any]]:
+    """Return the cases in ascending order of their size."""
+    sized = []
+    for pattern in given.patterns:
+        try:
+            yarns = draw_swatch(resolve_pattern(pattern), SwatchOptions(), PRESETS["draft"])[1]
+        except StitchMeshError as error:
+            print(f"{pattern}: {error}")
+            continue
+        if len(yarns.points) <= given.most_points:
+            sized.append((len(yarns.points), pattern))
+    for _, pattern in sorted(sized):
+        for loop in [None] if pattern in weave_names() else given.loops:
+            yield {"pattern": pattern, "loop": loop, "quality": given.quality, "device": given.device}
+
+
+def start_case(case: dict[str, Any]) -> subprocess.Popen[str]:
+    """Start the process of a case."""
+    command = [sys.executable, __file__, "case", json.dumps(case)]
+    threads = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "STITCHMESH_THREADS": "1"}
+    return subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=os.environ | threads
     )
-    return rest, truly, wrong
 
 
-def sizes(relaxed: Relaxation) -> np.ndarray:
-    """Width and height of the cell [cm]."""
-    assert relaxed.yarns.lattice is not None
-    return np.linalg.norm(relaxed.yarns.lattice.periods, axis=1)
+def finish_case(process: subprocess.Popen[str], case: dict[str, Any], seconds: float) -> str:
+    """Return the last line of a case, what is known of it; end its process if it still runs."""
+    why = f"process ended with {process.returncode}"
+    if process.poll() is None:
+        process.kill()
+        why = f"ended after {seconds:.0f} s"
+    lines = process.communicate()[0].splitlines()
+    found = json.loads(lines[-1]) if lines else case
+    return json.dumps(found if {"other", "failed"} & found.keys() else found | {"failed": why})
 
 
-def print_summary(quality: str, rows: list[tuple[bool, bool, float]]) -> None:
-    """Print how many swatches keep the promise of a preset."""
-    at_rest = [wrong for rest, truly, wrong in rows if rest and truly]
-    kept = sum(wrong <= PROMISE[quality] for wrong in at_rest)
-    worst = max(at_rest, default=0.0)
-    rest = f"{sum(rest for rest, _, _ in rows)} of {len(rows)} at rest; true rest found for {len(at_rest)} of them"
-    print(f"\n{quality}: {rest}: {kept} within {100 * PROMISE[quality]:g} %, worst {100 * worst:.2g} %")
+def measure(case: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Return the results of a case after each part: its presets, its true rest, and that of a second solver."""
+    logging.disable(logging.WARNING)
+    options: dict[str, Any] = {"yarn_radius": RADIUS}
+    if case["loop"] is not None:
+        options["loop_length"] = 2 * case["loop"] * RADIUS
+    found: dict[str, Any] = case | {"presets": {}}
+    try:
+        for quality in case["quality"]:
+            began = time.perf_counter()
+            start = prepare_swatch(
+                case["pattern"], material=None, quality=quality, device=case["device"], relax_cell=True, **options
+            )
+            relaxed = relax_prepared(start, start.yarns, False)
+            found["presets"][quality] = result_of(relaxed.yarns, relaxed.report, time.perf_counter() - began)
+            yield found
+        for name, solve in (("true", by_newton), ("other", by_lbfgs)):
+            yield found
+            found[name] = solve(start, relaxed.yarns, case["device"])
+        yield found
+    except StitchMeshError as error:
+        yield found | {"failed": str(error)}
+
+
+def by_newton(start: PreparedSwatch, yarns: YarnSet, device: str | None) -> dict[str, Any]:
+    """Return the true rest near a relaxed swatch, as Newton's method finds it."""
+    fine, shared = start_of_truth(start, yarns, device)
+    began = time.perf_counter()
+    relaxed = relax_yarns(fine, progress=False, **shared)
+    return result_of(relaxed.yarns, relaxed.report, time.perf_counter() - began)
+
+
+def by_lbfgs(start: PreparedSwatch, yarns: YarnSet, device: str | None) -> dict[str, Any]:
+    """Return the true rest near a relaxed swatch, as L-BFGS alone finds it."""
+    fine, shared = start_of_truth(start, yarns, device)
+    began = time.perf_counter()
+    return result_of(relax_partly(fine, iterations=OTHER_ITERATIONS, **shared), {}, time.perf_counter() - began)
+
+
+def start_of_truth(start: PreparedSwatch, yarns: YarnSet, device: str | None) -> tuple[YarnSet, dict[str, Any]]:
+    """Return a relaxed swatch, sampled with ``TRUE``, and the arguments with which it relaxes."""
+    fine = sample_evenly(yarns, draw_swatch(start.source, start.options, TRUE)[1])
+    return fine, {
+        "material": start.similar, "device": device, "cell": start.cell, "terms": start.terms,
+        "quality": close_contacts(TRUE, start.options),
+    }  # fmt: skip
+
+
+def result_of(yarns: YarnSet, report: dict[str, Any], seconds: float) -> dict[str, Any]:
+    """Return the sizes of a relaxed repeat and what its report says."""
+    assert yarns.lattice is not None
+    names = ("iterations", "converged", "remaining_change", "energy", "residual", "shape")
+    sizes = np.linalg.norm(yarns.lattice.periods, axis=1).tolist()
+    return {"size": sizes, "seconds": seconds, "points": len(yarns.points)} | {
+        name: report[name] for name in names if name in report
+    }  # fmt: skip
+
+
+def error_of(found: dict[str, Any], true: dict[str, Any]) -> float:
+    """Return the largest relative error of the periods."""
+    return float(np.abs(np.array(found["size"]) / np.array(true["size"]) - 1.0).max())
+
+
+def print_table(found: list[dict[str, Any]]) -> None:
+    """Print a table of each preset, and how many cases keep its promise."""
+    for quality in [name for name in PROMISE if any(name in case.get("presets", {}) for case in found)]:
+        print(f"\n| {quality}: pattern | loop | points | seconds | iterations | at rest | error % | estimate % "
+              "| true in s | two solvers % |")  # fmt: skip
+        print("|---|---:|---:|---:|---:|---|---:|---:|---:|---:|")
+        for case in found:
+            if quality in case.get("presets", {}):
+                print(row_of(case, quality))
+        print(f"\n{summary_of(found, quality)}")
+    failed = [case for case in found if "failed" in case]
+    print(f"\n{len(failed)} of {len(found)} cases without an end:")
+    for case in failed:
+        print(f"- {case['pattern']}, {case['loop']}: {case['failed']}")
+
+
+def row_of(case: dict[str, Any], quality: str) -> str:
+    """Return the row of a case in the table of a preset."""
+    own, true, other = case["presets"][quality], case.get("true"), case.get("other")
+    left = own["remaining_change"]
+    estimate = "" if left is None else f"{100 * left['spacing']:.2g}"
+    loop = "" if case["loop"] is None else f"{case['loop']:g}"
+    row = f"| {case['pattern']} | {loop} | {own['points']} | {own['seconds']:.2g} | {own['iterations']} "
+    row += f"| {'yes' if own['converged'] else 'no'} "
+    if true is None:
+        return f"{row}| | {estimate} | | |"
+    rest = "" if true["converged"] else ", not at rest"
+    differ = "" if other is None else f"{100 * error_of(other, true):.2g}"
+    return f"{row}| {100 * error_of(own, true):.2g} | {estimate} | {true['seconds']:.2g}{rest} | {differ} |"
+
+
+def summary_of(found: list[dict[str, Any]], quality: str) -> str:
+    """Return how many cases are at rest with a preset, and how many of them keep its promise."""
+    made = [case for case in found if quality in case.get("presets", {})]
+    at_rest = [case for case in made if case["presets"][quality]["converged"]]
+    known = [case for case in at_rest if "true" in case and case["true"]["converged"]]
+    errors = np.array([error_of(case["presets"][quality], case["true"]) for case in known])
+    agreed = sum("other" in case and error_of(case["other"], case["true"]) <= AGREE for case in known)
+    promise = PROMISE[quality]
+    text = f"{quality}: {len(at_rest)} of {len(made)} at rest; true rest known for {len(known)}, of which two solvers "
+    text += f"agree in {agreed}: {(errors <= promise).sum()} within {100 * promise:g} %, "
+    worst = f"worst {100 * errors.max(initial=0.0):.2g} %"
+    return text + f"{(errors > 2 * promise).sum()} off by more than twice that, {worst}"
 
 
 if __name__ == "__main__":

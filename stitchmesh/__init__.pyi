@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 from .after_edit import RelaxedAgain as RelaxedAgain
 from .after_edit import relax_edited as relax_edited
+from .budget.budget import Budget as Budget
 from .compute.threads import set_threads as set_threads
 from .editing.edit import Edit as Edit
 from .editing.edit import apply_edit as apply_edit
@@ -93,6 +94,8 @@ from .selection import borders as borders
 from .selection import parse_selection as parse_selection
 from .selection import select as select
 from .tessellate import tessellate as tessellate
+from .time_limit import TimeLimit as TimeLimit
+from .time_limit import limited_to as limited_to
 from .yarn import YarnSet as YarnSet
 from .yarn.radius_estimate import estimate_radius as estimate_radius
 from .yarn.rest_length import RestLengths as RestLengths
@@ -117,6 +120,7 @@ from .yarnrelax.checkpoint import Checkpoints as Checkpoints
 from .yarnrelax.constraints.pins import Pins as Pins
 from .yarnrelax.contact_load import contact_load as contact_load
 from .yarnrelax.energies.body import Body as Body
+from .yarnrelax.energies.confinement import Confinement as Confinement
 from .yarnrelax.energies.gravity import Gravity as Gravity
 from .yarnrelax.energies.point_load import PointLoad as PointLoad
 from .yarnrelax.energies.twist import Twist as Twist

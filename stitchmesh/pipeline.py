@@ -7,13 +7,16 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 from stitchmesh import __version__
+from stitchmesh.budget.budget import Budget
+from stitchmesh.budget.expectation import BudgetScene
+from stitchmesh.budget.plan import limit_of, make_plan
 from stitchmesh.compute.device import device_named
 from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.editing.pattern_regions import PatternRegion, lay_patterns
@@ -39,6 +42,7 @@ from stitchmesh.run_control import RunControl
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
 from stitchmesh.tessellate.counts import EdgeName
 from stitchmesh.tessellate.reached_size import reached_sizes
+from stitchmesh.time_limit import limited_to, limited_to_share
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.fabric_gauge import fabric_gauge
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
@@ -49,6 +53,11 @@ from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.crowded_start import relax_from_crowded_start
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
+
+SHARE_OF_MESH = 0.5
+"""Largest part of the time of a budget for the relaxation of the stitch mesh; the other part is for the yarns."""
+POINTS_OF_STITCH = 20
+"""Control points of a plain stitch, for the number of stitches of yarns that name no stitches."""
 
 
 @dataclass(frozen=True)
@@ -151,8 +160,8 @@ class Knitted:
 
 
 def knit(
-    mesh: Mesh, folder: str | PathLike[str], options: KnitOptions, *, progress: Progress = no_progress,
-    seconds_after: Callable[[YarnSet], float] | None = None,
+    mesh: Mesh, folder: str | PathLike[str], options: KnitOptions, *, budget: Budget | None = None,
+    progress: Progress = no_progress, seconds_after: Callable[[YarnSet], float] | None = None,
 ) -> Knitted:  # fmt: skip
     """Make relaxed yarns from a polygon mesh, and write them.
 
@@ -164,6 +173,9 @@ def knit(
         mesh: the polygon mesh.
         folder: output folder.
         options: options of all stages.
+        budget: limits on the time of all stages and on the error; measured tables then choose the quality once the
+            stitches are known, unless it is another than the default, and the report says what they chose. The
+            stitches may take half of the time, and the yarns take what is left.
         progress: called with the progress of each stage.
         seconds_after: function of the yarns that estimates the time of the caller's own work after this function [s];
             the progress of the last stage counts this time.
@@ -171,12 +183,23 @@ def knit(
     Raises:
         StitchMeshError: a stage cannot continue; the error is that of the stage.
     """
+    with limited_to(limit_of(budget)):
+        return _knit(mesh, Path(folder), options, budget, progress, seconds_after)
+
+
+def _knit(
+    mesh: Mesh, target: Path, options: KnitOptions, budget: Budget | None, progress: Progress,
+    seconds_after: Callable[[YarnSet], float] | None,
+) -> Knitted:  # fmt: skip
+    """Make and write relaxed yarns in the time that is left."""
     quality = quality_named(options.quality)
     device = str(device_named(options.device))
     quality_entry = options.quality if isinstance(options.quality, str) else asdict(options.quality)
     report: dict[str, object] = {"stitchmesh": __version__, "device": device, "quality": quality_entry}
-    target = Path(folder)
     fabric = _stitches(mesh, options, device, report, progress)
+    if budget is not None:
+        plan = make_plan(budget, BudgetScene(kind="garment", stitches=fabric.face_count), options.quality, device)
+        quality, report["budget"] = plan.quality, plan.report()
     yarns = _yarns(fabric, options, quality, report, progress)
     write_stitches(target / "stitches.h5", fabric)
     saver = _StateSaver(target, report, yarns)
@@ -244,6 +267,33 @@ def relax_with_options(
     )
 
 
+def relax_within_budget(
+    budget: Budget, yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality = DEFAULT_QUALITY,
+    device: str | None = None, **arguments: Any,
+) -> Relaxation:  # fmt: skip
+    """Relax yarns as ``relax_with_options`` does, within limits on the time and on the error.
+
+    Measured tables choose the quality, unless it is another than the default; the yarns keep their sampling.
+
+    Args:
+        budget: the limits.
+        yarns: the yarns.
+        options: options of the relaxation.
+        quality: name of a preset, or a ``Quality``.
+        device: Warp's name of the device; None for the preferred device.
+        **arguments: the other arguments of ``relax_with_options``.
+
+    Raises:
+        StitchMeshError: a quality beside an error, a time that is over, or as for ``relax_with_options``.
+    """
+    stitches = max(round(len(yarns.points) / POINTS_OF_STITCH), 1)
+    with limited_to(limit_of(budget)):
+        scene = BudgetScene(kind="garment" if yarns.lattice is None else "given cell", stitches=stitches)
+        plan = make_plan(budget, scene, quality, device)
+        relaxed = relax_with_options(yarns, options, quality=plan.quality, device=device, **arguments)
+    return replace(relaxed, report=relaxed.report | {"budget": plan.report()})
+
+
 def save_yarns(folder: Path, yarns: YarnSet, report: dict[str, object]) -> None:
     """Write ``yarns.h5``, ``yarns.bcc`` and ``report.json``, each file atomically."""
     write_yarns(folder / "yarns.h5", yarns)
@@ -299,10 +349,11 @@ def _stitches(
     fabric = _worked(fabric, options, report, progress)
     clock.lap()
     progress("meshrelax", 0.0, f"{fabric.face_count} stitches")
-    relaxed, how = relax_mesh_with_report(
-        fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress),
-        **options.mesh_arguments,
-    )  # fmt: skip
+    with limited_to_share(SHARE_OF_MESH):
+        relaxed, how = relax_mesh_with_report(
+            fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress),
+            **options.mesh_arguments,
+        )  # fmt: skip
     report["meshrelax"] = {**asdict(how), "seconds": clock.lap()}
     report["gauge"] = asdict(fabric_gauge(relaxed))
     if options.spiral:

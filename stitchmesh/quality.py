@@ -36,12 +36,14 @@ class Quality:
     largest_change: float = 0.004
     """Largest estimate of the relative change of the spacing that is left at rest; a part of what the preset promises,
     because coarse sampling changes the spacing too."""
+    refinement: float = 1.0
+    """Factor of the control points of a plain stitch in a swatch whose size relaxes (``periodic.sampling``)."""
 
 
 PRESETS: dict[str, Quality] = {
-    "draft": Quality("float32", 3, 3, 12, 0.2, 0.01, 20_000, largest_change=0.02),
-    "standard": Quality("float32", 3, 3, 20, 0.2, 0.005, 20_000),
-    "reference": Quality("float64", 11, 11, 24, 0.1, 1e-4, 200_000, largest_change=4e-4),
+    "draft": Quality("float32", 3, 3, 12, 0.2, 0.01, 20_000, largest_change=0.02, refinement=4 / 3),
+    "standard": Quality("float32", 3, 3, 20, 0.2, 0.005, 20_000, refinement=1.3),
+    "reference": Quality("float64", 11, 11, 24, 0.1, 1e-4, 200_000, largest_change=4e-4, refinement=2.0),
 }
 """The presets of the command line, by name."""
 DEFAULT_QUALITY = "standard"

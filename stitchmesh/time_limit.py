@@ -18,7 +18,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from stitchmesh.run_control import RunStopped
 
@@ -32,7 +32,7 @@ class OutOfTime(RunStopped):
 
 @dataclass(eq=False)
 class TimeLimit:
-    """A number of seconds, counted from the moment at which the limit is made."""
+    """A number of seconds, counted from the moment at which the limit is made, or from an earlier one."""
 
     seconds: float
     """Time for everything [s]."""
@@ -40,10 +40,12 @@ class TimeLimit:
     """The clock; tests give one of their own."""
     reserved: float = 0.0
     """Part of the time that is kept for work after the relaxations [s]."""
-    began: float = field(init=False)
+    began: float = math.nan
+    """Reading of the clock from which the time counts [s]; by default the one when the limit is made."""
 
     def __post_init__(self) -> None:
-        self.began = self.clock()
+        if math.isnan(self.began):
+            self.began = self.clock()
 
     @property
     def spent(self) -> float:

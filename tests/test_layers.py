@@ -27,6 +27,7 @@ LAYERS = [
     {"selection"},
     {"patterns"},
     {"labeling", "tessellate", "editing", "meshrelax", "yarngen", "yarnrelax"},
+    {"budget"},
     {"periodic"},
     {"pipeline"},
     {"recipe", "after_edit"},

@@ -39,8 +39,8 @@ T = TypeVar("T")
 class Command(Protocol):
     """A command of the program; its fields are the arguments."""
 
-    def run(self) -> None:
-        """Run the command."""
+    def run(self) -> int | None:
+        """Run the command; return its exit status where it is not 0."""
 
 
 def help_entry(

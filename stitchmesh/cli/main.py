@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 from stitchmesh import __version__
 from stitchmesh.cli.arguments import BAD_INPUT, parse
+from stitchmesh.cli.budget_options import mark_start
 from stitchmesh.cli.commands.app import App
 from stitchmesh.cli.commands.check import Check
 from stitchmesh.cli.commands.convert import Convert
@@ -51,6 +52,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Args:
         argv: the words after the name of the program; the words of the process if it is None.
     """
+    mark_start(fresh=argv is None)
     words = list(sys.argv[1:] if argv is None else argv)
     if words == ["--version"]:
         print(f"stitchmesh {__version__}")
@@ -61,7 +63,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         command = parse(COMMANDS, words, program="stitchmesh", description=DESCRIPTION)
         set_threads(getattr(command, "threads", None))
-        command.run()
+        status = command.run()
         sys.stdout.flush()
     except StitchMeshError as error:
         print(f"{type(error).__name__}: {error}", file=sys.stderr)
@@ -71,7 +73,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return INTERRUPTED
     except BrokenPipeError:  # The reader of the output, for example `head`, has ended; the other output is discarded.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return 0
+        return 0
+    return status or 0
 
 
 class _StandardErrorHandler(logging.Handler):

@@ -9,6 +9,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
+from stitchmesh.cli.budget_options import chosen_setting
 from stitchmesh.cli.output_folder import output_folder, plot_history
 from stitchmesh.cli.summary import print_result, relax_summary
 from stitchmesh.io.atomic import write_json
@@ -69,7 +70,7 @@ def relax_to_file(
         if folder is not None:
             write_json(folder / "report.json", relaxed.report)
             write_history(folder / "convergence.csv", relaxed.history)
-            plot_history(relaxed.history, folder, quality)
+            plot_history(relaxed.history, folder, chosen_setting(relaxed.report) or quality)
     numbers = "--report DIR writes all numbers" if folder is None else f"{folder / 'report.json'} holds all numbers"
     lines = [*relax_summary(relaxed.yarns, relaxed.report), f"Wrote {output}; {numbers}."]
     print_result(relaxed.report, lines, as_json=as_json)

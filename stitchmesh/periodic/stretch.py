@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stretch tests: a free swatch is stretched along its courses or its wales, and its tension is measured at each strain.
 
-The cell is first relaxed without stress and with its periods at right angles. One of its sizes, with the free value L0,
-is then set to (1 + strain) L0 for each strain in turn. Each state starts from the previous one: the yarns are relaxed,
-and so is the other size unless it is held. The tension is nominal ("engineering"): the force on a border over the
-length of that border in the free cell,
+The cell is first relaxed without stress and with its periods at right angles. It lies between the planes of a free
+swatch (``support``) all the time, because fabrics buckle. One of its sizes, with the free value L0, is then set to
+(1 + strain) L0 for each strain in turn. Each state starts from the previous one: the yarns are relaxed, and so is the
+other size unless it is held. The tension is nominal ("engineering"): the force on a border over the length of that
+border in the free cell,
 
     T_course = s_course height / height0        T_wale = s_wale width / width0      [dyn/cm]
 
@@ -29,18 +30,23 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.budget.budget import Budget
+from stitchmesh.budget.plan import limit_of
+from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import FloatArray
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.continuation import change_period, size_of
-from stitchmesh.periodic.swatch import Swatch, close_contacts, swatch
-from stitchmesh.periodic.swatch_options import STRETCH_STEPS, YARN_RADIUS, SwatchOptions
+from stitchmesh.periodic.support import planes
+from stitchmesh.periodic.swatch import PreparedSwatch, Swatch, prepare_swatch, relax_prepared
+from stitchmesh.periodic.swatch_options import STRETCH_STEPS
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
+from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.cell_stress import cell_stress
+from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 
 Direction = Literal["course", "wale"]
@@ -145,6 +151,7 @@ def stretch_test(
     material: YarnMaterial | None = None,
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
+    budget: Budget | None = None,
     progress: Callable[[StretchPoint], None] | None = None,
     on_entry: Callable[[HistoryEntry], None] | None = None,
     **options: Any,
@@ -160,38 +167,57 @@ def stretch_test(
         material: as for ``swatch``.
         quality: a preset or a ``Quality``; it is refined to the needs of tensions (``refine_for_tension``).
         device: as for ``swatch``.
+        budget: a limit on the time, without an error; the curve ends with the last state that came to rest in time.
         progress: function that is called with each point.
         on_entry: function that is called about every half second during the relaxation of a state.
         options: fields of ``SwatchOptions``, except the period.
 
     Raises:
         ParameterError: not exactly one direction is given, a strain is out of bounds, the strains are equal, there are
-            fewer than two steps, or a period or a tension of blocking is given.
-        FileError, PatternError, SolverError: as for ``swatch``.
+            fewer than two steps, or a period, a tension of blocking or an error is given.
+        FileError, PatternError: as for ``swatch``.
+        SolverError: as for ``swatch``, or the time does not suffice for one state.
     """
+    if budget is not None and budget.error is not None:
+        raise ParameterError("error: got one for a stretch test, whose tensions are not measured by it; give a quality")
+    with limited_to(limit_of(budget)):
+        return _stretch(pattern, course, wale, other, steps, material, quality, device, progress, on_entry, options)
+
+
+def _stretch(
+    pattern: str | Pattern | Weave, course: tuple[float, float] | None, wale: tuple[float, float] | None, other: Other,
+    steps: int, material: YarnMaterial | None, quality: str | Quality, device: str | None,
+    progress: Callable[[StretchPoint], None] | None, on_entry: Callable[[HistoryEntry], None] | None,
+    options: dict[str, Any],
+) -> StretchCurve:  # fmt: skip
+    """Stretch a swatch in the time that is left; arguments and errors as for ``stretch_test``."""
     direction, strains = choose_strains(course, wale, steps)
     if other not in get_args(Other):
         raise ParameterError(f"other: got {other!r}; expected free or held")
     for name in {"period", "blocked"} & options.keys():
         raise ParameterError(f"{name}: got one for a stretch test, which begins at the free cell; leave it out")
     quality = refine_for_tension(quality_named(quality))
-    free = swatch(
-        pattern, material=material, quality=quality, device=device, relax_cell=RelaxCell(shear=False),
-        progress=on_entry, **options,
-    )  # fmt: skip
-    if material is None:
-        material = YarnMaterial.named().scaled(options.get("yarn_radius", YARN_RADIUS) / REFERENCE_RADIUS)
-    quality = close_contacts(quality, SwatchOptions(**options))
-    cell = held_cell(direction, other)
+    prepared = prepare_swatch(
+        pattern, material=material, quality=quality, device=device, relax_cell=True, **options
+    )
+    free = relax_prepared(prepared, prepared.yarns, on_entry)
+    material, quality = prepared.material, prepared.quality
+    cell, terms = held_cell(direction, other), planes_of(free, prepared)
     yarns, points, states = free.yarns, [], []
     for strain in strains:
         yarns = change_period(yarns, size_at(free, direction, other, strain), material, quality, device)
-        rest = relax_yarns(yarns, material=material, quality=quality, device=device, cell=cell, progress=on_entry)
+        rest = relax_yarns(
+            yarns, material=material, quality=quality, device=device, cell=cell, terms=terms, progress=on_entry
+        )
+        if rest.report["out_of_time"]:
+            break
         yarns = rest.yarns
         points.append(measure_point(free, strain, yarns, rest.report, material, quality, device))
         states.append(yarns)
         if progress is not None:
             progress(points[-1])
+    if not points:
+        raise SolverError("stretch: the time was over before one state was at rest; give more, or a coarser quality")
     refuse_pull_through(free.yarns, yarns, device)
     curve = StretchCurve(direction, other, free, tuple(points), tuple(states))
     _warn_of_snaps(curve)
@@ -245,6 +271,13 @@ def held_cell(direction: Direction, other: Other) -> RelaxCell:
     """Return the degrees of freedom of the cell during a stretch test."""
     pull = 0.0 if other == "free" else None
     return RelaxCell(course=None, wale=pull, shear=False) if direction == "course" else RelaxCell(pull, None, False)
+
+
+def planes_of(free: Swatch, prepared: PreparedSwatch) -> list[TermChoice]:
+    """Return what a free swatch lies on, at its final size."""
+    gamma = prepared.options.gamma
+    flat = replace(prepared.flat, stitch_length=prepared.flat.stitch_length / gamma)
+    return planes(True, prepared.options, flat, free.yarns.radius)
 
 
 def size_at(free: Swatch, direction: Direction, other: Other, strain: float) -> tuple[float | None, float | None]:

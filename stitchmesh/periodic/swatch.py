@@ -20,25 +20,31 @@ from typing import Any, Literal
 
 import numpy as np
 
+from stitchmesh.budget.budget import Budget
+from stitchmesh.budget.plan import limit_of
 from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.continuation import change_period, change_radius, change_rest_length, size_of
+from stitchmesh.periodic.even_sampling import even_lengths, sample_evenly
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.gauge import swatch_report
 from stitchmesh.periodic.off_needles import Release, chosen_release, let_go, needle_size
 from stitchmesh.periodic.repeat_checks import check_floats, check_loops_begin
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
+from stitchmesh.periodic.sampling import GENERATED, path_to
 from stitchmesh.periodic.support import blocking, planes, refuse_tearing, remedy_of, tearing
+from stitchmesh.periodic.swatch_budget import plan_swatch
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, TAKE_UP, KnitState, SwatchOptions
 from stitchmesh.periodic.torus import torus_mesh
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.periodic.weave.yarns import weave_yarns
-from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
+from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
+from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import APPARENT_OVER_CONTACT, YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, carried_segments, plain_stitches, segment_faces
 from stitchmesh.yarngen import belongs_to_loop_below, generate_yarns
@@ -46,6 +52,7 @@ from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, rela
 from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
+from stitchmesh.yarnrelax.relaxation_result import Relaxation
 
 logger = logging.getLogger(__name__)
 
@@ -101,6 +108,7 @@ def swatch(
     relax_cell: bool | RelaxCell = False,
     relaxation: KnitState | None = None,
     friction: float | None = None,
+    budget: Budget | None = None,
     progress: Callable[[HistoryEntry], None] | Literal[False] | None = None,
     **options: Any,
 ) -> Swatch:
@@ -118,6 +126,8 @@ def swatch(
         relaxation: ``dry``, ``wet`` or ``full``: the state of a knit that was let go off the needles with friction
             (``off_needles``); width and height are then free. By default there is no friction.
         friction: coefficient of friction between yarns, with a relaxation; ``YARN_FRICTION`` where not given.
+        budget: limits on the time and on the error; measured tables then choose the quality, unless it is another than
+            the default, and the report says what they chose (``budget.plan``).
         progress: function that is called about every half second; by default a line shows the progress on a terminal or
             in a notebook, and False shows nothing.
         options: fields of ``SwatchOptions``.
@@ -129,12 +139,15 @@ def swatch(
         SolverError: the yarns cannot be relaxed.
     """
     began = time.perf_counter()
-    prepared = prepare_swatch(
-        pattern, material=material, quality=quality, device=device, relax_cell=relax_cell, relaxation=relaxation,
-        friction=friction, **options,
-    )  # fmt: skip
-    made = relax_prepared(prepared, prepared.yarns, progress)
-    return replace(made, report=made.report | {"seconds": time.perf_counter() - began})
+    with limited_to(limit_of(budget)):
+        plan = plan_swatch(pattern, budget, quality, device, relax_cell, relaxation, **options)
+        prepared = prepare_swatch(
+            pattern, material=material, quality=quality if plan is None else plan.quality, device=device,
+            relax_cell=relax_cell, relaxation=relaxation, friction=friction, **options,
+        )  # fmt: skip
+        made = relax_prepared(prepared, prepared.yarns, progress)
+    own = {"seconds": time.perf_counter() - began} | ({} if plan is None else {"budget": plan.report()})
+    return replace(made, report=made.report | own)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,16 +163,16 @@ class PreparedSwatch:
     """The options of the swatch."""
     material: YarnMaterial
     """Material of the yarn."""
-    quality: Quality
-    """Resolution of the relaxation."""
+    path: tuple[Quality, ...]
+    """Resolutions through which the repeat comes to rest."""
     device: str | None
     """Device of the kernels."""
     fabric: StitchMesh | None
     """The stitch mesh; None for a weave."""
     drawn: YarnSet
-    """The yarns as they are generated."""
+    """The yarns as they are generated, with the first resolution of the path."""
     yarns: YarnSet
-    """The yarns from which the relaxation starts."""
+    """The yarns from which the relaxation starts, with the first resolution of the path."""
     cell: RelaxCell | None
     """The free changes of the periods and their loads; None for constant periods."""
     flat: FlatFabric
@@ -168,6 +181,11 @@ class PreparedSwatch:
     """What the repeat lies on."""
     release: Release | None
     """How the knit is let go off the needles; None without friction."""
+
+    @property
+    def quality(self) -> Quality:
+        """Resolution of the relaxed repeat."""
+        return self.path[-1]
 
     @property
     def similar(self) -> YarnMaterial:
@@ -196,21 +214,27 @@ def prepare_swatch(
     source = resolve_pattern(pattern)
     if release is not None and isinstance(source, Weave):
         raise ParameterError("relaxation: got one for a weave, which comes off no needles; leave it out")
-    fabric, first = draw_swatch(source, chosen, quality)
-    quality = close_contacts(quality, chosen)
+    fabric, generated = draw_swatch(source, chosen, GENERATED)
+    cell, flat = free_cell(relax_cell, chosen, generated, material), FlatFabric.of(generated, fabric, source)
+    steps = path_to(quality, cell if release is None else None)
+    path = tuple(close_contacts(step, chosen) for step in steps)
+    quality, first = path[0], draw_swatch(source, chosen, path[0])[1]
+    # friction holds the yarn of a stitch in its place
+    wanted = take_up_rest_lengths(first if release is not None else generated, fabric, chosen)
+    if release is None:
+        first, wanted = sample_evenly(generated, first), even_lengths(first, wanted, generated.segment_start)
     # the fabric is relaxed at gamma times its final size, and scaled at the end
     similar = material.scaled(chosen.gamma)
     thicker = chosen.gamma * (1.0 if fabric is None else chosen.yarn_radius / float(first.radius[0]))
     # wefts and warps are nearly straight, so their relaxation starts with their generated lengths as rest lengths
-    natural = first if fabric is not None else replace(first, rest_length=first.lengths)
+    straight = even_lengths(first, generated.lengths, generated.segment_start)
+    natural = first if fabric is not None else replace(first, rest_length=straight)
     yarns = change_radius(natural, thicker, similar, quality, device)
     period = period_to_reach(first, chosen)
-    cell, flat = free_cell(relax_cell, chosen, first, material), FlatFabric.of(first, fabric, source)
     terms = planes(relax_cell, chosen, flat, yarns.radius)
-    wanted = take_up_rest_lengths(first, fabric, chosen)
     yarns = change_rest_length(yarns, wanted, similar, quality, device, cell, terms)
     yarns = change_period(yarns, period, similar, quality, device)
-    return PreparedSwatch(source, chosen, material, quality, device, fabric, first, yarns, cell, flat, terms, release)
+    return PreparedSwatch(source, chosen, material, path, device, fabric, first, yarns, cell, flat, terms, release)
 
 
 def relax_prepared(
@@ -230,11 +254,9 @@ def relax_prepared(
                 yarns, needles, prepared.release, prepared.similar, prepared.quality, device, prepared.terms, progress
             )
         else:
-            relaxed = relax_yarns(
-                yarns, material=prepared.similar, quality=prepared.quality, device=device, cell=prepared.cell,
-                terms=prepared.terms, progress=progress,
-            )  # fmt: skip
-    refuse_pull_through(prepared.drawn, relaxed.yarns, device)
+            relaxed = relax_along(prepared, yarns, progress)
+    drawn = prepared.drawn if len(prepared.path) == 1 else sample_evenly(prepared.drawn, relaxed.yarns)
+    refuse_pull_through(drawn, relaxed.yarns, device)
     refuse_tearing(relaxed.report["max_strain"], chosen)
     result = scale_yarns(relaxed.yarns, 1.0 / chosen.gamma)
     measures = swatch_report(
@@ -242,11 +264,52 @@ def relax_prepared(
     )
     if isinstance(prepared.source, Weave):
         measures |= jam_report(prepared.source, result)
-    shape = prepared.flat.shape_of(result)
+    flat = replace(FlatFabric.of(drawn, prepared.fabric, prepared.source), diameters=prepared.flat.diameters)
+    shape = flat.shape_of(result)
     if shape.name != "flat":
         logger.warning("%s; %s", shape.text, remedy_of(prepared.cell, lies=bool(prepared.terms)))
     report = measures | shape.report() | relaxed.report | {"solver_seconds": relaxed.report["seconds"]}
     return Swatch(result, report, prepared.fabric, relaxed.history)
+
+
+def relax_along(
+    prepared: PreparedSwatch, yarns: YarnSet, progress: Callable[[HistoryEntry], None] | Literal[False] | None
+) -> Relaxation:
+    """Relax yarns through the resolutions of their path; iterations, seconds and history are those of all.
+
+    A limit of iterations that is that of a preset holds for each resolution, any other one for all of them together.
+
+    Raises:
+        SolverError: the yarns cannot be relaxed, or a yarn passed through another one.
+    """
+    report: dict[str, Any] = {"iterations": 0, "seconds": 0.0}
+    history, most = list[HistoryEntry](), iterations_of(prepared.path)
+    for number, step in enumerate(prepared.path):
+        quality = replace(step, max_iterations=max(min(step.max_iterations, most - report["iterations"]), 0))
+        if number:
+            yarns = sample_evenly(yarns, draw_swatch(prepared.source, prepared.options, quality)[1])
+        relaxed = relax_yarns(
+            yarns, material=prepared.similar, quality=quality, device=prepared.device, cell=prepared.cell,
+            terms=prepared.terms, progress=progress,
+        )  # fmt: skip
+        yarns, before = relaxed.yarns, report
+        history += [continued(entry, before) for entry in relaxed.history]
+        report = relaxed.report | {name: before[name] + relaxed.report[name] for name in ("iterations", "seconds")}
+    return Relaxation(yarns, report, history)
+
+
+def iterations_of(path: Sequence[Quality]) -> int:
+    """Return the largest number of iterations of all resolutions of a path together."""
+    is_preset = path[-1].max_iterations in {preset.max_iterations for preset in PRESETS.values()}
+    return sum(step.max_iterations for step in path) if is_preset else path[-1].max_iterations
+
+
+def continued(entry: HistoryEntry, before: dict[str, Any]) -> HistoryEntry:
+    """Return an entry of the history of a relaxation that continues one with a report."""
+    entry = entry.copy()
+    entry["iteration"] += before["iterations"]
+    entry["seconds"] += before["seconds"]
+    return entry
 
 
 def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tuple[StitchMesh | None, YarnSet]:

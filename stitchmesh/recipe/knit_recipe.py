@@ -4,14 +4,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
+from stitchmesh.budget.budget import Budget
 from stitchmesh.io.contents import FilePath
 from stitchmesh.pipeline import Knitted, knit
 from stitchmesh.progress import Progress, no_progress
+from stitchmesh.quality import quality_named
 from stitchmesh.recipe.recipe import Recipe, recipe_options
 from stitchmesh.recipe.recipe_file import write_recipe
 from stitchmesh.yarn import YarnSet
@@ -22,7 +25,7 @@ RECIPE_FILE = "garment.toml"
 
 
 def knit_recipe(
-    recipe: Recipe, folder: str | PathLike[str], *, checkpoint: Checkpoints | None = None,
+    recipe: Recipe, folder: str | PathLike[str], *, budget: Budget | None = None, checkpoint: Checkpoints | None = None,
     resume: FilePath | None = None, progress: Progress = no_progress,
     seconds_after: Callable[[YarnSet], float] | None = None,
 ) -> Knitted:  # fmt: skip
@@ -34,6 +37,8 @@ def knit_recipe(
     Args:
         recipe: the recipe.
         folder: output folder.
+        budget: limits on the time and on the error, as for ``pipeline.knit``. The recipe that is written then has the
+            quality that was chosen, and the number of iterations if the time ended the relaxation.
         checkpoint: file and interval of checkpoints; None writes no checkpoints.
         resume: checkpoint file from which the relaxation continues; None starts a new relaxation.
         progress: called with the progress of each stage.
@@ -45,6 +50,14 @@ def knit_recipe(
     options = recipe_options(recipe)
     options = replace(options, relaxation=replace(options.relaxation, checkpoint=checkpoint, resume=resume))
     mesh = recipe.label.read_mesh(recipe.mesh, recipe.unit)
-    made = knit(mesh, folder, options, progress=progress, seconds_after=seconds_after)
-    write_recipe(Path(folder) / RECIPE_FILE, recipe)
+    made = knit(mesh, folder, options, budget=budget, progress=progress, seconds_after=seconds_after)
+    write_recipe(Path(folder) / RECIPE_FILE, recipe if budget is None else _as_made(recipe, made.report))
     return made
+
+
+def _as_made(recipe: Recipe, report: Mapping[str, Any]) -> Recipe:
+    """Return the recipe with the quality that a budget chose, and with the iterations at which the time ended."""
+    relaxed, quality = report["yarnrelax"], report["budget"]["quality"] or recipe.quality
+    most = relaxed["iterations"] if relaxed["out_of_time"] else recipe.solver.max_iterations
+    method = relaxed["solver"] if relaxed["solver"] != quality_named(quality).solver else recipe.solver.method
+    return replace(recipe, quality=quality, solver=replace(recipe.solver, method=method, max_iterations=most))

@@ -49,6 +49,7 @@ from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies import by_term, evaluation
 from stitchmesh.yarnrelax.energies.term import Constraint, Term
 from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.resting_cells import only_in
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
@@ -234,13 +235,14 @@ class Assessor:
     def assess(self, cells: NDArray[np.bool_] | None = None) -> list[Assessment]:
         """Residual and energies of each cell in its current state; forces are overwritten.
 
-        The effect of rounding is measured only in ``cells``, or in all.
+        With ``cells``, only the assessments of these are of the current state.
         """
-        self.launches.launch()
+        with only_in(self.model, cells):
+            self.launches.launch()
         found = self.sums.totals()
         counts = np.diff(self.model.point_start)
         left, whole, in_contacts = (np.sqrt(found.pop(name) / counts) for name in ("net", "effort", "contact noise"))
-        found |= {term.name: np.array([term.energy(self.state, self.candidates)]) for term in self.terms}
+        found |= {term.name: term.cell_energies(self.state, self.candidates) for term in self.terms}
         in_cell = np.zeros(self.model.cell_count)
         if self.strain is not None:
             in_cell = STRAINS_COUNT * self.strain.residuals()

@@ -9,12 +9,13 @@ A problem of one cell, such as yarns that start too close to each other, ends th
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Any, Literal
 
 import numpy as np
+import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.device import alone, device_named
@@ -23,6 +24,8 @@ from stitchmesh.progress import Progress, shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet, segment_lengths
 from stitchmesh.yarnrelax.convergence import rest_text
+from stitchmesh.yarnrelax.energies.confinement import CellConfinements, Confinement, height_of_middle
+from stitchmesh.yarnrelax.model.cells import PeriodicCell
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
@@ -33,6 +36,9 @@ CellProgress = Callable[[int, int], None]
 """Called with the number of cells at rest and the number of iterations."""
 SMALL_PART = 0.25
 """Part of all contact samples below which the cells that are not at rest continue without the others."""
+ENOUGH, LONGEST_WAIT = 0.5, 4
+"""Part of the cells that are not at rest that is enough for a Newton step, and the most assessment intervals for which
+cells wait until there are so many."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +78,7 @@ def relax_cells(
     *,
     materials: Sequence[YarnMaterial] | None = None,
     free: Sequence[RelaxCell] | None = None,
+    planes: Sequence[Confinement | None] | None = None,
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
     progress: CellProgress | Literal[False] | None = None,
@@ -88,6 +95,10 @@ def relax_cells(
             each cell where not given.
         free: which changes the periods of each cell are free to make, and which loads act on them [dyn], C of them;
             the periods are kept where not given.
+        planes: two planes between which each cell lies, or None for a cell without them, C of them; no planes where
+            not given. A swatch whose size relaxes lies between planes by default; how far apart they are follows from
+            its stitches, which yarns alone do not show, so that the caller gives them here
+            (``stitchmesh.periodic.support.planes``).
         quality: a preset or a ``Quality`` for all cells; its solver must be the quasistatic one.
         device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
         progress: called after each assessment with the number of cells at rest and the number of iterations; by default
@@ -97,48 +108,72 @@ def relax_cells(
         The relaxed cells in the same order, each with a report, and a report of all.
 
     Raises:
-        ParameterError: there is no cell, a cell has no lattice, there is not one material or one choice for each cell,
-            the device or the quality is unknown, or the solver is not the quasistatic one.
+        ParameterError: there is no cell, a cell has no lattice, there is not one material, one choice or one pair of
+            planes for each cell, the device or the quality is unknown, or the solver is not the quasistatic one.
         SolverError: the candidate lists of all cells together do not fit the memory.
     """
     began = time.perf_counter()
     quality = quality_named(quality)
-    _check(cells, materials, free, quality)
+    _check(cells, {"materials": materials, "free": free, "planes": planes}, quality)
     if materials is None:
         named = YarnMaterial.named()
         materials = [named.scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS) for yarns in cells]
-    simulation = YarnSimulation(list(zip(cells, materials, strict=True)), quality, device_named(device), cells=free)
+    batch = _Batch(list(zip(cells, materials, strict=True)), free, planes, quality, device_named(device))
     with shown_progress(progress, partial(_report_cells, len(cells))) as report_cells:
-        found, launched = _relax_all(simulation, materials, free, quality, report_cells)
+        found, launched = _relax_all(batch, report_cells)
     report = {"seconds": time.perf_counter() - began, "launched": launched,
               "converged": sum(cell.report["converged"] for cell in found.values()),
               "device": str(device_named(device))}  # fmt: skip
     return RelaxedCells([found[number] for number in range(len(cells))], report)
 
 
-def _relax_all(
-    simulation: YarnSimulation, materials: Sequence[YarnMaterial], free: Sequence[RelaxCell] | None, quality: Quality,
-    progress: CellProgress | None,
-) -> tuple[dict[int, RelaxedCell], int]:  # fmt: skip
-    """Relax all cells of a simulation; return the cells by number, and the iterations of the cell that did most."""
+@dataclass(frozen=True, eq=False)
+class _Batch:
+    """Cells that are relaxed together, with what was chosen for each."""
+
+    given: Sequence[tuple[YarnSet, YarnMaterial]]
+    free: Sequence[RelaxCell] | None
+    planes: Sequence[Confinement | None] | None
+    quality: Quality
+    device: wp.Device
+    heights: Sequence[float | None] | None = None
+    """Heights of the middle planes [cm]; None for those of the yarns as given."""
+
+    def simulation(self) -> YarnSimulation:
+        """The cells on the device."""
+        terms = []
+        if self.planes is not None:
+            terms = [CellConfinements(tuple(self.planes), tuple(self.heights or [None] * len(self.given)))]
+        return YarnSimulation(self.given, self.quality, self.device, terms, cells=self.free)
+
+    def part(self, cells: NDArray[np.bool_], yarns: Sequence[YarnSet]) -> _Batch:
+        """Some of the cells, with their yarns in their present state; ``yarns`` are those of all cells."""
+        given = [(now, material) for now, (_, material) in zip(yarns, self.given, strict=True)]
+        heights = self.heights or [height_of_middle(PeriodicCell(*each)) for each in self.given]
+        return replace(self, given=_some(given, cells), free=_some(self.free, cells),
+                       planes=_some(self.planes, cells), heights=_some(heights, cells))  # fmt: skip
+
+
+def _some(each: Sequence[Any] | None, cells: NDArray[np.bool_]) -> Any:
+    """What belongs to some of the cells; None where nothing was chosen."""
+    return None if each is None else [own for own, chosen in zip(each, cells.tolist(), strict=True) if chosen]
+
+
+def _relax_all(batch: _Batch, progress: CellProgress | None) -> tuple[dict[int, RelaxedCell], int]:
+    """Relax all cells of a batch; return the cells by number, and the iterations of the cell that did most."""
     found: dict[int, RelaxedCell] = {}
-    numbers, launched = np.arange(len(materials)), 0
+    numbers, launched = np.arange(len(batch.given)), 0
     before: tuple[_Run, NDArray[np.bool_]] | None = None
     while len(numbers):
-        run = _Run(simulation, quality, before)
+        run = _Run(batch.simulation(), batch.quality, before)
         while run.active.any() and not run.is_mostly_done:
             run.advance()
             if progress is not None:
                 progress(len(found) + int((~run.active).sum()), run.loop.iteration)
         launched, remaining = max(launched, run.loop.iteration), run.active
-        yarns = simulation.good_cells()
+        yarns = run.simulation.good_cells()
         found |= {int(numbers[k]): cell for k, cell in run.relaxed(yarns, np.flatnonzero(~remaining)).items()}
-        numbers = numbers[remaining]
-        if len(numbers):
-            rest = [(yarns[k], materials[numbers[n]]) for n, k in enumerate(np.flatnonzero(remaining).tolist())]
-            own = None if free is None else [free[number] for number in numbers.tolist()]
-            simulation = YarnSimulation(rest, quality, simulation.model.device, cells=own)
-            before = run, remaining
+        numbers, batch, before = numbers[remaining], batch.part(remaining, yarns), (run, remaining)
     return found, launched
 
 
@@ -147,12 +182,10 @@ def _report_cells(count: int, progress: Progress) -> CellProgress:
     return lambda rest, done: progress("yarnrelax", rest / count, f"{rest} of {count} cells, iteration {done}")
 
 
-def _check(
-    cells: Sequence[YarnSet], materials: Sequence[Any] | None, free: Sequence[Any] | None, quality: Quality
-) -> None:
+def _check(cells: Sequence[YarnSet], choices: Mapping[str, Sequence[Any] | None], quality: Quality) -> None:
     if not cells:
         raise ParameterError("cells: got none; expected at least one")
-    for name, each in (("materials", materials), ("free", free)):
+    for name, each in choices.items():
         if each is not None and len(each) != len(cells):
             raise ParameterError(f"{name}: got {len(each)} for {len(cells)} cells; expected one for each")
     for number, yarns in enumerate(cells):
@@ -176,6 +209,8 @@ class _Run:
         if before is not None:
             self._continue_from(*before)
         self.active = ~self.loop.failed
+        self._intervals = 0
+        """Intervals for which cells have waited to take a Newton step together."""
 
     def _continue_from(self, before: _Run, cells: NDArray[np.bool_]) -> None:
         """Count the iterations of the cells on, and end the relaxation of those that Newton's method was ending."""
@@ -188,9 +223,15 @@ class _Run:
         self.loop.alternation.continue_from(before.loop.alternation, cells)
 
     def advance(self) -> None:
-        """Iterate and assess the cells that are not at rest."""
+        """Iterate and assess cells that are not at rest; those that take a Newton step next may wait for others.
+
+        A Newton step of all cells takes hardly longer than that of one cell, and cells take it at different times.
+        """
         loop = self.loop
-        loop.advance(self.active)
+        stepping = self.active & loop.takes_newton_step
+        few = stepping.sum() < ENOUGH * self.active.sum() and self._intervals < LONGEST_WAIT
+        self._intervals = self._intervals + 1 if few and stepping.any() else 0
+        loop.advance(self.active & ~stepping if few else self.active)
         self.active &= ~(loop.at_rest | loop.failed | loop.stalled) & (loop.iterations < self.quality.max_iterations)
 
     @property

@@ -19,11 +19,12 @@ from stitchmesh.errors import SolverError
 from stitchmesh.time_limit import check_time
 from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN
 from stitchmesh.yarnrelax.convergence import Assessment, has_converged, is_at_rest
+from stitchmesh.yarnrelax.model.resting_cells import only_in
 from stitchmesh.yarnrelax.settling import Settling
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.alternation import Alternation
 from stitchmesh.yarnrelax.solvers.newton import RemainingChange
-from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, Progress
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 NARROWEST_MARGIN = 0.3
 """Margin of the candidate lists where motion is slow, in mean radii."""
@@ -31,8 +32,6 @@ MARGIN_CHANGE = 1.5
 """Factor by which the margin becomes narrower or wider."""
 SHORT_LIFE, LONG_LIFE = 10, 40
 """Iterations: lists that last no longer get a wider margin, lists that last longer get a narrower margin."""
-PATIENCE = 5
-"""Iterations for which cells wait for the cells that still move before there are new candidate lists for all."""
 SMALLEST_STEP_SCALE = 5e-5
 """Scale of steps below which the loop does not step back again."""
 RECOVERY, NEWTON_RECOVERY = 1.2, 2.0
@@ -135,7 +134,8 @@ class RelaxationLoop:
     def _descend(self, cells: NDArray[np.bool_]) -> NDArray[np.int64]:
         """Iterate some cells with the solver for one assessment interval; return the iterations of each, shape (C,)."""
         if cells.any():
-            self.iterate(int(ASSESSMENT_INTERVAL), cells)
+            with only_in(self.simulation.model, cells):
+                self.iterate(int(ASSESSMENT_INTERVAL), cells)
         return cells * np.int64(ASSESSMENT_INTERVAL)
 
     def _end(self, cells: NDArray[np.bool_]) -> NDArray[np.int64]:
@@ -160,7 +160,7 @@ class RelaxationLoop:
             progress = self.simulation.solver.progress(self.simulation.inputs, launched)
             self.lists_age += int((progress.done - done).max())
             done, since_search = progress.done, since_search + launched
-            if _wait_is_over(progress, wanted, since_search):
+            if progress.needs_lists(wanted, since_search):
                 self.search_contacts(self._fitting_margin())
                 since_search = 0
             elif self.lists_age > LONG_LIFE and self._fitting_margin() != self.simulation.candidates.margin:
@@ -274,10 +274,3 @@ class RelaxationLoop:
         self.errors |= errors
         if self.errors and self.simulation.model.cell_count == 1:
             raise SolverError(self.errors[0])
-
-
-def _wait_is_over(progress: Progress, wanted: NDArray[np.int64], since_search: int) -> bool:
-    """Whether cells wait for new candidate lists, and no other cell can still use the old lists."""
-    moving = (progress.done < wanted) & ~progress.waiting
-    patient = since_search < PATIENCE and bool(moving.any())
-    return bool((progress.waiting | progress.used_up).any()) and not patient

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, UseAppendAction
 
 from stitchmesh.cli.arguments import Flag, help_entry
+from stitchmesh.cli.budget_options import BudgetOptions, chosen_setting, exit_status, time_after
 from stitchmesh.cli.labeling_faults import faults_drawn
 from stitchmesh.cli.options import (
     DRAWN_RADIUS,
@@ -30,7 +31,13 @@ from stitchmesh.cli.options import (
     YarnAndGauge,
     YarnColours,
 )
-from stitchmesh.cli.output_folder import draw_if_possible, output_folder, picture_seconds, plot_history
+from stitchmesh.cli.output_folder import (
+    START_OF_RENDERER,
+    draw_if_possible,
+    output_folder,
+    picture_seconds,
+    plot_history,
+)
 from stitchmesh.cli.summary import AsJson, files_to_open, knit_summary, print_result
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
@@ -41,6 +48,7 @@ from stitchmesh.yarn.yarn_presets import Yarn
 from stitchmesh.yarngen.finish import YarnFinish
 
 if TYPE_CHECKING:
+    from stitchmesh.budget.budget import Budget
     from stitchmesh.recipe.recipe import Recipe, RecipePattern
 
 RECIPE_SUFFIX = ".toml"
@@ -71,6 +79,7 @@ class Knit:
     quality: Annotated[QualityName | None, help_entry("NAME", f"that of the recipe, or {DEFAULT_QUALITY}")] = None
     device: Device = None
     threads: Threads = None
+    budget: BudgetOptions = field(default_factory=BudgetOptions)
     no_picture: Flag = False
     """do not write preview.png"""
     json: AsJson = False
@@ -85,20 +94,26 @@ class Knit:
     physics: MorePhysics = field(default_factory=MorePhysics)
     solver: SolverOptions = field(default_factory=SolverOptions)
 
-    def run(self) -> None:
-        """Run all stages, write their results, draw the pictures and print a summary."""
+    def run(self) -> int | None:
+        """Run all stages, write their results, draw the pictures and print a summary.
+
+        Returns:
+            The exit status if the time ended the relaxation of the yarns, otherwise None.
+        """
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.recipe.knit_recipe import knit_recipe
 
         recipe = self._recipe_of_file() if self.mesh.lower().endswith(RECIPE_SUFFIX) else self.recipe()
         checkpoint = self.solver.checkpoints(Path(self.output))
-        seconds_after = None if self.no_picture else picture_seconds
+        after, draws = time_after(None if self.no_picture else START_OF_RENDERER, self.budget.within)
+        seconds_after = picture_seconds if draws else None
+        budget = self._budget(recipe, after)
         with output_folder(self.output) as folder, show_progress() as progress, faults_drawn(folder):
-            made = knit_recipe(recipe, folder, checkpoint=checkpoint, resume=self.solver.resume, progress=progress,
-                               seconds_after=seconds_after)  # fmt: skip
-            plot_history(made.history, folder, recipe.solver.quality(recipe.quality))
+            made = knit_recipe(recipe, folder, budget=budget, checkpoint=checkpoint, resume=self.solver.resume,
+                               progress=progress, seconds_after=seconds_after)  # fmt: skip
+            plot_history(made.history, folder, chosen_setting(made.report) or recipe.quality)
             drawn = False
-            if not self.no_picture:
+            if draws:
                 progress("picture", 0.0, "preview.png")
                 from stitchmesh.render import render_yarns
 
@@ -106,6 +121,18 @@ class Knit:
         yarn = None if recipe.yarn is None else Yarn.named(recipe.yarn)
         lines = knit_summary(made.fabric, made.yarns, made.report, yarn)
         print_result(made.report, [*lines, files_to_open(folder, drawn)], as_json=self.json)
+        return exit_status(made.report["yarnrelax"])
+
+    def _budget(self, recipe: Recipe, after: float) -> Budget | None:
+        """Return the budget, which chooses the quality unless the options or the recipe ask for one.
+
+        Raises:
+            ParameterError: an amount is malformed or out of bounds, or an error is given beside a quality.
+        """
+        from stitchmesh.recipe.sections import SolverSection
+
+        unset = self.quality is None and recipe.quality == DEFAULT_QUALITY and recipe.solver == SolverSection()
+        return self.budget.budget(after, chooses=unset)
 
     def _recipe_of_file(self) -> Recipe:
         """Return the recipe of a file, with the quality and the device of the options.
@@ -118,7 +145,7 @@ class Knit:
 
         solver = SolverOptions(checkpoint_every=self.solver.checkpoint_every, resume=self.solver.resume)
         free = Knit(self.mesh, self.output, quality=self.quality, device=self.device, threads=self.threads,
-                    no_picture=self.no_picture, json=self.json, solver=solver)  # fmt: skip
+                    budget=self.budget, no_picture=self.no_picture, json=self.json, solver=solver)  # fmt: skip
         given = [part.name for part in fields(Knit) if getattr(self, part.name) != getattr(free, part.name)]
         if given:
             raise ParameterError(f"{given[0].replace('_', '-')}: is part of a recipe; write it into {self.mesh}")

@@ -12,6 +12,7 @@ import tyro
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
+from stitchmesh.cli.budget_options import BudgetOptions, ChosenQuality, exit_status
 from stitchmesh.cli.options import (
     FOUND_RADIUS,
     READ_STITCHES,
@@ -21,7 +22,6 @@ from stitchmesh.cli.options import (
     MaterialOptions,
     MorePhysics,
     PinnedPlaces,
-    QualityName,
     ReportFolder,
     RestLengthFactors,
     SolverOptions,
@@ -55,7 +55,8 @@ class Relax:
     yarn_radius: Annotated[float | None, help_entry("CM", FOUND_RADIUS)] = None
     """yarn radius [cm]"""
     unit: Unit = DEFAULT_UNIT
-    quality: QualityName = DEFAULT_QUALITY
+    quality: ChosenQuality = None
+    budget: BudgetOptions = field(default_factory=BudgetOptions)
     device: Device = None
     threads: Threads = None
     rest_lengths: RestLengthFactors = field(default_factory=RestLengthFactors)
@@ -64,21 +65,28 @@ class Relax:
     solver: SolverOptions = field(default_factory=SolverOptions)
     pins: PinnedPlaces = field(default_factory=PinnedPlaces)
 
-    def run(self) -> None:
-        """Relax the yarns, write them and print a summary."""
+    def run(self) -> int | None:
+        """Relax the yarns, write them and print a summary.
+
+        Returns:
+            The exit status if the time ended the relaxation, otherwise None.
+        """
         from stitchmesh.io import read_stitches, read_yarns
         from stitchmesh.io.yarns import check_writable
-        from stitchmesh.pipeline import relax_with_options
+        from stitchmesh.pipeline import relax_with_options, relax_within_budget
 
-        quality = self.solver.quality(self.quality)
+        quality = self.solver.quality(self.quality or DEFAULT_QUALITY)
+        budget = self.budget.budget(chooses=self.quality is None and quality == DEFAULT_QUALITY)
         given = read_yarns(self.yarns, unit=self.unit, radius=self.yarn_radius)
         lengths, checkpoints = self.rest_lengths.section().rest_lengths(), checkpoint_folder(self.output)
         options = self.solver.relax_options(self.physics, lengths, self.material, checkpoints)
         options = replace(options, constraints=self.pins.constraints())
         check_writable(self.output, given)
         shape = self.keep_shape or self.fabric
+        run = relax_with_options if budget is None else partial(relax_within_budget, budget)
         relax = partial(
-            relax_with_options, given, options, quality=quality, device=self.device,
+            run, given, options, quality=quality, device=self.device,
             fabric=None if shape is None else read_stitches(shape), keep_shape=self.keep_shape is not None,
         )  # fmt: skip
-        relax_to_file(self.output, self.report, given, relax, quality=quality, as_json=self.json)
+        relaxed = relax_to_file(self.output, self.report, given, relax, quality=quality, as_json=self.json)
+        return exit_status(relaxed.report)

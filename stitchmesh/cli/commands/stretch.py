@@ -9,9 +9,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from tyro.conf import Positional
+from tyro.conf import Positional, arg
 
 from stitchmesh.cli.arguments import help_entry
+from stitchmesh.cli.budget_options import OUT_OF_TIME, TimeOption
 from stitchmesh.cli.options import Device, MaterialOptions, QualityName, SwatchFabric, Threads
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.swatch_options import STRETCH_STEPS
@@ -41,10 +42,15 @@ class Stretch:
     quality: QualityName = DEFAULT_QUALITY
     device: Device = None
     threads: Threads = None
+    time: Annotated[TimeOption, arg(name="")] = field(default_factory=TimeOption)
     fabric: SwatchFabric = field(default_factory=SwatchFabric)
 
-    def run(self) -> None:
-        """Compute the stretch curve, and write its table and its plot."""
+    def run(self) -> int | None:
+        """Compute the stretch curve, and write its table and its plot.
+
+        Returns:
+            The exit status if the time ended the curve before its last strain, otherwise None.
+        """
         directions = stretch_directions(self.course, self.wale)
         from stitchmesh.periodic.resolve_pattern import resolve_pattern
         from stitchmesh.periodic.stretch import stretch_test
@@ -57,10 +63,14 @@ class Stretch:
         material = self.material.yarn_material(options["yarn_radius"])
         curve = stretch_test(
             pattern, **directions, steps=self.steps, quality=self.quality, device=self.device, material=material,
-            progress=_print_state, **options,
+            budget=self.time.limit(), progress=_print_state, **options,
         )  # fmt: skip
         write_stretch(Path(self.output) / "stretch.csv", curve)
         plot_stretch(curve, Path(self.output) / "stretch.png")
+        if len(curve.points) == self.steps:
+            return None
+        print(f"Not good: the time was over after {len(curve.points)} of {self.steps} strains; allow more time.")
+        return OUT_OF_TIME
 
 
 def stretch_directions(course: str, wale: str) -> dict[str, Any]:

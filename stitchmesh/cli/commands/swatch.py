@@ -13,26 +13,33 @@ from tyro.conf import Positional, UseAppendAction, arg
 
 from stitchmesh import __version__
 from stitchmesh.cli.arguments import Flag, Period, help_entry
+from stitchmesh.cli.budget_options import BudgetOptions, ChosenQuality, chosen_setting, exit_status, time_after
 from stitchmesh.cli.options import (
     FACTORS,
     Device,
     MaterialOptions,
     MaxIterations,
-    QualityName,
     SwatchFabric,
     Threads,
     YarnColours,
 )
-from stitchmesh.cli.output_folder import START_OF_RENDERER, draw_if_possible, output_folder, plot_history
+from stitchmesh.cli.output_folder import (
+    POINT_OF_PICTURE,
+    START_OF_RENDERER,
+    draw_if_possible,
+    output_folder,
+    plot_history,
+)
 from stitchmesh.cli.serving import Serving
 from stitchmesh.cli.summary import AsJson, files_to_open, print_result, swatch_summary
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.mesh.palette import checked_palette
 from stitchmesh.periodic.swatch_options import YARN_FRICTION, KnitState, SwatchOptions
-from stitchmesh.quality import DEFAULT_QUALITY, quality_named, quality_with
+from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named, quality_with
 from stitchmesh.yarn.rest_length import parse_rest_lengths
 
 if TYPE_CHECKING:
+    from stitchmesh.budget.budget import Budget
     from stitchmesh.patterns import Pattern
     from stitchmesh.periodic.swatch import Swatch as RelaxedSwatch
     from stitchmesh.periodic.weave.weave import Weave
@@ -69,7 +76,8 @@ class Swatch:
     """relax the free repeat from N perturbed starts too, and list and draw its distinct states of rest instead"""
     period: Annotated[Period, arg(help_behavior_hint="(default: as generated)")] = SwatchOptions.period
     """width and height of the repeat [cm]; each is a number or the word free"""
-    quality: QualityName = DEFAULT_QUALITY
+    quality: ChosenQuality = None
+    budget: Annotated[BudgetOptions, arg(name="")] = field(default_factory=BudgetOptions)
     max_iterations: MaxIterations = None
     device: Device = None
     threads: Threads = None
@@ -84,15 +92,18 @@ class Swatch:
     """design the swatch in the browser, from this pattern and --gamma; nothing is written"""
     serving: Annotated[Serving, arg(name="")] = field(default_factory=Serving)
 
-    def run(self) -> None:
+    def run(self) -> int | None:
         """Relax the repeat, write it with its pictures, and print a summary; or open the application at its page.
+
+        Returns:
+            The exit status if the time ended the relaxation, otherwise None.
 
         Raises:
             ParameterError: neither an output folder nor the browser is asked for.
         """
         if self.view:
             self._open_in_browser()
-            return
+            return None
         if self.output is None:
             raise ParameterError("swatch: needs -o DIR for its files, or --view for the browser")
         from stitchmesh.cli.progress import show_progress
@@ -108,17 +119,20 @@ class Swatch:
         )  # fmt: skip
         if self.explore is not None:
             self._explore(source, options)
-            return
+            return None
+        after, draws = time_after(None if self.no_picture else self._picture_seconds(source), self.budget.within)
+        budget = self.budget.budget(after, chooses=self._leaves_quality)
         with output_folder(self.output) as folder, show_progress() as progress:
-            made = self._relaxed(source, options, progress)
+            made = self._relaxed(source, options, budget, progress)
             report = self._report(source, options, made)
             _write(folder, made, report, tiles, pixels)
             drawn = False
-            if not self.no_picture:
+            if draws:
                 progress("picture", 0.0, "preview.png")
                 drawn = draw_if_possible(lambda: render_swatch(made.yarns, folder / "preview.png", tiles))
         lines = swatch_summary(made, report["name"], self.fabric.yarn.named())
         print_result(report, [*lines, files_to_open(folder, drawn)], as_json=self.json)
+        return exit_status(report)
 
     def _explore(self, source: Pattern | Weave, options: SwatchOptions) -> None:
         """Search for states of rest, and write and print them."""
@@ -129,7 +143,9 @@ class Swatch:
         assert self.output is not None and self.explore is not None
         if self.relaxation is not None or self.friction is not None:
             raise ParameterError("explore: got friction beside it, with which states depend on a path; leave one out")
-        quality, starts = quality_named(quality_with(self.quality, max_iterations=self.max_iterations)), self.explore
+        if self.budget.budget() is not None:
+            raise ParameterError("explore: got --within or --error beside it; each start runs to rest; leave one out")
+        quality, starts = self._quality, self.explore
         given = {name: getattr(options, name) for name in options.__dataclass_fields__}
         with output_folder(self.output) as folder, show_progress() as progress:
             found = explore(
@@ -138,7 +154,7 @@ class Swatch:
                 on_start=lambda start: progress("yarnrelax", start / (starts + 1), f"start {start} of {starts}"),
                 **given,
             )  # fmt: skip
-            head = {"pattern": self.pattern, "name": source.name, "quality": self.quality, "version": __version__}
+            head = {"pattern": self.pattern, "name": source.name, "quality": self._name, "version": __version__}
             drawn = write_exploration(folder, found, head | {"options": asdict(options)}, draw=not self.no_picture)
         report = head | {"starts": found.starts, "not_at_rest": found.not_at_rest, "rests": found.table()}
         print_result(report, exploration_lines(found, folder, drawn=drawn), as_json=self.json)
@@ -158,12 +174,36 @@ class Swatch:
         palette = self.colours.recoloured(checked_palette(source.palette, ParameterError))
         return replace(source, palette=tuple(map(tuple, palette.tolist())))
 
-    def _relaxed(self, source: Pattern | Weave, options: SwatchOptions, progress: Progress) -> RelaxedSwatch:
+    def _picture_seconds(self, source: Pattern | Weave) -> float:
+        """Estimate the time to draw the repeats [s]."""
+        from stitchmesh.periodic.swatch_budget import stitches_of
+
+        stitches = stitches_of(source) * self.fabric.columns * self.fabric.rows * self.tile[0] * self.tile[1]
+        return START_OF_RENDERER + POINT_OF_PICTURE * PRESETS[DEFAULT_QUALITY].control_points_per_stitch * stitches
+
+    @property
+    def _name(self) -> str:
+        """Name of the quality."""
+        return self.quality or DEFAULT_QUALITY
+
+    @property
+    def _leaves_quality(self) -> bool:
+        """Whether no option asks for a quality."""
+        return self.quality is None and self.max_iterations is None
+
+    @property
+    def _quality(self) -> Quality:
+        """The quality that the options ask for."""
+        return quality_named(quality_with(self._name, max_iterations=self.max_iterations))
+
+    def _relaxed(
+        self, source: Pattern | Weave, options: SwatchOptions, budget: Budget | None, progress: Progress
+    ) -> RelaxedSwatch:
         """Relax the repeat, and report the progress."""
         from stitchmesh.periodic.swatch import swatch
         from stitchmesh.progress import relaxing_progress
 
-        quality = quality_named(quality_with(self.quality, max_iterations=self.max_iterations))
+        quality = self._quality
         material = self.material.yarn_material(options.yarn_radius)
         given = {name: getattr(options, name) for name in options.__dataclass_fields__}
         report_progress = relaxing_progress(
@@ -172,14 +212,15 @@ class Swatch:
         )  # fmt: skip
         return swatch(
             source, material=material, quality=quality, device=self.device, relax_cell=self.relax_cell,
-            relaxation=self.relaxation, friction=self.friction,
+            relaxation=self.relaxation, friction=self.friction, budget=budget,
             progress=lambda entry: report_progress(entry["iteration"], entry["residual"], entry["energies"]), **given,
         )  # fmt: skip
 
     def _report(self, source: Pattern | Weave, options: SwatchOptions, made: RelaxedSwatch) -> dict[str, Any]:
         """Return the report: the pattern, the options, the version, and the figures of the swatch."""
         yarn = {"material": self.material.material, "stiffness": self.material.section().values()}
-        asked = {"quality": self.quality, **yarn, "relax_cell": self.relax_cell, "relaxation": self.relaxation}
+        name = chosen_setting(made.report) or self._name
+        asked = {"quality": name, **yarn, "relax_cell": self.relax_cell, "relaxation": self.relaxation}
         head = {"pattern": self.pattern, "name": source.name, "source": source.source, "version": __version__}
         return head | {"options": asked | asdict(options)} | made.report
 

@@ -75,7 +75,7 @@ class LiveSwatch:
         self.device, self.stopped = device, stopped
         self.generated = generate_repeat(settings)
         self.target = make_target(settings, self.generated)
-        self.sampled = close_contacts(settings.quality, settings.options)
+        self.sampled = close_contacts(settings.sampled, settings.options)
         self.error: Exception | None = None
         self.iteration, self.requested_at, self.number = 0, requested_at, 0
         self._start_again()
@@ -98,7 +98,7 @@ class LiveSwatch:
         """
         self.iteration, self.requested_at = 0, requested_at
         generated = generate_repeat(settings)
-        target, sampled = make_target(settings, generated), close_contacts(settings.quality, settings.options)
+        target, sampled = make_target(settings, generated), close_contacts(settings.sampled, settings.options)
         continues = not restart and generated.has_same_yarns(self.first)
         before, enlargement = self.target, generated.width / self.generated.width
         needs_frame = self.error is not None or (continues and (target.colour != before.colour).any())

@@ -18,6 +18,7 @@ import numpy as np
 from stitchmesh.lattice import Lattice, lattice_frame
 from stitchmesh.mesh import FloatArray
 from stitchmesh.periodic.continuation import GROWTH, LENGTHENING, STRETCH, size_of, stretch_cell
+from stitchmesh.periodic.even_sampling import even_lengths
 from stitchmesh.periodic.session.target import GeneratedRepeat, Target, lean_of
 from stitchmesh.periodic.swatch import scale_yarns
 from stitchmesh.yarn import YarnSet
@@ -45,7 +46,8 @@ class SwatchInProgress:
         yarns = generated.yarns
         if generated.fabric is None:
             # generated wefts and warps are nearly straight, so their rest lengths can equal their lengths at the start
-            yarns = replace(yarns, rest_length=yarns.lengths)
+            curves = generated.curves
+            yarns = replace(yarns, rest_length=even_lengths(yarns, curves.lengths, curves.segment_start))
         reached = target.gamma * float(yarns.radius[0] / target.radius[0])
         return cls(yarns, reached, reached)
 

@@ -10,6 +10,7 @@ from typing import Any
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.periodic.resolve_pattern import Source
+from stitchmesh.periodic.sampling import path_to
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial
@@ -61,6 +62,12 @@ class SwatchSettings:
         quality, solver = quality_named(given.pop("quality", self.quality)), given.pop("solver", None)
         given["quality"] = quality if solver is None else replace(quality, solver=solver)
         return replace(self, options=options, **given)
+
+    @property
+    def sampled(self) -> Quality:
+        """The quality with as many control points as a swatch has."""
+        cell = RelaxCell() if self.relax_cell is True or self.options.blocked is not None else self.relax_cell or None
+        return path_to(self.quality, cell)[-1]
 
     @property
     def yarn_material(self) -> YarnMaterial:

@@ -16,8 +16,10 @@ import numpy as np
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.palette import Palette
 from stitchmesh.periodic.continuation import size_of
+from stitchmesh.periodic.even_sampling import even_lengths, sample_evenly
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
+from stitchmesh.periodic.sampling import GENERATED
 from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.support import planes
 from stitchmesh.periodic.swatch import draw_swatch, free_cell, period_to_reach, take_up_rest_lengths
@@ -39,8 +41,10 @@ class GeneratedRepeat:
     """Number of repeats of the pattern side by side, and above one another."""
     fabric: StitchMesh | None
     """The stitches of a knit; None for a weave."""
+    curves: YarnSet
+    """The yarns as they are generated, with at most the largest radius for which loops are generated."""
     yarns: YarnSet
-    """The yarns, with at most the largest radius for which loops are generated."""
+    """The same curves with the control points of the quality."""
 
     @property
     def width(self) -> float:
@@ -94,8 +98,9 @@ def generate_repeat(settings: SwatchSettings) -> GeneratedRepeat:
         StitchMeshError: as for ``swatch``.
     """
     source = resolve_pattern(settings.pattern)
-    fabric, yarns = draw_swatch(source, settings.options, settings.quality)
-    return GeneratedRepeat(source, (settings.options.columns, settings.options.rows), fabric, yarns)
+    fabric, generated = draw_swatch(source, settings.options, GENERATED)
+    yarns = sample_evenly(generated, draw_swatch(source, settings.options, settings.sampled)[1])
+    return GeneratedRepeat(source, (settings.options.columns, settings.options.rows), fabric, generated, yarns)
 
 
 def make_target(settings: SwatchSettings, generated: GeneratedRepeat) -> Target:
@@ -113,12 +118,13 @@ def make_target(settings: SwatchSettings, generated: GeneratedRepeat) -> Target:
         given if given is not None else None if freed else own
         for given, freed, own in zip(period_to_reach(yarns, options), free[:2], size_of(yarns.lattice), strict=True)
     ]
+    flat = FlatFabric.of(generated.curves, generated.fabric, generated.source)
+    wanted = take_up_rest_lengths(generated.curves, generated.fabric, options)
     full = 1.0 if generated.fabric is None else options.yarn_radius / float(yarns.radius[0])
     radius = yarns.radius * full * options.gamma
-    flat = FlatFabric.of(yarns, generated.fabric, generated.source)
     return Target(
         radius=radius,
-        rest_length=take_up_rest_lengths(yarns, generated.fabric, options),
+        rest_length=even_lengths(yarns, wanted, generated.curves.segment_start),
         size=(size[0], size[1]),
         lean=None if free[2] else lean_of(yarns),
         gamma=options.gamma,

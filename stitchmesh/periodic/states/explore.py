@@ -115,7 +115,7 @@ def perturbed_start(prepared: PreparedSwatch, random: np.random.Generator) -> Ya
     for _kick in range(KICKS):
         random.bit_generator.state = state
         yarns = relax_partly(
-            perturb(yarns, random), material=prepared.similar, quality=prepared.quality, iterations=BETWEEN,
+            perturb(yarns, random), material=prepared.similar, quality=prepared.path[0], iterations=BETWEEN,
             device=prepared.device, cell=prepared.cell, terms=prepared.terms,
         )  # fmt: skip
     return yarns

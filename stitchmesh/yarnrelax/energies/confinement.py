@@ -23,6 +23,7 @@ multiplied by gamma.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,18 +33,21 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.precision import vector
 from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.term import Term, TermChoice
+from stitchmesh.yarnrelax.model.cells import PeriodicCell
 from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.lattice_images import cell_of, rests
 from stitchmesh.yarnrelax.model.material import carried_lengths
 from stitchmesh.yarnrelax.model.state import State
 
 STIFFNESS = 0.1
 """Stiffness of the planes over k_bend / r^4."""
+NOWHERE = 1e30
+"""Half distance of the planes of a cell without planes [units]."""
 
 
 @wp.func
@@ -71,11 +75,42 @@ def confinement_curvature(excess: Any, stiffness: Any) -> Any:
     return wp.where(excess == excess - excess, stiffness - stiffness, stiffness)
 
 
+@wp.struct
+class Planes32:
+    """Normals, heights and half distances of the planes of each cell, single precision."""
+
+    normal: wp.array[wp.vec3f]
+    middle: wp.array[wp.float32]
+    half: wp.array[wp.float32]
+
+
+@wp.struct
+class Planes64:
+    """Normals, heights and half distances of the planes of each cell, double precision."""
+
+    normal: wp.array[wp.vec3d]
+    middle: wp.array[wp.float64]
+    half: wp.array[wp.float64]
+
+
+@wp.func
+def excess_of_point(planes: Any, cell: int, place: Any) -> Any:
+    """Signed height of a control point of a cell beyond the nearer plane."""
+    normal = planes.normal[cell]
+    return excess_height(place - normal * planes.middle[cell], normal, planes.half[cell])
+
+
+@wp.func
+def cell_of_point(model: Any, i: int) -> int:
+    """The cell of a control point, from one of its segments."""
+    return cell_of(model.images, wp.max(model.point_segments[i]))
+
+
 @kernel
 def confinement_forces(
     # model
-    normal: Any,
-    half: Any,
+    model: Any,
+    planes: Any,
     stiffness: wp.array[Any],
     # state in
     points: wp.array[Any],
@@ -84,14 +119,16 @@ def confinement_forces(
 ) -> None:
     """Add the push of the planes on each control point [erg / unit]."""
     j = wp.tid()
-    external_force[j] += normal * confinement_force(excess_height(points[j], normal, half), stiffness[j])
+    cell = cell_of_point(model, j)
+    excess = excess_of_point(planes, cell, points[j])
+    external_force[j] += planes.normal[cell] * confinement_force(excess, stiffness[j])
 
 
 @kernel
 def confinement_products(
     # model
-    normal: Any,
-    half: Any,
+    model: Any,
+    planes: Any,
     stiffness: wp.array[Any],
     # state in
     points: wp.array[Any],
@@ -101,15 +138,19 @@ def confinement_products(
 ) -> None:
     """Add the product of the planes' stiffness with the motion of each control point."""
     j = wp.tid()
-    curvature = confinement_curvature(excess_height(points[j], normal, half), stiffness[j])
+    cell = cell_of_point(model, j)
+    if rests(model.images, cell):
+        return
+    normal = planes.normal[cell]
+    curvature = confinement_curvature(excess_of_point(planes, cell, points[j]), stiffness[j])
     product[j] += normal * (curvature * wp.dot(normal, motion[j]))
 
 
 @kernel
 def confinement_energies(
     # model
-    normal: Any,
-    half: Any,
+    model: Any,
+    planes: Any,
     stiffness: wp.array[Any],
     # state in
     points: wp.array[Any],
@@ -118,7 +159,8 @@ def confinement_energies(
 ) -> None:
     """Energy [erg] of each control point."""
     j = wp.tid()
-    point_energy[j] = confinement_energy(excess_height(points[j], normal, half), stiffness[j])
+    excess = excess_of_point(planes, cell_of_point(model, j), points[j])
+    point_energy[j] = confinement_energy(excess, stiffness[j])
 
 
 @dataclass(frozen=True)
@@ -150,7 +192,28 @@ class Confinement(TermChoice):
         """
         if not model.on_lattice or model.cell_count != 1:
             raise ParameterError("confinement: needs the yarns of one periodic fabric; leave it out")
-        return _Planes(model, self)
+        return _Planes(model, [self], [None])
+
+
+@dataclass(frozen=True)
+class CellConfinements(TermChoice):
+    """The planes beside each of several cells."""
+
+    choices: tuple[Confinement | None, ...]
+    """The planes of each cell; None where there are none."""
+    heights: tuple[float | None, ...]
+    """Height of each middle plane along the normal of the lattice [cm]; None for that of the yarns as given."""
+    in_free_cells = True
+
+    def on(self, model: Model) -> Term:
+        """The planes beside the cells of a model."""
+        return _Planes(model, self.choices, self.heights)
+
+
+def height_of_middle(cell: PeriodicCell) -> float:
+    """Height of the middle of a cell's yarns along the normal of its lattice [cm]."""
+    assert cell.yarns.lattice is not None
+    return float(cell.origin @ lattice_frame(cell.yarns.lattice.periods)[2])
 
 
 class _Planes(Term):
@@ -159,36 +222,58 @@ class _Planes(Term):
     name = "confinement"
     gives_hessian = True
 
-    def __init__(self, model: Model, choice: Confinement) -> None:
-        cell = model.cells[0]
-        assert cell.yarns.lattice is not None
-        normal = lattice_frame(cell.yarns.lattice.periods)[2]
+    def __init__(
+        self, model: Model, choices: Sequence[Confinement | None], heights: Sequence[float | None]
+    ) -> None:
+        cells = model.cells
+        periods = np.stack([cell.yarns.lattice.periods for cell in cells if cell.yarns.lattice])
         # the material is that of yarns whose mean radius is one unit
-        self.host_stiffness = choice.stiffness * cell.material.k_bend * carried_lengths(model)
+        stiffness = [choice.stiffness * cell.material.k_bend if choice else 0.0
+                     for choice, cell in zip(choices, cells, strict=True)]  # fmt: skip
+        half = [choice.half_thickness / cell.unit if choice else NOWHERE
+                for choice, cell in zip(choices, cells, strict=True)]  # fmt: skip
+        middle = [0.0 if height is None else (height - height_of_middle(cell)) / cell.unit
+                  for height, cell in zip(heights, cells, strict=True)]  # fmt: skip
+        self.host_stiffness = np.repeat(stiffness, np.diff(model.point_start)) * carried_lengths(model)
         self.model = model
-        self.normal = vector(3, model.scalar)(*(float(part) for part in normal))
-        self.half = model.number(choice.half_thickness / model.unit)
+        self.planes = (Planes32 if model.scalar is wp.float32 else Planes64)()
+        self.planes.normal = model.upload(lattice_frame(periods)[:, 2], 3)
+        self.planes.middle, self.planes.half = model.upload(np.array(middle)), model.upload(np.array(half))
         self.own_stiffness = model.upload(self.host_stiffness)
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
         """The launch that adds the push of the planes to ``state.external_force``."""
-        inputs = [self.normal, self.half, self.own_stiffness, state.points]
+        inputs = [*self._constants, state.points]
         return [launcher(confinement_forces, self.model.point_count, inputs, [state.external_force])]
 
     def product(
         self, state: State, motion: wp.array[Any], product: wp.array[Any], launcher: Launcher
     ) -> list[Any]:
         """The launch that adds the product of the planes' stiffness with a motion."""
-        inputs = [self.normal, self.half, self.own_stiffness, state.points, motion]
+        inputs = [*self._constants, state.points, motion]
         return [launcher(confinement_products, self.model.point_count, inputs, [product])]
 
     def energy(self, state: State, candidates: Candidates) -> float:
-        """Energy of the planes [erg]."""
-        energy = self.model.empty(self.model.point_count)
-        inputs = [self.normal, self.half, self.own_stiffness, state.points]
-        self.model.launch(confinement_energies, self.model.point_count, inputs, [energy])
-        return ordered_sum(energy)
+        """Energy of the planes of all cells [erg]."""
+        return ordered_sum(self._point_energies(state))
+
+    def cell_energies(self, state: State, candidates: Candidates) -> NDArray[np.float64]:
+        """Energy of the planes of each cell [erg], shape (C,)."""
+        if self.model.cell_count == 1:
+            return np.array([self.energy(state, candidates)])
+        energies = self._point_energies(state).numpy().astype(np.float64)
+        return np.add.reduceat(energies, self.model.point_start[:-1])
 
     def stiffness(self) -> NDArray[np.float64]:
         """The second derivative beyond the planes, shape (N,)."""
         return self.host_stiffness
+
+    @property
+    def _constants(self) -> list[Any]:
+        return [self.model.constants, self.planes, self.own_stiffness]
+
+    def _point_energies(self, state: State) -> wp.array[Any]:
+        energy = self.model.empty(self.model.point_count)
+        inputs = [*self._constants, state.points]
+        self.model.launch(confinement_energies, self.model.point_count, inputs, [energy])
+        return energy

@@ -45,6 +45,10 @@ class Term(ABC):
     def energy(self, state: State, candidates: Candidates) -> float:
         """Energy [erg] for the current points and samples."""
 
+    def cell_energies(self, state: State, candidates: Candidates) -> NDArray[np.float64]:
+        """Energy of each cell [erg], shape (C,); a term that several cells may have returns that of each."""
+        return np.array([self.energy(state, candidates)])
+
     @abstractmethod
     def stiffness(self) -> NDArray[np.float64]:
         """Row sums of stiffness at the control points [erg / unit^2], shape (N,), except those of ``forces``."""

@@ -14,11 +14,14 @@ second changes the matrix, one block of threads for each six rows. No entry is a
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
+import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
-from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import rests
@@ -26,6 +29,8 @@ from stitchmesh.yarnrelax.solvers.coarse_motions import Groups, Motion, width_of
 
 THREADS = 64
 """Threads of a block on a GPU."""
+FEWEST_STEPS = 8
+"""Steps that are always captured together."""
 
 Square = wp.types.matrix(shape=(6, 6), dtype=wp.float64)
 
@@ -146,23 +151,49 @@ def fill_both_sides(
                 matrix[start + column * width + own + k] = value
 
 
-def inverse_launches(
-    model: Model, groups: Groups, steps: int, matrix: wp.array[Any], launcher: Launcher
-) -> list[Any]:
-    """The launches that replace the matrices of all cells by their inverses.
+class Inverses:
+    """The matrices of all cells, which are replaced by their inverses; cells at rest keep theirs."""
 
-    Args:
-        model: whose cells have the matrices; cells at rest keep their inverses.
-        groups: the rows of the matrices.
-        steps: groups of the cell that has the most.
-        matrix: the matrices, of which the part on and below the diagonal is read.
-        launcher: ``Model.launch`` or ``Model.prepare``.
-    """
-    count, threads = len(groups.cell), THREADS if model.device.is_cuda else 1
-    panel, scaled = (wp.zeros(6 * count, dtype=Motion, device=model.device) for _ in range(2))
-    launches = []
-    for step in range(steps):
-        given = [model.constants, groups, step]
-        launches.append(launcher(find_panels, 6 * count, [*given, matrix], [panel, scaled]))
-        launches.append(launcher(eliminate, count, [*given, panel, scaled, matrix], [], tile=threads))
-    return [*launches, launcher(fill_both_sides, count, [model.constants, groups, matrix], [], tile=threads)]
+    def __init__(self, model: Model, groups: Groups, matrix: wp.array[Any]) -> None:
+        """Capture the launches for the ``groups`` of a model; ``matrix`` holds the rows on and below the diagonals.
+
+        Cells take as many steps as they have groups. The launches of the steps between two numbers of groups are
+        captured together, so that large cells that are at rest cost nothing.
+        """
+        self.model, self.groups, self.matrix = model, groups, matrix
+        self.counts = np.diff(groups.of_cell.numpy())
+        """Groups of each cell, shape (C,)."""
+        self._threads = THREADS if model.device.is_cuda else 1
+        self._panels = [wp.zeros(6 * len(groups.cell), dtype=Motion, device=model.device) for _ in range(2)]
+        ends = _chosen_ends(self.counts)
+        self._parts = [(first, self._captured(first, end)) for first, end in pairwise([0, *ends])]
+        fill = model.prepare(fill_both_sides, len(groups.cell), [model.constants, groups, matrix], [],
+                             tile=self._threads)  # fmt: skip
+        self._fill = CapturedLaunches([fill], model.device)
+
+    def invert(self, cells: NDArray[np.bool_]) -> None:
+        """Invert the matrices of some cells, shape (C,); the others are marked as resting (``Model.resting``)."""
+        most = int(self.counts[cells].max(initial=0))
+        for first, part in self._parts:
+            if first < most:
+                part.launch()
+        self._fill.launch()
+
+    def _captured(self, first: int, end: int) -> CapturedLaunches:
+        """The launches of some steps."""
+        launcher, count, launches = self.model.prepare, len(self.groups.cell), []
+        for step in range(first, end):
+            given = [self.model.constants, self.groups, step]
+            launches.append(launcher(find_panels, 6 * count, [*given, self.matrix], self._panels))
+            launches.append(
+                launcher(eliminate, count, [*given, *self._panels, self.matrix], [], tile=self._threads)
+            )
+        return CapturedLaunches(launches, self.model.device)
+
+
+def _chosen_ends(counts: NDArray[np.int64]) -> list[int]:
+    """Numbers of groups after which a part of the steps ends: the largest one below each doubling."""
+    most, ends = int(counts.max()), [FEWEST_STEPS]
+    while ends[-1] < most:
+        ends.append(2 * ends[-1])
+    return sorted({int(counts[counts <= end].max(initial=1)) for end in ends if (counts <= end).any()})

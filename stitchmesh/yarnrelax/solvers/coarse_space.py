@@ -19,11 +19,12 @@ from typing import Any
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import CapturedLaunches, Launcher
 from stitchmesh.yarnrelax.hessian.hessian_product import Hessian
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.solvers.coarse_inverse import inverse_launches
+from stitchmesh.yarnrelax.solvers.coarse_inverse import Inverses
 from stitchmesh.yarnrelax.solvers.coarse_matrix import (
     assemble_rows,
     put_strain_row,
@@ -50,8 +51,6 @@ class CoarseSpace:
         self.model, self.strains, device = model, strains, model.device
         self.groups = groups = put_groups(model, strains)
         counts = np.diff(groups.of_cell.numpy())
-        self.steps = int(counts.max())
-        """Groups of the cell that has the most."""
         self.count, self.threads = len(groups.cell), THREADS if device.is_cuda else 1
         self.matrix = wp.zeros(int(((6 * counts) ** 2).sum()), dtype=wp.float64, device=device)
         """The matrices of the cells, one after the other, and after ``invert`` their inverses."""
@@ -64,12 +63,16 @@ class CoarseSpace:
         """Capture the launches of ``invert``; ``level`` and ``damping`` of the entries, shape (E,)."""
         model, launcher = self.model, self.model.prepare
         launches = self.matrix_launches(hessian, points, level, damping, launcher)
-        launches += inverse_launches(model, self.groups, self.steps, self.matrix, launcher)
-        self._invert = CapturedLaunches(launches, model.device)
+        self._assemble = CapturedLaunches(launches, model.device)
+        self._inverses = Inverses(model, self.groups, self.matrix)
 
-    def invert(self) -> None:
-        """Assemble the matrices of the current state, and invert them; those of cells at rest stay as they are."""
-        self._invert.launch()
+    def invert(self, cells: NDArray[np.bool_]) -> None:
+        """Assemble the matrices of some cells in the current state, shape (C,), and invert them.
+
+        All other cells are marked as resting (``Model.resting``) and keep their inverses.
+        """
+        self._assemble.launch()
+        self._inverses.invert(cells)
 
     def apply_launches(
         self, points: wp.array[Any], residual: wp.array[Any], vectors: wp.array[Any], launcher: Launcher

@@ -13,7 +13,9 @@ limit_i with a high power (``POWER``). The product is damped: a multiple of the 
 is added to H.
 
 An entry is a control point, or the strains of a cell (``cell_strain``). Each block of threads has a chunk of the
-control points of one cell or the strains of one cell; all sums have a fixed order.
+control points of one cell or the strains of one cell; all sums have a fixed order. A GPU waits for launches rather than
+for the work of small cells: each block therefore adds up the sums of all blocks of its cell itself and finds a and b,
+and the first block of a cell notes them in its record.
 """
 
 from __future__ import annotations
@@ -45,12 +47,12 @@ SMALLEST_CURVATURE = wp.constant(wp.float64(1.0e-3))
 FORCING = wp.constant(wp.float64(1.0e-2))
 """Part of the residual, in the norm of the preconditioner, at which the iteration ends."""
 
-(STEP_SCALE, ACTIVE, DONE, NEGATIVE, PRODUCTS, RZ, RZ0, ALPHA, BETA, RATIO, FACTOR, SQUARE, WORK,
+(STEP_SCALE, ACTIVE, DONE, NEGATIVE, PRODUCTS, RZ, RZ0, ALPHA, NEXT_RZ, RATIO, FACTOR, SQUARE, WORK,
  STRAIN) = range(14)  # fmt: skip
 RECORD = 14
 """Columns of the record of a cell: scale of the limits; whether the cell takes part; whether its iteration has ended,
-and whether at a negative curvature; products so far; r . z, and the first one; a and b; length over the limits; factor
-of the step; square of x; work F . x; largest strain of the step."""
+and whether at a negative curvature; products so far; r . z, and the first one; a; r . z of the next direction; length
+over the limits; factor of the step; square of x; work F . x; largest strain of the step."""
 
 
 @wp.struct
@@ -69,17 +71,32 @@ def _solve_struct(scalar: Any) -> Any:
 
     Vectors of shape (E, 3): the iterate ``x``, the residual ``r``, ``z``, the direction ``p``, its ``product`` with the
     Hessian, and the ``step``. The ``limit`` of each move, the ``level`` of stiffness and the ``damping``, shape (E,).
-    The ``record`` of each cell, shape (C, RECORD). The ``sums`` of each block, and its part of r . z, the
-    ``residuals``, shape (B, 7).
+    The ``record`` of each cell, shape (C, RECORD). The ``sums`` of each block, and its parts of p . H p, the
+    ``curvatures``, and of r . z, the ``residuals``, shape (B, 7).
     """
     scalars, threes = wp.array(dtype=scalar), wp.array(dtype=wp.types.vector(length=3, dtype=scalar))
     doubles = wp.array2d(dtype=wp.float64)
     annotations = {
         "x": threes, "r": threes, "z": threes, "p": threes, "product": threes, "step": threes,
         "limit": scalars, "level": scalars, "damping": scalars,
-        "record": doubles, "sums": doubles, "residuals": doubles,
+        "record": doubles, "sums": doubles, "curvatures": doubles, "residuals": doubles,
     }  # fmt: skip
     return wp.struct(type(f"NewtonSolve_{scalar.__name__}", (), {"__annotations__": annotations}))
+
+
+@wp.func
+def sum_of_blocks(blocks: EntryBlocks, cell: int, column: int, sums: wp.array2d[wp.float64]) -> wp.float64:
+    """The sum over the blocks of a cell."""
+    total = wp.float64(0.0)
+    for block in range(blocks.of_cell[cell], blocks.of_cell[cell + 1]):
+        total += sums[block, column]
+    return total
+
+
+@wp.func
+def keeps_record(blocks: EntryBlocks, block: int, lane: int) -> bool:
+    """Whether a thread writes the record of its cell."""
+    return lane == 0 and blocks.of_cell[blocks.cell[block]] == block
 
 
 @kernel
@@ -92,10 +109,11 @@ def start_solve(
     listed_points: wp.array[Any],
     budget: wp.array[Any],
     force: wp.array[Any],
+    preconditioner: wp.array[Any],
     # state in and out
     solve: Any,
 ) -> None:
-    """Start from x = 0, with r = F; the limits of the moves."""
+    """Start from x = 0, with r = F and z = C r of the blocks; the limits of the moves."""
     block, lane = wp.tid()
     cell = blocks.cell[block]
     scale = type(step_limit)(solve.record[cell, STEP_SCALE])
@@ -103,7 +121,7 @@ def start_solve(
         solve.limit[i] = wp.min(step_limit * scale, room_left(points, listed_points, budget, i))
         solve.x[i] = force[i] - force[i]
         solve.r[i] = force[i]
-        solve.p[i] = force[i] - force[i]
+        solve.z[i] = times_block(preconditioner[i], force[i])
 
 
 @kernel
@@ -117,22 +135,32 @@ def begin_cells(
 ) -> None:
     """The first r . z of each cell, and a record for a new step."""
     cell = wp.tid()
-    rz = wp.float64(0.0)
-    for block in range(blocks.of_cell[cell], blocks.of_cell[cell + 1]):
-        rz += solve.residuals[block, 0]
+    rz = sum_of_blocks(blocks, cell, 0, solve.residuals)
     zero, one = wp.float64(0.0), wp.float64(1.0)
     moves = solve.record[cell, ACTIVE] > zero and rz > zero
     solve.record[cell, DONE] = wp.where(moves, zero, one)
     resting[cell] = wp.where(moves, 0, 1)
     solve.record[cell, NEGATIVE] = zero
     solve.record[cell, PRODUCTS] = zero
-    solve.record[cell, RZ] = rz
+    solve.record[cell, NEXT_RZ] = rz
     solve.record[cell, RZ0] = rz
-    solve.record[cell, BETA] = zero
     solve.record[cell, RATIO] = zero
     solve.record[cell, FACTOR] = zero
     solve.record[cell, SQUARE] = zero
     solve.record[cell, WORK] = zero
+
+
+@kernel
+def begin_directions(
+    # model
+    blocks: EntryBlocks,
+    # state in and out
+    solve: Any,
+) -> None:
+    """The first direction, p = z."""
+    block, lane = wp.tid()
+    for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
+        solve.p[i] = solve.z[i]
 
 
 @kernel
@@ -144,40 +172,43 @@ def sum_curvature(
 ) -> None:
     """The damped product, and sums of p . H p."""
     block, lane = wp.tid()
-    if solve.record[blocks.cell[block], DONE] != wp.float64(0.0):
+    cell = blocks.cell[block]
+    if solve.record[cell, DONE] != wp.float64(0.0):
         return
+    if keeps_record(blocks, block, lane):
+        solve.record[cell, RZ] = solve.record[cell, NEXT_RZ]
     total = Slots()
     for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
         p = solve.p[i]
         product = solve.product[i] + p * (solve.level[i] * solve.damping[i])
         solve.product[i] = product
         total[0] += wp.float64(wp.dot(p, product))
-    sum_over_block(total, solve.sums[block])
+    sum_over_block(total, solve.curvatures[block])
 
 
-@kernel
-def find_alpha(
-    # model
-    blocks: EntryBlocks,
-    # state in and out
-    solve: Any,
-) -> None:
-    """Find a = r . z / p . H p; a negative curvature ends the iteration."""
-    cell = wp.tid()
-    zero = wp.float64(0.0)
-    curvature = wp.float64(0.0)
-    for block in range(blocks.of_cell[cell], blocks.of_cell[cell + 1]):
-        curvature += solve.sums[block, 0]
-    alpha = zero
-    if solve.record[cell, DONE] == zero:
-        if curvature > zero:
-            alpha = solve.record[cell, RZ] / curvature
+@wp.func
+def advance_entries(
+    blocks: EntryBlocks, block: int, lane: int, point_count: int, alpha: wp.float64, force: wp.array[Any],
+    preconditioner: wp.array[Any], solve: Any
+) -> Slots:  # fmt: skip
+    """Find x + a p, r - a H p and z = C r of the entries of a thread; sums of x."""
+    total = Slots()
+    for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
+        p = solve.p[i]
+        a = type(p[0])(alpha)
+        x, r = solve.x[i] + p * a, solve.r[i] - solve.product[i] * a
+        solve.x[i] = x
+        solve.r[i] = r
+        solve.z[i] = times_block(preconditioner[i], r)
+        shortest = type(a)(SHORTEST_LIMIT) * type(a)(solve.record[blocks.cell[block], STEP_SCALE])
+        ratio = wp.float64(wp.length(x) / wp.max(solve.limit[i], shortest))
+        if i < point_count:
+            total[1] += wp.pow(ratio, POWER)
         else:
-            solve.record[cell, NEGATIVE] = wp.float64(1.0)
-            solve.record[cell, DONE] = wp.float64(1.0)
-            alpha = solve.record[cell, RZ] / wp.max(-curvature, SMALLEST_CURVATURE * solve.record[cell, RZ])
-        solve.record[cell, PRODUCTS] = solve.record[cell, PRODUCTS] + wp.float64(1.0)
-    solve.record[cell, ALPHA] = alpha
+            total[4] += ratio
+        total[2] += wp.float64(wp.dot(x, x))
+        total[3] += wp.float64(wp.dot(x, force[i]))
+    return total
 
 
 @kernel
@@ -187,49 +218,27 @@ def advance_iterate(
     blocks: EntryBlocks,
     # state in
     force: wp.array[Any],
-    # state in and out
-    solve: Any,
-) -> None:
-    """Find x + a p and r - a H p."""
-    block, lane = wp.tid()
-    cell = blocks.cell[block]
-    alpha, scale = solve.record[cell, ALPHA], solve.record[cell, STEP_SCALE]
-    if alpha == wp.float64(0.0):
-        return
-    total = Slots()
-    for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
-        p = solve.p[i]
-        a = type(p[0])(alpha)
-        x = solve.x[i] + p * a
-        solve.x[i] = x
-        solve.r[i] = solve.r[i] - solve.product[i] * a
-        limit = wp.max(solve.limit[i], type(a)(SHORTEST_LIMIT) * type(a)(scale))
-        ratio = wp.float64(wp.length(x) / limit)
-        if i < point_count:
-            total[1] += wp.pow(ratio, POWER)
-        else:
-            total[4] += ratio
-        total[2] += wp.float64(wp.dot(x, x))
-        total[3] += wp.float64(wp.dot(x, force[i]))
-    sum_over_block(total, solve.sums[block])
-
-
-@kernel
-def apply_point_blocks(
-    # model
-    blocks: EntryBlocks,
-    # state in
-    resting: wp.array[wp.int32],
     preconditioner: wp.array[Any],
     # state in and out
     solve: Any,
 ) -> None:
-    """Find z = C r with the blocks at the control points."""
+    """Find a = r . z / p . H p, and with it x + a p, r - a H p and z = C r of the blocks."""
     block, lane = wp.tid()
-    if resting[blocks.cell[block]] != 0:
+    cell, zero = blocks.cell[block], wp.float64(0.0)
+    notes = keeps_record(blocks, block, lane)
+    if solve.record[cell, DONE] != zero:
+        if notes:
+            solve.record[cell, ALPHA] = zero
         return
-    for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
-        solve.z[i] = times_block(preconditioner[i], solve.r[i])
+    curvature, rz = sum_of_blocks(blocks, cell, 0, solve.curvatures), solve.record[cell, RZ]
+    divisor = wp.where(curvature > zero, curvature, wp.max(-curvature, SMALLEST_CURVATURE * rz))
+    alpha = rz / divisor
+    if notes:
+        solve.record[cell, ALPHA] = alpha
+        solve.record[cell, NEGATIVE] = wp.where(curvature > zero, zero, wp.float64(1.0))
+        solve.record[cell, PRODUCTS] = solve.record[cell, PRODUCTS] + wp.float64(1.0)
+    total = advance_entries(blocks, block, lane, point_count, alpha, force, preconditioner, solve)
+    sum_over_block(total, solve.sums[block])
 
 
 @kernel
@@ -251,8 +260,25 @@ def sum_residuals(
     sum_over_block(total, solve.residuals[block])
 
 
+@wp.func
+def ends_at(
+    cells: CellRanges, blocks: EntryBlocks, most_products: wp.float64, cell: int, rz: wp.float64, solve: Any
+) -> bool:
+    """Whether the iteration of a cell ends; note the length and the factor of its step."""
+    one = wp.float64(1.0)
+    count = wp.float64(cells.points[cell + 1] - cells.points[cell])
+    powers, strain = sum_of_blocks(blocks, cell, 1, solve.sums), sum_of_blocks(blocks, cell, 4, solve.sums)
+    ratio = wp.max(wp.pow(powers / count, one / POWER), strain)
+    solve.record[cell, RATIO] = ratio
+    solve.record[cell, FACTOR] = one / wp.max(one, ratio)
+    solve.record[cell, SQUARE] = sum_of_blocks(blocks, cell, 2, solve.sums)
+    solve.record[cell, WORK] = sum_of_blocks(blocks, cell, 3, solve.sums)
+    small = rz <= FORCING * FORCING * solve.record[cell, RZ0] or solve.record[cell, NEGATIVE] != wp.float64(0.0)
+    return small or ratio > REACH or solve.record[cell, PRODUCTS] >= most_products
+
+
 @kernel
-def find_beta(
+def find_direction(
     # model
     cells: CellRanges,
     blocks: EntryBlocks,
@@ -262,52 +288,21 @@ def find_beta(
     # state out
     resting: wp.array[wp.int32],
 ) -> None:
-    """Find b = new r . z / old r . z; whether the iteration of each cell ends; the factor of its step."""
-    cell = wp.tid()
-    zero, one = wp.float64(0.0), wp.float64(1.0)
-    # each sum is a number of its own: Warp lets names that are assigned from one name share it
-    rz, powers, square, work, strain = (
-        wp.float64(0.0), wp.float64(0.0), wp.float64(0.0), wp.float64(0.0), wp.float64(0.0)
-    )  # fmt: skip
-    for block in range(blocks.of_cell[cell], blocks.of_cell[cell + 1]):
-        rz += solve.residuals[block, 0]
-        powers += solve.sums[block, 1]
-        square += solve.sums[block, 2]
-        work += solve.sums[block, 3]
-        strain += solve.sums[block, 4]
-    beta = zero
-    if solve.record[cell, ALPHA] != zero:
-        count = wp.float64(cells.points[cell + 1] - cells.points[cell])
-        ratio = wp.max(wp.pow(powers / count, one / POWER), strain)
-        solve.record[cell, RATIO] = ratio
-        solve.record[cell, FACTOR] = one / wp.max(one, ratio)
-        solve.record[cell, SQUARE] = square
-        solve.record[cell, WORK] = work
-        beta = rz / solve.record[cell, RZ]
-        solve.record[cell, RZ] = rz
-        small = rz <= FORCING * FORCING * solve.record[cell, RZ0]
-        if small or ratio > REACH or solve.record[cell, PRODUCTS] >= most_products:
-            solve.record[cell, DONE] = one
-        if solve.record[cell, DONE] != zero:
-            resting[cell] = 1
-    solve.record[cell, BETA] = beta
-
-
-@kernel
-def find_direction(
-    # model
-    blocks: EntryBlocks,
-    # state in and out
-    solve: Any,
-) -> None:
-    """The next direction, p = z + b p."""
+    """Find b = new r . z / old r . z and the next direction, p = z + b p; whether the iteration of each cell ends."""
     block, lane = wp.tid()
-    if solve.record[blocks.cell[block], DONE] != wp.float64(0.0):
+    cell = blocks.cell[block]
+    if solve.record[cell, ALPHA] == wp.float64(0.0):
         return
-    beta = solve.record[blocks.cell[block], BETA]
+    rz = sum_of_blocks(blocks, cell, 0, solve.residuals)
+    beta = rz / solve.record[cell, RZ]
     for i in range(blocks.first[block] + lane, blocks.last[block], wp.block_dim()):
         z = solve.z[i]
         solve.p[i] = z + solve.p[i] * type(z[0])(beta)
+    if keeps_record(blocks, block, lane):
+        solve.record[cell, NEXT_RZ] = rz
+        if ends_at(cells, blocks, most_products, cell, rz, solve):
+            solve.record[cell, DONE] = wp.float64(1.0)
+            resting[cell] = 1
 
 
 def make_solve(model: Model, strains: int, blocks: Any) -> Any:
@@ -319,7 +314,7 @@ def make_solve(model: Model, strains: int, blocks: Any) -> Any:
     solve.limit, solve.level, solve.damping = (model.empty(entries) for _ in range(3))
     solve.record = wp.zeros((model.cell_count, RECORD), dtype=wp.float64, device=model.device)
     solve.sums = wp.zeros((len(blocks.cell), 7), dtype=wp.float64, device=model.device)
-    solve.residuals = wp.zeros_like(solve.sums)
+    solve.curvatures, solve.residuals = wp.zeros_like(solve.sums), wp.zeros_like(solve.sums)
     return solve
 
 

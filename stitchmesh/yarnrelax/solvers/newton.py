@@ -33,6 +33,7 @@ from stitchmesh.time_limit import check_time
 from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT, shortened
 from stitchmesh.yarnrelax.hessian.hessian_product import Hessian
 from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.resting_cells import only_in
 from stitchmesh.yarnrelax.model.spline import weight_row
 from stitchmesh.yarnrelax.solvers.cell_strain import deformed, strains_of
 from stitchmesh.yarnrelax.solvers.coarse_motions import suits_coarse_space
@@ -51,11 +52,9 @@ from stitchmesh.yarnrelax.solvers.conjugate_gradients import (
     WORK,
     EntryBlocks,
     advance_iterate,
-    apply_point_blocks,
     begin_cells,
+    begin_directions,
     entry_blocks,
-    find_alpha,
-    find_beta,
     find_direction,
     make_solve,
     start_solve,
@@ -258,11 +257,20 @@ class Newton:
         self.wait = np.zeros(model.cell_count, dtype=np.int32)
         """Steps for which each cell keeps the Hessian of Gauss and Newton, shape (C,)."""
         self._spacing: dict[int, SpacingChange] = {}
+        self._moved: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+        self._last: NDArray[np.float64] | None = None
         self.discard_launches()
 
     def discard_launches(self) -> None:
         """Forget all captured launches: an array that they name was replaced."""
         self._hessian: Hessian | None = None
+
+    @property
+    def record(self) -> NDArray[np.float64]:
+        """The record of the last step of each cell (``conjugate_gradients``), read once after each step."""
+        if self._last is None:
+            self._last = self.solve.record.numpy().copy()
+        return self._last
 
     def step(
         self, inputs: SolverInputs, forces: list[Any], cells: NDArray[np.bool_], step_scale: NDArray[np.float64]
@@ -281,28 +289,31 @@ class Newton:
         if self._hessian is None:
             self._prepare(inputs, forces)
         assert self._hessian is not None
-        record = self.solve.record.numpy()
+        record = self.record.copy()
         record[:, ACTIVE], record[:, STEP_SCALE] = cells, step_scale
         self.solve.record.assign(record)
-        self._hessian.exact.zero_()
-        self.model.resting.assign(~cells)
+        with only_in(self.model, cells):
+            self._minimise(self._hessian, cells)
+        self._moved, self._last = None, None
+        self._note(self.record, cells)
+        return np.where(self.record[:, FACTOR] > 0.0, self.record[:, PRODUCTS], 0.0).astype(np.int64)
+
+    def _minimise(self, hessian: Hessian, cells: NDArray[np.bool_]) -> None:
+        """Find the minimum of the model of some cells, and move there; conjugate gradients mark the cells that end."""
+        hessian.exact.zero_()
         self._begin.launch()
         if self.coarse is not None:
-            self.coarse.invert()
+            self.coarse.invert(cells)
         if (self.share[cells] < 1.0).any():
-            self._hessian.exact.assign(1.0 - self.share)
+            hessian.exact.assign(1.0 - self.share)
             self._find.launch()
         self._start.launch()
         while True:
             check_time()
             self._iterate.launch()
-            record = self.solve.record.numpy()
-            if (record[:, DONE] > 0.0).all():
+            if (self.solve.record.numpy()[:, DONE] > 0.0).all():
                 break
         self._finish.launch()
-        self.model.resting.zero_()
-        self._note(self.solve.record.numpy(), cells)
-        return np.where(record[:, FACTOR] > 0.0, record[:, PRODUCTS], 0.0).astype(np.int64)
 
     def restart(self, cells: NDArray[np.bool_]) -> None:
         """Trust the model of some cells less: their last step was not accepted."""
@@ -316,7 +327,7 @@ class Newton:
             cell: the cell.
             size: sum of the magnitudes of its energies [erg].
         """
-        record = self.solve.record.numpy()[cell]
+        record = self.record[cell]
         epsilon = np.finfo(np.float32 if self.model.scalar is wp.float32 else np.float64).eps
         is_rounding = self.length[cell] > 0.0 and record[WORK] < epsilon * size  # such steps do not become shorter
         ratio = min(float(self.ratio[cell]), SLOWEST) if is_rounding else float(self.ratio[cell])
@@ -332,7 +343,9 @@ class Newton:
     def _spacing_change(self, cell: int) -> float:
         """Change of the spacing of a cell, or of the only piece, by the last step."""
         own = slice(*self.model.point_start[cell : cell + 2])
-        points, step = (array.numpy()[own].astype(np.float64) for array in (self._points, self.solve.step))
+        if self._moved is None:  # one transfer for all cells
+            self._moved = self._points.numpy().astype(np.float64), self.solve.step.numpy().astype(np.float64)
+        points, step = (array[own] for array in self._moved)
         if cell not in self._spacing:
             self._spacing[cell] = SpacingChange(self.model.cells[cell].yarns)
         return self._spacing[cell].of(points - step, step)
@@ -341,7 +354,8 @@ class Newton:
         """Copy what persists from one step to the next from a solver of more cells, of which these are some."""
         self.share, self.wait = other.share[cells], other.wait[cells]
         self.length, self.ratio = other.length[cells], other.ratio[cells]
-        self.solve.record.assign(other.solve.record.numpy()[cells])
+        self.solve.record.assign(other.record[cells])
+        self._last = None
 
     def arrays(self) -> dict[str, wp.array[Any]]:
         """What persists from one step to the next: share, wait, length and ratio of each cell, (C, 4), and more."""
@@ -352,6 +366,7 @@ class Newton:
     def resume(self, arrays: dict[str, NDArray[Any]]) -> None:
         """Restore the contents of ``arrays``."""
         self.solve.record.assign(arrays["record"])
+        self._last = None
         self.solve.damping.assign(arrays["damping"])
         self.share, wait, self.length, self.ratio = arrays["trust"].T.copy()
         self.wait = wait.astype(np.int32)
@@ -363,7 +378,7 @@ class Newton:
         self._hessian = hessian = Hessian(model, state, inputs.candidates, inputs.strain, inputs.terms)
         count, cells, resting = len(blocks.cell), model.cell_count, model.resting
         self._points = state.points
-        ball = [state.points, state.listed_points, state.budget]
+        ball, give = [state.points, state.listed_points, state.budget], [state.force, state.preconditioner]
 
         def tiled(kernel: wp.Kernel, *arguments: Any) -> Any:
             return launcher(kernel, count, list(arguments), [], tile=self.threads)
@@ -378,26 +393,24 @@ class Newton:
         begin.append(launcher(find_point_blocks, model.point_count,
                               [model.constants, self.further, hessian.leg_hessian, state.sample_block],
                               [solve, state.preconditioner]))  # fmt: skip
-        precondition = [tiled(apply_point_blocks, blocks, resting, state.preconditioner, solve)]
+        precondition: list[Any] = []
         if self.coarse is not None:
             self.coarse.prepare(hessian, state.points, solve.level, solve.damping)
             precondition += self.coarse.apply_launches(state.points, solve.r, solve.z, launcher)
         precondition += [*filtered(solve.z), tiled(sum_residuals, blocks, resting, solve)]
         start = [
-            tiled(start_solve, blocks, model.number(inputs.step_fraction), *ball, state.force, solve),
+            tiled(start_solve, blocks, model.number(inputs.step_fraction), *ball, *give, solve),
             *precondition,
             launcher(begin_cells, cells, [blocks, solve], [resting]),
-            tiled(find_direction, blocks, solve),
+            tiled(begin_directions, blocks, solve),
         ]
         iterate = [
             *hessian.product_launches(solve.p, solve.product, launcher),
             *filtered(solve.product),
             tiled(sum_curvature, blocks, solve),
-            launcher(find_alpha, cells, [blocks, solve], []),
-            tiled(advance_iterate, model.point_count, blocks, state.force, solve),
+            tiled(advance_iterate, model.point_count, blocks, *give, solve),
             *precondition,
-            launcher(find_beta, cells, [self.cells, blocks, wp.float64(MOST_PRODUCTS), solve], [resting]),
-            tiled(find_direction, blocks, solve),
+            tiled(find_direction, self.cells, blocks, wp.float64(MOST_PRODUCTS), solve, resting),
         ]
         finish = [tiled(propose_steps, blocks, solve)]
         for constraint in inputs.constraints:

@@ -22,6 +22,8 @@ from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
 
 ASSESSMENT_INTERVAL = wp.constant(20)
 """Iterations between two assessments."""
+PATIENCE = 5
+"""Iterations for which cells wait for the cells that still move before there are new candidate lists for all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +52,17 @@ class Progress:
     """Whether so many control points have used up their budgets that the cell waits for new lists, shape (C,)."""
     used_up: NDArray[np.bool_]
     """Whether any control point of the cell has used up its budget, shape (C,)."""
+
+    def needs_lists(self, wanted: NDArray[np.int64], since_search: int) -> bool:
+        """Whether cells wait for new candidate lists, and no other cell can still use the old lists.
+
+        Args:
+            wanted: iterations that each cell shall do, shape (C,).
+            since_search: iterations since the lists were made.
+        """
+        moving = (self.done < wanted) & ~self.waiting
+        patient = since_search < PATIENCE and bool(moving.any())
+        return bool((self.waiting | self.used_up).any()) and not patient
 
 
 class Solver(ABC):

@@ -33,6 +33,8 @@ SAFETY = 60.0
 CLOSE, STATES = 1e-4, 0.05
 """Bound on the relative difference of sizes and energies of one relaxed state reached on two paths at ``EXACT``, and of
 the states of a cell of one loop. Its energy has two minima, which two paths can reach."""
+SLID = 1e-3
+"""The same for a weave: its yarns lie at other places of their samples, because they slide along themselves."""
 ROUNDING = 1.0 + 1e-9
 """Factor that allows for the rounding of a product of two ratios."""
 
@@ -98,7 +100,7 @@ def test_a_change_ends_in_the_state_of_a_swatch_with_the_same_options(pattern, b
         running.set(**change)
         frame = running.wait_until_rest(SAFETY)
     given = {"pattern": pattern, "quality": EXACT, "device": "cpu", "relax_cell": True} | before | change
-    assert_same_rest(frame, sm.swatch(**given), CLOSE if given["pattern"] == "plain" else STATES)
+    assert_same_rest(frame, sm.swatch(**given), SLID if given["pattern"] == "plain" else STATES)
 
 
 def test_the_first_relaxation_has_the_same_bits_as_that_of_a_swatch():

@@ -23,16 +23,20 @@ from stitchmesh.yarnrelax.collision.narrow_phase import make_candidates
 from stitchmesh.yarnrelax.energies import evaluation
 from stitchmesh.yarnrelax.energies.confinement import (
     STIFFNESS,
+    CellConfinements,
     Confinement,
     confinement_curvature,
     confinement_force,
     excess_height,
+    height_of_middle,
 )
+from stitchmesh.yarnrelax.model.cells import PeriodicCell
 from stitchmesh.yarnrelax.model.state import make_state
 from stitchmesh.yarnrelax.model.upload import put_model
+from stitchmesh.yarnrelax.relax_cells import relax_cells
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
-from tests.yarnrelax.stockinette import flat_patch, periodic_patch
+from tests.yarnrelax.stockinette import flat_patch, periodic_patch, woven_cell
 
 KALDOR = YarnMaterial.named("kaldor-simulation")
 EXACT = replace(PRESETS["draft"], precision="float64", tolerance=1e-5)
@@ -182,3 +186,52 @@ def test_impossible_planes_are_refused(values: tuple[float, float], message: str
 def test_planes_need_a_lattice() -> None:
     with pytest.raises(ParameterError, match="needs the yarns of one periodic fabric"):
         confined(flat_patch(1, 2), Confinement(0.1))
+
+
+CELLS = [periodic_patch(1, 1), woven_cell(), periodic_patch(2, 1)]
+CHOICES = (Confinement(0.05), None, Confinement(0.02, 3.0))
+
+
+def test_each_cell_of_a_batch_lies_between_its_own_planes() -> None:
+    term = CellConfinements(CHOICES, (None,) * 3)
+    batch = YarnSimulation([(yarns, KALDOR) for yarns in CELLS], EXACT, device_named("cpu"), [term])
+    found = batch.assess_cells()
+    for yarns, choice, together in zip(CELLS, CHOICES, found, strict=True):
+        terms = [] if choice is None else [choice]
+        alone = YarnSimulation.start(yarns, KALDOR, EXACT, device_named("cpu"), terms).assess()
+        # rounding: the energies of control points are added in another order
+        assert together.energies["confinement"] == pytest.approx(alone.energies.get("confinement", 0.0), rel=1e-12)
+        assert together.residual == pytest.approx(alone.residual, rel=1e-9)
+    assert found[0].energies["confinement"] > 0.0 and found[2].energies["confinement"] > 0.0
+
+
+def test_planes_stay_where_they_were_when_a_cell_begins_again_from_another_state() -> None:
+    yarns = periodic_patch(1, 1)
+    height = height_of_middle(PeriodicCell(yarns, KALDOR))
+    noise = 0.02 * np.random.default_rng(3).normal(size=yarns.points.shape)
+    moved = replace(yarns, points=yarns.points + noise + np.array([0.0, 0.0, 0.04]))
+    expected = confined(yarns, CHOICES[0], moved.points)[0]
+    term = CellConfinements(CHOICES[:1], (height,))
+    again = YarnSimulation.start(moved, KALDOR, EXACT, device_named("cpu"), [term]).assess()
+    assert again.energies["confinement"] == pytest.approx(expected, rel=1e-12)  # rounding
+    without = CellConfinements(CHOICES[:1], (None,))
+    other = YarnSimulation.start(moved, KALDOR, EXACT, device_named("cpu"), [without]).assess()
+    assert other.energies["confinement"] != pytest.approx(expected, rel=1e-2)
+
+
+def test_a_batch_between_planes_rests_as_each_cell_alone() -> None:
+    planes, cell = [Confinement(0.0), Confinement(0.0, 10.0)], RelaxCell(shear=False)
+    cells = [periodic_patch(1, 1), periodic_patch(1, 2)]
+    batch = relax_cells(cells, materials=[KALDOR] * 2, free=[cell] * 2, planes=planes, quality=EXACT, device="cpu")
+    assert batch.report["converged"] == 2
+    for yarns, choice, relaxed in zip(cells, planes, batch.cells, strict=True):
+        alone = relax_yarns(yarns, material=KALDOR, quality=EXACT, device="cpu", cell=cell, terms=[choice])
+        # candidate lists are made at other iterations; at rest energies differ by the square of the tolerance
+        assert relaxed.report["energy"] == pytest.approx(alone.report["energy"], rel=1e-6)
+        together, apart = relaxed.report["energies"]["confinement"], alone.report["energies"]["confinement"]
+        assert together == pytest.approx(apart, rel=1e-2) and together > 0.0
+
+
+def test_one_choice_of_planes_for_each_cell() -> None:
+    with pytest.raises(ParameterError, match="planes: got 1 for 2 cells"):
+        relax_cells(CELLS[:2], planes=[None], device="cpu")

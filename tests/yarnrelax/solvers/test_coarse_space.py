@@ -9,14 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.device import device_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers import coarse_motions
-from stitchmesh.yarnrelax.solvers.coarse_inverse import inverse_launches
+from stitchmesh.yarnrelax.solvers.coarse_inverse import Inverses
 from stitchmesh.yarnrelax.solvers.coarse_motions import put_groups, suits_coarse_space
 from stitchmesh.yarnrelax.solvers.coarse_space import CoarseSpace
 from tests.yarnrelax.hessian.dense_matrix import DOUBLE, Products, points_of, started
@@ -93,8 +92,7 @@ def test_the_matrix_is_that_of_the_motions_where_the_piece_does_not_move_as_a_wh
 
 def test_the_inverse_is_that_of_the_matrix_and_symmetric(scene: Assembled) -> None:
     space = scene.space
-    launches = inverse_launches(space.model, space.groups, space.steps, space.matrix, space.model.prepare)
-    CapturedLaunches(launches, space.model.device).launch()
+    Inverses(space.model, space.groups, space.matrix).invert(np.ones(1, dtype=bool))
     inverse = space.matrix.numpy().reshape(scene.matrix.shape)
     assert np.array_equal(inverse, inverse.T)
     exact = np.linalg.inv(scene.matrix)
@@ -157,3 +155,27 @@ def test_long_yarns_are_divided_into_runs_that_stay_short() -> None:
     assert length.max() <= 1.5 * coarse_motions.LONGEST_RUN  # a yarn is divided into a whole number of groups
     assert 6 * len(length) > coarse_motions.MOST_UNKNOWNS
     assert np.array_equal(np.bincount(groups.of_point.numpy()), length)
+
+
+def test_cells_with_few_groups_do_not_need_the_steps_of_cells_with_many() -> None:
+    """Steps are launched in parts, as many as the largest cell that takes part needs; the rest is left out."""
+    simulation, space = with_matrices([periodic_patch(1, 1), periodic_patch(8, 8)])
+    inverses = space._inverses
+    firsts = [first for first, _part in inverses._parts]
+    assert firsts[0] == 0 and inverses.counts[0] in firsts and inverses.counts[1] > firsts[-1]
+    launched = []
+    inverses._parts = [(first, Recorded(launched, first)) for first in firsts]
+    simulation.newton_step(np.array([True, False]), np.ones(2))
+    assert launched == [first for first in firsts if first < inverses.counts[0]] != firsts
+
+
+@dataclass
+class Recorded:
+    """Launches that only note that they ran."""
+
+    launched: list[int]
+    first: int
+
+    def launch(self) -> None:
+        """Note the first step of these launches."""
+        self.launched.append(self.first)

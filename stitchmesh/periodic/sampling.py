@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How finely the yarns of a repeat are sampled, and the samplings through which a free repeat comes to rest.
+
+A fabric has several states of rest, and a coarse sampling has some of its own. A repeat whose size relaxes therefore
+always follows one path. Its yarns are generated with one sampling (``GENERATED``), which gives their curves, their
+lengths and the planes between which the fabric lies. They relax with the sampling of the coarsest preset, and each
+relaxed yarn is sampled again (``even_sampling``) for the next preset, up to the quality that was asked for. All presets
+take the same path, and only the last of its steps are missing in a coarser one.
+
+The spacing of a sampled repeat differs from that of the fabric. The error falls with about the third power of the
+number of control points; ``Quality.refinement`` makes it smaller than what a preset promises (docs/accuracy.md). The
+contact samples and quadrature points of a segment fall as the segments become shorter, but not below ``FEWEST``.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from stitchmesh.quality import PRESETS, Quality
+from stitchmesh.yarnrelax import RelaxCell
+
+GENERATED = PRESETS["reference"]
+"""Quality with which the curves of every repeat are generated."""
+FEWEST = 3
+"""Contact samples and quadrature points of a segment below which refinement does not reduce them."""
+ROUNDING = 1e-9
+"""Relative rounding error of a number of control points."""
+
+
+def refined(quality: Quality) -> Quality:
+    """Return the quality with which a free repeat is relaxed."""
+    points = math.ceil(quality.control_points_per_stitch * quality.refinement * (1.0 - ROUNDING))
+    return replace(
+        quality, control_points_per_stitch=points, contact_samples=_fewer(quality.contact_samples, quality.refinement),
+        quadrature_points=_fewer(quality.quadrature_points, quality.refinement), refinement=1.0,
+    )  # fmt: skip
+
+
+def path_to(quality: Quality, cell: RelaxCell | None) -> tuple[Quality, ...]:
+    """Return the qualities through which a repeat comes to rest.
+
+    A repeat of constant size has only the given quality. A free one has presets, ever finer, which sample less than the
+    given quality, and then the given one, all refined. None has a larger limit of iterations than the given one.
+    """
+    if cell is None or not cell.free.any():
+        return (quality,)
+    last = refined(quality)
+    presets = [refined(preset) for preset in PRESETS.values()]
+    coarser = [each for each in presets if each.control_points_per_stitch < last.control_points_per_stitch]
+    steps = [replace(each, max_iterations=min(each.max_iterations, last.max_iterations)) for each in coarser]
+    return (*steps, last)
+
+
+def _fewer(count: int, refinement: float) -> int:
+    return min(count, max(FEWEST, math.ceil(count / refinement * (1.0 - ROUNDING))))

@@ -1,0 +1,48 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a swatch is to a budget: its kind, its number of stitches and its name."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stitchmesh.budget.budget import Budget
+from stitchmesh.budget.expectation import BudgetScene
+from stitchmesh.budget.plan import Plan, make_plan
+from stitchmesh.patterns import Pattern
+from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
+from stitchmesh.periodic.swatch_options import KnitState, SwatchOptions
+from stitchmesh.periodic.weave.weave import Weave
+from stitchmesh.quality import Quality
+from stitchmesh.yarnrelax import RelaxCell
+
+RELAXATIONS = {"dry": 14, "wet": 18, "full": 23}
+"""Relaxations, one after another, on the needles and in the release to each state (``off_needles``)."""
+
+
+def plan_swatch(
+    pattern: str | Pattern | Weave, budget: Budget | None, quality: str | Quality, device: str | None,
+    relax_cell: bool | RelaxCell, relaxation: KnitState | None, **options: Any,
+) -> Plan | None:  # fmt: skip
+    """Return the plan of a swatch for a budget, or None without one; arguments as for ``swatch``.
+
+    Raises:
+        StitchMeshError: as for ``swatch``, or a quality beside an error.
+    """
+    if budget is None:
+        return None
+    chosen, source = SwatchOptions(**options), resolve_pattern(pattern)
+    free = bool(relax_cell) or relaxation is not None or chosen.blocked is not None
+    scene = BudgetScene(
+        kind="free cell" if free else "given cell", stitches=stitches_of(source) * chosen.columns * chosen.rows,
+        name=source.name if (chosen.columns, chosen.rows) == (1, 1) else "",
+        relaxations=1 if relaxation is None else RELAXATIONS.get(relaxation, 1),
+    )  # fmt: skip
+    return make_plan(budget, scene, quality, device)
+
+
+def stitches_of(source: Source) -> int:
+    """Return the number of stitches of a repeat, or of the crossings of a weave."""
+    if isinstance(source, Weave):
+        return len(source.matrix) * len(source.matrix[0])
+    return source.width * source.height

@@ -1,0 +1,30 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Cells that launches leave out, because they are at rest or do not take part in what is done.
+
+What a launch writes for a cell that it leaves out keeps its last value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.yarnrelax.model.constants import Model
+
+
+@contextmanager
+def only_in(model: Model, cells: NDArray[np.bool_] | None) -> Iterator[None]:
+    """Meanwhile launches leave out all cells but some, shape (C,), and those that launches mark; None for no change."""
+    if cells is None:
+        yield
+        return
+    if not cells.all():
+        model.resting.assign(~cells)
+    try:
+        yield
+    finally:
+        model.resting.zero_()
