@@ -87,9 +87,9 @@ SLOWEST = 0.9
 """Largest ratio of the lengths of two successive steps from which a change is estimated."""
 MOST_PRODUCTS = 1000
 """Products with the Hessian in one step."""
-LARGEST_PIECE = 4096
-"""Control points of the largest piece without a lattice that Newton's method ends. The stitches of a garment slide for
-thousands of steps, which the limits of moves shorten, and a user would wait for minutes."""
+LARGEST_PIECE = 1024
+"""Control points of the largest piece without a lattice that Newton's method ends. The products of a step grow with the
+piece, while a few stitches that slide reach the limits of moves and shorten it; larger pieces settle (``settling``)."""
 PRODUCTS_AT_ONCE = {"cuda": 8, "cpu": 1}
 """Products of a graph. The host reads after each graph which cells are done."""
 
