@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Speed of swatches, compared with Leaf et al. 2018: iterations, batches, tiled weaves, sizes and edits of charts.
 
-    python benchmarks/swatch_speed.py [iteration] [variants] [weaves] [sizes] [frame] [--device cuda:0] [--most 5000000]
+    python benchmarks/swatch_speed.py [iteration] [batches] [variants] [weaves] [sizes] [frame] [--device cuda:0]
 
 The stiffness of the yarn is that of Leaf et al. (material "leaf"), the quality is "standard", and the kernels are
 compiled. A single iteration is measured with displacements of 0, so that the same work is repeated. "In a run" is the
@@ -19,6 +19,7 @@ import platform
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -27,7 +28,9 @@ from swatch_session import LONGEST, changes_of
 
 import stitchmesh as sm
 from stitchmesh.compute.device import device_named
+from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
+from stitchmesh.periodic.support import planes
 from stitchmesh.periodic.swatch import draw_swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS
@@ -181,6 +184,42 @@ def iteration(device: wp.Device, given: argparse.Namespace) -> None:
           f"{1e6 * plain:.1f} us, {leaf / plain:.1f} times as fast as L's {1e6 * leaf:.0f} us.")  # fmt: skip
 
 
+def held_corpus(quality: str, most: int) -> dict[str, Any]:
+    """The patterns of Leaf et al. with their periods held, as arguments of ``relax_cells``."""
+    cells = [draw_swatch(resolve_pattern(name), SwatchOptions(), PRESETS[quality])[1] for name in list(LEAF)[:most]]
+    return {"cells": cells, "materials": [MATERIAL] * len(cells)}
+
+
+def free_library(quality: str, most: int) -> dict[str, Any]:
+    """The patterns of the library, free between the planes of a swatch, as arguments of ``relax_cells``."""
+    cells, between, options = [], [], SwatchOptions()
+    for name in sm.pattern_names()[:most]:
+        source = resolve_pattern(name)
+        try:
+            fabric, drawn = draw_swatch(source, options, PRESETS[quality])
+        except sm.StitchMeshError as error:
+            print(f"{name} is left out: {error}")
+            continue
+        cells.append(drawn)
+        between += planes(True, options, FlatFabric.of(drawn, fabric, source), drawn.radius)
+    return {"cells": cells, "free": [FREE] * len(cells), "planes": between}
+
+
+def batches(device: wp.Device, given: argparse.Namespace) -> None:
+    """Relax the patterns of Leaf et al. and those of the library in one batch each, the second time timed."""
+    head("batch", "quality", "cells", "points", "s", "at rest", "iterations of the slowest", "largest change left %")
+    for label, make in (("37 of L, periods held", held_corpus), ("library, free between planes", free_library)):
+        for quality in ("draft", "standard"):
+            chosen = make(quality, given.most_cells)
+            for _ in range(2):
+                batch = relax_cells(**chosen, quality=quality, device=str(device), progress=False)
+            left = [cell.report["remaining_change"]["spacing"] for cell in batch.cells
+                    if cell.report["converged"] and cell.report["remaining_change"]]  # fmt: skip
+            report, points = batch.report, sum(len(yarns.points) for yarns in chosen["cells"])
+            row(label, quality, len(batch.cells), points, f"{report['seconds']:.2f}", report["converged"],
+                report["launched"], f"{100 * max(left, default=math.nan):.2g}")  # fmt: skip
+
+
 def variants_of_grid(count: int) -> list[tuple[YarnSet, YarnMaterial]]:
     """Variants of the generated stockinette cell, evenly chosen from the grid.
 
@@ -328,7 +367,9 @@ def seconds_of_edit(session: sm.SwatchSession, edit: dict[str, object]) -> tuple
     return first.report["seconds"], seen.report["seconds"], rest.report["seconds"]
 
 
-SECTIONS = {"iteration": iteration, "variants": variants, "weaves": weaves, "sizes": sizes, "frame": frame}
+SECTIONS = {
+    "iteration": iteration, "batches": batches, "variants": variants, "weaves": weaves, "sizes": sizes, "frame": frame,
+}  # fmt: skip
 
 
 def main() -> None:
@@ -338,6 +379,7 @@ def main() -> None:
     parser.add_argument("--device")
     parser.add_argument("--most", type=int, default=5_000_000, help="control points of the largest plain weave")
     parser.add_argument("--variants", type=int, default=1000, help=argparse.SUPPRESS)
+    parser.add_argument("--most-cells", type=int, default=1000, help="cells of a batch of patterns")
     given = parser.parse_args()
     unknown = set(given.sections) - set(SECTIONS)
     if unknown:

@@ -115,7 +115,8 @@ class RelaxationLoop:
         done = self._descend(chosen & ~stepping) + self._end(stepping)
         self.iterations += done
         found, kinetic_energy = self.simulation.assess_cells(chosen), self.simulation.solver.kinetic_energy()
-        good = chosen & [self._is_acceptable(cell, now, kinetic_energy) for cell, now in enumerate(found)]
+        good = np.array([own and self._is_acceptable(*each, kinetic_energy)
+                         for own, each in zip(chosen.tolist(), enumerate(found), strict=True)])  # fmt: skip
         for cell in np.flatnonzero(good).tolist():
             self._note(cell, found[cell])
         self.kinetic_energy = kinetic_energy if good.all() else 0.0

@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Launches leave out the cells that rest, and compute all others as if these were not there."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.compute.captured import CapturedLaunches
+from stitchmesh.compute.device import device_named
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
+from stitchmesh.yarnrelax.model.resting_cells import only_in
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from tests.yarnrelax.hessian.dense_matrix import DOUBLE
+from tests.yarnrelax.stockinette import periodic_patch, woven_cell
+
+KALDOR = YarnMaterial.named("kaldor-simulation")
+CELLS = [periodic_patch(1, 1), woven_cell(), periodic_patch(1, 2)]
+SOME = np.array([True, False, True])
+
+
+def batch() -> YarnSimulation:
+    """The cells on the device, free to relax."""
+    given = [(yarns, KALDOR) for yarns in CELLS]
+    return YarnSimulation(given, DOUBLE, device_named("cpu"), cells=[RelaxCell()] * len(CELLS))
+
+
+def points_of(simulation: YarnSimulation, cell: int) -> np.ndarray:
+    """The control points of a cell."""
+    return np.array(simulation.state.points.numpy()[slice(*simulation.model.point_start[cell : cell + 2])])
+
+
+def test_forces_are_computed_in_some_cells_only() -> None:
+    simulation = batch()
+    launches = CapturedLaunches(simulation.balance_launches(), simulation.model.device)
+    launches.launch()
+    force = simulation.state.force
+    whole = np.array(force.numpy())
+    force.fill_(7.0)
+    with only_in(simulation.model, SOME):
+        launches.launch()
+    moves = np.repeat(SOME, np.diff(simulation.model.point_start))
+    assert np.array_equal(force.numpy()[: len(moves)][moves], whole[: len(moves)][moves])
+    assert (force.numpy()[: len(moves)][~moves] == 7.0).all()
+
+
+def test_all_cells_take_part_again_after_an_error() -> None:
+    simulation = batch()
+    with pytest.raises(RuntimeError, match="in between"), only_in(simulation.model, SOME):
+        assert simulation.model.resting.numpy().tolist() == [0, 1, 0]
+        raise RuntimeError("in between")
+    assert not simulation.model.resting.numpy().any()
+
+
+def test_a_newton_step_moves_each_cell_as_if_the_others_were_not_there() -> None:
+    some, others = batch(), batch()
+    before = points_of(some, 1)
+    products = some.newton_step(SOME, np.ones(3))
+    assert products[1] == 0 and (products[SOME] > 0).all()
+    assert np.array_equal(points_of(some, 1), before)
+    others.newton_step(~SOME, np.ones(3))
+    both = batch()
+    both.newton_step(np.ones(3, dtype=bool), np.ones(3))
+    for cell, simulation in ((0, some), (1, others), (2, some)):
+        assert np.array_equal(points_of(both, cell), points_of(simulation, cell))
+    assert not some.model.resting.numpy().any()
+
+
+def test_an_interval_of_some_cells_leaves_the_others_where_they_are() -> None:
+    simulation = batch()
+    loop = RelaxationLoop(simulation, DOUBLE.tolerance)
+    loop.start()
+    before, assessed = points_of(simulation, 1), loop.last[1]
+    loop.advance(SOME)
+    assert loop.iterations.tolist() == [20, 0, 20]
+    assert np.array_equal(points_of(simulation, 1), before) and loop.last[1] is assessed
+    again = simulation.assess_cells()[1]
+    assert again.energies == assessed.energies and again.residual == assessed.residual
