@@ -20,7 +20,7 @@ from stitchmesh.time_limit import check_time
 from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN
 from stitchmesh.yarnrelax.convergence import Assessment, has_converged, is_at_rest
 from stitchmesh.yarnrelax.model.resting_cells import only_in
-from stitchmesh.yarnrelax.settling import Settling
+from stitchmesh.yarnrelax.settling import settling_of
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.alternation import Alternation
 from stitchmesh.yarnrelax.solvers.newton import RemainingChange
@@ -72,7 +72,7 @@ class RelaxationLoop:
         """Whether no Newton step lowers the energy of a cell that is not at rest, shape (C,)."""
         self.remaining: list[RemainingChange | None] = [None] * cells
         """Estimate of the change that is left of each cell; None where it is unknown."""
-        self.settling = Settling(simulation.model.cells[0].yarns) if simulation.settles else None
+        self.settling = settling_of(simulation)
         """How the only piece settles, where Newton's method does not end its relaxation."""
         self.kinetic_energy = 0.0
         """Kinetic energy at the last assessment [erg]."""
@@ -263,8 +263,7 @@ class RelaxationLoop:
         self.last[cell] = now
         newton = self.simulation.newton
         if self.settling is not None and self.settling.is_due(self.iteration):
-            places = self.simulation.current_points()
-            self.remaining[cell] = self.settling.note(self.iteration, now, places)
+            self.remaining[cell] = self.settling.note_state(self.simulation, self.iteration, now)
         if newton is not None and self.ending[cell]:
             self.remaining[cell] = newton.remaining_change(cell, now.size)
         elif newton is not None and has_converged(now.residual, float(self.energy_fall[cell]), DESCENT):

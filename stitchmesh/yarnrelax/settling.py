@@ -32,12 +32,13 @@ from numpy.typing import NDArray
 
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.convergence import Assessment
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.newton import RemainingChange
 from stitchmesh.yarnrelax.solvers.spacing_change import SpacingChange
 
-FASTEST, SLOWEST = 1.0 / 3.0, 0.9
+FASTEST, SLOWEST = 1.0 / 3.0, 0.75
 """Ratio of the changes over two successive doublings: the smallest and the largest that an estimate is made with."""
-SLIDE = 2.0
+SLIDE = 10.0 / 3.0
 """Least relative change of the spacing over the residual; ``Quality.largest_change`` leaves room for its spread."""
 MARK = 2.0**0.25
 """Ratio of the iterations of two marks."""
@@ -75,6 +76,10 @@ class Settling:
     def is_due(self, iteration: int) -> bool:
         """Whether a mark is to be made after so many iterations."""
         return not self.marks or iteration >= self.marks[-1].iteration * MARK
+
+    def note_state(self, simulation: YarnSimulation, iteration: int, now: Assessment) -> RemainingChange | None:
+        """Make a mark of the current state of a simulation (``note``)."""
+        return self.note(iteration, now, simulation.state.points.numpy()[: len(self.stitches.group)].astype(np.float64))
 
     def note(self, iteration: int, now: Assessment, points: NDArray[np.float64]) -> RemainingChange | None:
         """Make a mark, and estimate the change that is left.
@@ -122,6 +127,16 @@ class Settling:
         """Restore the marks from ``arrays``."""
         rows = zip(table.tolist(), table[:, 4:], middles, strict=True)
         self.marks = [Mark(int(row[0]), row[1], row[2], row[3], spacing, middle) for row, spacing, middle in rows]
+
+
+def settling_of(simulation: YarnSimulation) -> Settling | None:
+    """The marks of the only piece, None where Newton's method ends the relaxation, or rest is judged in another way.
+
+    Iterations of ``Dynamics`` are no measure of time, and terms that lag move the state of rest.
+    """
+    is_piece = not simulation.model.on_lattice and simulation.newton is None
+    lags = any(term.lags for term in simulation.terms)
+    return Settling(simulation.model.cells[0].yarns) if is_piece and simulation.is_quasistatic and not lags else None
 
 
 def _left(change: NDArray[np.float64] | float, before: NDArray[np.float64] | float) -> NDArray[np.float64]:

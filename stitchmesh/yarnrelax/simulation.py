@@ -235,19 +235,6 @@ class YarnSimulation:
             self._copy_where(np.repeat(chosen, 2), self.good_periods, self.model.constants.images.periods)
             self.candidates.near.invalidate()
 
-    @property
-    def settles(self) -> bool:
-        """Whether the rest of one piece is judged by how it settles (``settling``), for lack of Newton's method.
-
-        Iterations of ``Dynamics`` are no measure of time, and terms that lag move the state of rest.
-        """
-        is_piece = not self.model.on_lattice and self.newton is None
-        return is_piece and self.is_quasistatic and not any(term.lags for term in self.terms)
-
-    def current_points(self) -> NDArray[np.float64]:
-        """Control points in the current state [mean radii], shape (N, 3)."""
-        return self.state.points.numpy()[: self.model.point_count].astype(np.float64)
-
     def good_yarns(self, cell: int = 0) -> YarnSet:
         """The yarns of a cell, or of the only piece, in the last accepted state."""
         return self.good_cells()[cell]
