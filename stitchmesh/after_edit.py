@@ -106,14 +106,14 @@ class _Edit:
         try:
             found = self.generated()
             if found.start is not None:
-                return fabric, found.warm, self.from_start(fabric, found, crowded=False)
+                return fabric, found.warm, self.from_start(fabric, found, load_steps=False)
         except (YarnError, SolverError) as error:
             self.note(f"evened out the stitches around the edit, because {_reason(error)}")
             fabric = relax_mesh_around_edit(self.before, self.after, surface=self.surface)[0]
             found = self.generated(fabric)
             try:
                 if found.start is not None:
-                    return fabric, found.warm, self.from_start(fabric, found, crowded=True)
+                    return fabric, found.warm, self.from_start(fabric, found, load_steps=True)
             except SolverError as second:
                 self.note(f"{ANEW}, because the yarns cannot start where they were relaxed: {_reason(second)}")
         if found.start is None:
@@ -124,10 +124,10 @@ class _Edit:
         """Generate the yarns of the edited fabric or of the evened one, and place them by the relaxed yarns."""
         return warm_start(self.relaxed, self.before, self.after, evened=evened, **self.generation)
 
-    def from_start(self, fabric: StitchMesh, found: WarmStart, *, crowded: bool) -> Relaxation:
-        """Relax the yarns of a fabric from relaxed positions, which may be crowded (``relax_with_options``)."""
+    def from_start(self, fabric: StitchMesh, found: WarmStart, *, load_steps: bool) -> Relaxation:
+        """Relax the yarns of a fabric from relaxed positions (``relax_with_options``)."""
         return relax_with_options(
-            found.generated, fabric=fabric, start=found.start, crowded_start=crowded, **self.relaxation
+            found.generated, fabric=fabric, start=found.start, load_steps=load_steps, **self.relaxation
         )
 
     def note(self, line: str) -> None:

@@ -88,6 +88,10 @@ class SolverError(StitchMeshError):
     """A relaxation cannot continue; the last good state was kept."""
 
 
+class OverloadError(SolverError):
+    """The forces press yarns together or are too steep; the yarns may take a smaller load."""
+
+
 class DisplayError(StitchMeshError):
     """Pictures cannot be drawn on this machine."""
 

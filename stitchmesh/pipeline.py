@@ -8,7 +8,6 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -50,7 +49,6 @@ from stitchmesh.yarngen import YarnFinish, generate_yarns
 from stitchmesh.yarngen.generate import checked_drawn_radius, checked_radius
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, Relaxation, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
-from stitchmesh.yarnrelax.crowded_start import relax_from_crowded_start
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
 
@@ -200,6 +198,7 @@ def _knit(
     if budget is not None:
         plan = make_plan(budget, BudgetScene(kind="garment", stitches=fabric.face_count), options.quality, device)
         quality, report["budget"] = plan.quality, plan.report()
+        report["quality"] = plan.report()["quality"] or quality_entry
     yarns = _yarns(fabric, options, quality, report, progress)
     write_stitches(target / "stitches.h5", fabric)
     saver = _StateSaver(target, report, yarns)
@@ -221,12 +220,9 @@ def relax_with_options(
     yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality, device: str | None = None,
     fabric: StitchMesh | None = None, keep_shape: bool = False, start: YarnSet | None = None,
     progress: Progress = no_progress, on_state: Callable[[YarnSet], None] | None = None, seconds_after: float = 0.0,
-    crowded_start: bool = True, control: RunControl[YarnSet] | None = None,
+    load_steps: bool = True, control: RunControl[YarnSet] | None = None,
 ) -> Relaxation:  # fmt: skip
     """Change the rest lengths of yarns, and relax the yarns.
-
-    If the yarns start so close together that the contact samples of the quality cannot separate them, as in a bobble at
-    quality ``draft``, the relaxation starts again (``crowded_start``).
 
     Args:
         yarns: the yarns.
@@ -238,7 +234,7 @@ def relax_with_options(
         start: the same yarns at the positions from which the relaxation starts; ``yarns`` if None.
         progress: called with the progress of the relaxation.
         on_state: called with the last good state at intervals.
-        crowded_start: whether a relaxation that cannot start is started again.
+        load_steps: whether a load that the yarns cannot take at once is applied in steps.
         seconds_after: estimated time of work after the relaxation [s], which the progress counts.
         control: watches, pauses, steps and stops the relaxation from another thread.
 
@@ -249,8 +245,7 @@ def relax_with_options(
     report_progress = relaxing_progress(
         "yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations, seconds_after=seconds_after
     )
-    relax = partial(relax_from_crowded_start, relax_yarns) if crowded_start else relax_yarns
-    return relax(
+    return relax_yarns(
         apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric),
         start=start,
         material=options.yarn_material(float(yarns.radius.mean())),
@@ -263,6 +258,7 @@ def relax_with_options(
         on_state=on_state,
         checkpoint=options.checkpoint,
         resume=options.resume,
+        load_steps=load_steps,
         control=control,
     )
 

@@ -97,6 +97,8 @@ def parse_error(amount: str | float) -> float:
     number, unit = _number_and_unit(amount)
     if number is None or unit not in ("", "%"):
         raise ParameterError(f"error: got {described(amount)}; expected an error such as 1% or 0.01")
+    if not unit and 1.0 <= number <= 100.0 * LARGEST_ERROR:
+        raise ParameterError(f"error: got {number:g}, which is {percent(number)}; {number:g} % is written {number:g}%")
     return _check_error(number / 100.0 if unit else number)
 
 
@@ -125,8 +127,7 @@ def _check_error(error: float) -> float:
     if not error > 0.0:
         raise ParameterError(f"error: got {error:g}; expected an error above zero, such as 1%")
     if error > LARGEST_ERROR:
-        meant = f"; {error:g} % is written {error:g}%" if LARGEST_ERROR < error <= 100.0 * LARGEST_ERROR else ""
-        raise ParameterError(f"error: got {percent(error)}; expected at most {percent(LARGEST_ERROR)}{meant}")
+        raise ParameterError(f"error: got {percent(error)}; expected at most {percent(LARGEST_ERROR)}")
     if error < SMALLEST_ERROR:
         least = f"the states that it is measured by are known to {percent(SMALLEST_ERROR)}; ask for that"
         raise ParameterError(f"error: got {percent(error)}; {least}")
@@ -135,4 +136,4 @@ def _check_error(error: float) -> float:
 
 def percent(part: float) -> str:
     """Return a part as a percentage, without a space as on the command line."""
-    return f"{100.0 * part:.2g}%"
+    return f"{100.0 * part:.3g}%"

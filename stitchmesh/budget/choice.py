@@ -78,7 +78,7 @@ def _too_little_time(options: Sequence[Expectation], budget: Budget, best: Expec
 
 
 def duration(seconds: float) -> str:
-    """Return a time with two digits, in the unit of which it has a few."""
+    """Return a time with two digits or more, in the unit of which it has a few."""
     if seconds >= 7200.0:
         return f"{seconds / 3600.0:.2g} h"
     if seconds >= 120.0:

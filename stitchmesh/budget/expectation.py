@@ -5,7 +5,8 @@
 A scene that the table has by name is expected to cost what it cost. Any other scene is compared with the measured ones
 of its kind that are nearest to its size, whose times are scaled by the numbers of stitches; the time that is expected
 is the median of these, and the time that is allowed for is the largest. The error is the largest one of the kind,
-because the error of an unknown pattern does not follow from its size.
+because the error of an unknown pattern does not follow from its size. A setting that came to rest in few of the scenes
+(``IN_MOST``) is left out: its rows would be those of the easy scenes.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from stitchmesh.budget.tables import Kind, Measurement, Table
 
 NEAREST = 8
 """Measured scenes with which a new one is compared."""
+IN_MOST = 0.75
+"""Part of the scenes in which a setting has to be at rest with a known error."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,17 +62,17 @@ def expectations(table: Table, scene: BudgetScene, slowness: float = 1.0) -> lis
     """
     rows = [row for row in table.of(scene.kind) if row.converged]
     rows = [row for row in rows if row.scene == scene.name and row.error is not None] or rows
-    found = [_expectation(name, [row for row in rows if row.setting == name], scene, slowness)
-             for name in dict.fromkeys(row.setting for row in rows)]  # fmt: skip
-    return sorted((one for one in found if one is not None), key=lambda one: one.most_seconds)
+    needed = IN_MOST * len({row.scene for row in rows if row.error is not None})
+    found = []
+    for name in dict.fromkeys(row.setting for row in rows):
+        own = [row for row in rows if row.setting == name]
+        if sum(row.error is not None for row in own) >= max(needed, 1):
+            found.append(_expectation(name, own, scene, slowness))
+    return sorted(found, key=lambda one: one.most_seconds)
 
 
-def _expectation(
-    setting: str, rows: Sequence[Measurement], scene: BudgetScene, slowness: float
-) -> Expectation | None:
+def _expectation(setting: str, rows: Sequence[Measurement], scene: BudgetScene, slowness: float) -> Expectation:
     errors = [row.error for row in rows if row.error is not None]
-    if not errors:
-        return None
     near = sorted(rows, key=lambda row: abs(math.log(row.stitches / scene.stitches)))[:NEAREST]
     slowness *= scene.relaxations
     seconds = [slowness * row.seconds * scene.stitches / row.stitches for row in near]

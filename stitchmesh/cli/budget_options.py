@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import time
 from collections.abc import Mapping
 from contextvars import ContextVar
@@ -28,6 +27,9 @@ BOOT, OWN = Path("/proc/uptime"), Path("/proc/self/stat")
 """On Linux: the time since the machine was started [s], and when this process was started [clock ticks]."""
 WITHIN_HELP = f"time for the whole command: 60s, 2min, 0.5h; it ends with what is reached (exit status {OUT_OF_TIME})"
 ERROR_HELP = "largest relative error of the stitch spacing: 1% or 0.01; tables then choose the quality"
+
+NO_TIME_FOR_PICTURE = "no picture: the time leaves none for it; give more, or draw it with `stitchmesh render`"
+"""Line in the place of a picture that is left out."""
 
 ChosenQuality = Annotated[
     str | None,
@@ -122,7 +124,6 @@ def time_after(picture: float | None, within: str | None) -> tuple[float, bool]:
     budget, after = Budget.of(within), FILES + picture
     if budget is None or budget.within is None or budget.within >= 2.0 * _load() * after:
         return after, True
-    print("no picture: the time leaves none for it; give more, or draw it with `stitchmesh render`", file=sys.stderr)
     return FILES, False
 
 

@@ -53,6 +53,7 @@ from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
+from stitchmesh.yarnrelax.saddle import continued, relax_to_minimum
 
 logger = logging.getLogger(__name__)
 
@@ -282,34 +283,26 @@ def relax_along(
     Raises:
         SolverError: the yarns cannot be relaxed, or a yarn passed through another one.
     """
-    report: dict[str, Any] = {"iterations": 0, "seconds": 0.0}
-    history, most = list[HistoryEntry](), iterations_of(prepared.path)
-    for number, step in enumerate(prepared.path):
-        quality = replace(step, max_iterations=max(min(step.max_iterations, most - report["iterations"]), 0))
-        if number:
-            yarns = sample_evenly(yarns, draw_swatch(prepared.source, prepared.options, quality)[1])
-        relaxed = relax_yarns(
+    relax = relax_yarns if prepared.cell is None else relax_to_minimum
+    found, most = None, iterations_of(prepared.path)
+    for step in prepared.path:
+        done = 0 if found is None else found.report["iterations"]
+        quality = replace(step, max_iterations=max(min(step.max_iterations, most - done), 0))
+        if found is not None:
+            yarns = sample_evenly(found.yarns, draw_swatch(prepared.source, prepared.options, quality)[1])
+        relaxed = relax(
             yarns, material=prepared.similar, quality=quality, device=prepared.device, cell=prepared.cell,
             terms=prepared.terms, progress=progress,
         )  # fmt: skip
-        yarns, before = relaxed.yarns, report
-        history += [continued(entry, before) for entry in relaxed.history]
-        report = relaxed.report | {name: before[name] + relaxed.report[name] for name in ("iterations", "seconds")}
-    return Relaxation(yarns, report, history)
+        found = relaxed if found is None else continued(relaxed, found)
+    assert found is not None
+    return found
 
 
 def iterations_of(path: Sequence[Quality]) -> int:
     """Return the largest number of iterations of all resolutions of a path together."""
     is_preset = path[-1].max_iterations in {preset.max_iterations for preset in PRESETS.values()}
     return sum(step.max_iterations for step in path) if is_preset else path[-1].max_iterations
-
-
-def continued(entry: HistoryEntry, before: dict[str, Any]) -> HistoryEntry:
-    """Return an entry of the history of a relaxation that continues one with a report."""
-    entry = entry.copy()
-    entry["iteration"] += before["iterations"]
-    entry["seconds"] += before["seconds"]
-    return entry
 
 
 def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tuple[StitchMesh | None, YarnSet]:

@@ -8,7 +8,7 @@ depends on
     the control points, their positions at the last search for contacts and in the last accepted state, and what the
     solver, Newton's method and the terms carry; the margin and the age of the candidate lists, the scale of steps,
     whether Newton's method ends the relaxation, the estimate of the change that is left, the marks from which it is
-    made (``settling``), and the last assessment.
+    made (``settling``), the last assessment, and the step of the load with its start.
 
 Candidate lists and budgets follow from the listed points and the margin, so they are made again and not stored.
 Everything else follows from the inputs of the relaxation, so a checkpoint contains a fingerprint of the inputs: yarns,
@@ -38,12 +38,15 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.convergence import Assessment
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.fingerprint import fingerprint
+from stitchmesh.yarnrelax.load_position import AT_ONCE, LoadPosition
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 from stitchmesh.yarnrelax.solvers.newton import RemainingChange
 
 NAME = "checkpoint.smc"
 """Name of the newest checkpoint in its folder."""
+LOAD, START = "load.", ("points", "periods")
+"""Beginning of the names of arrays at which a step of the load starts, and their names in ``LoadPosition``."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +104,8 @@ class CheckpointState:
     """Whether no Newton step lowers the energy any more."""
     remaining: RemainingChange | None = None
     """Estimate of the change that is left; None where it is unknown."""
+    position: LoadPosition = AT_ONCE
+    """The step of the load."""
 
 
 def input_fingerprint(
@@ -111,9 +116,8 @@ def input_fingerprint(
     terms: Sequence[TermChoice],
     constraints: Sequence[ConstraintChoice],
     cell: RelaxCell | None,
-    arrays: Mapping[str, wp.array[Any]],
 ) -> dict[str, str]:
-    """The inputs of a relaxation and the types of its arrays, as short strings.
+    """The inputs of a relaxation as short strings.
 
     Raises:
         ParameterError: a term or a constraint has a value that cannot be compared.
@@ -126,7 +130,7 @@ def input_fingerprint(
         for number, choice in enumerate(choices):
             name = f"{kind} {number}"
             found |= {name: type(choice).__name__} | fingerprint(f"{name} ({type(choice).__name__})", choice)
-    return found | {f"array {name}": array.dtype.__name__ for name, array in arrays.items()}
+    return found
 
 
 def write_state(path: FilePath, inputs: Mapping[str, str], state: CheckpointState) -> None:
@@ -150,8 +154,12 @@ def write_state(path: FilePath, inputs: Mapping[str, str], state: CheckpointStat
         "newton_fall": state.newton_fall,
         "stalled": state.stalled,
         "remaining": None if state.remaining is None else asdict(state.remaining),
+        "position": {name: value for name, value in vars(state.position).items() if name not in START},
     }
-    write_checkpoint(path, CheckpointFile(header, {name: array.numpy() for name, array in state.arrays.items()}))
+    arrays = {name: array.numpy() for name, array in state.arrays.items()}
+    starts = {f"{LOAD}{name}": getattr(state.position, name) for name in START}
+    arrays |= {name: array for name, array in starts.items() if array is not None}
+    write_checkpoint(path, CheckpointFile(header, arrays))
 
 
 def read_state(path: FilePath, inputs: Mapping[str, str]) -> CheckpointState:
@@ -164,7 +172,10 @@ def read_state(path: FilePath, inputs: Mapping[str, str]) -> CheckpointState:
     content = read_checkpoint(path)
     header: dict[str, Any] = dict(content.header)
     _refuse_other(fspath(path), header.pop("inputs", {}), inputs)
-    read: dict[str, Any] = {"last": Assessment(**header["last"]), "arrays": content.arrays}
+    starts: dict[str, Any] = {name: content.arrays.get(f"{LOAD}{name}") for name in START}
+    arrays = {name: array for name, array in content.arrays.items() if not name.startswith(LOAD)}
+    read: dict[str, Any] = {"last": Assessment(**header["last"]), "arrays": arrays}
+    read["position"] = LoadPosition(**header["position"], **starts)
     read["energy_fall"] = np.inf if header["energy_fall"] is None else header["energy_fall"]
     read["remaining"] = None if header["remaining"] is None else RemainingChange(**header["remaining"])
     return CheckpointState(**header | read)

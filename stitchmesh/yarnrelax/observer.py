@@ -21,6 +21,7 @@ from stitchmesh.run_control import RunControl, Snapshot
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.carried_arrays import carried_arrays, resume_from_arrays
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, CheckpointState, write_state
+from stitchmesh.yarnrelax.loading import Loading
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 
 ON_STATE_SECONDS = 5.0
@@ -42,7 +43,7 @@ def report_entries(quality: Quality, progress: StageProgress) -> Progress:
 class Observer:
     """Keeps the history of a relaxation, reports its progress, hands out states and writes checkpoints."""
 
-    loop: RelaxationLoop
+    loading: Loading
     progress: Progress | None
     on_state: Callable[[YarnSet], None] | None
     checkpoint: Checkpoints | None
@@ -56,6 +57,11 @@ class Observer:
     """Iteration of the last checkpoint that was written because it was due."""
     reported: float = 0.0
     saved: float = 0.0
+
+    @property
+    def loop(self) -> RelaxationLoop:
+        """The loop of the present step of the load."""
+        return self.loading.loop
 
     def note(self) -> None:
         """Add the last assessment to the history; report it, hand out the state and write a checkpoint when due.
@@ -76,7 +82,7 @@ class Observer:
             self.progress(entry)
         if self.on_state is not None and now - self.saved > ON_STATE_SECONDS:
             self.saved = now
-            self.on_state(loop.simulation.good_yarns())
+            self.on_state(self.loading.good_yarns())
         if self.checkpoint is not None:
             self.unwritten = self._checkpoint_state()
             if loop.iteration >= self.written + self.checkpoint.every:
@@ -94,7 +100,7 @@ class Observer:
     def hand_over(self) -> None:
         """Hand out the last accepted state, and write a checkpoint of the last assessment."""
         if self.on_state is not None:
-            self.on_state(self.loop.simulation.good_yarns())
+            self.on_state(self.loading.good_yarns())
         self.write_checkpoint()
 
     def write_checkpoint(self) -> None:
@@ -121,7 +127,7 @@ class Observer:
 
     def _snapshot(self, entry: HistoryEntry) -> Snapshot[YarnSet]:
         """The last accepted state with its assessment."""
-        yarns, tolerance = self.loop.simulation.good_yarns(), self.loop.tolerance
+        yarns, tolerance = self.loading.good_yarns(), self.loop.tolerance
         figures = entry["residual"], tolerance, entry["seconds"], entry["energies"]
         return Snapshot(yarns, entry["iteration"], *figures)
 
@@ -146,5 +152,6 @@ class Observer:
             newton_fall=float(loop.alternation.newton_fall[0]),
             stalled=bool(loop.stalled[0]),
             remaining=loop.remaining[0],
+            position=self.loading.position,
             arrays=arrays,
         )

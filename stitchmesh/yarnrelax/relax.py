@@ -18,17 +18,17 @@ from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.run_control import RunControl, RunStopped
 from stitchmesh.time_limit import OutOfTime, done_twice
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.carried_arrays import carried_arrays
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, input_fingerprint, read_state
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice, refuse_in_free_cells
 from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking, refuse_changed_linking
+from stitchmesh.yarnrelax.load_path import LoadPath, StepInputs
+from stitchmesh.yarnrelax.load_position import AT_ONCE
+from stitchmesh.yarnrelax.loading import Loading
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.observer import Observer, Progress, report_entries
-from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.relaxation_result import Relaxation, relaxation_report, unrest_text
-from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 from stitchmesh.yarnrelax.start_points import start_points
 
@@ -51,13 +51,13 @@ def relax_yarns(
     on_state: Callable[[YarnSet], None] | None = None,
     checkpoint: Checkpoints | None = None,
     resume: FilePath | None = None,
+    load_steps: bool = True,
     control: RunControl[YarnSet] | None = None,
 ) -> Relaxation:
     """Relax yarns to a state of rest; no yarn passes through another.
 
     The yarns are at rest when the residual is below ``Quality.tolerance`` and the change of the spacing that is left is
-    estimated below ``Quality.largest_change``; with friction, twist or a body, or with ``Dynamics``, that change is not
-    known, and the energy must have stopped falling instead (``yarnrelax.convergence``). A relaxation that stops at
+    estimated below ``Quality.largest_change``; with friction, or with ``Dynamics``, that change is not known, and the energy must have stopped falling instead (``yarnrelax.convergence``). A relaxation that stops at
     ``Quality.max_iterations``, or where no step lowers the energy any more, logs a warning, and its report is not
     converged. One that a limit on the time ends (``time_limit``) has the bits of one with ``max_iterations`` as many as
     its report counts. A resumed one has those of one that never stopped, and counts iterations and seconds of both.
@@ -80,6 +80,8 @@ def relax_yarns(
         on_state: called every few seconds, and when the relaxation ends early, with the last accepted state.
         checkpoint: where and how often to write what is needed to resume; also written at the start and at any end.
         resume: a checkpoint to continue from; all other arguments must be the same as when it was written.
+        load_steps: whether rest lengths, stiffnesses, the radius or loads that press yarns through one another at once
+            are applied in steps (``load_path``); the report then says how. Terms begin anew in each step.
         control: watches, pauses, steps and stops the relaxation from another thread. A step is an assessment interval
             of 20 iterations, or near rest a Newton step, which counts as many iterations as it takes products with the
             Hessian. A pause writes a checkpoint. A stopped relaxation returns its last accepted state.
@@ -102,40 +104,34 @@ def relax_yarns(
     points = None if start is None else start_points(start, yarns)
     if cell is not None:
         refuse_in_free_cells(terms, constraints)
-    simulation = YarnSimulation.start(yarns, material, quality, device_named(device), terms, constraints, points, cell)
+    kind, inputs = device_named(device), {}
+    if checkpoint is not None or resume is not None:
+        inputs = input_fingerprint(yarns, material, quality, kind, terms, constraints, cell)
+    saved = None if resume is None else read_state(resume, inputs)
+    path = LoadPath(StepInputs(yarns, material, quality, kind, terms, constraints, points, cell))
+    loading = Loading(path, AT_ONCE if saved is None else saved.position, in_steps=load_steps)
     with done_twice():
         linking = doubled_linking(yarns, device=device)
-    inputs: dict[str, str] = {}
-    if checkpoint is not None or resume is not None:
-        kind = simulation.model.device
-        inputs = input_fingerprint(yarns, material, quality, kind, terms, constraints, cell, carried_arrays(simulation))
-    loop, out_of_time = RelaxationLoop(simulation, quality.tolerance, quality.largest_change), False
+    out_of_time = False
     with shown_progress(progress, lambda shown: report_entries(quality, shown)) as report_entry:
-        observer = Observer(loop, report_entry, on_state, checkpoint, inputs, began, control)
-        if resume is not None:
-            observer.resume(read_state(resume, inputs))
+        observer = Observer(loading, report_entry, on_state, checkpoint, inputs, began, control)
+        if saved is not None:
+            observer.resume(saved)
         try:
-            _run_to_rest(loop, quality, observer.note)
+            loading.run(observer.note)
         except RunStopped as end:
-            out_of_time = isinstance(end, OutOfTime) and not loop.at_rest[0]
-            logger.info("stopped after %d iterations", loop.iteration)
+            out_of_time = isinstance(end, OutOfTime) and not loading.at_rest
+            logger.info("stopped after %d iterations", loading.loop.iteration)
         except FileError:  # Checkpoints cannot be written.
             raise
         except BaseException:
             observer.hand_over()
             raise
         observer.write_checkpoint()
-    stopped = bool(control is not None and control.stopped and not loop.at_rest[0])
-    if not (loop.at_rest[0] or stopped):
-        logger.warning("yarns are not at rest: %s", unrest_text(loop, out_of_time=out_of_time))
-    relaxed = simulation.good_yarns()
+    stopped = bool(control is not None and control.stopped and not loading.at_rest)
+    if not (loading.at_rest or stopped):
+        logger.warning("yarns are not at rest: %s", unrest_text(loading, out_of_time=out_of_time))
+    relaxed = loading.good_yarns()
     refuse_changed_linking(yarns, changed_pairs(linking, doubled_linking(relaxed, device=device)))
-    report = relaxation_report(loop, quality, relaxed, observer.seconds(), stopped=stopped, out_of_time=out_of_time)
+    report = relaxation_report(loading, relaxed, observer.seconds(), stopped=stopped, out_of_time=out_of_time)
     return Relaxation(relaxed, report, observer.history)
-
-
-def _run_to_rest(loop: RelaxationLoop, quality: Quality, note: Callable[[], None]) -> None:
-    """Iterate until the yarns are at rest, and stay at rest after the lagged quantities of terms were renewed."""
-    loop.run(quality.max_iterations, note)
-    while loop.at_rest[0] and loop.renew_terms() and loop.last[0].residual >= quality.tolerance:
-        loop.run(quality.max_iterations, note)

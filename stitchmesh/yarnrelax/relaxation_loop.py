@@ -15,7 +15,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.errors import SolverError
+from stitchmesh.errors import OverloadError
 from stitchmesh.time_limit import check_time
 from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN
 from stitchmesh.yarnrelax.convergence import Assessment, has_converged, is_at_rest
@@ -273,4 +273,4 @@ class RelaxationLoop:
         """Record the cells that cannot continue; raise the error if there is only one cell."""
         self.errors |= errors
         if self.errors and self.simulation.model.cell_count == 1:
-            raise SolverError(self.errors[0])
+            raise OverloadError(self.errors[0])

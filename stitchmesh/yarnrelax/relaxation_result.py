@@ -11,9 +11,9 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.io.history import HistoryEntry
-from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.convergence import LARGEST_ENERGY_FALL, MORE_ITERATIONS, rest_text
+from stitchmesh.yarnrelax.loading import Loading
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 
 
@@ -27,7 +27,9 @@ class Relaxation:
     """seconds, iterations, converged, stopped (by the user), out_of_time (a limit on the time ended it), residual,
     remaining_change (the estimated change that is left: spacing and energy, both relative, and rms_radii; None where it
     is not known), energy [erg], energies [erg], max_strain, min_distance_over_radius (2 where no yarns touch),
-    pull_throughs, certificate, solver, device."""
+    pull_throughs, certificate, load_steps (None where the whole load was applied at once; else the share of the load
+    that acts, the steps that were taken and refused, the factor of the radius at their start, the contact_samples of a
+    segment, and the reason), solver, device."""
     history: list[HistoryEntry]
     """The result of each assessment."""
 
@@ -37,14 +39,15 @@ class Relaxation:
 
 
 def relaxation_report(
-    loop: RelaxationLoop, quality: Quality, relaxed: YarnSet, seconds: float, *, stopped: bool, out_of_time: bool
+    loading: Loading, relaxed: YarnSet, seconds: float, *, stopped: bool, out_of_time: bool
 ) -> dict[str, Any]:
     """The report of a relaxation, as in ``Relaxation``."""
+    loop = loading.loop
     left = loop.remaining[0]
     return {
         "seconds": seconds,
         "iterations": loop.iteration,
-        "converged": bool(loop.at_rest[0]),
+        "converged": loading.at_rest,
         "stopped": stopped,
         "out_of_time": out_of_time,
         "residual": loop.last[0].residual,
@@ -55,13 +58,15 @@ def relaxation_report(
         "min_distance_over_radius": float(loop.simulation.smallest_distances()[0]),
         "pull_throughs": 0,
         "certificate": "unchanged",
-        "solver": quality.solver,
+        "load_steps": loading.position.report(loading.quality),
+        "solver": loading.quality.solver,
         "device": str(loop.simulation.model.device),
     }
 
 
-def unrest_text(loop: RelaxationLoop, *, out_of_time: bool = False) -> str:
+def unrest_text(loading: Loading, *, out_of_time: bool = False) -> str:
     """Say how far the yarns are from rest, what was expected, and what would help."""
+    loop = loading.loop
     last, remedy = loop.last[0], loop.last[0].remedy
     if out_of_time:
         remedy = "the time is over: allow more"
@@ -69,6 +74,8 @@ def unrest_text(loop: RelaxationLoop, *, out_of_time: bool = False) -> str:
         single = loop.simulation.model.scalar is wp.float32
         remedy = f"no step lowers the energy; {'take quality reference (float64)' if single else 'accept this state'}"
     found = f"residual {last.residual:.2g} (expected {loop.tolerance:g})"
+    if not loading.position.is_whole:
+        found += f" under {loading.position.share:.2g} of the load"
     return f"{found}, {_change_text(loop)} after {loop.iteration} iterations; {remedy}"
 
 

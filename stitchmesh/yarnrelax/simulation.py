@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.copy_where import copy_where
 from stitchmesh.compute.precision import scalar_named
-from stitchmesh.errors import SolverError
+from stitchmesh.errors import OverloadError
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
 from stitchmesh.quality import Quality
@@ -78,7 +78,7 @@ class YarnSimulation:
         """Send the yarns of one piece, or of independent cells, to the device, and make candidate lists.
 
         Raises:
-            SolverError: the yarns of the only piece are too close to each other.
+            OverloadError: the yarns of the only piece are too close to each other.
         """
         self.model = model = put_cells(
             given,
@@ -186,14 +186,15 @@ class YarnSimulation:
             For each cell whose yarns are too close to go on, what is wrong.
 
         Raises:
-            SolverError: the same of the only piece, or the lists do not fit the memory.
+            OverloadError: the same of the only piece.
+            SolverError: the lists do not fit the memory.
         """
         if margin is not None:
             self.candidates.margin = margin
         self.search.run()
         too_close = self.search.too_close()
         if too_close and self.model.cell_count == 1:
-            raise SolverError(too_close[0])
+            raise OverloadError(too_close[0])
         return too_close
 
     def renew_terms(self) -> None:

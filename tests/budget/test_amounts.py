@@ -42,7 +42,8 @@ def test_times_that_cannot_be_kept(amount, said):
 @pytest.mark.parametrize(
     ("amount", "said"),
     [("0", "above zero"), ("-1%", "above zero"), ("nan", "above zero"), ("nan%", "above zero"),
-     ("inf", "expected at most 50%"), ("60%", "expected at most 50%"), ("5", "5 % is written 5%"),
+     ("inf", "expected at most 50%"), ("60%", "got 60%; expected at most"),
+     ("100%", "got 100%; expected"), ("5", "5 % is written 5%"),
      ("1e-9", "ask for that"), ("1e-9%", "ask for that"), ("small", "expected an error such as"),
      ("1s", "expected an error such as")],
 )  # fmt: skip

@@ -137,6 +137,19 @@ def test_times_of_unknown_scenes_are_scaled_by_their_stitches():
     assert expectations(table, BudgetScene(kind="free cell", stitches=1)) == []
 
 
+def test_a_setting_that_was_at_rest_in_easy_scenes_only_is_left_out():
+    def row(scene: str, setting: str, converged: bool) -> Measurement:
+        return Measurement(kind="garment", scene=scene, setting=setting, stitches=100, points=1200, iterations=100,
+                           seconds=1.0, error=0.01, converged=converged)  # fmt: skip
+
+    rows = [row(scene, "standard", True) for scene in "abcd"] + [row(scene, "draft", scene in "ab") for scene in "abcd"]
+    table = replace(read_tables()[0], measurements=tuple(rows))
+    unknown = expectations(table, BudgetScene(kind="garment", stitches=100))
+    assert [one.setting for one in unknown] == ["standard"]
+    known = expectations(table, BudgetScene(kind="garment", stitches=100, name="a"))
+    assert {one.setting for one in known} == {"draft", "standard"}
+
+
 def test_an_error_tightens_the_stopping_rule_and_never_loosens_it():
     for quality in PRESETS.values():
         assert tightened(quality, 0.5).largest_change == quality.largest_change

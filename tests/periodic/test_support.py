@@ -83,7 +83,7 @@ def test_a_size_that_is_given_stays_while_the_other_one_is_blocked() -> None:
     assert made.report["wale_tension"] * 1.2 > 0.0
 
 
-@pytest.mark.parametrize(("tension", "message"), [(1e6, "it tears at 30 %"), (2e4, "blocked: 20000 dyn/cm")])
+@pytest.mark.parametrize(("tension", "message"), [(1e6, "it tears at 30 %"), (4e4, "blocked: 40000 dyn/cm strain")])
 def test_a_tension_that_tears_is_refused_in_one_line(tension: float, message: str) -> None:
     with pytest.raises(ParameterError, match=message) as caught:
         free("eyelet-lace", blocked=tension, quality="draft")

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,7 +12,13 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, UseAppendAction
 
 from stitchmesh.cli.arguments import Flag, help_entry
-from stitchmesh.cli.budget_options import BudgetOptions, chosen_setting, exit_status, time_after
+from stitchmesh.cli.budget_options import (
+    NO_TIME_FOR_PICTURE,
+    BudgetOptions,
+    chosen_setting,
+    exit_status,
+    time_after,
+)
 from stitchmesh.cli.labeling_faults import faults_drawn
 from stitchmesh.cli.options import (
     DRAWN_RADIUS,
@@ -118,6 +125,8 @@ class Knit:
                 from stitchmesh.render import render_yarns
 
                 drawn = draw_if_possible(lambda: render_yarns(made.yarns, folder / "preview.png"))
+            elif not self.no_picture:
+                print(NO_TIME_FOR_PICTURE, file=sys.stderr)
         yarn = None if recipe.yarn is None else Yarn.named(recipe.yarn)
         lines = knit_summary(made.fabric, made.yarns, made.report, yarn)
         print_result(made.report, [*lines, files_to_open(folder, drawn)], as_json=self.json)

@@ -13,7 +13,14 @@ from tyro.conf import Positional, UseAppendAction, arg
 
 from stitchmesh import __version__
 from stitchmesh.cli.arguments import Flag, Period, help_entry
-from stitchmesh.cli.budget_options import BudgetOptions, ChosenQuality, chosen_setting, exit_status, time_after
+from stitchmesh.cli.budget_options import (
+    NO_TIME_FOR_PICTURE,
+    BudgetOptions,
+    ChosenQuality,
+    chosen_setting,
+    exit_status,
+    time_after,
+)
 from stitchmesh.cli.options import (
     FACTORS,
     Device,
@@ -130,6 +137,8 @@ class Swatch:
             if draws:
                 progress("picture", 0.0, "preview.png")
                 drawn = draw_if_possible(lambda: render_swatch(made.yarns, folder / "preview.png", tiles))
+            elif not self.no_picture:
+                print(NO_TIME_FOR_PICTURE, file=sys.stderr)
         lines = swatch_summary(made, report["name"], self.fabric.yarn.named())
         print_result(report, [*lines, files_to_open(folder, drawn)], as_json=self.json)
         return exit_status(report)

@@ -355,6 +355,10 @@ class Newton:
         self.share, self.wait = other.share[cells], other.wait[cells]
         self.length, self.ratio = other.length[cells], other.ratio[cells]
         self.solve.record.assign(other.record[cells])
+        entries = np.repeat(cells, np.diff(other.model.point_start))
+        if self.strains:
+            entries = np.concatenate([entries, cells])
+        self.solve.damping.assign(other.solve.damping.numpy()[entries])
         self._last = None
 
     def arrays(self) -> dict[str, wp.array[Any]]:

@@ -205,6 +205,22 @@ def test_products_count_as_iterations_of_each_cell() -> None:
         assert min(done) // 2 <= cell.report["iterations"] < min(done) // 2 + 1000
 
 
+@pytest.mark.parametrize("free", [[FREE, FREE], None])
+def test_some_cells_of_a_batch_continue_alone_with_their_damping_and_estimate(free: list[RelaxCell] | None) -> None:
+    cells, cpu = [periodic_patch(1, 1), woven_cell()], device_named("cpu")
+    given = [(yarns, KALDOR) for yarns in cells]
+    both = YarnSimulation(given, DOUBLE, cpu, cells=free)
+    alone = YarnSimulation(given[1:], DOUBLE, cpu, cells=None if free is None else free[1:])
+    assert both.newton is not None and alone.newton is not None
+    both.newton_step(np.ones(2, dtype=bool), np.ones(2))
+    damping, first = np.random.default_rng(5).random(len(both.newton.solve.damping)), len(cells[0].points)
+    both.newton.solve.damping.assign(damping)
+    alone.newton.continue_from(both.newton, np.array([False, True]))
+    expected = np.concatenate([damping[first : both.model.point_count], damping[both.model.point_count + 1 :]])
+    assert np.array_equal(alone.newton.solve.damping.numpy(), expected)
+    assert np.array_equal(alone.newton.record, both.newton.record[1:])
+
+
 def test_each_cell_of_a_batch_has_its_own_remaining_change() -> None:
     cells = [periodic_patch(1, 1), woven_cell()]
     for free in ([FREE, FREE], None):

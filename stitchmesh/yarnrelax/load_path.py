@@ -1,0 +1,170 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The path of loads to the inputs of a relaxation whose yarns cannot take the whole load at once.
+
+A relaxation starts where the yarns are, with the whole load. Where rest lengths, stiffnesses or the radius are far from
+those that suit the start, the forces press yarns together before the fabric can follow, and nothing can move any more
+(``step_limit``). The load is then applied in steps. At the share s of the load
+
+    L(s) = L0^(1-s) L^s          rest length of each segment; L0 is its length at the start
+    k(s) = k0^(1-s) k^s          bending and contact; at the start, bending is at most as stiff, and contact at least as
+                                 stiff, as in yarn of the default material with the same resistance to stretching
+    r(s) = r t^(1-s)             radius; t is 1, or less where the yarns start too close to each other; the stiffnesses
+                                 are scaled with it
+    P(s) = s P                   loads on the borders of a cell
+
+The steps are those of ``LoadPosition``. Where none is left, the message says how much of the load the yarns took.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.errors import OverloadError, SolverError
+from stitchmesh.lattice import Lattice
+from stitchmesh.mesh import FloatArray
+from stitchmesh.quality import Quality
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.load_position import LoadPosition
+from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
+
+MOST_STRAIN = 100.0
+"""Largest ratio of a segment's length at the start and its rest length that the path begins with."""
+TORN = 0.3
+"""Strain above which a refusal names the strain as its reason; yarn of wool breaks at 25 to 35 %."""
+SAME = 0.02
+"""Relative change of an input below which it is not named."""
+
+
+@dataclass(frozen=True, eq=False)
+class StepInputs:
+    """The inputs of a relaxation at one share of the load; the fields are the arguments of ``YarnSimulation.start``."""
+
+    yarns: YarnSet
+    material: YarnMaterial
+    quality: Quality
+    device: wp.Device
+    terms: Sequence[TermChoice] = ()
+    constraints: Sequence[ConstraintChoice] = ()
+    points: FloatArray | None = None
+    cell: RelaxCell | None = None
+
+    def start(self) -> YarnSimulation:
+        """A simulation with these inputs.
+
+        Raises:
+            OverloadError: the yarns are too close to each other.
+        """
+        return YarnSimulation.start(**{field.name: getattr(self, field.name) for field in fields(self)})
+
+
+@dataclass(frozen=True, eq=False)
+class LoadPath:
+    """The inputs that were asked for, and the way to them."""
+
+    asked: StepInputs
+
+    def inputs_at(self, position: LoadPosition) -> StepInputs:
+        """The inputs of a step, with its start."""
+        asked, share = self.asked, position.share
+        quality = asked.quality
+        if position.finer > 1:
+            quality = replace(quality, contact_samples=position.finer * quality.contact_samples)
+        yarns, points = asked.yarns, asked.points
+        if position.periods is not None and asked.cell is not None:
+            yarns = replace(yarns, lattice=Lattice(position.periods))
+        if position.points is not None:
+            points = position.points
+        if position.is_whole:
+            return replace(asked, yarns=yarns, quality=quality, points=points)
+        rest_length = _between(self._first_lengths(), yarns.rest_length, share)
+        yarns = replace(yarns, rest_length=rest_length, radius=yarns.radius * position.thin ** (1.0 - share))
+        material, cell = self._material_at(share, position.thin), _loaded(asked.cell, share)
+        return replace(asked, yarns=yarns, material=material, quality=quality, points=points, cell=cell)
+
+    def with_asked_inputs(self, yarns: YarnSet) -> YarnSet:
+        """The yarns of a step with the rest lengths and radii that were asked for."""
+        asked = self.asked.yarns
+        return replace(asked, points=yarns.points, lattice=yarns.lattice)
+
+    def refusal(self, error: OverloadError, position: LoadPosition) -> SolverError:
+        """The error where no step is left: why, at which share of which load, and what would help."""
+        if position.reached is None or position.points is None:
+            return SolverError(position.reason or str(error))
+        head, stretched = str(error).split(";")[0], self._strain_at(position)
+        load = f"{position.reached:.2g} of the load ({self._changes(position)})"
+        took = f"the yarns took {load} in {position.steps} steps, stretched by {100 * stretched:.2g} %"
+        remedy = "the yarn cannot be that short, give longer" if stretched > TORN else "take thinner or longer"
+        remedy = "take a smaller load, thicker" if self._pulls else remedy
+        return SolverError(f"{head}; {took}; {remedy} yarn, a smaller k_bend or a larger k_contact (--stiffness)")
+
+    @property
+    def _pulls(self) -> bool:
+        """Whether loads act on the borders of a cell."""
+        cell = self.asked.cell
+        return cell is not None and bool(cell.course or cell.wale)
+
+    def _first_lengths(self) -> FloatArray:
+        """Rest lengths at share 0 [cm], shape (S,)."""
+        asked = self.asked
+        start = asked.yarns if asked.points is None else replace(asked.yarns, points=asked.points)
+        rest = asked.yarns.rest_length
+        return np.clip(start.lengths, rest / MOST_STRAIN, rest * MOST_STRAIN)
+
+    def _first_material(self) -> YarnMaterial:
+        """Stiffnesses at share 0."""
+        own = self.asked.material
+        usual = YarnMaterial.named().scaled(float(self.asked.yarns.radius.mean()) / REFERENCE_RADIUS)
+        level = own.k_length / usual.k_length if own.k_length > 0.0 else own.k_len / usual.k_len
+        k_bend, k_contact = min(own.k_bend, level * usual.k_bend), max(own.k_contact, level * usual.k_contact)
+        return replace(own, k_bend=k_bend, k_contact=k_contact)
+
+    def _material_at(self, share: float, thin: float) -> YarnMaterial:
+        first, last = self._first_material(), self.asked.material
+        found = {name: _between(getattr(first, name), getattr(last, name), share) for name in ("k_bend", "k_contact")}
+        return replace(last, **found).scaled(thin ** (1.0 - share))
+
+    def _strain_at(self, position: LoadPosition) -> float:
+        """Largest magnitude of the strain at the share that was reached."""
+        at = replace(position, share=position.reached if position.reached is not None else 1.0)
+        inputs = self.inputs_at(at)
+        assert inputs.points is not None
+        return float(np.abs(replace(inputs.yarns, points=inputs.points).strain).max())
+
+    def _changes(self, position: LoadPosition) -> str:
+        """The inputs that differ between the two ends of the path."""
+        rest_length = float(np.median(self.asked.yarns.rest_length / self._first_lengths()))
+        first, last = self._first_material(), self.asked.material
+        factors = {"rest lengths": rest_length, "radius": 1.0 / position.thin}
+        factors |= {name: _ratio(getattr(last, name), getattr(first, name)) for name in ("k_bend", "k_contact")}
+        named = [f"{name} x {factor:.2g}" for name, factor in factors.items() if abs(factor - 1.0) > SAME]
+        if self._pulls:
+            named.append("the loads on the cell")
+        return ", ".join(named) or "rest lengths of single segments"
+
+
+def _between(first: Any, last: Any, share: float) -> Any:
+    """The geometric mean of two positive numbers, or of the entries of two arrays, weighted by the share."""
+    if np.all(first == last):
+        return last
+    return first ** (1.0 - share) * last**share
+
+
+def _ratio(last: float, first: float) -> float:
+    return last / first if first > 0.0 else 1.0
+
+
+def _loaded(cell: RelaxCell | None, share: float) -> RelaxCell | None:
+    """The cell with a share of its loads."""
+    if cell is None:
+        return None
+    course, wale = (None if load is None else share * load for load in (cell.course, cell.wale))
+    return replace(cell, course=course, wale=wale)

@@ -1,0 +1,124 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The relaxation of yarns under their load: at once, or where they cannot take it, in steps (``load_position``).
+
+Each step is a relaxation of its own, with inputs of its own (``load_path``). Iterations are counted through all steps.
+An interval in which a step is refused counts as a whole one, so that each state has a count of its own.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+
+import numpy as np
+
+from stitchmesh.errors import OverloadError
+from stitchmesh.quality import Quality
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.load_path import LoadPath
+from stitchmesh.yarnrelax.load_position import AT_ONCE, STEP_ITERATIONS, LoadPosition
+from stitchmesh.yarnrelax.relaxation_loop import DESCENT, RelaxationLoop
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
+
+logger = logging.getLogger(__name__)
+
+
+class Loading:
+    """A relaxation along a path of loads."""
+
+    def __init__(self, path: LoadPath, position: LoadPosition = AT_ONCE, *, in_steps: bool = True) -> None:
+        """Start the first step, or the next one that the yarns can start.
+
+        Args:
+            path: the inputs of all steps.
+            position: the step that is tried first.
+            in_steps: whether a load that is too large is applied in steps.
+
+        Raises:
+            SolverError: the yarns are too close to each other at every step.
+        """
+        self.path, self.position, self.in_steps = path, position, in_steps
+        self.loop = self._begin()
+
+    @property
+    def quality(self) -> Quality:
+        """The quality that was asked for."""
+        return self.path.asked.quality
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the yarns are at rest under their whole load."""
+        return self.position.is_whole and bool(self.loop.at_rest[0])
+
+    def good_yarns(self) -> YarnSet:
+        """The last accepted state of the yarns that were asked for."""
+        yarns = self.loop.simulation.good_yarns()
+        return yarns if self.position.is_whole else self.path.with_asked_inputs(yarns)
+
+    def run(self, note: Callable[[], None]) -> None:
+        """Iterate through the steps until the yarns are at rest, or have done ``Quality.max_iterations``.
+
+        Raises:
+            SolverError: the yarns cannot take the load.
+        """
+        while True:
+            try:
+                _run_to_rest(self.loop, self._limit, note)
+                if self.position.is_whole or not self._step_is_done:
+                    return
+                self.position = self.position.after_step(self.loop.simulation.good_yarns(), self.loop.iteration)
+            except OverloadError as error:
+                self._refuse(error, self.loop.iteration + int(ASSESSMENT_INTERVAL), began=True)
+            self.loop = self._begin()
+
+    @property
+    def _step_end(self) -> int:
+        return self.position.iterations + STEP_ITERATIONS
+
+    @property
+    def _step_is_done(self) -> bool:
+        return bool(self.loop.at_rest[0]) or self.loop.iteration >= self._step_end
+
+    @property
+    def _limit(self) -> int:
+        """Iterations after which the present step ends."""
+        most = self.quality.max_iterations
+        return most if self.position.is_whole else min(most, self._step_end)
+
+    def _begin(self) -> RelaxationLoop:
+        """Start the present step, or the next one that the yarns can start."""
+        while True:
+            try:
+                return self._loop()
+            except OverloadError as error:
+                self._refuse(error, self.position.iterations, began=False)
+
+    def _loop(self) -> RelaxationLoop:
+        quality, whole = self.quality, self.position.is_whole
+        simulation = self.path.inputs_at(self.position).start()
+        if not whole:
+            simulation.newton = None  # one Newton step takes more products than a step has iterations
+        loop = RelaxationLoop(simulation, quality.tolerance if whole else DESCENT, quality.largest_change)
+        loop.iterations = np.array([self.position.iterations])
+        return loop
+
+    def _refuse(self, error: OverloadError, iterations: int, *, began: bool) -> None:
+        """Go on to the next step after a refusal.
+
+        Raises:
+            SolverError: there is none.
+        """
+        following = self.position.after_refusal(str(error), iterations, began=began) if self.in_steps else None
+        if following is None:
+            raise self.path.refusal(error, self.position) from error
+        if self.position.refusals == 0:
+            logger.warning("the load is applied in steps, because the yarns cannot take it at once: %s", following.why)
+        self.position = following
+
+
+def _run_to_rest(loop: RelaxationLoop, most: int, note: Callable[[], None]) -> None:
+    """Iterate until the yarns are at rest, and stay at rest after the lagged quantities of terms were renewed."""
+    loop.run(most, note)
+    while loop.at_rest[0] and loop.renew_terms() and loop.last[0].residual >= loop.tolerance:
+        loop.run(most, note)

@@ -1,0 +1,170 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Unstable balances: whether yarns without net forces are at a minimum of their energy, and the way down if not.
+
+A symmetric fabric can balance at a saddle of its energy, and no force leads away from it. The exact Hessian H of a
+periodic cell, of its control points and its free strains, is found column by column as products with unit vectors
+(``hessian_product``). Its eigenvalues w and eigenvectors v say which: directions with
+
+    w < -SIGNIFICANT * median of all w
+
+lead down. Smaller negative values are the roughness of sampled contacts and rounding. The yarns move by the part of a
+random vector x that lies in these directions,
+
+    d = sum over k of  v_k (v_k . x)
+
+which does not depend on the choice of eigenvectors of an eigenvalue that occurs twice. The move is scaled to ``MOVE``
+radii at the control point that moves farthest and ``STRAIN`` of the cell, and rounded to ``GRID`` radii, so that
+another linear algebra gives the same bits. The yarns then relax again, until they are stable or their energy falls by
+less than ``SMALLEST_FALL``: yarn that only slid along itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import CapturedLaunches
+from stitchmesh.compute.device import alone, device_named
+from stitchmesh.lattice import Lattice, lattice_frame
+from stitchmesh.mesh import FloatArray
+from stitchmesh.quality import Quality
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
+from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.hessian.hessian_product import Hessian
+from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.observer import Progress
+from stitchmesh.yarnrelax.relax import relax_yarns
+from stitchmesh.yarnrelax.relaxation_result import Relaxation
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
+
+SIGNIFICANT = 5e-5
+"""Magnitude of a negative eigenvalue that leads down, over the median of all eigenvalues."""
+MOVE, STRAIN = 0.2, 0.005
+"""Largest move of a control point [radii], and largest strain of the cell."""
+GRID = 1e-3
+"""Distances to which moves are rounded [radii]."""
+SMALLEST_FALL = 1e-4
+"""Relative fall of the energy below which a further minimum is the same state."""
+MOST_MOVES = 4
+"""Largest number of moves from one balance to the next."""
+LARGEST_CELL = 600
+"""Control points of the largest cell whose balance is examined: eigenvalues take the third power of their number."""
+
+
+def relax_to_minimum(
+    yarns: YarnSet, *, material: YarnMaterial, quality: Quality, device: str | None, cell: RelaxCell | None,
+    terms: Sequence[TermChoice] = (), progress: Progress | Literal[False] | None = None,
+) -> Relaxation:  # fmt: skip
+    """Relax yarns as ``relax_yarns``, and again after a move down where they come to rest at an unstable balance.
+
+    The report and the history count the iterations and seconds of all relaxations, and so does the limit of iterations.
+
+    Raises:
+        SolverError: as for ``relax_yarns``.
+    """
+    shared: dict[str, Any] = {"material": material, "device": device, "cell": cell, "terms": terms}
+    found = relax_yarns(yarns, quality=quality, progress=progress, **shared)
+    for _move in range(MOST_MOVES):
+        left = replace(quality, max_iterations=quality.max_iterations - found.report["iterations"])
+        examined = found.report["converged"] and left.max_iterations > 0
+        down = leave_saddle(found.yarns, quality=quality, **shared) if examined else None
+        if down is None:
+            break
+        before, found = found, continued(relax_yarns(down, quality=left, progress=progress, **shared), found)
+        if before.report["energy"] - found.report["energy"] < SMALLEST_FALL * abs(before.report["energy"]):
+            break
+    return found
+
+
+def continued(relaxed: Relaxation, before: Relaxation) -> Relaxation:
+    """Return a relaxation with the iterations, seconds and history of the one before it."""
+    count, seconds = before.report["iterations"], before.report["seconds"]
+    report = {"iterations": count + relaxed.report["iterations"], "seconds": seconds + relaxed.report["seconds"]}
+    history = list(before.history)
+    for entry in relaxed.history:
+        later = entry.copy()
+        later["iteration"] += count
+        later["seconds"] += seconds
+        history.append(later)
+    return Relaxation(relaxed.yarns, relaxed.report | report, history)
+
+
+@alone()
+def leave_saddle(
+    yarns: YarnSet, *, material: YarnMaterial, quality: Quality, device: str | None, cell: RelaxCell | None,
+    terms: Sequence[TermChoice] = (),
+) -> YarnSet | None:  # fmt: skip
+    """Return yarns at rest after a move down from an unstable balance; None if they are stable, or cannot be examined.
+
+    Args:
+        yarns: the yarns at rest, on a lattice.
+        material: material of the yarns.
+        quality: resolution with which they came to rest.
+        device: device of the kernels.
+        cell: degrees of freedom of the periods; None for constant ones.
+        terms: further energies.
+    """
+    if yarns.lattice is None or len(yarns.points) > LARGEST_CELL:
+        return None
+    simulation = YarnSimulation.start(yarns, material, quality, device_named(device), terms, cell=cell)
+    if simulation.newton is None:
+        return None
+    free = np.ones((len(yarns.points) + 1, 3), dtype=bool)
+    free[-1] = False if cell is None else cell.free
+    values, vectors = np.linalg.eigh(hessian_matrix(simulation, free))
+    down = values < -SIGNIFICANT * np.median(values)
+    if not down.any():
+        return None
+    random = np.random.default_rng(0).normal(size=len(values))
+    move = np.zeros(free.shape)
+    move[free] = vectors[:, down] @ (vectors[:, down].T @ random)
+    return moved(yarns, move)
+
+
+def hessian_matrix(simulation: YarnSimulation, free: NDArray[np.bool_]) -> FloatArray:
+    """Return the exact Hessian of the free coordinates of a cell, shape (F, F).
+
+    Args:
+        simulation: the cell, with its candidate lists.
+        free: which coordinates are free, those of the control points and then the strains, shape (N + 1, 3).
+    """
+    model, state, launcher = simulation.model, simulation.state, simulation.model.prepare
+    rows = len(free) if simulation.strain is not None else len(free) - 1
+    hessian = Hessian(model, state, simulation.candidates, simulation.strain, simulation.terms)
+    hessian.exact.fill_(1.0)
+    find = [*simulation.balance_launches(), *hessian.find_launches(launcher)]
+    CapturedLaunches(find, model.device).launch()
+    motion, product = model.empty(rows, 3), model.empty(rows, 3)
+    products = CapturedLaunches(hessian.product_launches(motion, product, launcher), model.device)
+    chosen = np.flatnonzero(free[:rows])
+    matrix = np.empty((len(chosen), len(chosen)))
+    unit = np.zeros(3 * rows)
+    for column, index in enumerate(chosen):
+        unit[index] = 1.0
+        motion.assign(unit.reshape(-1, 3))
+        unit[index] = 0.0
+        products.launch()
+        matrix[:, column] = product.numpy().reshape(-1)[chosen]
+    symmetric: FloatArray = (matrix + matrix.T) / 2.0
+    return symmetric
+
+
+def moved(yarns: YarnSet, move: FloatArray) -> YarnSet:
+    """Return yarns on a lattice after a move of control points and strains in units of the solver, shape (N + 1, 3)."""
+    assert yarns.lattice is not None
+    farthest = float(np.linalg.norm(move[:-1], axis=1).max())
+    largest = float(np.abs(move[-1]).max()) / float(STRAIN_UNIT)
+    scale = min(MOVE / max(farthest, 1e-30), STRAIN / max(largest, 1e-30))
+    steps = np.round(move * (scale / GRID)) * GRID
+    strain = steps[-1] / float(STRAIN_UNIT)
+    e1, e2, _normal = lattice_frame(yarns.lattice.periods)
+    matrix = np.eye(3) + strain[0] * np.outer(e1, e1) + strain[1] * np.outer(e2, e2) + strain[2] * np.outer(e2, e1)
+    points = (yarns.points + steps[:-1] * float(yarns.radius.mean())) @ matrix
+    return replace(yarns, points=points, lattice=Lattice(yarns.lattice.periods @ matrix))

@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Unstable balances are found and left, in the same bits each time; minima are kept."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stitchmesh.lattice import Lattice
+from stitchmesh.periodic.swatch import prepare_swatch
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
+from stitchmesh.yarnrelax.saddle import GRID, MOVE, STRAIN, leave_saddle, moved, relax_to_minimum
+
+
+@cache
+def prepared(pattern: str) -> tuple[YarnSet, dict[str, Any]]:
+    """Return a free swatch before it relaxes, and how it relaxes."""
+    start = prepare_swatch(pattern, material=None, quality="draft", device="cpu", relax_cell=True)
+    return start.yarns, {
+        "material": start.similar, "quality": start.quality, "device": "cpu", "cell": start.cell, "terms": start.terms,
+    }  # fmt: skip
+
+
+def test_a_minimum_is_kept() -> None:
+    yarns, shared = prepared("stockinette")
+    relaxed = relax_yarns(yarns, progress=False, **shared)
+    assert leave_saddle(relaxed.yarns, **shared) is None
+    np.testing.assert_array_equal(relax_to_minimum(yarns, progress=False, **shared).yarns.points, relaxed.yarns.points)
+
+
+def test_moss_stitch_leaves_the_balance_in_which_it_stands_upright() -> None:
+    yarns, shared = prepared("moss")
+    balance = relax_yarns(yarns, progress=False, **shared)
+    found = relax_to_minimum(yarns, progress=False, **shared)
+    assert balance.report["converged"] and found.report["converged"]
+    assert found.report["energy"] < 0.95 * balance.report["energy"]
+    assert found.report["iterations"] > balance.report["iterations"]
+    assert [entry["iteration"] for entry in found.history] == sorted(entry["iteration"] for entry in found.history)
+    assert leave_saddle(found.yarns, **shared) is None
+
+
+def test_equal_balances_are_left_in_equal_bits() -> None:
+    yarns, shared = prepared("moss")
+    balance = relax_yarns(yarns, progress=False, **shared).yarns
+    first, second = (leave_saddle(balance, **shared) for _ in range(2))
+    assert first is not None and second is not None
+    np.testing.assert_array_equal(first.points, second.points)
+
+
+def test_a_compressed_yarn_buckles() -> None:
+    """A straight yarn that is longer than its period is in balance, and its energy falls when it bends (Euler)."""
+    count, period = 16, 4.0
+    x = np.arange(count) * period / count
+    straight = np.stack([x, np.zeros(count), np.zeros(count)], axis=1)
+    yarns = YarnSet(
+        points=straight, start=np.array([0, count]), closed=np.array([True]), radius=np.array([0.1]),
+        rest_length=np.full(count, 1.02 * period / count), row=np.zeros(count), face=np.full(count, -1),
+        part=np.zeros(count), lattice=Lattice(np.array([[period, 0.0, 0.0], [0.0, 3.0, 0.0]])),
+        lattice_step=np.array([[1, 0]]),
+    )  # fmt: skip
+    material = YarnMaterial.named()
+    shared: dict[str, Any] = {"material": material, "quality": prepared("stockinette")[1]["quality"], "device": "cpu",
+                              "cell": None}  # fmt: skip
+    bent = leave_saddle(yarns, **shared)
+    assert bent is not None
+    assert np.ptp(bent.points[:, 1:], axis=0).max() > 0.0
+    # a longer yarn than its period is unstable; a taut one is not
+    assert leave_saddle(YarnSet(**{**vars_of(yarns), "rest_length": 0.98 * yarns.lengths}), **shared) is None
+
+
+def vars_of(yarns: YarnSet) -> dict[str, Any]:
+    names = ("points", "start", "closed", "radius", "row", "face", "part", "lattice", "lattice_step")
+    return {name: getattr(yarns, name) for name in names}
+
+
+@pytest.mark.parametrize("strain", [0.0, 100.0])
+def test_moves_are_bounded(strain: float) -> None:
+    yarns = prepared("stockinette")[0]
+    assert yarns.lattice is not None
+    move = np.random.default_rng(3).normal(size=(len(yarns.points) + 1, 3))
+    move[-1] = [strain, 0.0, 0.0]
+    found = moved(yarns, move)
+    assert found.lattice is not None
+    stretch = np.linalg.norm(found.lattice.periods[0]) / np.linalg.norm(yarns.lattice.periods[0]) - 1.0
+    assert abs(stretch) <= STRAIN + GRID / float(STRAIN_UNIT)
+    if strain == 0.0:
+        steps = np.linalg.norm(found.points - yarns.points, axis=1) / yarns.radius.mean()
+        assert steps.max() == pytest.approx(MOVE, abs=GRID)
+
+
+def test_a_cell_of_constant_size_keeps_its_size() -> None:
+    yarns, shared = prepared("moss")
+    balance = relax_yarns(yarns, progress=False, **shared).yarns
+    down = leave_saddle(balance, **(shared | {"cell": RelaxCell(None, None, shear=False)}))
+    assert balance.lattice is not None and (down is None or down.lattice is not None)
+    if down is not None and down.lattice is not None:
+        np.testing.assert_array_equal(down.lattice.periods, balance.lattice.periods)
