@@ -25,6 +25,8 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.time_limit import TimeLimit, seconds_left
 
+MEASURING, LONGEST_MEASURING = 0.15, 1.0
+"""Part of a time that is kept for the assessment and the measures of the result, and the longest such time [s]."""
 LARGE_SCENE = 50
 """Stitches from which the large scene of the calibration says how fast a device is."""
 
@@ -68,17 +70,18 @@ class Plan:
 
 
 def limit_of(budget: Budget | None) -> TimeLimit | None:
-    """Return the limit of the time of a budget, of which its ``after`` is reserved; None if there is none.
+    """Return the limit of the time of a budget, without the time for what follows; None if there is none.
 
     Raises:
         ParameterError: the time is already over.
     """
     if budget is None or budget.within is None:
         return None
-    limit = TimeLimit(budget.within, reserved=budget.after, began=budget.began)
+    measuring = min(MEASURING * budget.within, LONGEST_MEASURING)
+    limit = TimeLimit(budget.within, reserved=budget.after + measuring, began=budget.began)
     if limit.left <= 0.0:
-        needed = f"{limit.spent:.1f} s are spent on the start and {budget.after:.1f} s are needed for the files"
-        least = math.ceil(limit.spent + budget.after + 1.0)
+        needed = f"{limit.spent:.1f} s are spent on the start and {limit.reserved:.1f} s are needed for the files"
+        least = math.ceil(limit.spent + limit.reserved + 1.0)
         raise ParameterError(f"within: got {duration(budget.within)}, but {needed}; give {least}s or more")
     return limit
 

@@ -46,6 +46,10 @@ LAYER = 2.25
 """Thickness of a layer of plain loops [yarn diameters]; loops of stockinette at rest have 2.24 to 2.30."""
 CLOTH = 2.0
 """Thickness of a layer of plain cloth [yarn diameters]: one yarn passes over another."""
+RARE = 0.1
+"""Part of the yarn that may lie beyond the planes of a free cell, in the thickest stitches of lace and cables."""
+THINNER = 0.85
+"""Thickness of most of a fabric over that of its thickest stitches below which these are exceptions."""
 THICK = 1.5
 """Thickness over flat thickness up to which a fabric is flat. No pattern of the library has more than 1.4 where it
 lies between the planes of a free cell (``support``), and the thinnest fold has two layers."""
@@ -92,6 +96,8 @@ class FlatFabric:
 
     diameters: float
     """Flat thickness [yarn diameters]."""
+    common: float
+    """Thickness of the fabric without its few thickest stitches, such as decreases and cables [yarn diameters]."""
     stitch_length: float
     """Mean length of yarn in a stitch, or at a crossing of a weave [cm]."""
     fabric: StitchMesh | None
@@ -111,15 +117,20 @@ class FlatFabric:
             source: the pattern or the weave.
         """
         length = float(drawn.rest_length.sum())
-        diameters = thickness_of(drawn) / (2.0 * float(drawn.radius.mean()))
+        diameter = 2.0 * float(drawn.radius.mean())
+        diameters, common = thickness_of(drawn) / diameter, common_thickness(drawn) / diameter
         if fabric is None:
             crossings = int(np.prod((drawn.lattice_step != 0).sum(axis=0))) if drawn.lattice_step is not None else 1
             layers = source.layer_count if isinstance(source, Weave) else 1
             image = np.zeros((len(drawn.points), 2), dtype=np.int64)
-            return cls(max(diameters, CLOTH * layers), length / crossings, None, image, (1.0, 1.0, 1.0))
+            least = CLOTH * layers
+            return cls(max(diameters, least), max(diameters, least), length / crossings, None, image, (1.0, 1.0, 1.0))
         image = _images(drawn, fabric)
-        diameters += LAYER * _has_two_faces(fabric)
-        return cls(diameters, length / fabric.face_count, fabric, image, _folds(drawn, fabric, image))
+        more = LAYER * _has_two_faces(fabric)
+        common = max(common, min(diameters, LAYER)) + more
+        diameters += more
+        common = common if common < THINNER * diameters else diameters
+        return cls(diameters, common, length / fabric.face_count, fabric, image, _folds(drawn, fabric, image))
 
     def thickness(self, yarns: YarnSet) -> float:
         """Flat thickness of yarns with other radii [cm]."""
@@ -142,6 +153,14 @@ def thickness_of(yarns: YarnSet) -> float:
     out = np.concatenate(curves) @ normal
     radius = np.repeat(yarns.radius, [len(curve) for curve in curves])
     return float((out + radius).max() - (out - radius).min())
+
+
+def common_thickness(yarns: YarnSet) -> float:
+    """Return the distance of two planes beyond which, on both sides together, only ``RARE`` of the yarn lies [cm]."""
+    assert yarns.lattice is not None
+    out = np.concatenate(yarns.sampled(SAMPLES)) @ lattice_frame(yarns.lattice.periods)[2]
+    low, high = np.quantile(out, [RARE / 2.0, 1.0 - RARE / 2.0])
+    return float(high - low + 2.0 * yarns.radius.mean())
 
 
 def _has_two_faces(fabric: StitchMesh) -> bool:

@@ -6,7 +6,9 @@ A knitter lays a swatch on a table, pats it flat and measures it. Its weight and
 neither, and a fabric without them buckles: the loops of most patterns can straighten further when courses or columns
 fold over one another. A free swatch therefore lies between two frictionless planes (``Confinement``), which are as far
 apart as the fabric needs to lie flat (``FlatFabric``) and ``CLEARANCE`` further. Stockinette does not touch them. They
-are elastic, and press on a fabric that would buckle about as much as its weight does (docs/swatches.md).
+are elastic, and press on a fabric that would buckle about as much as its weight does (docs/swatches.md). A few stitches
+are thicker, such as decreases and cables. They press into the planes: between planes that are as far apart as the
+thickest stitch, plain courses slide behind one another, and the eyelets of lace close.
 
 Knitters block lace: they wet it and pin it out. ``blocking`` replaces the pins by a tension in both directions, as
 dead loads on the borders of the repeat: the tension is over the size with which the repeat is generated. It is the
@@ -58,7 +60,7 @@ def planes(
         return []
     from stitchmesh.yarnrelax.energies.confinement import Confinement
 
-    distance = 2.0 * float(radius.mean()) * (flat.diameters - 1.0) + CLEARANCE * flat.stitch_length
+    distance = 2.0 * float(radius.mean()) * (flat.common - 1.0) + CLEARANCE * flat.stitch_length
     return [Confinement(half_thickness=distance / 2.0)]
 
 

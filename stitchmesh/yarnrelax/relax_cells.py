@@ -22,6 +22,7 @@ from stitchmesh.compute.device import alone, device_named
 from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.progress import Progress, shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
+from stitchmesh.time_limit import OutOfTime
 from stitchmesh.yarn import YarnSet, segment_lengths
 from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.energies.confinement import CellConfinements, Confinement, height_of_middle
@@ -167,7 +168,10 @@ def _relax_all(batch: _Batch, progress: CellProgress | None) -> tuple[dict[int, 
     while len(numbers):
         run = _Run(batch.simulation(), batch.quality, before)
         while run.active.any() and not run.is_mostly_done:
-            run.advance()
+            try:
+                run.advance()
+            except OutOfTime:
+                run.active[:] = False  # all cells end with their last accepted states
             if progress is not None:
                 progress(len(found) + int((~run.active).sum()), run.loop.iteration)
         launched, remaining = max(launched, run.loop.iteration), run.active

@@ -77,7 +77,10 @@ def relax_to_minimum(
         down = leave_saddle(found.yarns, quality=quality, **shared) if examined else None
         if down is None:
             break
-        before, found = found, continued(relax_yarns(down, quality=left, progress=progress, **shared), found)
+        moved = relax_yarns(down, quality=left, progress=progress, **shared)
+        if moved.report["iterations"] == 0:  # a limit on the time: the state is that of as many iterations
+            break
+        before, found = found, continued(moved, found)
         if before.report["energy"] - found.report["energy"] < SMALLEST_FALL * abs(before.report["energy"]):
             break
     return found

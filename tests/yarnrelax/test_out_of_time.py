@@ -15,6 +15,7 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.reporting.verdict import relaxation_verdict
 from stitchmesh.time_limit import TimeLimit, limited_to
 from stitchmesh.yarnrelax import Relaxation, YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax.relax_cells import relax_cells
 from stitchmesh.yarnrelax.relax_partly import relax_partly
 from tests.yarnrelax.stockinette import tube
 
@@ -91,6 +92,18 @@ def test_steps_between_changes_of_size_are_not_cut_short():
         limited = relax_partly(yarns, material=material, quality=PRESETS["draft"], iterations=40, device="cpu")
     free = relax_partly(yarns, material=material, quality=PRESETS["draft"], iterations=40, device="cpu")
     np.testing.assert_array_equal(limited.points, free.points)
+
+
+def test_all_cells_of_a_batch_end_with_the_time():
+    cells = [prepare_swatch(name, material=None, quality="draft", device="cpu", relax_cell=False).yarns
+             for name in ("stockinette", "rib1x1")]  # fmt: skip
+    with limited_to(limit(30)):
+        ended = relax_cells(cells, quality="draft", device="cpu")
+    rested = relax_cells(cells, quality="draft", device="cpu")
+    assert ended.report["converged"] == 0 and rested.report["converged"] == 2
+    for given, one, other in zip(cells, ended.cells, rested.cells, strict=True):
+        assert one.report["iterations"] < other.report["iterations"]
+        assert len(one.yarns.points) == len(given.points) and np.isfinite(one.yarns.points).all()
 
 
 def test_the_verdict_says_that_the_time_was_over(cell):
