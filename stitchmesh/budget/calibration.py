@@ -39,9 +39,18 @@ CPU_INFO = Path("/proc/cpuinfo")
 """On Linux: the names of the processors."""
 
 
-def calibrate(device: str | None, clock: Callable[[], float] = time.perf_counter) -> tuple[float, float]:
-    """Return the times of the small and of the large scene [s], with loaded kernels; this takes less than a second."""
-    sizes = SMALL, LARGE["cuda" if device_named(device).is_cuda else "cpu"]
+def calibrate(
+    device: str | None, processor: str | None = None, clock: Callable[[], float] = time.perf_counter
+) -> tuple[float, float]:
+    """Return the times of the small and of the large scene [s], with loaded kernels; this takes less than a second.
+
+    Args:
+        device: Warp's name of the device; None for the preferred device.
+        processor: the kind of device, ``cpu`` or ``cuda``, with whose large scene the device is compared; its own kind
+            if None.
+        clock: the clock.
+    """
+    sizes = SMALL, LARGE[processor or ("cuda" if device_named(device).is_cuda else "cpu")]
     return _time_of(sizes[0], ITERATIONS[0], device, clock), _time_of(sizes[1], ITERATIONS[1], device, clock)
 
 

@@ -88,7 +88,7 @@ def limit_of(budget: Budget | None) -> TimeLimit | None:
 
 def make_plan(
     budget: Budget, scene: BudgetScene, quality: str | Quality = DEFAULT_QUALITY, device: str | None = None,
-    measure: Callable[[str | None], tuple[float, float]] = calibrate,
+    measure: Callable[[str | None, str], tuple[float, float]] = calibrate,
 ) -> Plan:  # fmt: skip
     """Choose the quality of a scene for a budget, and log what was chosen.
 
@@ -118,7 +118,7 @@ def make_plan(
 
 
 def _table_for(
-    device: str | None, scene: BudgetScene, measure: Callable[[str | None], tuple[float, float]]
+    device: str | None, scene: BudgetScene, measure: Callable[[str | None, str], tuple[float, float]]
 ) -> tuple[Table, float, str]:
     """Return the nearest table with measurements of a scene, the slowness of the device, and how the two compare."""
     title, processor = device_title(device), "cuda" if device_named(device).is_cuda else "cpu"
@@ -128,5 +128,5 @@ def _table_for(
             return table, 1.0, f"by the table of {table.title}"
     table = next((table for table in tables if table.processor == processor), tables[0])
     which = 0 if scene.stitches < LARGE_SCENE else 1
-    slowness = measure(device)[which] / table.pace[which]
+    slowness = measure(device, table.processor)[which] / table.pace[which]
     return table, slowness, f"by the table of {table.title}, calibrated: {title} takes {slowness:.2g} times as long"

@@ -30,7 +30,7 @@ PLAIN = sm.parse_pattern("round 1: k1")
 """A cell of one loop, which has few relaxed states. Cells of several loops can buckle and have many relaxed states."""
 SAFETY = 60.0
 """Seconds after which a waiting test fails; the event that it waits for takes well under one second."""
-CLOSE, STATES = 1e-4, 0.05
+CLOSE, STATES = 1e-4, 0.015
 """Bound on the relative difference of sizes and energies of one relaxed state reached on two paths at ``EXACT``, and of
 the states of a cell of one loop. Its energy has two minima, which two paths can reach."""
 SLID = 1e-3
