@@ -55,8 +55,9 @@ def test_every_edit_and_relaxing_again_leads_to_yarns(name):
     made = relax_edited(relaxed(), fabric(), after, quality="draft", device="cpu")
     assert made.report["converged"] and made.report["certificate"] == "unchanged"
     assert (made.report["warm"] > 0.0) == (not any("anew" in note for note in made.report["notes"]))
-    # A spiral moves every ring of stitches; loops of a cable that cross may be too close for a warm start.
-    assert made.report["warm"] > 0.3 or name in ("spiral", "set_cable")
+    # A spiral moves every ring of stitches. Loops of a cable that cross, and loops of another pattern among loops that
+    # lean as far as they do at rest, may be too close for a warm start.
+    assert made.report["warm"] > 0.3 or name in ("spiral", "set_cable", "paste_pattern")
 
 
 def test_a_row_and_a_bobble_in_it_are_evened_out_and_start_warm():

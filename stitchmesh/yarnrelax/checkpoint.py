@@ -7,8 +7,8 @@ depends on
 
     the control points, their positions at the last search for contacts and in the last accepted state, and what the
     solver, Newton's method and the terms carry; the margin and the age of the candidate lists, the scale of steps,
-    whether Newton's method ends the relaxation, the estimate of the change that is left, the last assessment, and the
-    step of the load with its start.
+    whether Newton's method ends the relaxation, the estimate of the change that is left, the marks from which it is
+    made (``settling``), the last assessment, and the step of the load with its start.
 
 Candidate lists and budgets follow from the listed points and the margin, so they are made again and not stored.
 Everything else follows from the inputs of the relaxation, so a checkpoint contains a fingerprint of the inputs: yarns,
@@ -93,7 +93,7 @@ class CheckpointState:
     energy_fall: float
     """Relative decrease of the energy over the last assessment interval."""
     arrays: Mapping[str, Any]
-    """``carried_arrays`` by name: copies on the device, or as read from a file."""
+    """``carried_arrays`` and the marks by name: copies on the device, or as read from a file."""
     ending: bool = False
     """Whether Newton's method ends the relaxation."""
     descent: int = 0

@@ -120,6 +120,8 @@ class Observer:
         loop.alternation.descent = np.array([state.descent])
         loop.alternation.newton_fall = np.array([state.newton_fall])
         loop.kinetic_energy = loop.simulation.solver.kinetic_energy()
+        if loop.settling is not None:
+            loop.settling.resume(*(state.arrays[f"settling.{name}"] for name in ("table", "middles")))
         self.history = list(state.history)
         self.began -= state.seconds
 
@@ -132,6 +134,10 @@ class Observer:
     def _checkpoint_state(self) -> CheckpointState:
         """Copies of everything that decides how the relaxation continues."""
         loop = self.loop
+        arrays = {name: wp.clone(array) for name, array in carried_arrays(loop.simulation).items()}
+        if loop.settling is not None:
+            marks = loop.settling.arrays().items()
+            arrays |= {f"settling.{name}": wp.array(values, dtype=wp.float64, device="cpu") for name, values in marks}
         return CheckpointState(
             iteration=loop.iteration,
             seconds=self.seconds(),
@@ -147,5 +153,5 @@ class Observer:
             stalled=bool(loop.stalled[0]),
             remaining=loop.remaining[0],
             position=self.loading.position,
-            arrays={name: wp.clone(array) for name, array in carried_arrays(loop.simulation).items()},
+            arrays=arrays,
         )

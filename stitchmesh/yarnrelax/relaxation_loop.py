@@ -20,6 +20,7 @@ from stitchmesh.time_limit import check_time
 from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN
 from stitchmesh.yarnrelax.convergence import Assessment, has_converged, is_at_rest
 from stitchmesh.yarnrelax.model.resting_cells import only_in
+from stitchmesh.yarnrelax.settling import settling_of
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.alternation import Alternation
 from stitchmesh.yarnrelax.solvers.newton import RemainingChange
@@ -71,6 +72,8 @@ class RelaxationLoop:
         """Whether no Newton step lowers the energy of a cell that is not at rest, shape (C,)."""
         self.remaining: list[RemainingChange | None] = [None] * cells
         """Estimate of the change that is left of each cell; None where it is unknown."""
+        self.settling = settling_of(simulation)
+        """How the only piece settles, where Newton's method does not end its relaxation."""
         self.kinetic_energy = 0.0
         """Kinetic energy at the last assessment [erg]."""
         self.errors: dict[int, str] = dict(simulation.too_close)
@@ -222,7 +225,7 @@ class RelaxationLoop:
     @property
     def at_rest(self) -> NDArray[np.bool_]:
         """Whether the conditions of ``convergence`` hold in each cell, shape (C,)."""
-        if self.simulation.newton is None:
+        if self.simulation.newton is None and self.settling is None:
             return self._is_near_rest(self.tolerance)
         pairs = zip(self.last, self.remaining, strict=True)
         at_rest = [is_at_rest(now.residual, left, self.tolerance, self.largest_change) for now, left in pairs]
@@ -259,6 +262,8 @@ class RelaxationLoop:
         self.energy_fall[cell] = (self.last[cell].energy - now.energy) / now.size if now.size > 0.0 else 0.0
         self.last[cell] = now
         newton = self.simulation.newton
+        if self.settling is not None and self.settling.is_due(self.iteration):
+            self.remaining[cell] = self.settling.note_state(self.simulation, self.iteration, now)
         if newton is not None and self.ending[cell]:
             self.remaining[cell] = newton.remaining_change(cell, now.size)
         elif newton is not None and has_converged(now.residual, float(self.energy_fall[cell]), DESCENT):

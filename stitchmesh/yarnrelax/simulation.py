@@ -96,7 +96,8 @@ class YarnSimulation:
         self.newton: Newton | None = None
         """Newton's method, which ends the relaxation where it suits the yarns and all terms give their Hessians."""
         gives_hessian = all(term.gives_hessian for term in self.terms)
-        if quality.solver == "quasistatic" and gives_hessian and suits_newton(model):
+        self.is_quasistatic = quality.solver == "quasistatic"
+        if self.is_quasistatic and gives_hessian and suits_newton(model):
             self.newton = Newton(model, further, strains)
         self.state = make_state(model, points, external=bool(self.terms), blocks=blocks, strains=strains)
         self.candidates = make_candidates(model, WIDEST_MARGIN)

@@ -186,7 +186,8 @@ class Dynamics(Solver):
         state = inputs.state
         used = self.model.empty(len(state.points))
         self.model.launch(measure_budget_use, len(used), [state.points, state.listed_points, state.budget], [used])
-        return Progress(np.array([self.done]), np.array([maximum(used) > USED_UP]))
+        used_up = np.array([maximum(used) > USED_UP])
+        return Progress(np.array([self.done]), used_up, used_up)
 
     def arrays(self) -> dict[str, wp.array[Any]]:
         """Velocities [unit / s], time step and time [s], and the scale of time steps."""

@@ -43,9 +43,11 @@ from stitchmesh.yarnrelax.solvers.lbfgs_steps import (
     FIRST_GRADIENT,
     ITERATION,
     LAST_GRADIENT,
+    MOST_USED_UP,
     PRODUCTS,
     STEP_SCALE,
     TENTH,
+    USED_UP_COUNT,
     WAITING,
     WANTED,
     CellRanges,
@@ -62,35 +64,17 @@ from stitchmesh.yarnrelax.solvers.lbfgs_steps import (
     update_coefficients,
     update_memory,
 )
+from stitchmesh.yarnrelax.solvers.point_blocks import Blocks, blocks_of, point_range_of
 from stitchmesh.yarnrelax.solvers.preconditioner import preconditioner_launch, put_bounds
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, Progress, Solver, SolverInputs
 from stitchmesh.yarnrelax.solvers.stiffness_bounds import bend_row_sums, stretch_row_sums
 
-CHUNK = {"cuda": THREADS, "cpu": 1024}
-"""Control points of a block."""
 FRESH = (0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0)
 """The first eight columns of the record of a cell without pairs."""
-
-
-@wp.struct
-class Blocks:
-    """The chunk of control points of each block of threads."""
-
-    cell: wp.array[wp.int32]
-    first: wp.array[wp.int32]
-    last: wp.array[wp.int32]
-    of_cell: wp.array[wp.int32]
-
-
-@wp.func
-def point_range_of(blocks: Blocks, block: int, lane: int, threads: int) -> PointRange:
-    """The control points of a thread of a block."""
-    point_range = PointRange()
-    point_range.cell = blocks.cell[block]
-    point_range.threads = threads
-    point_range.first = blocks.first[block] + lane
-    point_range.last = blocks.last[block]
-    return point_range
+PART_USED_UP = 1e-3
+"""Part of the control points of a piece that may have used up their budgets before it waits for new candidate lists.
+They stay where they are, within their balls, and the others go on; a garment would otherwise wait for one stitch that
+slides."""
 
 
 @wp.func
@@ -298,10 +282,14 @@ class LBFGS(Solver):
         """
         self.bounds = put_bounds(model, stretch_row_sums(model), bend_row_sums(model), further)
         self.memory = make_memory(model, strains)
-        self.cells, self.blocks = cell_ranges(model), _blocks_of(model)
+        self.cells, self.blocks = cell_ranges(model), blocks_of(model)
         self.threads = THREADS if model.device.is_cuda else 1
         self.sums = wp.zeros((len(self.blocks.cell), PRODUCTS), dtype=wp.float64, device=model.device)
         self.fused = FusedLaunch(model, self.memory) if model.on_lattice and alone and suits_fusing(model) else None
+        if not model.on_lattice:
+            record = self.memory.record.numpy()
+            record[:, MOST_USED_UP] = model.point_count * PART_USED_UP
+            self.memory.record.assign(record)
         self.restart(np.ones(model.cell_count))
 
     def launches(self, inputs: SolverInputs, launcher: Launcher) -> list[Any]:
@@ -360,7 +348,8 @@ class LBFGS(Solver):
         """Read the iterations that each cell did, and whether it waits for new candidate lists."""
         record = self.memory.record.numpy()
         behind = record[:, WANTED] > record[:, ITERATION]
-        return Progress(record[:, ITERATION].copy(), behind & (record[:, WAITING] > 0.0))
+        used_up = record[:, USED_UP_COUNT] > 0.0
+        return Progress(record[:, ITERATION].copy(), behind & (record[:, WAITING] > 0.0), behind & used_up)
 
     def gradients(self) -> tuple[list[int | None], list[float]]:
         """For each cell, without its strains: iterations to a tenth of the first gradient; the last over the first."""
@@ -379,17 +368,3 @@ class LBFGS(Solver):
         """The memory."""
         names = ("moves", "gradient_change", "last_force", "record", "curvature")
         return {name: getattr(self.memory, name) for name in names}
-
-
-def _blocks_of(model: Model) -> Any:
-    """Chunks of each cell."""
-    chunk = CHUNK["cuda" if model.device.is_cuda else "cpu"]
-    counts = -(-np.diff(model.point_start) // chunk)
-    of_cell = np.concatenate([[0], np.cumsum(counts)])
-    cell = np.repeat(np.arange(model.cell_count), counts)
-    first = model.point_start[cell] + (np.arange(of_cell[-1]) - of_cell[cell]) * chunk
-    blocks = Blocks()
-    blocks.cell, blocks.of_cell = model.integers(cell), model.integers(of_cell)
-    blocks.first = model.integers(first)
-    blocks.last = model.integers(np.minimum(first + chunk, model.point_start[cell + 1]))
-    return blocks

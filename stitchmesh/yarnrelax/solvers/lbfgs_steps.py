@@ -42,10 +42,13 @@ NEWEST_SLOT, PAIRS, ITERATION, PLAIN, STEP_SCALE, PRECONDITIONER_SCALE, WAITING,
 """Columns of ``LBFGSMemory.record``: slot of the newest pair; number of pairs; iterations done since the last
 assessment; 1 where the last move was a plain one; scale of moves; g; 1 where the cell waits for new candidate lists or
 for the assessment; iterations wanted until the assessment."""
-FIRST_GRADIENT, LAST_GRADIENT, GRADIENTS, TENTH = range(8, 12)
+USED_UP_COUNT, MOST_USED_UP = 8, 9
+"""Columns of ``LBFGSMemory.record``: control points that have used up their budget, and how many of them the cell goes
+on with."""
+FIRST_GRADIENT, LAST_GRADIENT, GRADIENTS, TENTH = range(10, 14)
 """Columns of ``LBFGSMemory.record``: norm of the first and of the last force; number of forces so far; iteration at
 which the norm had first fallen to a tenth (L eq 5)."""
-RECORD = 12
+RECORD = 14
 """Columns of ``LBFGSMemory.record``."""
 
 MOVE_FORCE, MOVE_CHANGE = wp.constant(0), wp.constant(7)
@@ -169,7 +172,8 @@ def accept_pair(
         record[NEWEST_SLOT] = wp.float64(trial)
         record[PAIRS] = wp.min(record[PAIRS] + wp.float64(1.0), wp.float64(6.0))
         record[PRECONDITIONER_SCALE] = wp.clamp(bend / product[CHANGE_CHANGE_SCALED], LEAST_SCALE, LARGEST_SCALE)
-    waits = product[USED_UP_POINTS] > zero or record[ITERATION] >= record[WANTED]
+    record[USED_UP_COUNT] = product[USED_UP_POINTS]
+    waits = product[USED_UP_POINTS] > record[MOST_USED_UP] or record[ITERATION] >= record[WANTED]
     record[WAITING] = wp.where(waits, wp.float64(1.0), zero)
     turn = int(record[ITERATION]) % ASSESSMENT_INTERVAL
     record[ITERATION] = record[ITERATION] + wp.float64(1.0) - record[WAITING]
@@ -319,7 +323,7 @@ def _memory_struct(scalar: Any) -> Any:
     Of each entry: ``moves``, the move that stands in each slot, and ``gradient_change``, the force before the move less
     the force after it, shape (7, E, 3); ``last_force``, the force of the last iteration, and ``step``, the next move,
     shape (E, 3); ``limit``, the largest length of the next move, shape (E,). Of each cell: ``record`` (the columns
-    above), shape (C, 12); ``curvature``, products of moves with changes of the gradient, shape (C, 7, 7); ``alpha``,
+    above), shape (C, 14); ``curvature``, products of moves with changes of the gradient, shape (C, 7, 7); ``alpha``,
     the numbers a_j, and ``alpha_minus_beta``, a_j - b_j, shape (C, 7); ``products``, sums over its entries (the columns
     above), shape (C, 19).
     """

@@ -87,9 +87,9 @@ SLOWEST = 0.9
 """Largest ratio of the lengths of two successive steps from which a change is estimated."""
 MOST_PRODUCTS = 1000
 """Products with the Hessian in one step."""
-LARGEST_PIECE = 4096
-"""Control points of the largest piece without a lattice that Newton's method ends. The stitches of a garment slide for
-thousands of steps, which the limits of moves shorten, and a user would wait for minutes."""
+LARGEST_PIECE = 1024
+"""Control points of the largest piece without a lattice that Newton's method ends. The products of a step grow with the
+piece, while a few stitches that slide reach the limits of moves and shorten it; larger pieces settle (``settling``)."""
 PRODUCTS_AT_ONCE = {"cuda": 8, "cpu": 1}
 """Products of a graph. The host reads after each graph which cells are done."""
 
@@ -99,12 +99,12 @@ class RemainingChange:
     """Estimate of the change that is left between a state and rest."""
 
     spacing: float
-    """Largest relative change of the periods of the cell; of a piece, the rms relative change of distances between
-    neighbouring stitches."""
+    """Largest relative change of the periods of the cell. Of a piece that Newton's method ends, the rms relative change
+    of distances between neighbouring stitches; of other pieces, that of their mean along the yarns or across them."""
     energy: float
     """Relative change of the energy."""
     rms_radii: float
-    """The rms displacement of the control points in yarn radii."""
+    """The rms displacement of the control points in yarn radii; of the stitches where Newton's method does not end."""
 
 
 @kernel

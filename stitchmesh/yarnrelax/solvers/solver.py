@@ -49,7 +49,9 @@ class Progress:
     done: NDArray[Any]
     """Iterations of each cell, with those made before, shape (C,)."""
     waiting: NDArray[np.bool_]
-    """Whether control points of the cell have used up their budgets and need new candidate lists, shape (C,)."""
+    """Whether so many control points have used up their budgets that the cell waits for new lists, shape (C,)."""
+    used_up: NDArray[np.bool_]
+    """Whether any control point of the cell has used up its budget, shape (C,)."""
 
     def needs_lists(self, wanted: NDArray[np.int64], since_search: int) -> bool:
         """Whether cells wait for new candidate lists, and no other cell can still use the old lists.
@@ -59,7 +61,8 @@ class Progress:
             since_search: iterations since the lists were made.
         """
         moving = (self.done < wanted) & ~self.waiting
-        return bool(self.waiting.any()) and (since_search >= PATIENCE or not moving.any())
+        patient = since_search < PATIENCE and bool(moving.any())
+        return bool((self.waiting | self.used_up).any()) and not patient
 
 
 class Solver(ABC):

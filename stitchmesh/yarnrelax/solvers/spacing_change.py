@@ -36,24 +36,37 @@ class SpacingChange:
         """Group the control points of the yarns, and find neighbours."""
         self.group, radius = _groups(yarns), float(yarns.radius.mean())
         self.count = np.bincount(self.group)
-        middle = self._middles(yarns.points / radius)
+        middle = self.middles(yarns.points / radius)
         wanted = min(NEIGHBOURS + 1, len(middle))
         distance, near = cKDTree(middle).query(middle, k=wanted) if wanted > 1 else (np.zeros((1, 1)), np.zeros((1, 1)))
         apart = np.asarray(distance) > NEAREST
         self.pairs = np.column_stack([np.nonzero(apart)[0], np.asarray(near)[apart]]).astype(np.int64)
         """Groups that are neighbours, shape (K, 2)."""
+        self.along = np.abs(self.pairs[:, 0] - self.pairs[:, 1]) == 1
+        """Whether two neighbours follow one another, as along a yarn, shape (K,)."""
+
+    @property
+    def group_count(self) -> int:
+        """The number of groups."""
+        return len(self.count)
 
     def of(self, points: NDArray[np.float64], motion: NDArray[np.float64]) -> float:
         """The relative change of the distances of neighbours by a motion, both in mean radii, shape (N, 3)."""
         if len(self.pairs) == 0:
             return 0.0
-        before = np.diff(self._middles(points)[self.pairs], axis=1)[:, 0]
-        after = before + np.diff(self._middles(motion)[self.pairs], axis=1)[:, 0]
+        before = np.diff(self.middles(points)[self.pairs], axis=1)[:, 0]
+        after = before + np.diff(self.middles(motion)[self.pairs], axis=1)[:, 0]
         length = np.linalg.norm(before, axis=1)
         change = (np.linalg.norm(after, axis=1) - length) / np.maximum(length, NEAREST)
         return float(np.sqrt(np.mean(change**2)))
 
-    def _middles(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def mean_distances(self, middles: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Mean distance of neighbours along the yarns and across them, 1 where there are none, shape (2,)."""
+        length = np.linalg.norm(np.diff(middles[self.pairs], axis=1)[:, 0], axis=1)
+        kinds = (length[self.along], length[~self.along])
+        return np.array([kind.mean() if len(kind) else 1.0 for kind in kinds])
+
+    def middles(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Mean of each group, shape (G, 3)."""
         sums = [np.bincount(self.group, values[:, axis]) for axis in range(3)]
         return np.stack(sums, axis=1) / self.count[:, None]

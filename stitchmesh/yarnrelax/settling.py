@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How a piece settles: the change that is left, estimated from the changes so far.
+
+Newton's method does not end the relaxation of garments and of open yarns (``newton``). Their stitches slide along the
+fabric in motions of every softness, and an iteration of a quasi-Newton method finds the stiff ones first. The softest
+ones are found after thousands of iterations, so that a small change from one iteration to the next says nothing. The
+changes are therefore compared over spans that grow: with x the energy, or the mean distance of neighbouring stitches
+along the yarns or across them, after n iterations,
+
+    c = |x(n) - x(n / 2)|,    c' = |x(n / 2) - x(n / 4)|,    r = c / c' within FASTEST and SLOWEST
+    left = max(c, c' FASTEST^2) r / (1 - r)
+
+is the sum of the changes over all further doublings of n. A decay by a power of n, as of motions of every softness, has
+a constant r.
+
+The spacing can stand still before the softest motions are found. The forces that are left then
+say more than the changes: the spacing has to change by at least
+
+    SLIDE residual
+
+with the residual of ``convergence``. SLIDE is measured (docs/accuracy.md, Garments): between 240 and 3,600 iterations,
+the spacings of a skirt, a hat and a sweater were 1 to 8 residuals from those after 29,000, most of them 4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.convergence import Assessment
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.newton import RemainingChange
+from stitchmesh.yarnrelax.solvers.spacing_change import SpacingChange
+
+FASTEST, SLOWEST = 1.0 / 3.0, 0.75
+"""Ratio of the changes over two successive doublings: the smallest and the largest that an estimate is made with."""
+SLIDE = 10.0 / 3.0
+"""Least relative change of the spacing over the residual; ``Quality.largest_change`` leaves room for its spread."""
+MARK = 2.0**0.25
+"""Ratio of the iterations of two marks."""
+SPAN = 4.0
+"""Ratio of the iterations of the last mark and of the oldest one that an estimate needs."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mark:
+    """What a piece was after some iterations."""
+
+    iteration: int
+    """Iterations of the solver."""
+    energy: float
+    """Energy [erg]."""
+    size: float
+    """Sum of the magnitudes of its parts [erg]."""
+    residual: float
+    """Residual of ``convergence``."""
+    spacing: NDArray[np.float64]
+    """Mean distance of neighbouring stitches along the yarns and across them [mean radii], shape (2,)."""
+    middles: NDArray[np.float64]
+    """Middle of each stitch [mean radii], shape (G, 3)."""
+
+
+class Settling:
+    """The marks of one piece."""
+
+    def __init__(self, yarns: YarnSet) -> None:
+        """Find the stitches and their neighbours, in the yarns as they were given."""
+        self.stitches = SpacingChange(yarns)
+        self.marks: list[Mark] = []
+        """Marks in the order of their iterations; those older than an estimate needs are dropped."""
+
+    def is_due(self, iteration: int) -> bool:
+        """Whether a mark is to be made after so many iterations."""
+        return not self.marks or iteration >= self.marks[-1].iteration * MARK
+
+    def note_state(self, simulation: YarnSimulation, iteration: int, now: Assessment) -> RemainingChange | None:
+        """Make a mark of the current state of a simulation (``note``)."""
+        return self.note(iteration, now, simulation.state.points.numpy()[: len(self.stitches.group)].astype(np.float64))
+
+    def note(self, iteration: int, now: Assessment, points: NDArray[np.float64]) -> RemainingChange | None:
+        """Make a mark, and estimate the change that is left.
+
+        Args:
+            iteration: iterations of the solver.
+            now: its assessment.
+            points: control points [mean radii], shape (N, 3).
+
+        Returns:
+            The estimate, or None while the marks span too few iterations.
+        """
+        middles = self.stitches.middles(points)
+        spacing = self.stitches.mean_distances(middles)
+        self.marks.append(Mark(iteration, now.energy, now.size, now.residual, spacing, middles))
+        while len(self.marks) > 1 and self.marks[1].iteration * SPAN <= iteration:
+            del self.marks[0]
+        return self.remaining_change()
+
+    def remaining_change(self) -> RemainingChange | None:
+        """The estimate at the last mark; None while the marks span too few iterations."""
+        now = self.marks[-1]
+        half, quarter = self._mark_before(now.iteration / 2.0), self._mark_before(now.iteration / 4.0)
+        if half is None or quarter is None:
+            return None
+        fall = float(_left(abs(now.energy - half.energy), abs(half.energy - quarter.energy)))
+        energy = fall / now.size if now.size > 0.0 else 0.0
+        along, before = (np.abs(b.spacing / a.spacing - 1.0) for a, b in ((half, now), (quarter, half)))
+        spacing = max(float(_left(along, before).max()), SLIDE * now.residual)
+        rms = float(_left(_rms(now.middles - half.middles), _rms(half.middles - quarter.middles)))
+        return RemainingChange(spacing, energy, rms)
+
+    def _mark_before(self, iteration: float) -> Mark | None:
+        """The last mark that is not later than an iteration."""
+        return next((mark for mark in reversed(self.marks) if mark.iteration <= iteration), None)
+
+    def arrays(self) -> dict[str, NDArray[np.float64]]:
+        """The marks, for a checkpoint: their numbers, in the order of ``Mark``, (M, 6), and middles, (M, G, 3)."""
+        rows = [[mark.iteration, mark.energy, mark.size, mark.residual, *mark.spacing] for mark in self.marks]
+        table = np.array(rows, dtype=np.float64).reshape(-1, 6)
+        middles = np.array([mark.middles for mark in self.marks]).reshape(-1, self.stitches.group_count, 3)
+        return {"table": table, "middles": middles}
+
+    def resume(self, table: NDArray[np.float64], middles: NDArray[np.float64]) -> None:
+        """Restore the marks from ``arrays``."""
+        rows = zip(table.tolist(), table[:, 4:], middles, strict=True)
+        self.marks = [Mark(int(row[0]), row[1], row[2], row[3], spacing, middle) for row, spacing, middle in rows]
+
+
+def settling_of(simulation: YarnSimulation) -> Settling | None:
+    """The marks of the only piece, None where Newton's method ends the relaxation, or rest is judged in another way.
+
+    Iterations of ``Dynamics`` are no measure of time, and terms that lag move the state of rest.
+    """
+    is_piece = not simulation.model.on_lattice and simulation.newton is None
+    lags = any(term.lags for term in simulation.terms)
+    return Settling(simulation.model.cells[0].yarns) if is_piece and simulation.is_quasistatic and not lags else None
+
+
+def _left(change: NDArray[np.float64] | float, before: NDArray[np.float64] | float) -> NDArray[np.float64]:
+    """The sum of the changes over all further doublings, from those over the last two."""
+    now, earlier = np.asarray(change), np.asarray(before)
+    ratio = np.divide(now, earlier, out=np.full(now.shape, FASTEST), where=earlier > 0.0)
+    ratio = np.clip(ratio, FASTEST, SLOWEST)
+    return np.maximum(now, earlier * FASTEST**2) * ratio / (1.0 - ratio)
+
+
+def _rms(motion: NDArray[np.float64]) -> float:
+    return float(np.sqrt((motion**2).sum(axis=1).mean()))

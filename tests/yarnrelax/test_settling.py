@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The estimate of the change that is left of a piece whose relaxation Newton's method does not end."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from stitchmesh.quality import PRESETS, Quality
+from stitchmesh.yarnrelax import Relaxation, relax_yarns
+from stitchmesh.yarnrelax.checkpoint import Checkpoints
+from stitchmesh.yarnrelax.convergence import Assessment
+from stitchmesh.yarnrelax.settling import SLIDE, SLOWEST, Settling
+from stitchmesh.yarnrelax.solvers.newton import LARGEST_PIECE, RemainingChange
+from tests.yarnrelax.stockinette import fabric_of, tube
+
+YARNS = tube(3, 6)
+PLACES = YARNS.points / float(YARNS.radius.mean())
+LAST = 20 * 2**8
+
+
+def noted(
+    shape: Callable[[float], float], residual: float = 0.0, last: int = LAST
+) -> tuple[Settling, RemainingChange | None]:
+    """Marks of a piece that grows evenly: its size after n iterations is ``shape(n)`` times that of the start."""
+    settling, found, iteration = Settling(YARNS), None, 20
+    while iteration <= last:
+        found = settling.note(iteration, Assessment(residual, {"bend": shape(iteration)}), PLACES * shape(iteration))
+        iteration *= 2
+    return settling, found
+
+
+@pytest.mark.parametrize("power", [0.5, 1.0, 1.5])
+def test_the_change_left_of_a_decay_by_a_power_is_found(power: float) -> None:
+    # The changes over successive doublings have the ratio 2^-power, so their sum is the whole change that is left,
+    # 0.01 (20 / n)^power, but for the size of 1 to which each change is relative.
+    _, found = noted(lambda n: 1.0 + 0.01 * (20.0 / n) ** power)
+    left = 0.01 * (20.0 / LAST) ** power
+    assert found is not None
+    assert_allclose([found.spacing, found.energy], left, rtol=0.02)
+
+
+def test_a_change_that_does_not_become_smaller_is_never_said_to_be_small() -> None:
+    _, found = noted(lambda n: 1.0 + 0.01 * np.log2(n))
+    assert found is not None
+    assert found.spacing > 0.005 * SLOWEST / (1.0 - SLOWEST)
+
+
+def test_forces_that_are_left_bound_the_change_from_below() -> None:
+    _, found = noted(lambda n: 1.0, residual=0.003)
+    assert found == RemainingChange(SLIDE * 0.003, 0.0, 0.0)
+
+
+def test_nothing_is_known_before_two_doublings() -> None:
+    assert noted(lambda n: 1.0, last=40)[1] is None
+    assert noted(lambda n: 1.0, last=80)[1] is not None
+
+
+def test_marks_survive_a_checkpoint_with_their_bits() -> None:
+    settling, found = noted(lambda n: 1.0 + 0.1 / n, residual=1e-5)
+    other = Settling(YARNS)
+    other.resume(**settling.arrays())
+    assert other.remaining_change() == found
+    for mine, others in zip(settling.marks, other.marks, strict=True):
+        assert_array_equal(mine.middles, others.middles)
+
+
+@pytest.fixture(scope="module")
+def garment() -> Relaxation:
+    """A garment with more control points than Newton's method takes, at rest."""
+    return relaxed_garment(PRESETS["draft"])
+
+
+def relaxed_garment(quality: Quality, **options: Any) -> Relaxation:
+    fabric = fabric_of(9, 40, closed=True)
+    return relax_yarns(tube(9, 40), keep_shape=fabric, quality=quality, device="cpu", progress=False, **options)
+
+
+def test_a_garment_comes_to_rest_with_an_estimate(garment: Relaxation) -> None:
+    left = garment.report["remaining_change"]
+    assert len(garment.yarns.points) > LARGEST_PIECE
+    assert garment.report["converged"]
+    assert SLIDE * garment.report["residual"] <= left["spacing"] <= PRESETS["draft"].largest_change
+
+
+def test_a_garment_that_was_stopped_has_the_same_marks(garment: Relaxation, tmp_path: Path) -> None:
+    half = garment.report["iterations"] // 2
+    relaxed_garment(replace(PRESETS["draft"], max_iterations=half), checkpoint=Checkpoints(tmp_path, every=20))
+    resumed = relaxed_garment(PRESETS["draft"], resume=tmp_path / "checkpoint.smc")
+    assert_array_equal(resumed.yarns.points, garment.yarns.points)
+    assert resumed.report["remaining_change"] == garment.report["remaining_change"]
