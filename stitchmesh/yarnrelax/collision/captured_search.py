@@ -184,7 +184,7 @@ class ContactSearch:
         self.least = self.parts[:, 0] if parts == 1 else wp.zeros(model.cell_count, wp.float64, device=model.device)
         self.collected = wp.zeros((BLOCKS + 5 * model.cell_count, 4), dtype=wp.float64, device=model.device)
         self.results: SearchResults | None = None
-        self._launches: dict[tuple[float, bool], CapturedLaunches] = {}
+        self._launches: dict[bool, CapturedLaunches] = {}
         self._margin = candidates.margin
         self._longest = 0.0
         self._table: SearchResults | None = None
@@ -199,7 +199,9 @@ class ContactSearch:
         Raises:
             SolverError: yarns lie so dense that the lists would take more than ``MOST_ENTRIES``; it names the place.
         """
-        self._margin = self.candidates.margin
+        if self._margin != self.candidates.margin:
+            self._margin = self.candidates.margin
+            self._launches.clear()
         complete = False
         while not complete:
             margin, near = self._margin, self.candidates.near
@@ -218,10 +220,9 @@ class ContactSearch:
     def _search(self, *, broad: bool) -> SearchResults:
         """Launch a search, with the broad phase or with the near lists of the last one."""
         near = self.candidates.near
-        key = (self._margin, broad)  # margins come back: a capture takes a GPU longer than several searches
-        if key not in self._launches:
-            self._launches[key] = CapturedLaunches(self._prepared(broad=broad), self.model.device)
-        self._launches[key].launch()
+        if broad not in self._launches:
+            self._launches[broad] = CapturedLaunches(self._prepared(broad=broad), self.model.device)
+        self._launches[broad].launch()
         found = self.results = self._read()
         if broad:
             near.reach = near.complete_within = self._margin + SPARE_REACH
