@@ -225,6 +225,7 @@ def print_table(found: list[dict[str, Any]]) -> None:
             if quality in case.get("presets", {}):
                 print(row_of(case, quality))
         print(f"\n{summary_of(found, quality)}")
+    print_counts(found)
     failed = [case for case in found if "failed" in case]
     print(f"\n{len(failed)} of {len(found)} cases without an end:")
     for case in failed:
@@ -246,12 +247,40 @@ def row_of(case: dict[str, Any], quality: str) -> str:
     return f"{row}| {100 * error_of(own, true):.2g} | {estimate} | {true['seconds']:.2g}{rest} | {differ} |"
 
 
+def print_counts(found: list[dict[str, Any]]) -> None:
+    """Print how many cases come to rest and keep the promise, for each preset and each loop length."""
+    print("\n| preset | loop | cases | at rest | true rest known | promise kept | off by more than twice | worst % |")
+    print("|---|---|---:|---:|---:|---:|---:|---:|")
+    loops = sorted({case["loop"] for case in found if case["loop"] is not None})
+    for quality in PROMISE:
+        made = [case for case in found if quality in case.get("presets", {})]
+        groups = [(f"{loop:g}", [case for case in made if case["loop"] == loop]) for loop in loops]
+        groups += [("weaves", [case for case in made if case["loop"] is None]), ("all", made)]
+        for name, cases in groups:
+            if cases:
+                print(f"| {quality} | {name} {counts_of(cases, quality)}")
+
+
+def counts_of(cases: list[dict[str, Any]], quality: str) -> str:
+    """Return the counts of a row of ``print_counts``."""
+    at_rest = [case for case in cases if case["presets"][quality]["converged"]]
+    errors, promise = errors_of(at_rest, quality), PROMISE[quality]
+    kept, far = (errors <= promise).sum(), (errors > 2.0 * promise).sum()
+    return f"| {len(cases)} | {len(at_rest)} | {len(errors)} | {kept} | {far} | {100 * errors.max(initial=0.0):.2g} |"
+
+
+def errors_of(cases: list[dict[str, Any]], quality: str) -> np.ndarray:
+    """Errors of a preset in the cases of which the true rest is known."""
+    known = [case for case in cases if "true" in case and case["true"]["converged"]]
+    return np.array([error_of(case["presets"][quality], case["true"]) for case in known])
+
+
 def summary_of(found: list[dict[str, Any]], quality: str) -> str:
     """Return how many cases are at rest with a preset, and how many of them keep its promise."""
     made = [case for case in found if quality in case.get("presets", {})]
     at_rest = [case for case in made if case["presets"][quality]["converged"]]
     known = [case for case in at_rest if "true" in case and case["true"]["converged"]]
-    errors = np.array([error_of(case["presets"][quality], case["true"]) for case in known])
+    errors = errors_of(at_rest, quality)
     agreed = sum("other" in case and error_of(case["other"], case["true"]) <= AGREE for case in known)
     promise = PROMISE[quality]
     text = f"{quality}: {len(at_rest)} of {len(made)} at rest; true rest known for {len(known)}, of which two solvers "
