@@ -50,7 +50,9 @@ def test_points_approach_each_other_by_a_quarter_of_their_distance_at_most() -> 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_no_yarn_passes_through_another_one(pattern: str, seed: int) -> None:
     yarns = drawn(pattern)
-    refuse_pull_through(yarns, perturb(yarns, random(seed)), "cpu")
+    moved = perturb(yarns, random(seed))
+    refuse_pull_through(yarns, moved, "cpu")
+    assert not np.array_equal(moved.points, yarns.points)
 
 
 def test_the_cell_is_strained_within_bounds() -> None:
