@@ -14,8 +14,9 @@ magnitude of their sum over the sum of the magnitudes for the terms.
 Yarns are at rest if the residual is below ``Quality.tolerance`` and a second condition holds. Fabrics are softer than
 yarns, so that a small force can leave a large change of the spacing. Where Newton's method ends the relaxation, the
 change of the spacing that is left, as estimated from its steps (``newton``), must be below ``Quality.largest_change``.
-For other pieces, such as garments, that change is estimated from the changes so far (``settling``). Where yarns move
-by ``Dynamics``, or a term such as friction moves the state of rest, nothing is known of it; there the energy must fall
+For other pieces of closed yarns, such as garments, that change is estimated from the changes so far (``settling``). An
+open yarn whose end nothing holds has unravelled where it is at rest; where there is one, where yarns move by
+``Dynamics``, or where a term such as friction moves the state of rest, nothing is known of it, and the energy must fall
 by less than ``LARGEST_ENERGY_FALL`` times the tolerance, relative to itself, between two assessments. Yarns with a
 residual of 0 are at rest in any case, and so are those of which the residual is noise below the tolerance if no step
 lowers their energy.

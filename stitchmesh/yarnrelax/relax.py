@@ -57,8 +57,8 @@ def relax_yarns(
     """Relax yarns to a state of rest; no yarn passes through another.
 
     The yarns are at rest when the residual is below ``Quality.tolerance`` and the change of the spacing that is left is
-    estimated below ``Quality.largest_change``; with friction, or with ``Dynamics``, that change is not known, and the
-    energy must have stopped falling instead (``yarnrelax.convergence``). A relaxation that stops at
+    estimated below ``Quality.largest_change``; with friction, ``Dynamics`` or open yarns, that change is not known, and
+    the energy must have stopped falling instead (``yarnrelax.convergence``). A relaxation that stops at
     ``Quality.max_iterations``, or where no step lowers the energy any more, logs a warning, and its report is not
     converged. One that a limit on the time ends (``time_limit``) has the bits of one with ``max_iterations`` as many as
     its report counts. A resumed one has those of one that never stopped, and counts iterations and seconds of both.

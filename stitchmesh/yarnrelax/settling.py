@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """How a piece settles: the change that is left, estimated from the changes so far.
 
-Newton's method does not end the relaxation of garments and of open yarns (``newton``). Their stitches slide along the
-fabric in motions of every softness, and an iteration of a quasi-Newton method finds the stiff ones first. The softest
-ones are found after thousands of iterations, so that a small change from one iteration to the next says nothing. The
-changes are therefore compared over spans that grow: with x the energy, or the mean distance of neighbouring stitches
-along the yarns or across them, after n iterations,
+Newton's method does not end the relaxation of garments (``newton``). Their stitches slide along the fabric in motions
+of every softness, and an iteration of a quasi-Newton method finds the stiff ones first. The softest ones are found after
+thousands of iterations, so that a small change from one iteration to the next says nothing. The changes are therefore
+compared over spans that grow: with x the energy, or the mean distance of neighbouring stitches along the yarns or across
+them, after n iterations,
 
     c = |x(n) - x(n / 2)|,    c' = |x(n / 2) - x(n / 4)|,    r = c / c' within FASTEST and SLOWEST
     left = max(c, c' FASTEST^2) r / (1 - r)
@@ -14,8 +14,8 @@ along the yarns or across them, after n iterations,
 is the sum of the changes over all further doublings of n. A decay by a power of n, as of motions of every softness, has
 a constant r.
 
-The spacing can stand still before the softest motions are found. The forces that are left then
-say more than the changes: the spacing has to change by at least
+The spacing can stand still before the softest motions are found. The forces that are left then say more than the
+changes: the spacing has to change by at least
 
     SLIDE residual
 
@@ -132,11 +132,13 @@ class Settling:
 def settling_of(simulation: YarnSimulation) -> Settling | None:
     """The marks of the only piece, None where Newton's method ends the relaxation, or rest is judged in another way.
 
-    Iterations of ``Dynamics`` are no measure of time, and terms that lag move the state of rest.
+    Iterations of ``Dynamics`` are no measure of time, terms that lag move the state of rest, and an open yarn whose end
+    nothing holds has unravelled where it is at rest.
     """
-    is_piece = not simulation.model.on_lattice and simulation.newton is None
-    lags = any(term.lags for term in simulation.terms)
-    return Settling(simulation.model.cells[0].yarns) if is_piece and simulation.is_quasistatic and not lags else None
+    model, lags = simulation.model, any(term.lags for term in simulation.terms)
+    is_closed = not model.on_lattice and bool(model.yarns.closed.all())
+    settles = is_closed and simulation.newton is None and simulation.is_quasistatic and not lags
+    return Settling(model.cells[0].yarns) if settles else None
 
 
 def _left(change: NDArray[np.float64] | float, before: NDArray[np.float64] | float) -> NDArray[np.float64]:

@@ -77,10 +77,9 @@ def test_relaxing_again_takes_a_fifth_of_the_iterations():
     yarns, start = regenerate_yarns(relaxed(), fabric(), after, quality=QUALITY)
     anew, again = at_rest(yarns, after), at_rest(yarns, after, start)
     assert anew.report["converged"] and again.report["converged"]
-    # convergence is tested every twenty iterations
-    assert again.report["iterations"] <= anew.report["iterations"] / 5 + ASSESSMENT_INTERVAL
-    # both relaxations take hundreds of iterations; they stop when the energy falls by less than a tenth of the
-    # tolerance in twenty iterations
+    # convergence is tested every twenty iterations, and its estimate needs four times the first of them
+    assert again.report["iterations"] <= anew.report["iterations"] / 5 + 4 * ASSESSMENT_INTERVAL
+    # both relaxations stop where the spacing has hardly anything left to change by
     assert again.report["energy"] == pytest.approx(anew.report["energy"], rel=2 * QUALITY.tolerance)
 
 
