@@ -3,10 +3,10 @@
 """How a piece settles: the change that is left, estimated from the changes so far.
 
 Newton's method does not end the relaxation of garments (``newton``). Their stitches slide along the fabric in motions
-of every softness, and an iteration of a quasi-Newton method finds the stiff ones first. The softest ones are found after
-thousands of iterations, so that a small change from one iteration to the next says nothing. The changes are therefore
-compared over spans that grow: with x the energy, or the mean distance of neighbouring stitches along the yarns or across
-them, after n iterations,
+of every softness, and an iteration of a quasi-Newton method finds the stiff ones first. The softest ones are found
+after thousands of iterations, so that a small change from one iteration to the next says nothing. The changes are
+therefore compared over spans that grow: with x the energy, or the mean distance of neighbouring stitches along the
+yarns or across them, after n iterations,
 
     c = |x(n) - x(n / 2)|,    c' = |x(n / 2) - x(n / 4)|,    r = c / c' within FASTEST and SLOWEST
     left = max(c, c' FASTEST^2) r / (1 - r)
