@@ -60,7 +60,7 @@ MOST_STITCHES = {"cpu": 200, "cuda": 8000}
 """Largest garment whose true rest is computed."""
 TRUE = 1e-5
 """Residual and remaining change of the true rest."""
-TRUE_ITERATIONS = {"cpu": 2000, "cuda": 10_000}
+TRUE_ITERATIONS = {"cpu": 10000, "cuda": 10_000}
 """Largest number of iterations of a garment: those of its true rest, and of its settings."""
 LOADING = 20
 """Iterations of the run that loads the kernels."""
