@@ -5,12 +5,13 @@
     python benchmarks/garments_at_rest.py skirt.obj --unit dm --stitch-width 0.8
     python benchmarks/garments_at_rest.py assets/meshes/hat.obj --stitch-width 0.6 --device cpu --iterations 10000
     python benchmarks/garments_at_rest.py glove.bcc
+    python benchmarks/garments_at_rest.py assets/meshes/hat.obj --stitch-width 0.6 --course
 
 A mesh is knitted and keeps its shape; yarns of a file are free. Each preset relaxes the yarns that it samples. The same
 yarns, relaxed on by the same solver for ``--iterations`` iterations, are taken for their rest. The error is the largest
 relative error of the mean distance of neighbouring stitches, along the yarns and across them, and the estimate is the
-``remaining_change`` of the report. The last column is
-the residual of that long run. Kernels are loaded before the clock starts.
+``remaining_change`` of the report. The last column is the residual of that long run. Kernels are loaded before the
+clock starts. With ``--course``, each line is a state on the way of the long run, the last column error over residual.
 """
 
 from __future__ import annotations
@@ -62,6 +63,23 @@ def row(scene: str, name: str, yarns: YarnSet, most: int, options: Mapping[str, 
     )
 
 
+def print_course(scene: str, name: str, yarns: YarnSet, most: int, options: Mapping[str, Any]) -> None:
+    """Print how far the spacings are from those at the end of a long run, on the way there."""
+    quality = replace(PRESETS[name], tolerance=1e-12, largest_change=1e-12)
+    stitches, states = SpacingChange(yarns), []
+    count = 60
+    while count <= most:
+        found = sm.relax_yarns(yarns, quality=replace(quality, max_iterations=count), **options)
+        states.append((found.report, spacings(stitches, found.yarns)))
+        count = round(count * 2.0**0.5 / 20.0) * 20
+    print(f"\n{scene}, {name}, {len(yarns.points):,} control points\n\n| iterations | residual | error % | ratio |")
+    print("|---:|---:|---:|---:|")
+    for report, spacing in states[:-1]:
+        error = float(np.abs(spacing / states[-1][1] - 1.0).max())
+        residual = report["residual"]
+        print(f"| {report['iterations']} | {residual:.2g} | {100 * error:.2g} | {error / residual:.2g} |")
+
+
 def scene_of(path: str, arguments: argparse.Namespace, name: str) -> tuple[YarnSet, dict[str, Any]]:
     """Yarns of one scene as a preset samples them, and how they are held."""
     options: dict[str, Any] = {"device": arguments.device, "progress": False}
@@ -82,13 +100,19 @@ def main() -> None:
     parser.add_argument("--stitch-width", type=float, default=0.8, help="cm")
     parser.add_argument("--qualities", default="draft,standard")
     parser.add_argument("--iterations", type=int, default=30_000, help="of the longest run")
+    parser.add_argument("--course", action="store_true", help="states on the way of the longest run")
     parser.add_argument("--device", default=None)
     arguments = parser.parse_args()
-    print(HEAD)
+    if not arguments.course:
+        print(HEAD)
     for path in arguments.scenes:
         for name in arguments.qualities.split(","):
             yarns, options = scene_of(path, arguments, name)
-            print(row(Path(path).stem, name, yarns, arguments.iterations, options), flush=True)
+            given = (Path(path).stem, name, yarns, arguments.iterations, options)
+            if arguments.course:
+                print_course(*given)
+            else:
+                print(row(*given), flush=True)
 
 
 if __name__ == "__main__":

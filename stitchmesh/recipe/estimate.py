@@ -3,8 +3,9 @@
 """What a garment will cost, estimated from its labeled mesh and the sizes alone: yarn, control points, time and memory.
 
 The numbers of stitches and rows are exact, because the mesh is divided by the same rule. Yarn length and control points
-follow from the size of each stitch. Time and memory are those of one core of a shared server processor; another
-machine may be twice as fast or as slow. ``benchmarks/estimates.py`` compares all of them with garments that were made.
+follow from the size of each stitch. Time and memory are those of a shared server processor, with the threads that a
+relaxation uses here; another machine may be twice as fast or as slow. ``benchmarks/estimates.py`` compares all of them
+with garments that were made.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.compute.device import device_named
+from stitchmesh.compute.threads import thread_count
 from stitchmesh.errors import check_kind
 from stitchmesh.mesh import BOTTOM, TOP, FloatArray, StitchMesh
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named
@@ -29,23 +31,25 @@ POINTS_PER_BIND_OFF = 0.6
 """Control points of the bind-off for each loop, divided by those of a plain stitch."""
 POINTS_PER_SHAPED_LOOP = 0.65
 """Additional control points for each loop that is increased or decreased, divided by those of a plain stitch."""
-SMALL_GARMENT = 20_000
-"""Number of stitches of a garment that needs ``ITERATIONS``."""
-ITERATIONS = 100.0
-"""Iterations in which the yarns of such a garment come to rest at quality ``draft``, with the shape kept."""
-SMALLER_NEEDS_MORE = 0.4
-"""Exponent of the increase of iterations with decreasing numbers of stitches."""
-FEWEST_ITERATIONS = 80.0
-"""Iterations that a large garment needs too."""
-FINER_NEEDS_MORE = 0.5
-"""Exponent of the increase of iterations with decreasing tolerance."""
+LARGE_GARMENT = 20_000
+"""Number of stitches of a garment that needs the iterations below."""
+ITERATIONS, ITERATIONS_OF_PANELS = 300.0, 100.0
+"""Iterations in which its yarns come to rest at quality ``draft``, with the shape kept: closed yarns, and the open ones
+of flat panels, which end as soon as their energy hardly falls (``yarnrelax.convergence``)."""
+SMALLER_NEEDS_MORE, SMALLER_PANELS_NEED_MORE = 0.15, 0.4
+"""Exponents of the increase of iterations with decreasing numbers of stitches."""
+FINER_NEEDS_MORE, FINER_PANELS_NEED_MORE = 1.4, 0.5
+"""Exponents of the increase with decreasing ``Quality.largest_change``, and for panels with decreasing tolerance."""
 SECONDS_PER_STITCH = {"tessellate": 35e-6, "meshrelax": 140e-6}
 """Time of the stages before the yarns [s]."""
 SECONDS_OF_YARNGEN = 0.08, 4e-6
 """Time of the generation of yarns: always, and for each control point [s]."""
-SECONDS_PER_POINT_ITERATION = {"cpu": 1.05e-6, "cuda": 1.0e-9}
-"""Time of the relaxation of yarns for each control point and iteration, with lists of contacts and assessments [s]."""
-SECONDS_PER_ITERATION = {"cpu": 2e-4, "cuda": 1e-4}
+SECONDS_PER_POINT_ITERATION = {"cpu": 6.3e-7, "cuda": 1.5e-9}
+"""Time of the relaxation of yarns for each control point and iteration, with lists of contacts and assessments [s].
+On a CPU it is that of one thread."""
+GAIN_OF_THREADS = 0.9
+"""Exponent of the gain of speed with the number of threads of a CPU."""
+SECONDS_PER_ITERATION = {"cpu": 2e-4, "cuda": 2e-4}
 """Additional time of each iteration [s]."""
 SECONDS_TO_START = {"cpu": 0.2, "cuda": 0.2}
 """Time until the first iteration, with loaded kernels [s]."""
@@ -136,7 +140,10 @@ def estimate_garment(
         planned=planned,
         yarn_length=_yarn_length(labeled, planned),
         control_points=points,
-        stages=_stages(planned.total, points, chosen, "cuda" if device_named(device).is_cuda else "cpu"),
+        stages=_stages(
+            planned.total, points, _iterations(labeled, planned.total, chosen), chosen,
+            "cuda" if device_named(device).is_cuda else "cpu",
+        ),
     )
 
 
@@ -162,19 +169,28 @@ def _stitch_sizes(labeled: StitchMesh, planned: PlannedStitches) -> tuple[FloatA
     return width, wales / 2 / planned.courses
 
 
-def _stages(stitches: int, points: int, quality: Quality, device: str) -> dict[str, StageCost]:
+def _stages(
+    stitches: int, points: int, iterations: float, quality: Quality, device: str
+) -> dict[str, StageCost]:
     seconds = {name: time * stitches for name, time in SECONDS_PER_STITCH.items()}
     seconds["yarngen"] = SECONDS_OF_YARNGEN[0] + SECONDS_OF_YARNGEN[1] * points
     work = quality.contact_samples / PRESETS["draft"].contact_samples * (2.0 if quality.precision == "float64" else 1.0)
-    an_iteration = SECONDS_PER_ITERATION[device] + SECONDS_PER_POINT_ITERATION[device] * points * work
-    seconds["yarnrelax"] = SECONDS_TO_START[device] + _iterations(stitches, quality) * an_iteration
+    together = thread_count() ** GAIN_OF_THREADS if device == "cpu" else 1.0
+    an_iteration = SECONDS_PER_ITERATION[device] + SECONDS_PER_POINT_ITERATION[device] * points * work / together
+    seconds["yarnrelax"] = SECONDS_TO_START[device] + iterations * an_iteration
     memory = {name: size * stitches for name, size in BYTES_PER_STITCH.items()}
     memory |= {name: size * points for name, size in BYTES_PER_POINT.items()}
     return {name: StageCost(seconds=time, memory=BASE_MEMORY + memory[name]) for name, time in seconds.items()}
 
 
-def _iterations(stitches: int, quality: Quality) -> float:
+def _iterations(labeled: StitchMesh, stitches: int, quality: Quality) -> float:
     """Iterations until the yarns are at rest, with the shape kept."""
-    needed = max(FEWEST_ITERATIONS, ITERATIONS * (SMALL_GARMENT / max(stitches, 1)) ** SMALLER_NEEDS_MORE)
-    finer = (PRESETS["draft"].tolerance / quality.tolerance) ** FINER_NEEDS_MORE
-    return min(needed * finer, float(quality.max_iterations))
+    draft, smaller = PRESETS["draft"], LARGE_GARMENT / max(stitches, 1)
+    ends = labeled.row[labeled.twin[labeled.left_wale] < 0]
+    if np.isin(labeled.row, ends).all():  # a flat panel: every row has ends
+        needed = ITERATIONS_OF_PANELS * smaller**SMALLER_PANELS_NEED_MORE
+        needed *= (draft.tolerance / quality.tolerance) ** FINER_PANELS_NEED_MORE
+    else:
+        needed = ITERATIONS * smaller**SMALLER_NEEDS_MORE
+        needed *= (draft.largest_change / quality.largest_change) ** FINER_NEEDS_MORE
+    return min(needed, float(quality.max_iterations))

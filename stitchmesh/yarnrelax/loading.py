@@ -114,9 +114,8 @@ class Loading:
         simulation = self.path.inputs_at(self.position).start()
         if not whole and self.position.thin <= 1.0:
             simulation.newton = None  # one Newton step takes about as many products as a step has iterations
-        loop = RelaxationLoop(simulation, quality.tolerance if whole else DESCENT, quality.largest_change)
-        loop.iterations = np.array([self.position.iterations])
-        return loop
+        tolerance = quality.tolerance if whole else DESCENT
+        return RelaxationLoop(simulation, tolerance, quality.largest_change, self.position.iterations)
 
     def _say_steps(self) -> None:
         """Say in one line that there were steps, and why."""

@@ -49,11 +49,20 @@ REMEDY = "move the yarns apart, or control points that lie in one place"
 class RelaxationLoop:
     """Cells, or one piece, on their way to rest."""
 
-    def __init__(self, simulation: YarnSimulation, tolerance: float, largest_change: float = 0.004) -> None:
-        """A loop before its first assessment (``start``); arguments as in ``Quality``."""
+    def __init__(
+        self, simulation: YarnSimulation, tolerance: float, largest_change: float = 0.004, before: int = 0
+    ) -> None:
+        """A loop before its first assessment (``start``).
+
+        Args:
+            simulation: the cells, or the piece.
+            tolerance: as in ``Quality``.
+            largest_change: as in ``Quality``.
+            before: iterations that were done before with another load, and that count too.
+        """
         self.simulation, self.tolerance, self.largest_change = simulation, tolerance, largest_change
         cells = simulation.model.cell_count
-        self.iterations = np.zeros(cells, dtype=np.int64)
+        self.before, self.iterations = before, np.full(cells, before, dtype=np.int64)
         """Iterations of each cell, with the products of its Newton steps, shape (C,)."""
         self.lists_age = 0
         """Iterations since the candidate lists were made."""
@@ -262,8 +271,9 @@ class RelaxationLoop:
         self.energy_fall[cell] = (self.last[cell].energy - now.energy) / now.size if now.size > 0.0 else 0.0
         self.last[cell] = now
         newton = self.simulation.newton
-        if self.settling is not None and self.settling.is_due(self.iteration):
-            self.remaining[cell] = self.settling.note_state(self.simulation, self.iteration, now)
+        own = self.iteration - self.before
+        if self.settling is not None and self.settling.is_due(own):
+            self.remaining[cell] = self.settling.note_state(self.simulation, own, now)
         if newton is not None and self.ending[cell]:
             self.remaining[cell] = newton.remaining_change(cell, now.size)
         elif newton is not None and has_converged(now.residual, float(self.energy_fall[cell]), DESCENT):

@@ -90,6 +90,7 @@ def continued(relaxed: Relaxation, before: Relaxation) -> Relaxation:
     """Return a relaxation with the iterations, seconds and history of the one before it."""
     count, seconds = before.report["iterations"], before.report["seconds"]
     report = {"iterations": count + relaxed.report["iterations"], "seconds": seconds + relaxed.report["seconds"]}
+    report["load_steps"] = relaxed.report["load_steps"] or before.report["load_steps"]
     history = list(before.history)
     for entry in relaxed.history:
         later = entry.copy()

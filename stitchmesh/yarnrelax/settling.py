@@ -19,8 +19,8 @@ changes: the spacing has to change by at least
 
     SLIDE residual
 
-with the residual of ``convergence``. SLIDE is measured (docs/accuracy.md, Garments): between 240 and 3,600 iterations,
-the spacings of a skirt, a hat and a sweater were 1 to 8 residuals from those after 29,000, most of them 4.
+with the residual of ``convergence``. SLIDE is measured (docs/accuracy.md, Garments at rest): between 240 and 3,600
+iterations, the spacings of a skirt, a hat and a sweater were 1 to 8 residuals from those after 29,000, most of them 4.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Mark:
     """What a piece was after some iterations."""
 
     iteration: int
-    """Iterations of the solver."""
+    """Iterations of the solver with the present load."""
     energy: float
     """Energy [erg]."""
     size: float
@@ -85,7 +85,7 @@ class Settling:
         """Make a mark, and estimate the change that is left.
 
         Args:
-            iteration: iterations of the solver.
+            iteration: iterations of the solver with the present load.
             now: its assessment.
             points: control points [mean radii], shape (N, 3).
 

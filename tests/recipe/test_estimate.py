@@ -4,12 +4,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from stitchmesh.errors import ParameterError, StitchMeshError, TessellationError
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import label
 from stitchmesh.mesh import StitchMesh
+from stitchmesh.quality import PRESETS
 from stitchmesh.recipe.estimate import estimate_garment
 from stitchmesh.tessellate import tessellate
 from stitchmesh.tessellate.planned_stitches import planned_stitches
@@ -82,6 +85,16 @@ def test_finer_control_points_cost_more():
     assert costs[0].control_points < costs[1].control_points < costs[2].control_points
     assert costs[0].memory < costs[1].memory < costs[2].memory
     assert len({cost.yarn_length for cost in costs}) == 1
+
+
+@pytest.mark.parametrize(("name", "longer"), [("tube", "largest_change"), ("flat", "tolerance")])
+def test_what_the_yarns_wait_for_decides_their_time(name, longer):
+    """Closed yarns wait until their spacing hardly changes, and the open ones of a panel until their energy does."""
+    draft = PRESETS["draft"]
+    finer = {field: replace(draft, **{field: getattr(draft, field) / 4.0}) for field in ("largest_change", "tolerance")}
+    seconds = {field: estimate_garment(SHAPES[name], stitch_width=0.2, quality=quality, device="cpu").seconds
+               for field, quality in ({"draft": draft} | finer).items()}  # fmt: skip
+    assert {field for field in finer if seconds[field] > seconds["draft"]} == {longer}
 
 
 REFUSED = {
