@@ -34,7 +34,8 @@ def turn_after_yield(
 ) -> None:
     """Let the rest angles of both yarns of each node follow the angles beyond their limits."""
     i = wp.tid()
-    for c in range(2):
+    n = int(2)
+    for c in range(n):
         after, before = link[i, 2 * c], link[i, 2 * c + 1]
         if after >= 0 and before >= 0:
             here, own = nodes[i], sliding[i][c]

@@ -181,17 +181,18 @@ class NormalForces:
 
         Args:
             elements: the yarns.
-            side: +1 where the u yarn lies above the v yarn, -1 where it lies below; shape (N,).
+            side: +1 where the u yarn lies above the v yarn, -1 where it lies below, 0 where both are joined; shape (N,).
             radii: radius of the u yarns and of the v yarns [cm].
             scalar: Warp's floating-point type.
             device: where the arrays lie.
 
         Raises:
-            ParameterError: a side is neither +1 nor -1.
+            ParameterError: a side is another number.
         """
         sides = np.asarray(side, dtype=np.float64)
-        if sides.shape != (elements.count,) or not np.isin(sides, (-1.0, 1.0)).all():
-            raise ParameterError(f"normal forces: got sides of shape {sides.shape}; expected +1 or -1 for each of {elements.count} nodes")
+        if sides.shape != (elements.count,) or not np.isin(sides, (-1.0, 0.0, 1.0)).all():
+            found = f"got sides of shape {sides.shape} between {sides.min(initial=0):g} and {sides.max(initial=0):g}"
+            raise ParameterError(f"normal forces: {found}; expected +1, -1 or 0 for each of {elements.count} nodes")
         axis = contact_axes(elements.link)
         height = np.stack([sides * radii[0], -sides * radii[1]], axis=-1) * (axis < 0)[:, None]
         return NormalForces(

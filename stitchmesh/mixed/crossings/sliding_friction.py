@@ -44,6 +44,16 @@ def friction_force(slip: Any, stiffness: Any, limit: Any) -> Any:
     return -wp.clamp(stiffness * slip, -limit, limit)
 
 
+@wp.func
+def dragged(anchor: Any, place: Any, stiffness: Any, limit: Any) -> Any:
+    """The anchor [cm] after a step that ended at ``place``."""
+    slip = place - anchor
+    result = anchor
+    if wp.abs(slip) * stiffness > limit:
+        result = place - wp.sign(slip) * (limit / stiffness)
+    return result
+
+
 @kernel
 def find_friction_energies(
     # model
@@ -159,13 +169,9 @@ def drag_anchors(
 ) -> None:
     """Drag the anchors of yarns that slipped to the distance at which their springs have the limit."""
     i = wp.tid()
-    place = anchor[i]
-    for c in range(2):
-        k, most = stiffness[i][c], limit[i]
-        slip = sliding[i][c] - anchor[i][c]
-        if wp.abs(slip) * k > most:
-            place[c] = sliding[i][c] - wp.sign(slip) * (most / k)
-    anchor[i] = place
+    place, k, old = sliding[i], stiffness[i], anchor[i]
+    first, second = dragged(old[0], place[0], k[0], limit[i]), dragged(old[1], place[1], k[1], limit[i])
+    anchor[i] = type(anchor[i])(first, second)
 
 
 class SlidingFriction(Term):

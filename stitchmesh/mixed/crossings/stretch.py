@@ -7,7 +7,10 @@ With the length l = |x1 - x0| in space and the rest length D = u1 - u0 of the ya
     E = 1/2 k_s D (|w| - 1)^2 = 1/2 k_s (l^2 / D - 2 l + D)
 
 The energy is convex in (l, D): its second derivatives k_s / D (1, -|w|; -|w|, w^2) have rank one. Below the merging
-distance 1 / D is replaced by i(D) (``merging``).
+distance 1 / D is replaced by i(D) (``merging``), where D i(D) - 1 = -t^3.
+
+The functions subtract l and D before anything else, because strains of 1e-4 are common and single precision has seven
+digits: l^2 i(D) - 2 l + D = (l - D)^2 i(D) - t^3 (2 l - D).
 """
 
 from __future__ import annotations
@@ -22,17 +25,22 @@ from stitchmesh.mixed.crossings.merging import guarded_inverse
 @wp.func
 def stretch_energy(length: Any, rest: Any, merging: Any, stiffness: Any) -> Any:
     """E [erg]."""
-    half, two = type(rest)(0.5), type(rest)(2.0)
+    zero, half, two = type(rest)(0.0), type(rest)(0.5), type(rest)(2.0)
     inverse, _slope, _bend = guarded_inverse(rest, merging)
-    return half * stiffness * (length * (length * inverse - two) + rest)
+    t = wp.max(merging - rest, zero) / wp.max(rest, merging)
+    apart = length - rest
+    return half * stiffness * (apart * apart * inverse - t * t * t * (two * length - rest))
 
 
 @wp.func
 def stretch_slopes(length: Any, rest: Any, merging: Any, stiffness: Any) -> tuple[Any, Any]:
     """E_l and E_D [dyn]."""
-    one, half = type(rest)(1.0), type(rest)(0.5)
-    inverse, slope, _bend = guarded_inverse(rest, merging)
-    return stiffness * (length * inverse - one), half * stiffness * (length * length * slope + one)
+    zero, half, two = type(rest)(0.0), type(rest)(0.5), type(rest)(2.0)
+    inverse, _slope, _bend = guarded_inverse(rest, merging)
+    most = wp.max(rest, merging)
+    t, strain = wp.max(merging - rest, zero) / most, (length - most) / most
+    by_length = stiffness * ((length - rest) * inverse - t * t * t)
+    return by_length, -half * stiffness * (strain * (length + most) + two * t * length * length / most) / most
 
 
 @wp.func

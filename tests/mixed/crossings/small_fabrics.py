@@ -80,12 +80,13 @@ def force_at(term: Term, values: np.ndarray, scalar=wp.float64) -> np.ndarray:
     return flat(*force.numpy()[1:])
 
 
-def hessian_at(term: Term, values: np.ndarray, exact: float = 1.0, scalar=wp.float64) -> np.ndarray:
+def hessian_at(term: Term, values: np.ndarray, exact: float = 1.0, scalar=wp.float64, of=slice(None)) -> np.ndarray:
+    """The columns ``of`` of the Hessian."""
     state = vector_of(*split(values), scalar)
     term.exact = exact
     term.linearize(state, RUN)
     columns = []
-    for unit in np.eye(len(values)):
+    for unit in np.eye(len(values))[of]:
         product = state.like()
         term.products(vector_of(*split(unit), scalar), product, RUN)
         columns.append(flat(*product.numpy()[1:]))
