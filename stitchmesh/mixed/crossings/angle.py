@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The angle between two vectors, its gradient, and products with the Hessian of an energy of this angle.
+"""The angle between two vectors, its gradient, and the Hessian of an energy of this angle.
 
 With unit vectors p = a / |a| and q = b / |b|, the angle t, the unit normal z of their plane, m = z x p and n = q x z,
 
@@ -90,43 +90,48 @@ def angle_frame(a: Any, b: Any) -> tuple[Any, Any, Any, Any]:
 
 
 @wp.func
-def angle_product(
-    a: Any, b: Any, da: Any, db: Any, d_rest: Any, slope: Any, side: Any, curvatures: Any, exact: Any
-) -> tuple[Any, Any, Any]:
-    """Product of the Hessian of E(t, D) with (da, db, dD).
+def paired(a: Any, b: Any) -> Any:
+    """a b^T + b a^T."""
+    return wp.outer(a, b) + wp.outer(b, a)
+
+
+@wp.func
+def angle_blocks(a: Any, b: Any, slope: Any, side: Any, stiffness: Any, exact: Any) -> tuple[Any, Any, Any]:
+    """Blocks aa, ab and bb of the Hessian of E(t) at given D, as 4 x 4 matrices with a last row and column of zeros.
 
     Args:
-        a: first vector.
+        a: first vector, of three components.
         b: second vector.
-        da: direction of the first vector.
-        db: direction of the second vector.
-        d_rest: direction of D.
         slope: E_t [erg].
         side: E_t / sin t [erg], its limit where the sine is zero.
-        curvatures: E_tt, E_tD, E_DD as a vector.
+        stiffness: E_tt [erg].
         exact: share of the exact Hessian.
-
-    Returns:
-        The parts of a, b and D.
     """
     one = type(exact)(1.0)
-    p, q, z, sine = angle_frame(a, b)
+    p3, q3, z3, _sine = angle_frame(a, b)
     _p, by_a = unit_of(a)
     _q, by_b = unit_of(b)
-    m, n = wp.cross(z, p), wp.cross(q, z)
-    turn_a, turn_b = wp.dot(m, da) * by_a, wp.dot(n, db) * by_b
-    d_angle = -turn_a - turn_b
-    of_angle = curvatures[0] * d_angle + curvatures[1] * d_rest
-    of_rest = curvatures[1] * d_angle + curvatures[2] * d_rest
-    side_a, side_b = wp.dot(z, da) * by_a, wp.dot(z, db) * by_b
-    kept = wp.max(side, side * exact)
-    cosine = one + (wp.dot(p, q) - one) * exact
-    level = slope * exact
-    of_a = z * (kept * (cosine * side_a - side_b)) - m * of_angle
-    of_b = z * (kept * (cosine * side_b - side_a)) - n * of_angle
-    of_a += (p * turn_a + m * (wp.dot(p, da) * by_a)) * level
-    of_b += (q * turn_b + n * (wp.dot(q, db) * by_b)) * level
-    return of_a * by_a, of_b * by_b, of_rest
+    p, q, z = lifted(p3), lifted(q3), lifted(z3)
+    m, n = lifted(wp.cross(z3, p3)), lifted(wp.cross(q3, z3))
+    kept, level = wp.max(side, side * exact), slope * exact
+    across = wp.outer(z, z) * kept
+    beside = across * (one + (wp.dot(p, q) - one) * exact)
+    aa = (beside + paired(p, m) * level + wp.outer(m, m) * stiffness) * (by_a * by_a)
+    bb = (beside + paired(q, n) * level + wp.outer(n, n) * stiffness) * (by_b * by_b)
+    ab = (wp.outer(m, n) * stiffness - across) * (by_a * by_b)
+    return aa, ab, bb
+
+
+@wp.func
+def lifted(a: Any) -> Any:
+    """A vector of three components with a zero as fourth one."""
+    return wp.vector(a[0], a[1], a[2], a[0] - a[0])
+
+
+@wp.func
+def place_of(leg: Any) -> Any:
+    """The first three components of a vector of four."""
+    return wp.vector(leg[0], leg[1], leg[2])
 
 
 @wp.func

@@ -22,7 +22,15 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.mixed.crossings.angle import angle_frame, angle_of, angle_product, over_sine
+from stitchmesh.mixed.crossings.angle import (
+    angle_blocks,
+    angle_frame,
+    angle_gradient,
+    lifted,
+    over_sine,
+    paired,
+    place_of,
+)
 from stitchmesh.mixed.crossings.merging import guarded_inverse
 
 
@@ -46,26 +54,38 @@ def turn_over_sine(turn: Any, sine: Any) -> Any:
     """t / sin t, which is 1 for a straight yarn."""
     result = over_sine(turn, sine)
     if sine < type(sine)(0.01) and turn < type(turn)(1.0):
-        result = type(turn)(1.0) + turn * turn / type(turn)(6.0)  # exact to t^4, where a quotient of rounded numbers is not
+        # exact to t^4, where a quotient of rounded numbers is not
+        result = type(turn)(1.0) + turn * turn / type(turn)(6.0)
     return result
 
 
 @wp.func
-def bending_product(
-    before: Any, after: Any, d_before: Any, d_after: Any, rest: Any, span: Any, d_span: Any, merging: Any,
-    stiffness: Any, exact: Any,
-) -> tuple[Any, Any, Any]:  # fmt: skip
-    """Product of the Hessian with the directions of the segments before and after and of D; parts of these three."""
-    two = type(rest)(2.0)
-    inverse, slope, bend = guarded_inverse(span, merging)
-    turn = angle_of(before, after)
-    _p, _q, _z, sine = angle_frame(before, after)
-    bent = turn - rest
-    mixed = two * stiffness * bent * slope
-    along = stiffness * bent * bent * bend
-    straight = two * stiffness * inverse
+def bending_blocks(before: Any, after: Any, bend: Any, rest: Any, exact: Any) -> tuple[Any, Any, Any]:
+    """Blocks of the Hessian of the leg before, of before and after, and of the leg after.
+
+    Args:
+        before: leg to the node before, and the difference of the coordinates; four components.
+        after: leg to the node after.
+        bend: k_b and the merging distance of both segments.
+        rest: r.
+        exact: share of the exact Hessian.
+    """
+    zero, one, two = type(rest)(0.0), type(rest)(1.0), type(rest)(2.0)
+    a, b = -place_of(before), place_of(after)
+    angle, by_a, by_b = angle_gradient(a, b)
+    _p, _q, _z, sine = angle_frame(a, b)
+    inverse, slope, curve = guarded_inverse(after[3] - before[3], bend[1])
+    straight, bent = two * bend[0] * inverse, angle - rest
+    mixed, along = two * bend[0] * bent * slope, bend[0] * bent * bent * curve
     if along * straight < mixed * mixed:  # only below the merging distance
-        along += (mixed * mixed / straight - along) * (type(exact)(1.0) - exact)
-    side = straight * (turn_over_sine(turn, sine) - over_sine(rest, sine))
-    curvatures = type(before)(straight, mixed, along)
-    return angle_product(before, after, d_before, d_after, d_span, straight * bent, side, curvatures, exact)
+        along += (mixed * mixed / straight - along) * (one - exact)
+    side = straight * (turn_over_sine(angle, sine) - over_sine(rest, sine))
+    aa, ab, bb = angle_blocks(a, b, straight * bent, side, straight, exact)
+    # the leg before is -a, and the span grows with the coordinate after and shrinks with the coordinate before
+    by_before, by_after = lifted(-by_a), lifted(by_b)
+    span = wp.vector(zero, zero, zero, one)
+    along_span = wp.outer(span, span) * along
+    of_before = aa + along_span - paired(by_before, span) * mixed
+    of_after = bb + along_span + paired(by_after, span) * mixed
+    of_both = (wp.outer(by_before, span) - wp.outer(span, by_after)) * mixed - ab - along_span
+    return of_before, of_both, of_after

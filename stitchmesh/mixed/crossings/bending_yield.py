@@ -17,8 +17,8 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.mixed.crossings.angle import angle_of
-from stitchmesh.mixed.crossings.star import coordinate_of, leg_vector
+from stitchmesh.mixed.crossings.angle import angle_of, place_of
+from stitchmesh.mixed.crossings.star import leg_of
 
 
 @kernel
@@ -38,8 +38,7 @@ def turn_after_yield(
     for c in range(n):
         after, before = link[i, 2 * c], link[i, 2 * c + 1]
         if after >= 0 and before >= 0:
-            here, own = nodes[i], sliding[i][c]
-            angle = angle_of(-leg_vector(before, nodes, here), leg_vector(after, nodes, here))
-            span = coordinate_of(after, sliding, own) - coordinate_of(before, sliding, own)
+            leg, other = leg_of(link, nodes, sliding, i, 2 * c), leg_of(link, nodes, sliding, i, 2 * c + 1)
+            angle, span = angle_of(-place_of(other), place_of(leg)), leg[3] - other[3]
             most = yield_curvature[i, c] * span * type(span)(0.5)
             turn[i, c] = angle - wp.clamp(angle - turn[i, c], -most, most)

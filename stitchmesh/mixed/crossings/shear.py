@@ -15,7 +15,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.mixed.crossings.angle import angle_frame, angle_of, angle_product, over_sine
+from stitchmesh.mixed.crossings.angle import angle_blocks, angle_frame, angle_gradient, over_sine, place_of
 
 
 @wp.func
@@ -25,12 +25,11 @@ def shear_energy(angle: Any, rest: Any, stiffness: Any) -> Any:
 
 
 @wp.func
-def shear_product(warp: Any, weft: Any, d_warp: Any, d_weft: Any, rest: Any, stiffness: Any, exact: Any) -> tuple[Any, Any]:
-    """Product of the Hessian with the directions of both segments; their parts."""
-    zero = type(rest)(0.0)
-    _p, _q, _z, sine = angle_frame(warp, weft)
-    slope = stiffness * (angle_of(warp, weft) - rest)
-    curvatures = type(warp)(stiffness, zero, zero)
-    side = over_sine(slope, sine)
-    of_warp, of_weft, _rest = angle_product(warp, weft, d_warp, d_weft, zero, slope, side, curvatures, exact)
-    return of_warp, of_weft
+def shear_blocks(warp: Any, weft: Any, rest: Any, stiffness: Any, exact: Any) -> tuple[Any, Any, Any]:
+    """Blocks of the Hessian of the leg of the warp, of both legs, and of the leg of the weft."""
+    a, b = place_of(warp), place_of(weft)
+    angle, _by_a, _by_b = angle_gradient(a, b)
+    _p, _q, _z, sine = angle_frame(a, b)
+    slope = stiffness * (angle - rest)
+    aa, ab, bb = angle_blocks(a, b, slope, over_sine(slope, sine), stiffness, exact)
+    return aa, ab, bb

@@ -12,6 +12,7 @@ import warp as wp
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from tests.mixed.crossings.small_fabrics import (
     CPU,
     RUN,
@@ -40,8 +41,8 @@ ONLY = {
 """Stiffnesses that leave one energy of the star; stretch cannot be absent."""
 
 
-def term_of(fabric, material=YARN, scalar=wp.float64, **changes):
-    return CrossingTerm(fabric.elements(material, **changes), scalar, CPU)
+def term_of(fabric, material=YARN, scalar=wp.float64, stored=True, **changes):
+    return CrossingTerm(fabric.elements(material, **changes), scalar, CPU, stored=stored)
 
 
 @pytest.mark.parametrize("energy", ONLY)
@@ -273,3 +274,27 @@ def test_wrong_links_and_lengths_are_refused():
         replace(fabric, sliding=0 * fabric.sliding).elements()
     with pytest.raises(ParameterError, match=r"rest_sliding has the shape \(6, 3\); expected \(6, 2\)"):
         replace(fabric, sliding=fabric.position).elements()
+
+
+@pytest.mark.parametrize("exact", [0.0, 0.5, 1.0])
+def test_stored_blocks_and_products_without_them_agree(exact):
+    fabric = plain_weave(3, 4, spacing=0.19)
+    slides = np.arange(12) != 5
+    state = disturbed(fabric)
+    stored = hessian_at(term_of(fabric, slides=slides), state, exact)
+    other = hessian_at(term_of(fabric, slides=slides, stored=False), state, exact)
+    np.testing.assert_allclose(other, stored, rtol=0, atol=1e-13 * np.abs(stored).max())  # sums in another order
+
+
+def test_diagonal_blocks_are_those_of_the_matrix():
+    fabric = plain_weave(4, 3, spacing=0.19)
+    term = term_of(fabric, slides=np.arange(12) != 5)
+    state = disturbed(fabric)
+    matrix = hessian_at(term, state)
+    blocks = MixedBlocks.zeros(0, 12, wp.float64, CPU)
+    term.diagonal(blocks, RUN)
+    for i in range(12):
+        own, slide = slice(3 * i, 3 * i + 3), slice(36 + 2 * i, 38 + 2 * i)
+        np.testing.assert_allclose(blocks.nodes.numpy()[i], matrix[own, own], rtol=0, atol=1e-12 * np.abs(matrix).max())
+        np.testing.assert_allclose(blocks.sliding.numpy()[i], matrix[slide, slide], rtol=0, atol=1e-12 * np.abs(matrix).max())
+    assert term_of(fabric, stored=False).diagonal(blocks, RUN) == []
