@@ -14,6 +14,7 @@ apart) or 2 P (half a thickness) still pushes a layer through another one slowly
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -318,8 +319,7 @@ class SelfCollision(Term):
         self.points.place(state, self._place, self._launcher())
 
     def _launcher(self) -> Launcher:
-        device = self.points.device
-        return lambda kernel, count, inputs, outputs: launch(kernel, count, inputs, outputs, device)
+        return partial(launch, device=self.points.device)
 
     def _launch(self, kernel: wp.Kernel, inputs: list[Any], outputs: list[Any]) -> None:
         launch(kernel, len(self.points), inputs, outputs, self.points.device)
