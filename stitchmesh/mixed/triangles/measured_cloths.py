@@ -55,10 +55,10 @@ class _Measured:
         wale, diagonal, course = (DYN_CM * 1e-6 / 4.0 * value for value in self.bending)
         return ClothMaterial(
             name=self.names[0],
-            stretch_course=1.0 / compliance[0, 0],
-            stretch_wale=1.0 / compliance[1, 1],
+            stretch_course=float(1.0 / compliance[0, 0]),
+            stretch_wale=float(1.0 / compliance[1, 1]),
             shear=d,
-            poisson=moduli[0, 1] / (moduli[0, 0] * moduli[1, 1]) ** 0.5,
+            poisson=float(moduli[0, 1] / (moduli[0, 0] * moduli[1, 1]) ** 0.5),
             bending_course=course,
             bending_wale=wale,
             density=0.1 * self.density,
