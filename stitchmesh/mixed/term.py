@@ -35,6 +35,10 @@ class Term(ABC):
     """Part of the exact Hessian in the products, in [0, 1]: 1 for the exact Hessian, 0 for the one that is never
     negative (Gauss-Newton). Read when ``linearize`` is called."""
 
+    version: int = 0
+    """Increases when launches that were prepared before are no longer valid, for example after an array was replaced by
+    a longer one."""
+
     @abstractmethod
     def energy(self, state: MixedVector) -> float:
         """Energy [erg] at a state, summed in a fixed order."""
