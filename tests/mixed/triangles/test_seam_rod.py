@@ -138,7 +138,7 @@ def test_the_rest_length_is_the_mean_of_both_panels():
 
 def test_single_precision_agrees_with_double_precision():
     cloth = straight_seam()
-    vertices = moved(cloth) + [5.0, 2.0, 1.0]
+    vertices = moved(cloth) + np.array([5.0, 2.0, 1.0])
     expected = forces_of(rod(cloth), vertices)
     found = forces_of(rod(cloth, scalar=wp.float32), vertices, wp.float32)
     # coordinates of 5 with 6e-8 over edges of 0.08, times the stiffness over strains of 0.3

@@ -50,7 +50,7 @@ def test_weight_is_a_dead_load(scalar):
     term = VertexWeight(triangle_masses(cloth, KNIT), scalar, CPU, (0.0, 3.0, -981.0))
     force = forces_of(term, cloth.vertices, scalar)
     np.testing.assert_allclose(force.sum(axis=0), 0.02 * np.array([0.0, 3.0, -981.0]), rtol=1e-6)  # single precision
-    raised = cloth.vertices + [0.0, 0.0, 2.0]
+    raised = cloth.vertices + np.array([0.0, 0.0, 2.0])
     work = energy_of(term, raised, scalar) - energy_of(term, cloth.vertices, scalar)
     assert work == pytest.approx(0.02 * 981.0 * 2.0, rel=1e-6)
     assert not hessian_of(VertexWeight(np.ones(4), wp.float64, CPU), np.zeros((4, 3))).any()
