@@ -36,8 +36,10 @@ def add_slots(
 ) -> None:
     """Add the slots of each vertex or node."""
     i = wp.tid()
+    total = target[i] - target[i]
     for k in range(start[i], start[i + 1]):
-        target[i] += values[slot[k]]
+        total += values[slot[k]]
+    target[i] = target[i] + total
 
 
 @dataclass(frozen=True, eq=False)

@@ -85,9 +85,7 @@ def explore(
     """
     if starts < 1:
         raise ParameterError(f"explore: got {starts} starts; expected at least 1")
-    prepared = prepare_swatch(
-        pattern, material=material, quality=quality, device=device, relax_cell=True, **options
-    )
+    prepared = prepare_swatch(pattern, material=material, quality=quality, device=device, relax_cell=True, **options)
     assert prepared.cell is not None
     prepared = replace(prepared, cell=replace(prepared.cell, shear=True))
     made, last_error = [], None

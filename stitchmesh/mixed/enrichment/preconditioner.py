@@ -1,0 +1,222 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The preconditioner P = S M + I - S of enriched systems (Casafranca et al. 2020, section 5.2).
+
+For generalized coordinates q = (v, x), with x filtered, P z = r means on the filtered vectors S M z = r. With the world
+positions p = B v + F x and forces f = (f_v, f_p) of which r = (f_v + B' f_p, F f_p) is the filtered form, this is
+
+    minimize over all motions with E (v, p) = 0:    1/2 v' Mv v + 1/2 p' Mp p - f_v' v - f_p' p,
+
+    (v, p) = M^-1 (f - E' mu),        mu = Sigma^-1 E M^-1 f,        Sigma = E M^-1 E',
+
+the projection of M^-1 f in the metric of the masses. This is the inverse of P by the Sherman-Morrison-Woodbury formula
+of equations 13 to 15, after the elimination of two of its three blocks: Casafranca et al. factor a matrix of three
+times the hybrid vertices that is not symmetric, here Sigma of one times these vertices is symmetric and positive.
+
+The metric may contain stiffness too, D = M + h^2 K with K from the diagonal of the Hessian. Vertices and nodes outside
+the hybrid region then have blocks of 3 x 3 and 2 x 2. In the hybrid region D is one number for each vertex and node,
+the mean of its diagonal, so that the three coordinates keep one Sigma. What does not move has a D^-1 of zero.
+
+The forces f are replaced by f - E' mu, so that the part of f that E balances does not grow during an iteration and does
+not round the rest away. This is the filter of the search direction of Ascher and Boxerman (2003): every direction that
+is a sum of results satisfies E (v, p) = 0.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import launch
+from stitchmesh.mixed.enrichment.embedding import Embedding
+from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
+from stitchmesh.mixed.enrichment.projection import Projection
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
+from stitchmesh.mixed.mixed_vector import MixedVector
+
+FIXED, FREE, COUPLED = 0, 1, 2
+"""Kinds of vertices and nodes: with a prescribed velocity; outside the constraint E (v, p) = 0; within it."""
+POSITIVE = wp.constant(1.0e-9)
+"""Smallest minor of a block with a unit mean diagonal that is inverted as a block."""
+
+
+@wp.func
+def mean_of_diagonal(block: Any, size: int, smallest: Any) -> Any:
+    """Mean of a diagonal, at least ``smallest``."""
+    total = type(smallest)(0.0)
+    for k in range(size):
+        total += block[k, k]
+    return wp.max(total / type(smallest)(size), smallest)
+
+
+@wp.func
+def scalar_block(block: Any, size: int, value: Any) -> Any:
+    """A multiple of the identity, of the type of ``block``."""
+    result = block - block
+    for k in range(size):
+        result[k, k] = value
+    return result
+
+
+@wp.func
+def inverse_3(block: Any, smallest: Any) -> Any:
+    """Inverse of a block; of its mean where the block is not positive."""
+    one = type(smallest)(1.0)
+    mean = mean_of_diagonal(block, 3, smallest)
+    unit = block * (one / mean)
+    minor = unit[0, 0] * unit[1, 1] - unit[0, 1] * unit[1, 0]
+    determinant = wp.determinant(unit)
+    least = type(smallest)(POSITIVE)
+    result = scalar_block(block, 3, one / mean)
+    if unit[0, 0] > least and minor > least and determinant > least:
+        result = wp.inverse(unit) * (one / mean)
+    return result
+
+
+@wp.func
+def inverse_2(block: Any, smallest: Any) -> Any:
+    """Inverse of a block; of its mean where the block is not positive."""
+    one = type(smallest)(1.0)
+    mean = mean_of_diagonal(block, 2, smallest)
+    unit = block * (one / mean)
+    least = type(smallest)(POSITIVE)
+    result = scalar_block(block, 2, one / mean)
+    if unit[0, 0] > least and wp.determinant(unit) > least:
+        result = wp.inverse(unit) * (one / mean)
+    return result
+
+
+@kernel
+def invert_metric(
+    # model
+    vertex_kind: wp.array[wp.int32],
+    node_kind: wp.array[wp.int32],
+    slides: wp.array[wp.int32],
+    smallest: Any,
+    # state in
+    vertex_blocks: wp.array[Any],
+    node_blocks: wp.array[Any],
+    sliding_blocks: wp.array[Any],
+    # state out
+    vertex_inverse: wp.array[Any],
+    node_inverse: wp.array[Any],
+    sliding_inverse: wp.array[Any],
+    vertex_scalar: wp.array[Any],
+    node_scalar: wp.array[Any],
+) -> None:
+    """Inverse blocks of D; zero for what is fixed, a number for what is coupled."""
+    i = wp.tid()
+    one = type(smallest)(1.0)
+    vertex_count = vertex_blocks.shape[0]
+    if i < vertex_count:
+        block = vertex_blocks[i]
+        inverse = block - block
+        if vertex_kind[i] == wp.static(FREE):
+            inverse = inverse_3(block, smallest)
+        if vertex_kind[i] == wp.static(COUPLED):
+            inverse = scalar_block(block, 3, one / mean_of_diagonal(block, 3, smallest))
+        vertex_inverse[i] = inverse
+        vertex_scalar[i] = wp.where(vertex_kind[i] == wp.static(COUPLED), inverse[0, 0], one - one)
+    else:
+        j = i - vertex_count
+        given = node_blocks[j]
+        result = given - given
+        if node_kind[j] == wp.static(FREE):
+            result = inverse_3(given, smallest)
+        if node_kind[j] == wp.static(COUPLED):
+            result = scalar_block(given, 3, one / mean_of_diagonal(given, 3, smallest))
+        node_inverse[j] = result
+        node_scalar[j] = wp.where(node_kind[j] == wp.static(COUPLED), result[0, 0], one - one)
+        pair = sliding_blocks[j]
+        if slides[j] != 0:
+            sliding_inverse[j] = inverse_2(pair, smallest)
+        else:
+            sliding_inverse[j] = pair - pair
+
+
+@kernel
+def times_inverse(
+    # model
+    vertex_inverse: wp.array[Any],
+    node_inverse: wp.array[Any],
+    sliding_inverse: wp.array[Any],
+    # state in
+    vertices: wp.array[Any],
+    nodes: wp.array[Any],
+    sliding: wp.array[Any],
+    # state out
+    vertex_result: wp.array[Any],
+    node_result: wp.array[Any],
+    sliding_result: wp.array[Any],
+) -> None:
+    """Multiply by the inverse blocks: z = D^-1 r."""
+    i = wp.tid()
+    vertex_count = vertices.shape[0]
+    if i < vertex_count:
+        vertex_result[i] = vertex_inverse[i] * vertices[i]
+    else:
+        j = i - vertex_count
+        node_result[j] = node_inverse[j] * nodes[j]
+        sliding_result[j] = sliding_inverse[j] * sliding[j]
+
+
+class Preconditioner:
+    """The inverse of P for an embedding, on a device."""
+
+    def __init__(self, embedding: Embedding, free: FreeUnknowns, scalar: Any, device: wp.Device) -> None:
+        """Allocate; ``set_metric`` must follow.
+
+        Raises:
+            ParameterError: the hybrid region has too many vertices.
+        """
+        self._projection = Projection(embedding, scalar, device)
+        self._scalar, self._device = scalar, device
+        coupled_vertices, coupled_nodes = embedding.coupled
+        self._vertex_kind = self._integers(np.where(coupled_vertices, COUPLED, FREE) * free.vertices)
+        self._node_kind = self._integers(np.where(coupled_nodes, COUPLED, FREE) * free.nodes)
+        self._slides = self._integers(free.sliding)
+        self.inverse = MixedBlocks.zeros(embedding.vertex_count, embedding.node_count, scalar, device)
+        kinds = self._vertex_kind, self._node_kind
+        self._scalars = [wp.zeros(len(kind), dtype=scalar, device=device) for kind in kinds]
+
+    def set_metric(self, metric: MixedBlocks, smallest: float) -> None:
+        """Invert the metric D of motions.
+
+        Args:
+            metric: diagonal blocks of D.
+            smallest: lower bound of the means of their diagonals, for what has no mass.
+        """
+        given = [metric.vertices, metric.nodes, metric.sliding]
+        kinds = [self._vertex_kind, self._node_kind, self._slides, self._scalar(smallest)]
+        outputs = [self.inverse.vertices, self.inverse.nodes, self.inverse.sliding, *self._scalars]
+        count = len(self._vertex_kind) + len(self._node_kind)
+        launch(invert_metric, count, [*kinds, *given], outputs, self._device)
+        vertices, nodes = (scalars.numpy().astype(np.float64) for scalars in self._scalars)
+        self._projection.set_metric(vertices, nodes)
+
+    def launches(self, force: MixedVector, motion: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that find the motion z of P z = r.
+
+        Args:
+            force: forces f on vertices, nodes and Eulerian coordinates; replaced by f - E' mu, of the same filtered
+                form r.
+            motion: set to z as (v, p, s), with p = B v + F x.
+            launcher: ``launch`` or ``prepare`` with the device bound.
+        """
+        own = self.inverse
+        inputs = [own.vertices, own.nodes, own.sliding, force.vertices, force.nodes, force.sliding]
+        outputs = [motion.vertices, motion.nodes, motion.sliding]
+        first = launcher(times_inverse, force.vertex_count + force.node_count, inputs, outputs)
+        return [first, *self._projection.launches(motion, launcher, residual=force)]
+
+    def project_launches(self, motion: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that change a motion the least in the metric D so that p = B v + F x; what is fixed stays."""
+        return self._projection.launches(motion, launcher)
+
+    def _integers(self, values: NDArray[Any]) -> wp.array[wp.int32]:
+        return wp.array(values.astype(np.int32), dtype=wp.int32, device=self._device)
