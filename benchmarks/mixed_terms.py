@@ -8,7 +8,7 @@
 The cloth is a square of irregular triangles, wavy in space, with a seam along its middle. Launches are captured, as a
 solver repeats them. Each time is the shortest of some runs, because other programs may use the same cores; the time of
 an energy contains reading it back to the host. The last column is the time of one product per element, where an element
-is a triangle, a hinge, an edge of a seam or a vertex.
+is a triangle, a hinge, an edge of a seam or a contact point.
 """
 
 from __future__ import annotations
@@ -36,8 +36,6 @@ from stitchmesh.mixed.triangles.membrane import Membrane
 from stitchmesh.mixed.triangles.seam_material import SeamMaterial
 from stitchmesh.mixed.triangles.seam_rod import SeamRod
 from stitchmesh.mixed.triangles.shell_bending import ShellBending
-from stitchmesh.mixed.triangles.vertex_mass import triangle_masses
-from stitchmesh.mixed.triangles.vertex_weight import VertexWeight
 
 COLUMNS = ("elements", "forces", "linearize", "product", "energy", "ns/element")
 LEAST_RUN = 0.2
@@ -82,7 +80,6 @@ def terms_of(cloth: Cloth, scalar: Any, device: wp.Device) -> Iterator[tuple[Ter
     yield Membrane(cloth, material, scalar, device), len(cloth.triangles)
     yield ShellBending(cloth, material, scalar, device), len(cloth.hinges)
     yield SeamRod(cloth, SeamMaterial(1e5, 1.0), scalar, device), len(cloth.seam_edges)
-    yield VertexWeight(triangle_masses(cloth, material), scalar, device), len(cloth.vertices)
 
 
 def seconds(action: Callable[[], object], device: wp.Device, runs: int) -> float:

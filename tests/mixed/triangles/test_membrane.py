@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import warp as wp
@@ -151,8 +153,7 @@ def test_blending_weights_scale_the_energy_of_each_triangle():
 
 def test_each_panel_has_its_own_material():
     cloth = rectangle("diagonals", 2, 1)
-    object.__setattr__(cloth, "panel", np.array([0, 0, 1, 1]))
-    object.__setattr__(cloth, "panel_names", ("left", "right"))
+    cloth = replace(cloth, panel=np.array([0, 0, 1, 1]), panel_names=("left", "right"))
     vertices = moved(cloth)
     left = energy_of(membrane(cloth, KNIT, weight=[1, 1, 0, 0]), vertices)
     right = energy_of(membrane(cloth, STIFFENING, weight=[0, 0, 1, 1]), vertices)
