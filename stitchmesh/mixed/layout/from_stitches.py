@@ -78,8 +78,6 @@ def lay_stitches(
     divided = divide_stitches(fabric, divisions)
     size = np.array([stitch_width, course_height]) / divisions
     links = _links(divided.fabric)
-    if not len(links.side):
-        raise ParameterError("lay_stitches: no loop is drawn through another one; expected two rows above one another")
     nodes = _nodes(cloth, fabric, corners, divided, links)
     passages, yarn_count = _passages(divided.fabric, links, size)
     contacts = np.arange(nodes.count).reshape(-1, 4)[:, [[0, 1], [3, 2]]].reshape(-1, 2)
