@@ -226,8 +226,10 @@ class BodyFriction(Term):
         self.contact.placed.move_to(time + time_step)
 
     def end_step(self, state: MixedVector, time: float, time_step: float) -> None:
-        """Find the normal forces of the next step, and drag the anchors of contacts that have slid."""
-        self.contact.placed.move_to(time)
+        """Find the normal forces of the next step, and drag the anchors of contacts that have slid.
+
+        The body is where ``begin_step`` has put it, at the end of the step.
+        """
         self._renew(state)
 
     def arrays(self) -> dict[str, Any]:
