@@ -43,12 +43,13 @@ class Springs(Term):
     def linearize(self, state: MixedVector, launcher: Any) -> list[Any]:
         apart, length = self._apart(state)
         self.direction = apart / length[:, None]
+        self.tension = np.maximum(1.0 - self.length / length, 0.0)  # the matrix is never negative
         return []
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Any) -> list[Any]:
         change, _ = self._apart(direction)
-        along = np.einsum("ed,ed->e", self.direction, change) * self.stiffness
-        self._add(-self.direction * along[:, None], product)
+        along = self.direction * np.einsum("ed,ed->e", self.direction, change)[:, None]
+        self._add(-self.stiffness * (along + self.tension[:, None] * (change - along)), product)
         return []
 
     def _apart(self, state: MixedVector) -> tuple[FloatArray, FloatArray]:
@@ -93,7 +94,7 @@ class Motion:
 
     def _minimum(self, aim: FloatArray, inertia: FloatArray) -> FloatArray:
         x = self.vertices.copy()
-        enough = 1e-9 * float(np.abs(inertia).max())  # 1e-9 cm of every vertex
+        enough = 1e-8 * float(np.abs(inertia).max())  # 1e-8 cm of every vertex
         for _ in range(ROUNDS):
             state = state_of(x)
             slope = inertia * (x - aim) - sum(forces_of(term, state) for term in self.terms)
@@ -117,7 +118,7 @@ class Motion:
             return (product.numpy()[0] + inertia * flat.reshape(-1, 3)).ravel()
 
         operator = LinearOperator((slope.size, slope.size), matvec=times, dtype=np.float64)
-        return cg(operator, -slope.ravel(), rtol=1e-8, maxiter=500)[0].reshape(-1, 3)
+        return cg(operator, -slope.ravel(), rtol=1e-4, maxiter=300)[0].reshape(-1, 3)
 
     def _searched(
         self, x: FloatArray, direction: FloatArray, part: float, aim: FloatArray, inertia: FloatArray
