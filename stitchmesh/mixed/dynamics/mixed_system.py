@@ -95,7 +95,7 @@ class MixedSystem:
 
     def longest_step(self, state: MixedVector, direction: MixedVector) -> float:
         """Longest part of a direction, at most 1, that all terms allow a line search to try."""
-        return min((term.longest_step(state, direction) for term in self.terms), default=1.0)
+        return min((term.step_limit(state, direction) for term in self.terms), default=1.0)
 
     def add(self, term: Term) -> None:
         """Add a term, for example the weight of ``mass``."""
