@@ -34,7 +34,7 @@ FADE = wp.constant(0.25)
 
 @wp.func
 def unwrapped(axis: Any, a: Any, b: Any, rest: Any) -> Any:
-    """t - r, in the turn around the axis that is shorter."""
+    """T - r, in the turn around the axis that is shorter."""
     apart = dihedral_of(axis, a, b) - rest
     turn = type(rest)(TURN)
     return apart - turn * wp.floor(apart / turn + type(rest)(0.5))
@@ -64,7 +64,7 @@ def cosine_hessian(axis: Any, leg: Any, d_axis: Any, d_leg: Any) -> tuple[Any, A
 
 @wp.func
 def fading(axis: Any, leg: Any) -> tuple[Any, Any, Any]:
-    """f and its first and second derivative by x."""
+    """F and its first and second derivative by x."""
     zero, one, two = type(axis[0])(0.0), type(axis[0])(1.0), type(axis[0])(2.0)
     e, _by_axis = unit_of(axis)
     a, _by_leg = unit_of(leg)
@@ -96,8 +96,15 @@ def wrapping_force(axis: Any, a: Any, b: Any, rest: Any, stiffness: Any) -> tupl
     apart = unwrapped(axis, a, b, rest)
     pull = -stiffness * apart * f_a * f_b
     # x = 1 - cos^2 has the derivative -2 cos
-    fade_a, fade_b = stiffness * apart * apart * slope_a * f_b * cos_a, stiffness * apart * apart * f_a * slope_b * cos_b
-    return by_axis * pull + axis_a * fade_a + axis_b * fade_b, by_a * pull + leg_a * fade_a, by_b * pull + leg_b * fade_b
+    fade_a, fade_b = (
+        stiffness * apart * apart * slope_a * f_b * cos_a,
+        stiffness * apart * apart * f_a * slope_b * cos_b,
+    )
+    return (
+        by_axis * pull + axis_a * fade_a + axis_b * fade_b,
+        by_a * pull + leg_a * fade_a,
+        by_b * pull + leg_b * fade_b,
+    )
 
 
 @wp.func
