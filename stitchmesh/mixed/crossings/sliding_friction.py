@@ -23,9 +23,11 @@ Anchors last from step to step. Limits follow from the state at the beginning of
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import warp as wp
+from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
@@ -218,15 +220,22 @@ class SlidingFriction(Term):
         self.anchor = wp.array(elements.rest_sliding, dtype=two, device=device)
         self.limit = wp.zeros(elements.count, dtype=scalar, device=device)
         self._sticking = wp.zeros(elements.count, dtype=two, device=device)
+        self._outdated = True
 
     def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:
-        """Find the limits of friction at the beginning of the step."""
-        if self.count:
+        """Find the limits of friction at the beginning of the step.
+
+        In a search for an equilibrium, which begins again with each of its iterations, limits stay until ``end_step``:
+        with other limits each time, iterations would not settle.
+        """
+        if self.count and (time_step > 0.0 or self._outdated):
+            self._outdated = False
             self.normal_forces.launches(self._yarns.model, self._yarns.turn, state, self._run)
             self._run(find_friction_limits, self.count, [self._coefficient, self.normal_forces.pressing], [self.limit])
 
     def end_step(self, state: MixedVector, time: float, time_step: float) -> None:
         """Drag the anchors of the yarns that slipped."""
+        self._outdated = True
         self._run(drag_anchors, self.count, [self._stiffness, self.limit, state.sliding], [self.anchor])
 
     def energy(self, state: MixedVector) -> float:
@@ -262,6 +271,11 @@ class SlidingFriction(Term):
     def arrays(self) -> dict[str, Any]:
         """The anchors."""
         return {"friction anchors": self.anchor}
+
+    def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Restore the anchors; the limits are found again."""
+        super().resume(arrays)
+        self._outdated = True
 
     def _inputs(self, state: MixedVector) -> list[Any]:
         return [self._stiffness, self.anchor, self.limit, state.sliding]

@@ -4,10 +4,10 @@
 
     E = 1/2 k_w L (t - r)^2 f(x_a) f(x_b)
 
-The axis of a stitch contact joins its two nodes; L is its length in the layout. A leg of one yarn and a leg of the other
-one span two half planes with it, and t is their angle (``dihedral``): 0 in the flat layout, in which the legs lie on
-opposite sides. The angle at rest is a quarter turn: r = +pi/2 or -pi/2. Seen with the axis upwards and the first leg on
-its left, a positive angle turns both legs away from the viewer.
+The axis of a stitch contact joins its two nodes; L is its length in the layout. A leg of one yarn and a leg of the
+other one span two half planes with it, and t is their angle (``dihedral``): 0 in the flat layout, in which the legs
+lie on opposite sides. The angle at rest is a quarter turn: r = +pi/2 or -pi/2. Seen with the axis upwards and the
+first leg on its left, a positive angle turns both legs away from the viewer.
 
 A leg that lies along the axis spans no half plane, and the gradient of t has no bound near there. The factors f let
 the energy fade out: x is the square of the sine of the angle between the leg and the axis, and

@@ -32,7 +32,7 @@ SOFT = replace(YARN, bending=0.0, shear=0.0)
 
 
 def pressing_at(friction, state):
-    friction.begin_step(vector_of(*split(state)), 0.0, 0.0)
+    friction.begin_step(vector_of(*split(state)), 0.0, 1e-3)
     return friction.normal_forces.pressing.numpy()
 
 
@@ -223,10 +223,24 @@ def test_no_and_endless_friction_are_finite(mu):
         disturbed(fabric),
         flat(0 * fabric.position, 0 * fabric.sliding),
     ):
-        friction.begin_step(vector_of(*split(state)), 0.0, 0.0)
+        friction.begin_step(vector_of(*split(state)), 0.0, 1e-3)
         assert np.isfinite(energy_at(friction, state)) and np.isfinite(force_at(friction, state)).all()
         friction.end_step(vector_of(*split(state)), 0.0, 0.0)
         assert np.isfinite(friction.anchor.numpy()).all()
+
+
+def test_limits_stay_while_an_equilibrium_is_sought_and_change_with_its_end():
+    fabric = plain_weave(3, 3, SPACING)
+    _elements, _yarns, friction = with_friction(fabric, YARN)
+    states = [vector_of(fabric.position * scale, fabric.sliding) for scale in (1.01, 1.02)]
+    limits = []
+    for state, time_step in ((states[0], 0.0), (states[1], 0.0), (states[1], 1e-3), (states[0], 0.0)):
+        friction.begin_step(state, 0.0, time_step)
+        limits.append(friction.limit.numpy()[4])
+    assert limits[0] == limits[1] < limits[2] == limits[3]
+    friction.end_step(states[0], 0.0, 0.0)
+    friction.begin_step(states[0], 0.0, 0.0)
+    assert friction.limit.numpy()[4] == limits[0]
 
 
 def test_fixed_coordinates_and_ends_have_no_friction():

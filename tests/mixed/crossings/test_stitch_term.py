@@ -79,7 +79,8 @@ def test_the_legs_turn_to_the_side_on_which_the_new_loop_comes_in():
         for mirror in (1.0, -1.0):  # the contact at the left of a loop and that at its right
             yarns = replace(CONTACT.yarns, side=np.where(np.arange(COUNT) == 1, side, CONTACT.yarns.side))
             place = CONTACT.position * [mirror, 1.0, 1.0]
-            fabric = replace(CONTACT, yarns=replace(yarns, position=place[:, :2]), position=place)
+            yarns = replace(yarns, position=place[:, :2], stitch_left=[mirror > 0])
+            fabric = replace(CONTACT, yarns=yarns, position=place)
             term = term_of(fabric=fabric)
             state = flat(place, fabric.sliding)
             # flat: a quarter turn from rest
