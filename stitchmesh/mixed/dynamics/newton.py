@@ -132,7 +132,7 @@ class Newton:
             self.system.set_hessian_product(direction, product)
             linear += quadratic.stiffness * dot(state.damping, direction)
             square += quadratic.stiffness * dot(direction, product)
-        longest = self.system.longest_step(state.position, direction) if slope < 0.0 else 0.0
+        longest = self.system.step_limit(state.position, direction) if slope < 0.0 else 0.0
         step, change = self._search(state.position, direction, longest, (slope, linear, square))
         set_sum(state.position, 1.0, state.position, step, direction)
         set_sum(state.displacement, 1.0, state.displacement, step, direction)
