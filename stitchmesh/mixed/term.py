@@ -77,10 +77,10 @@ class Term(ABC):
         """
 
     def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
-        """The part of a direction, in [0, 1], along which nothing can pass through anything; 1 where nothing can.
+        """The part of a direction, in [0, 1], along which nothing can pass what it must not pass; 1 where nothing can.
 
-        A solver calls this function before it moves along a direction, and moves by this part at most. A term of
-        contact lists its pairs again here where the direction leads beyond those that are listed.
+        A solver calls this function before it moves along a direction, also for a first guess, and moves by this part
+        at most. A term of contact lists its pairs again here where the direction leads beyond those that are listed.
 
         Args:
             state: positions at the start of the move.
