@@ -35,10 +35,6 @@ class Term(ABC):
     """Part of the exact Hessian in the products, in [0, 1]: 1 for the exact Hessian, 0 for the one that is never
     negative (Gauss-Newton). Read when ``linearize`` is called."""
 
-    version: int = 0
-    """Increases when launches that were prepared before are no longer valid, for example after an array was replaced by
-    a longer one."""
-
     @abstractmethod
     def energy(self, state: MixedVector) -> float:
         """Energy [erg] at a state, summed in a fixed order."""
@@ -91,6 +87,11 @@ class Term(ABC):
             direction: the move, as displacements.
         """
         return 1.0
+
+    @property
+    def generation(self) -> int:
+        """A number that changes when prepared launches of the term are stale, because its arrays have grown."""
+        return 0
 
     def arrays(self) -> dict[str, Any]:
         """Arrays on the device that last from step to step, by name, for stopping and resuming."""

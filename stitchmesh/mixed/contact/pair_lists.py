@@ -175,7 +175,7 @@ class PairLists:
         self.panel, self.seam_start, self.seam_point = (wp.array(a, dtype=wp.int32, device=device) for a in integers)
         self.count = wp.zeros(len(points), dtype=wp.int32, device=device)
         self.lists = _allocate(len(points), FIRST_CAPACITY, device)
-        self.version = 0
+        self.generation = 0
         self.listed, self.sweep = points.vectors(), points.vectors()
         self._grid = wp.HashGrid(GRID, GRID, GRID, device=device, dtype=points.scalar)
         self._numbers = [points.scalars(), points.scalars()]
@@ -225,7 +225,7 @@ class PairLists:
         longest = int(self.count.numpy().max())
         if longest > self.lists.shape[1]:
             self.lists = _allocate(len(self.points), self._checked(longest), self.points.device)
-            self.version += 1
+            self.generation += 1
             self._list(radius)
         self._made = True
         return part

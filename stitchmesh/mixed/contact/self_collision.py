@@ -192,7 +192,7 @@ def pair_limits(
 class SelfCollision(Term):
     """The contact of a cloth with itself, on a device.
 
-    Prepared launches are stale after ``version`` has changed: lists have grown. ``begin_step`` and ``step_limit``
+    Prepared launches are stale after ``generation`` has changed: lists have grown. ``begin_step`` and ``step_limit``
     make lists where they are needed; if a solver does not call ``step_limit``, no point may move farther than half a
     margin in a step.
     """
@@ -239,9 +239,9 @@ class SelfCollision(Term):
         self._block = self.points.blocks()
 
     @property
-    def version(self) -> int:  # type: ignore[override]
+    def generation(self) -> int:
         """How often the lists have grown."""
-        return self.pairs.version
+        return self.pairs.generation
 
     def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:
         """List the pairs that may touch near a state.

@@ -37,9 +37,9 @@ GROWTH = 1.25
 FEW_ITERATIONS = 5
 """Newton iterations of a step that converges fast."""
 
-PrescribedVelocities = Callable[[float], Parts]
-"""From a time [s] to the velocities of vertices, nodes and Eulerian coordinates [cm/s]; only those of coordinates that
-are not free are used. A step from t to t + h takes the velocities at t + h."""
+PrescribedMotion = Callable[[float, float], Parts]
+"""From the times [s] at which a step begins and ends to the displacements of vertices, nodes and Eulerian coordinates
+[cm]; only those of coordinates that are not free are used. Displacements, unlike velocities, add up without drift."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ class Dynamics:
         settings: DynamicsSettings | None = None,
         *,
         velocities: MixedVector | None = None,
-        prescribed: PrescribedVelocities | None = None,
+        prescribed: PrescribedMotion | None = None,
     ) -> None:
         """Start a motion at time 0.
 
@@ -118,7 +118,7 @@ class Dynamics:
             positions: positions at the beginning; copied.
             settings: time step, damping and tolerances.
             velocities: velocities at the beginning, zero by default; copied.
-            prescribed: velocities of what is fixed, zero by default.
+            prescribed: displacements of what is fixed, zero by default.
         """
         self.system, self.settings = system, settings or DynamicsSettings()
         self.positions = positions.copy()
@@ -236,7 +236,7 @@ class Dynamics:
         """
         state, fixed = self._state, self._prescribed_motion(h)
         self._set_guess(h, quadratic, 1.0, fixed)
-        part = self.system.longest_step(self.positions, state.displacement)
+        part = self.system.step_limit(self.positions, state.displacement)
         potential = {}
         for each in (part, 0.0):
             self._set_guess(h, quadratic, each, fixed)
@@ -267,7 +267,7 @@ class Dynamics:
         """Displacements of what is fixed in a step of length ``h``."""
         if self._prescribed is None:
             return self._still
-        v, p, s = (h * np.asarray(part, dtype=np.float64) for part in self._prescribed(self.time + h))
+        v, p, s = self._prescribed(self.time, self.time + h)
         return MixedVector.from_numpy(v, p, s, self.system.scalar, self.system.device)
 
     def _accept(self, report: StepReport) -> None:
