@@ -93,9 +93,9 @@ class MixedSystem:
         """Find the blocks of the mass matrix at the nodes at the beginning of a step."""
         self.mass.nodes.update_launches(state, self.launch)
 
-    def longest_step(self, state: MixedVector, direction: MixedVector) -> float:
+    def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
         """Longest part of a direction, at most 1, that all terms allow a line search to try."""
-        return min((term.longest_step(state, direction) for term in self.terms), default=1.0)
+        return min((term.step_limit(state, direction) for term in self.terms), default=1.0)
 
     def add(self, term: Term) -> None:
         """Add a term, for example the weight of ``mass``."""
@@ -169,10 +169,10 @@ class MixedSystem:
     @property
     def solver(self) -> ConjugateGradients:
         """The solver of the matrix of ``set_factors`` and the last ``linearize``."""
-        versions = tuple(term.version for term in self.terms)
-        if self._solver is None or versions != self._captured:
+        generations = tuple(term.generation for term in self.terms)
+        if self._solver is None or generations != self._captured:
             self._solver = ConjugateGradients(self.zeros(), self._products, self.preconditioner.launches)
-            self._captured = versions
+            self._captured = generations
         return self._solver
 
     def _products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:

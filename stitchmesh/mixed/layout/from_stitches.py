@@ -24,7 +24,7 @@ import numpy as np
 
 from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.mesh import BORDER, BOTTOM, TOP, FloatArray, IntArray, StitchMesh
-from stitchmesh.mesh.courses import Course, find_courses, sides_across
+from stitchmesh.mesh.courses import Course, course_of_faces, courses_below, find_courses, knitting_order, sides_across
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.from_stitches import stitch_triangles, triangle_start
@@ -246,14 +246,12 @@ def _yarns(fabric: StitchMesh, size: FloatArray) -> tuple[IntArray, IntArray, Fl
 
 def _spirals(fabric: StitchMesh, courses: list[Course]) -> list[list[IntArray]]:
     """The courses of each yarn: rings that continue in one another, from below, and each other course alone."""
-    number = np.empty(fabric.face_count, dtype=np.int64)
-    for index, course in enumerate(courses):
-        number[list(course.faces)] = index
+    number = course_of_faces(fabric, courses)
     above = _face_above(fabric)
-    lowest = sorted(range(len(courses)), key=lambda index: int(fabric.row[courses[index].faces[0]]))
+    order, cyclic = knitting_order(courses_below(fabric, courses))
     used = [False] * len(courses)
     spirals = []
-    for index in lowest:
+    for index in [*order, *cyclic]:
         chain: list[IntArray] = []
         face = courses[index].faces[0]
         while face != BORDER and not used[number[face]] and (courses[number[face]].closed or not chain):
