@@ -5,21 +5,14 @@
     python benchmarks/mixed_terms.py
     python benchmarks/mixed_terms.py --triangles 1000 100000 --nodes 1000 1000000 --precision float64 --device cpu
 
-<<<<<<< HEAD
-The cloth is a square of irregular triangles, wavy in space, with a seam along its middle. Launches are captured, as a
-solver repeats them. Each time is the shortest of some runs, because other programs may use the same cores; the time of
-an energy contains reading it back to the host. The last column is the time of one product per element, where an element
-is a triangle, a hinge, an edge of a seam or a contact point.
-
-The contact points are nodes on two spherical layers of one thickness, 0.7 thicknesses apart, around a ball of triangles
-that the inner layer touches with friction. What is done once a step is the search for pairs (self-collision), the
-distance of all points (body) and new anchors (friction); what is done once a move is its limit.
-=======
 The cloth is a square of irregular triangles, wavy in space, with a seam along its middle, and a plain weave is laid out
 on it. Launches are captured, as a solver repeats them. Each time is the shortest of some runs, because other programs
 may use the same cores; the time of an energy contains reading it back to the host. The last column is the time of one
 product per element, where an element is a triangle, a hinge, an edge of a seam, a crossing of yarns or a contact point.
->>>>>>> main
+
+The contact points are nodes on two spherical layers of one thickness, 0.7 thicknesses apart, around a ball of triangles
+that the inner layer touches with friction. What is done once a step is the search for pairs (self-collision), the
+distance of all points (body) and new anchors (friction); what is done once a move is its limit.
 """
 
 from __future__ import annotations
@@ -41,15 +34,11 @@ from stitchmesh.compute.precision import scalar_named
 from stitchmesh.compute.threads import set_threads
 from stitchmesh.mesh import Mesh
 from stitchmesh.mixed.cloth.cloth import Cloth
-<<<<<<< HEAD
 from stitchmesh.mixed.contact.body import Body
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import BodyFriction
 from stitchmesh.mixed.contact.contact_points import points_at_nodes
 from stitchmesh.mixed.contact.self_collision import SelfCollision
-=======
-from stitchmesh.mixed.contact.self_collision import SelfCollision
-from stitchmesh.mixed.contact.triangle_points import points_on_triangles
 from stitchmesh.mixed.crossings.crossing_elements import crossing_elements
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
@@ -58,7 +47,6 @@ from stitchmesh.mixed.crossings.sliding_friction import SlidingFriction
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.embedding import world_positions
 from stitchmesh.mixed.layout.weave import lay_weave
->>>>>>> main
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
 from stitchmesh.mixed.triangles.measured_cloths import named_material
@@ -120,16 +108,6 @@ def terms_of(cloth: Cloth, yarns: CrossingYarns, scalar: Any, device: wp.Device)
     elasticity = CrossingTerm(elements, scalar, device)
     yield elasticity, elements.count
     yield SlidingFriction(elements, elasticity), elements.count
-    points, links = points_on_triangles(
-        cloth.triangles,
-        cloth.rest,
-        cloth.panel,
-        vertex_count=len(cloth.vertices),
-        node_count=elements.count,
-        thickness=0.2,
-        spacing=np.inf,
-    )
-    yield SelfCollision(points, links, scalar=scalar, device=device), len(points)
 
 
 def contact_terms(count: int, scalar: Any, device: wp.Device) -> tuple[MixedVector, list[Term]]:
@@ -234,11 +212,8 @@ def main() -> None:
     """Print a table for each size."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--triangles", type=int, nargs="+", default=[100_000])
-<<<<<<< HEAD
     parser.add_argument("--points", type=int, default=100_000, help="contact points")
-=======
     parser.add_argument("--nodes", type=int, nargs="+", default=[100_000], help="crossings of yarns; one for each size")
->>>>>>> main
     parser.add_argument("--precision", default="float32", help="float32 or float64")
     parser.add_argument("--device", default=None, help="Warp's name; the first GPU, or the CPU")
     parser.add_argument("--threads", type=int, default=None, help="threads on a CPU; all cores")
@@ -255,17 +230,9 @@ def main() -> None:
         counts = f"{len(cloth.triangles)} triangles, {len(places)} crossings"
         print(f"{counts}, {arguments.precision} on {device.name}; times in ms")
         print(f"{'':20s}" + "".join(f"{name:>12s}" for name in COLUMNS))
-<<<<<<< HEAD
-        for term, elements in terms_of(cloth, scalar, device):
+        for term, elements in terms_of(cloth, yarns, scalar, device):
             print_row(term.name, measure(term, elements, state, arguments.runs))
         measure_contact(arguments.points, scalar, device, arguments.runs)
-=======
-        for term, elements in terms_of(cloth, yarns, scalar, device):
-            row = measure(term, elements, state, arguments.runs)
-            print(
-                f"{term.name:20s}{row[0]:12.0f}" + "".join(f"{value:12.3f}" for value in row[1:-1]) + f"{row[-1]:12.1f}"
-            )
->>>>>>> main
 
 
 if __name__ == "__main__":
