@@ -206,26 +206,22 @@ class Dynamics:
         """Minimize the incremental potential; Newton iterations, products and the error of the velocities."""
         settings, newton, state = self.settings, self._newton, self._state
         quadratic = Quadratic(1.0 / h**2 + settings.damping_mass / h, settings.damping_stiffness / h)
-        scale = float(np.sqrt(self.system.mass.total))
         self._begin(h, quadratic)
-        exact, solves, error = float(settings.exact_hessian), 0, np.inf
-        for iteration in range(settings.most_newton_iterations):
+        exact, solves, stuck = float(settings.exact_hessian), 0, False
+        for iteration in range(settings.most_newton_iterations + 1):
             newton.set_downhill_force(state, quadratic)
+            error = h * self.system.velocity_rms(newton.gradient_force)
+            if error <= settings.velocity_tolerance or stuck or iteration == settings.most_newton_iterations:
+                return iteration, solves, error
+            if not np.isfinite(error):
+                return iteration, solves, np.inf
             if iteration == 0:
                 factors = quadratic.mass, 1.0 + quadratic.stiffness
                 self.system.set_factors(*factors, state.position if settings.stiffness_in_metric else None)
             self.system.linearize(state.position, exact)
-            report = newton.iterate(
-                state,
-                self.positions,
-                quadratic,
-                tolerance=settings.solve_tolerance,
-                most_iterations=settings.most_solve_iterations,
-                small_norm=settings.velocity_tolerance * scale,
-            )
-            solves, error = solves + report.solve.iterations, report.solve.first_norm / scale
-            if report.solve.iterations == 0 or (report.step == 0.0 and exact == 0.0) or not np.isfinite(error):
-                return iteration, solves, error if np.isfinite(error) else np.inf
+            tolerances = settings.solve_tolerance, settings.most_solve_iterations
+            report = newton.iterate(state, self.positions, quadratic, *tolerances)
+            solves, stuck = solves + report.solve.iterations, report.step == 0.0 and exact == 0.0
             exact = 0.0 if report.solve.negative or report.step == 0.0 else float(settings.exact_hessian)
         return settings.most_newton_iterations, solves, np.inf
 

@@ -102,10 +102,8 @@ class Newton:
         state: NewtonState,
         start: MixedVector,
         quadratic: Quadratic,
-        *,
         tolerance: float,
         most_iterations: int,
-        small_norm: float,
     ) -> IterationReport:
         """Move ``state`` along the solution of a linear system, after ``set_downhill_force`` and ``linearize``.
 
@@ -115,12 +113,9 @@ class Newton:
             quadratic: factors of the quadratic part.
             tolerance: relative tolerance of the linear solve.
             most_iterations: largest number of its iterations.
-            small_norm: norm of the force at which nothing is left to do; the step is then 1 and nothing moves.
         """
         solver = self.system.solver
-        report = solver.solve(
-            self.gradient_force, tolerance=tolerance, most_iterations=most_iterations, small_norm=small_norm
-        )
+        report = solver.solve(self.gradient_force, tolerance=tolerance, most_iterations=most_iterations)
         if report.iterations == 0:
             return IterationReport(report, 1.0, 0.0, True)
         direction, product = solver.solution, self._product

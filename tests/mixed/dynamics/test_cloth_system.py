@@ -42,7 +42,7 @@ REGIONS = {
     "none": region_around(*LAYOUT, []),
 }
 FALLING = (0.0, 0.0, -981.0)
-TIGHT = DynamicsSettings(time_step=2e-4, velocity_tolerance=1e-9, solve_tolerance=1e-4)
+TIGHT = DynamicsSettings(time_step=2e-4, velocity_tolerance=1e-7, solve_tolerance=1e-4)
 
 
 def built(
