@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Friction of yarns that slide through crossings: a spring to an anchor, and Coulomb slip (Cirio et al. 2014).
 
-Each Eulerian coordinate u of a crossing has an anchor a. With the limit m = mu N of the crossing (``normal_forces``), the
-stiffness k of the spring and the slip length e, the force at the distance s = |u - a| has the amount
+Each Eulerian coordinate u of a crossing has an anchor a. With the limit m = mu N of the crossing (``normal_forces``),
+the stiffness k of the spring and the slip length e, the force at the distance s = |u - a| has the amount
 
     F = m (s / e) (2 - s / e)  for s < e,   else  m,       e = max(2 m / k, SLIP_SHARE R)
 
