@@ -94,7 +94,7 @@ def lay_knit(cloth: Cloth, knit: ArrayLike, *, wale_spacing: float, course_spaci
         course_spacing: distance of two courses [cm].
 
     Raises:
-        ParameterError: the chart is empty, a spacing is not positive, or no panel holds two loops above one another.
+        ParameterError: the chart is empty, a spacing is not positive, or no loop is drawn through another one.
     """
     chart = _checked_chart(knit)
     spacing = np.array([_checked_spacing("wale", wale_spacing), _checked_spacing("course", course_spacing)])
@@ -109,11 +109,6 @@ def lay_knit(cloth: Cloth, knit: ArrayLike, *, wale_spacing: float, course_spaci
         contacts.append(node_count + np.arange(laid.count).reshape(-1, 4)[:, [[0, 1], [3, 2]]].reshape(-1, 2))
         joints += _joints(cloth, panel, courses, loops, linked, spacing, yarn_count)
         node_count, yarn_count = node_count + laid.count, yarn_count + len(courses.line)
-    if not node_count:
-        raise ParameterError(
-            f"knit: no panel holds two loops above one another at wale spacing {wale_spacing:g} cm and course spacing "
-            f"{course_spacing:g} cm; take smaller stitches"
-        )
     laid, everything = joined(nodes), joined(passages)
     has_nodes = np.bincount(everything.yarn, minlength=yarn_count) > 0
     ends = joined_joints(joints)

@@ -41,7 +41,7 @@ def lay_weave(cloth: Cloth, over: ArrayLike, *, ends: float, picks: float) -> Cr
         picks: wefts per cm.
 
     Raises:
-        ParameterError: the matrix is empty, a density is not positive, or no panel holds a crossing.
+        ParameterError: the matrix is empty, a density is not positive, or no yarn has two crossings on the cloth.
     """
     matrix = _checked_matrix(over)
     spacing = _checked_spacing("ends", ends), _checked_spacing("picks", picks)
@@ -57,10 +57,6 @@ def lay_weave(cloth: Cloth, over: ArrayLike, *, ends: float, picks: float) -> Cr
         joints += [_joints(wefts, yarn_count), _joints(warps, yarn_count + len(wefts.line))]
         family.append(np.repeat([WEFT, WARP], [len(wefts.line), len(warps.line)]))
         node_count, yarn_count = node_count + laid.count, yarn_count + len(family[-1])
-    if not node_count:
-        raise ParameterError(
-            f"weave: no panel holds a crossing of {ends:g} ends and {picks:g} picks per cm; take higher densities"
-        )
     return _on_cloth(cloth, joined(nodes), joined(passages), np.concatenate(family), joined_joints(joints), spacing)
 
 

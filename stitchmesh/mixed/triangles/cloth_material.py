@@ -72,6 +72,9 @@ class ClothMaterial:
     """Strain and tension [dyn / cm] along the courses or wefts; none for the linear law."""
     tension_wale: Table = ()
     """Strain and tension [dyn / cm] along the wales or warps; none for the linear law."""
+    shear_table: Table = ()
+    """Strain 2 E_12 and shear stress S_12 [dyn / cm] from (0, 0) upwards, the same for both signs; none for the linear
+    law. A strain of 2 E_12 between yarns of constant length turns them towards each other by its arc sine."""
     source: str = ""
     """Where the numbers come from."""
 
@@ -84,7 +87,7 @@ class ClothMaterial:
             if not abs(getattr(self, name)) < 1.0:
                 found = f"{name} is {getattr(self, name)}"
                 raise ParameterError(f"material {self.name!r}: {found}; expected between -1 and 1, for a stable cloth")
-        for name in ("tension_course", "tension_wale"):
+        for name in ("tension_course", "tension_wale", "shear_table"):
             object.__setattr__(self, name, tuple(tuple(map(float, point)) for point in getattr(self, name)))
         self._check_tables()
 
@@ -115,14 +118,15 @@ class ClothMaterial:
 
     def curves(self) -> tuple[TensionCurve, TensionCurve, TensionCurve]:
         """The laws of stress over strain along the courses, along the wales and in shear."""
-        moduli = self.moduli()
-        course, wale = (
-            _curve(table, f"material {self.name!r}: {name}") if table else TensionCurve.linear(moduli[k, k])
-            for k, (name, table) in enumerate(
-                (("tension_course", self.tension_course), ("tension_wale", self.tension_wale))
-            )
-        )
-        return course, wale, TensionCurve.linear(moduli[2, 2])
+        moduli, place = self.moduli(), f"material {self.name!r}: "
+        course, wale, shear = (TensionCurve.linear(moduli[k, k]) for k in range(3))
+        if self.tension_course:
+            course = _tension_curve(self.tension_course, f"{place}tension_course")
+        if self.tension_wale:
+            wale = _tension_curve(self.tension_wale, f"{place}tension_wale")
+        if self.shear_table:
+            shear = _shear_curve(self.shear_table, f"{place}shear_table")
+        return course, wale, shear
 
     def _check_tables(self) -> None:
         course, wale, _shear = self.curves()
@@ -141,10 +145,24 @@ def _orthotropic(first: float, second: float, poisson: float, shear: float) -> N
     return np.array([[first * scale, coupling, 0.0], [coupling, second * scale, 0.0], [0.0, 0.0, shear]])
 
 
-def _curve(table: Table, place: str) -> TensionCurve:
-    """The law in Green strain and second Piola-Kirchhoff stress of a table of strain and tension."""
-    points = np.array(table, dtype=np.float64)
-    if points.ndim != 2 or points.shape[1] != 2 or not (points[:, 0] > -1.0).all():
+def _points(table: Table, place: str) -> NDArray[np.float64]:
+    """The points of a table, shape (n, 2)."""
+    if any(len(point) != 2 for point in table) or not all(point[0] > -1.0 for point in table):
         raise ParameterError(f"{place}: expected pairs of strain (above -1) and tension, such as [[0, 0], [0.1, 500]]")
+    return np.array(table, dtype=np.float64)
+
+
+def _shear_curve(table: Table, place: str) -> TensionCurve:
+    """The law of a table of shear strains and stresses, and of the same with the other sign."""
+    points = _points(table, place)
+    if points[0].any():
+        raise ParameterError(f"{place}: begins with {tuple(map(float, points[0]))}; expected (0, 0)")
+    both = np.concatenate([-points[:0:-1], points])
+    return TensionCurve.through(both[:, 0], both[:, 1], place)
+
+
+def _tension_curve(table: Table, place: str) -> TensionCurve:
+    """The law in Green strain and second Piola-Kirchhoff stress of a table of strain and tension."""
+    points = _points(table, place)
     stretch = 1.0 + points[:, 0]
     return TensionCurve.through((stretch**2 - 1.0) / 2.0, points[:, 1] / stretch, place)

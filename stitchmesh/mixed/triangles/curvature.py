@@ -37,9 +37,10 @@ from stitchmesh.mesh import BORDER
 from stitchmesh.mixed.cloth.cloth import Cloth
 
 FloatArray = NDArray[np.float64]
-LEAST_SINGULAR = 1e-3
+LEAST_SINGULAR = 1e-2
 """Part of the largest singular value below which a direction of curvature counts as one that five angles do not show,
-as where eight vertices lie on one conic section."""
+as where eight vertices lie on one conic section. With a tenth of it some shares of irregular meshes are above 5, and a
+hinge a hundred times stiffer than the others; with ten times as much cylinders are off by a thousandth."""
 
 
 def hinge_stiffness(cloth: Cloth, rigidities: FloatArray, weight: FloatArray) -> Any:

@@ -32,6 +32,7 @@ UNITS = {
     "mass_damping": "1/s",
     "tension_course": "strain and tension [dyn/cm] at constant width",
     "tension_wale": "strain and tension [dyn/cm] at constant width",
+    "shear_table": "strain 2 E_12 and stress [dyn/cm]",
 }
 """Comments beside the keys of a written material."""
 

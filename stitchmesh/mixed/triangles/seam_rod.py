@@ -41,6 +41,7 @@ from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
 from stitchmesh.mixed.triangles.seam_material import SeamMaterial
+from stitchmesh.mixed.triangles.seam_shape import following_edges, rest_angles, rest_lengths
 from stitchmesh.mixed.triangles.weights import checked_weights
 
 SMOOTHING = wp.constant(0.1)
@@ -321,41 +322,15 @@ class SeamRod(Term):
         return [found, *self._gather.launches(self._blocks, blocks.vertices, launcher)]
 
 
-def rest_lengths(cloth: Cloth) -> NDArray[np.float64]:
-    """Rest length of each edge of a seam [cm], the mean of those of both panels; shape (S,)."""
-    edges = np.diff(cloth.side_rest, axis=1)[:, 0][cloth.seam_sides]
-    lengths: NDArray[np.float64] = np.linalg.norm(edges, axis=2).mean(axis=1)
-    return lengths
-
-
 def _elements(
     cloth: Cloth, material: SeamMaterial, weight: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Vertices of each element, -1 for none, shape (S, 3), and its constants, shape (S, 5)."""
-    following = _following(cloth)
+    following = following_edges(cloth)
     some, length = following >= 0, rest_lengths(cloth)
     third = np.where(some, cloth.seam_edges[following, 1], -1)
     second_length = np.where(some, length[following], 1.0)
     bending = np.where(some, 2.0 * material.bending / (length + second_length), 0.0) * weight
-    angle = _rest_angles(cloth, following)
+    angle = rest_angles(cloth, following)
     constants = np.column_stack([material.stretch * weight, bending, angle, length, second_length])
     return np.column_stack([cloth.seam_edges, third]), constants
-
-
-def _following(cloth: Cloth) -> NDArray[np.int64]:
-    """The edge that follows each edge on its seam, the first one at the end of a closed seam, -1 for none."""
-    following = np.arange(1, len(cloth.seam_edges) + 1)
-    first, last = cloth.seam_start[:-1], cloth.seam_start[1:] - 1
-    closed = cloth.seam_edges[last, 1] == cloth.seam_edges[first, 0]
-    following[last] = np.where(closed & (last > first), first, -1)
-    return following
-
-
-def _rest_angles(cloth: Cloth, following: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Rest angle between each edge and the one that follows it [rad]; 0 where they lie in different panels."""
-    edges = np.diff(cloth.side_rest, axis=1)[:, 0][cloth.seam_sides]
-    one, other = edges, edges[following]
-    turning = np.abs(np.arctan2(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0], (one * other).sum(axis=2)))
-    panel = cloth.panel[cloth.seam_sides // 3]
-    same = (panel == panel[following]).all(axis=1) & (following >= 0)
-    return np.where(same, turning.mean(axis=1), 0.0)

@@ -10,11 +10,12 @@ import warp as wp
 from scipy.linalg import eigh
 
 from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses
+from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix
+from stitchmesh.mixed.dynamics.weight import Weight
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.membrane import Membrane
 from stitchmesh.mixed.triangles.shell_bending import ShellBending
-from stitchmesh.mixed.triangles.vertex_mass import triangle_masses
-from stitchmesh.mixed.triangles.vertex_weight import VertexWeight
 from tests.mixed.triangles.derivatives import CPU, hessian_of
 from tests.mixed.triangles.equilibrium import equilibrium
 from tests.mixed.triangles.flat_cloths import FloatArray, rectangle
@@ -28,7 +29,8 @@ GRAVITY = (0.0, 0.0, -981.0)
 
 def terms_of(cloth: Cloth, material: ClothMaterial, density: float, *, bends: bool) -> list:
     """Membrane and weight of a cloth of that mass per area, and its bending."""
-    weight = VertexWeight(triangle_masses(cloth, material) * density / material.density, wp.float64, CPU, GRAVITY)
+    lumped = np.bincount(cloth.triangles.ravel(), np.repeat(cloth.rest_area * density / 3.0, 3))
+    weight = Weight(MassMatrix(BlendedMasses(lumped, np.zeros((0, 2))), wp.float64, CPU), GRAVITY)
     terms = [Membrane(cloth, material, wp.float64, CPU), weight]
     return [*terms, ShellBending(cloth, material, wp.float64, CPU)] if bends else terms
 

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import warp as wp
@@ -29,7 +31,10 @@ from tests.mixed.triangles.flat_cloths import FloatArray, flat_cloth, rectangle
 ISOTROPIC = ClothMaterial.isotropic("isotropic", 1000.0, 0.3, 1.0, 0.02)
 KNIT = ClothMaterial("knit", 1000.0, 3000.0, 400.0, 0.4, 5.0, 2.0, 0.02)
 TABLE = ((-0.2, -100.0), (0.0, 0.0), (0.1, 90.0), (0.2, 250.0), (0.3, 700.0))
-STIFFENING = ClothMaterial("stiffening", 1000.0, 3000.0, 400.0, 0.2, 5.0, 2.0, 0.02, tension_course=TABLE)
+JAMMING = ((0.0, 0.0), (0.2, 50.0), (0.4, 300.0))
+STIFFENING = ClothMaterial(
+    "stiffening", 1000.0, 3000.0, 400.0, 0.2, 5.0, 2.0, 0.02, tension_course=TABLE, shear_table=JAMMING
+)
 MATERIALS = [ISOTROPIC, KNIT, STIFFENING]
 
 
@@ -85,6 +90,16 @@ def test_a_strip_of_constant_width_has_the_tensions_of_its_table(strain, tension
     assert -force[cloth.vertices[:, 0] == 1.0, 0].sum() == pytest.approx(tension, rel=1e-12)
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("strain", "stress"), JAMMING)
+def test_yarns_that_turn_towards_each_other_have_the_stress_of_their_table(strain, stress, sign):
+    """Along the sides y = 0 and y = 1 of a square whose sides keep their lengths, the stress pulls along x."""
+    cloth = rectangle("diagonals", 2, 2)
+    sheared = cloth.vertices @ [[1.0, 0.0, 0.0], [sign * strain, (1.0 - strain**2) ** 0.5, 0.0], [0.0, 0.0, 1.0]]
+    force = forces_of(membrane(cloth, STIFFENING), sheared)[cloth.vertices[:, 1] == 1.0].sum(axis=0)
+    np.testing.assert_allclose(force, [-sign * stress, 0.0, 0.0], atol=1e-10)  # rounding of 3000
+
+
 def test_uniform_strain_gives_the_same_energy_on_every_mesh():
     change = np.array([[1.1, 0.05, 0.0], [-0.1, 0.9, 0.02], [0.0, 0.0, 1.0]])
     energies = [
@@ -138,8 +153,7 @@ def test_blending_weights_scale_the_energy_of_each_triangle():
 
 def test_each_panel_has_its_own_material():
     cloth = rectangle("diagonals", 2, 1)
-    object.__setattr__(cloth, "panel", np.array([0, 0, 1, 1]))
-    object.__setattr__(cloth, "panel_names", ("left", "right"))
+    cloth = replace(cloth, panel=np.array([0, 0, 1, 1]), panel_names=("left", "right"))
     vertices = moved(cloth)
     left = energy_of(membrane(cloth, KNIT, weight=[1, 1, 0, 0]), vertices)
     right = energy_of(membrane(cloth, STIFFENING, weight=[0, 0, 1, 1]), vertices)

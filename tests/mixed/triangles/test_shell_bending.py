@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -113,6 +114,19 @@ def angles_of(cloth: Cloth, vertices: FloatArray) -> FloatArray:
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     first, second = (normals[cloth.hinge_sides[:, k] // 3] for k in (0, 1))
     return np.arctan2(np.linalg.norm(np.cross(first, second), axis=1), (first * second).sum(axis=1))
+
+
+def test_panels_bend_as_one_cloth_across_their_seam():
+    """Each panel has its own coordinates; the rest shapes meet at the edges of the seam."""
+    cloth = rectangle("irregular", 8, 8)
+    right = cloth.vertices[cloth.triangles].mean(axis=1)[:, 0] > 0.5
+    angle = 0.7
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    rest = np.where(right[:, None, None], cloth.rest @ turn + [7.0, -3.0], cloth.rest)
+    panels = replace(cloth, rest=rest, panel=right.astype(int), panel_names=("left", "right"))
+    vertices = moved(cloth)
+    one, two = bending(cloth, PLATE), bending(panels, PLATE)
+    assert energy_of(two, vertices) == pytest.approx(energy_of(one, vertices), rel=1e-10)  # rounding of turned shapes
 
 
 @pytest.mark.parametrize(("lift", "sign"), [(-0.4, 1.0), (0.4, -1.0)])
