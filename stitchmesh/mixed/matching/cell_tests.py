@@ -1,10 +1,17 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The tests of ``loading_curve`` on a cell of crossing yarns."""
+"""The tests of ``loading_curve`` on a cell of crossing yarns.
+
+Stretched and sheared cells are in equilibrium. A bent cell keeps the places of its nodes in the fabric, and its sizes
+adapt to the tension with which it is laid out, so that the chords of yarn between nodes keep their strain. For straight
+yarns this is the equilibrium too. The loops of a knit could turn towards their curl under nearly no moment; the
+resistance is then that of a knit which its neighbourhood keeps flat.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,26 +69,25 @@ def _with_zero(name: str, values: Iterable[float]) -> Numbers:
 def _run(solver: CellSolver, test: str, strains: Numbers) -> LoadingCurve:
     """One test; each state begins at the one nearer to strain 0."""
     zero = int(np.flatnonzero(strains == 0.0)[0])
-    states: dict[int, CellState] = {}
-    for order in (range(zero, len(strains)), range(zero - 1, -1, -1)):
+    flat = solver.equilibrium(CellShape(direction=DIRECTION.get(test, 0.0)))
+    states = {zero: flat}
+    for order, back in ((range(zero + 1, len(strains)), -1), (range(zero - 1, -1, -1), 1)):
         for k in order:
-            before = states.get(k - 1) or states.get(k + 1)
-            states[k] = _state(solver, test, float(strains[k]), before)
+            states[k] = _state(solver, test, float(strains[k]), states[k + back], flat.slopes[:3])
     values = np.array([_tensions(test, float(strains[k]), states[k].slopes) for k in range(len(strains))])
     return LoadingCurve.of(test, strains, values[:, 0], values[:, 1])
 
 
-def _state(solver: CellSolver, test: str, strain: float, before: CellState | None) -> CellState:
+def _state(solver: CellSolver, test: str, strain: float, before: CellState, load: Numbers) -> CellState:
     """The equilibrium of a test at a strain."""
-    start = None if before is None else before.moved
     if test in STRETCHES:
         course, wale = (strain if test in (axis, "both") else 0.0 for axis in ("course", "wale"))
-        return solver.equilibrium(CellShape(1.0 + course, 1.0 + wale), start)
+        return solver.equilibrium(CellShape(1.0 + course, 1.0 + wale), before.moved)
     if test == "shear":
-        return solver.equilibrium(CellShape(np.cos(strain / 2.0), np.cos(strain / 2.0), np.sin(strain / 2.0)), start)
-    shape = CellShape() if before is None else before.shape
-    sizes = shape.stretch_course, shape.stretch_wale, shape.skew
-    return solver.equilibrium(CellShape(*sizes, strain, DIRECTION[test]), start, free=FREE)
+        return solver.equilibrium(
+            CellShape(np.cos(strain / 2.0), np.cos(strain / 2.0), np.sin(strain / 2.0)), before.moved
+        )
+    return solver.equilibrium(replace(before.shape, curvature=strain), before.moved, free=FREE, load=load, held=True)
 
 
 def _tensions(test: str, strain: float, slopes: Numbers) -> tuple[float, float]:

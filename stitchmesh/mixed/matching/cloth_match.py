@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath
@@ -32,6 +33,8 @@ CURVATURES = (-1.0, -0.5, 0.5, 1.0)
 """Curvatures of the tests [1/cm]."""
 WORTH = 0.8
 """Largest mismatch of stretch with tables over that of the linear law with which tables are kept."""
+NOTHING = 1e-6
+"""Tension at rest over the largest tension below which it counts as none."""
 CLOSE = 0.01
 """Mismatch of the linear law up to which tables are not needed."""
 
@@ -54,11 +57,11 @@ class ClothMatch:
         return self.tables if linear > CLOSE and tables < WORTH * linear else self.linear
 
     def mismatch(self, material: ClothMaterial) -> dict[str, float]:
-        """Relative difference of a material in each test: root mean square over the strains of |dT| / |T|.
+        """Relative difference of a material in each test: sqrt(sum (|dT| / strain)^2 / sum (|T| / strain)^2).
 
-        T is the pair of tension and side tension of the yarns beyond those at rest.
+        T is the pair of tension and side tension of the yarns beyond those at rest, and the sums are over the strains.
         """
-        return {curve.test: float(np.sqrt((_differences(material, curve) ** 2).mean())) for curve in self.curves}
+        return {curve.test: _mismatch(material, curve) for curve in self.curves}
 
     def stretch_mismatch(self, material: ClothMaterial) -> float:
         """Root mean square of the relative differences in the tests without bending."""
@@ -74,11 +77,24 @@ class ClothMatch:
         lines = [
             f"mismatch of stretch and shear: constant moduli {linear:.1f} %, tables of tension {tables:.1f} %; "
             f"kept: {kept}",
+            *_at_rest(self.curves),
             f"{'test':<12} {'strain':>8} {'yarns':>12} {'triangles':>12} {'difference':>11}",
         ]
         for curve in self.curves:
             lines += _rows(material, curve)
         return lines
+
+    def energy_differences(self, material: ClothMaterial) -> dict[str, tuple[Numbers, Numbers]]:
+        """How much energy a material is off, for each test: strains, and energy for each area [erg/cm^2], both (K,).
+
+        The energy is the integral of the difference of tensions from strain 0, without sign.
+        """
+        result = {}
+        for curve in self.curves:
+            apart = np.abs(respond(material, curve)[0] - curve.rise[0])
+            total = cumulative_trapezoid(apart, curve.strain, initial=0.0)
+            result[str(curve.test)] = curve.strain, np.abs(total - total[curve.strain == 0.0])
+        return result
 
     def __str__(self) -> str:
         """The table of mismatch."""
@@ -91,6 +107,7 @@ def match_cloth(
     name: str = "matched",
     strains: Iterable[float] = STRAINS,
     curvatures: Iterable[float] = CURVATURES,
+    sliding: bool = False,
     report: Callable[[str], None] = lambda _test: None,
 ) -> ClothMatch:
     """Fit the stiffnesses of triangles to a fabric of crossing yarns.
@@ -100,15 +117,17 @@ def match_cloth(
         name: name of the material.
         strains: strains of the tests of stretch and of shear [-, rad].
         curvatures: curvatures of the tests of bending [1/cm].
+        sliding: whether yarns slide through their crossings without friction; otherwise friction holds them.
         report: called with the name of each test before it runs.
 
     Raises:
         ParameterError: strains or curvatures are missing or out of range.
         SolverError: a state of the cell finds no equilibrium; smaller strains help.
     """
-    curves = run_tests(CellSolver(cell), strains, curvatures, report)
+    curves = run_tests(CellSolver(cell, sliding=sliding), strains, curvatures, report)
     width, height = cell.period
-    source = f"fitted to {cell.node_count} crossings on {width:g} x {height:g} cm of yarn"
+    yarns = "yarns slide" if sliding else "friction holds the yarns"
+    source = f"fitted to {cell.node_count} crossings on {width:g} x {height:g} cm, where {yarns}"
     match = match_curves(curves, name=name, density=cell.density, source=source)
     linear, tables = (_damped(material, cell) for material in (match.linear, match.tables))
     return replace(match, linear=linear, tables=tables)
@@ -147,24 +166,43 @@ def write_match(path: FilePath, match: ClothMatch) -> None:
 
 def _damped(material: ClothMaterial, cell: YarnCell) -> ClothMaterial:
     """The material with the damping of the yarns."""
-    return replace(material, damping=cell.material.damping_stiffness, mass_damping=cell.material.damping_mass)
+    return replace(
+        material, damping=cell.materials.weft.damping_stiffness, mass_damping=cell.materials.weft.damping_mass
+    )
 
 
-def _differences(material: ClothMaterial, curve: LoadingCurve) -> Numbers:
-    """Relative difference at each strain that is not 0."""
+def _differences(material: ClothMaterial, curve: LoadingCurve) -> tuple[Numbers, Numbers]:
+    """Difference of the tensions of triangles from those of yarns, and size of the latter, at strains other than 0."""
     (tension, side), (own, own_side) = curve.rise, respond(material, curve)
-    apart, size = np.hypot(own - tension, own_side - side), np.hypot(tension, side)
     loaded = curve.loaded
-    smallest = np.finfo(np.float64).tiny
-    result: Numbers = apart[loaded] / np.maximum(size[loaded], smallest)
-    return result
+    return np.hypot(own - tension, own_side - side)[loaded], np.hypot(tension, side)[loaded]
+
+
+def _mismatch(material: ClothMaterial, curve: LoadingCurve) -> float:
+    strain = curve.strain[curve.loaded]
+    apart, size = (float(np.linalg.norm(part / strain)) for part in _differences(material, curve))
+    return apart / size if size > 0.0 else float(apart > 0.0)
+
+
+def _at_rest(curves: tuple[LoadingCurve, ...]) -> list[str]:
+    """The tensions and moments that the fabric is laid out with, and that triangles do not have."""
+    kinds = ("course", "dyn/cm"), ("wale", "dyn/cm"), ("bend course", "dyn"), ("bend wale", "dyn")
+    stiffness = {curve.test: float(np.abs(curve.rise[0]).max()) for curve in curves}
+    at_rest = {curve.test: curve.at_rest[0] for curve in curves}
+    parts = [
+        f"{test} {at_rest[test]:.3g} {unit}"
+        for test, unit in kinds
+        if test in at_rest and abs(at_rest[test]) > NOTHING * stiffness[test]
+    ]
+    return [f"yarns as laid out have, and triangles have not: {', '.join(parts)}"] if parts else []
 
 
 def _rows(material: ClothMaterial, curve: LoadingCurve) -> list[str]:
     """The lines of one test."""
     tension, own = curve.rise[0], respond(material, curve)[0]
+    apart, size = _differences(material, curve)
     part = np.zeros(len(tension))
-    part[curve.loaded] = _differences(material, curve)
+    part[curve.loaded] = apart / np.maximum(size, np.finfo(np.float64).tiny)
     return [
         f"{curve.test:<12} {strain:>8.3f} {yarns:>12.5g} {triangles:>12.5g} {100.0 * apart:>9.1f} %"
         for strain, yarns, triangles, apart in zip(curve.strain, tension, own, part, strict=True)

@@ -12,7 +12,8 @@ that the fabric has at strain 0 is left out: triangles have none. The rigidities
 the same manner. At 45 degrees a cylinder costs B = (B_1 + B_2) / 4 + twist, with the Poisson ratio of bending zero: a
 cylinder does not show this ratio.
 
-The law with tables takes the tensions of the yarns along both axes as they are, and fits C_12 and C_33 alone.
+The law with tables takes the tensions of the yarns along both axes, and the stress of shear, as they are, and fits C_12
+alone.
 """
 
 from __future__ import annotations
@@ -38,6 +39,8 @@ LARGEST_POISSON = 0.9
 """Largest Poisson ratio of a fitted material, which keeps it stable."""
 SMALLEST_SLOPE = 1e-2
 """Smallest slope of a table of tensions over the largest one: a stress of triangles rises with the strain."""
+LARGEST_ANGLE = 1.5
+"""Largest change of angle of a table of shear [rad]."""
 SAFE_COUPLING = 0.9
 """Largest coupling of both axes over their smallest stiffness, in a law with tables."""
 
@@ -81,14 +84,15 @@ def fit_linear(curves: Mapping[str, LoadingCurve], name: str, density: float, so
 
 
 def fit_tables(curves: Mapping[str, LoadingCurve], linear: ClothMaterial) -> ClothMaterial:
-    """The linear material with the tensions of yarns along both axes as tables, and with coupling fitted to these.
+    """The linear material with tensions and stresses of the yarns as tables, and with coupling fitted to these.
 
     Args:
         curves: the tests that ``linear`` is fitted to.
         linear: the linear material.
     """
     along, beside = _table(curves["course"]), _table(curves["wale"])
-    alone = replace(linear, poisson=0.0, tension_course=along, tension_wale=beside)
+    shear = _shear_table(curves["shear"])
+    alone = replace(linear, poisson=0.0, tension_course=along, tension_wale=beside, shear_table=shear)
     coupling = _coupling(curves, alone)
     course, wale, _shear = alone.curves()
     bound = SAFE_COUPLING * np.sqrt(course.least_slope * wale.least_slope)
@@ -151,14 +155,30 @@ def _slope(curve: LoadingCurve) -> float:
 def _table(curve: LoadingCurve) -> Table:
     """Strain and tension beyond that at rest, with tensions that rise."""
     stretch, tension = 1.0 + curve.strain, curve.rise[0]
-    green, stress = (stretch**2 - 1.0) / 2.0, tension / stretch
-    least = SMALLEST_SLOPE * float((np.diff(stress) / np.diff(green)).max())
-    zero = int(np.flatnonzero(curve.strain == 0.0)[0])
-    for k in range(zero + 1, len(stress)):
-        stress[k] = max(stress[k], stress[k - 1] + least * (green[k] - green[k - 1]))
-    for k in range(zero - 1, -1, -1):
-        stress[k] = min(stress[k], stress[k + 1] - least * (green[k + 1] - green[k]))
+    stress = _risen((stretch**2 - 1.0) / 2.0, tension / stretch, int(np.flatnonzero(curve.strain == 0.0)[0]))
     return tuple((float(e), float(t)) for e, t in zip(curve.strain, stress * stretch, strict=True))
+
+
+def _shear_table(curve: LoadingCurve) -> Table:
+    """Strain 2 E_12 and stress, the mean of both signs where both are tested; none for angles of a quarter turn."""
+    angle = np.unique(np.abs(curve.strain))
+    if angle[-1] >= LARGEST_ANGLE:
+        return ()
+    tension = np.sign(curve.strain) * curve.rise[0]
+    mean = np.array([tension[np.abs(curve.strain) == size].mean() for size in angle])
+    stress = _risen(np.sin(angle), mean / np.cos(angle), 0)
+    return tuple((float(e), float(s)) for e, s in zip(np.sin(angle), stress, strict=True))
+
+
+def _risen(strain: Numbers, stress: Numbers, zero: int) -> Numbers:
+    """Stresses that rise with the strain, with zero at the place ``zero``."""
+    risen = np.array(stress)
+    least = SMALLEST_SLOPE * float((np.diff(stress) / np.diff(strain)).max())
+    for k in range(zero + 1, len(risen)):
+        risen[k] = max(risen[k], risen[k - 1] + least * (strain[k] - strain[k - 1]))
+    for k in range(zero - 1, -1, -1):
+        risen[k] = min(risen[k], risen[k + 1] - least * (strain[k + 1] - strain[k]))
+    return risen
 
 
 def _coupling(curves: Mapping[str, LoadingCurve], material: ClothMaterial) -> float:

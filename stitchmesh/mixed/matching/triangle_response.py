@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a material of triangles resists in the tests of ``loading_curve``, in closed form.
 
-With the stresses S_1(E_11) and S_2(E_22) of the curves of a material, its coupling C_12, its shear modulus C_33 and the
-rigidities B (``cloth_material``), with l = 1 + strain and E = (l^2 - 1) / 2,
+With the stresses S_1(E_11), S_2(E_22) and S_3(2 E_12) of the curves of a material, its coupling C_12 and its rigidities
+B (``cloth_material``), with l = 1 + strain and E = (l^2 - 1) / 2,
 
     course     tension l S_1(E),             side C_12 E
     wale       tension l S_2(E),             side C_12 E
     both       tension l (S_1(E) + C_12 E),  side l (S_2(E) + C_12 E)
-    shear      C_33 sin(strain) cos(strain), because 2 E_12 = sin(strain)
+    shear      S_3(sin(strain)) cos(strain), because 2 E_12 = sin(strain)
     bend       the rigidity along the direction of curvature, times the strain
 """
 
@@ -36,9 +36,9 @@ def respond(material: ClothMaterial, curve: LoadingCurve) -> tuple[Numbers, Numb
     none = np.zeros(len(strain))
     if curve.test.startswith("bend"):
         return rigidity(material, curve.test) * strain, none
+    course, wale, shear = material.curves()
     if curve.test == "shear":
-        return float(material.moduli()[2, 2]) * np.sin(strain) * np.cos(strain), none
-    course, wale, _shear = material.curves()
+        return stress_at(shear, np.sin(strain)) * np.cos(strain), none
     stretch = 1.0 + strain
     green = (stretch**2 - 1.0) / 2.0
     coupled = float(material.moduli()[0, 1]) * green

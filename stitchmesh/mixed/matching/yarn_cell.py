@@ -18,8 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements, crossing_elements
-from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
+from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.stitch_term import StitchElements, stitch_elements
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.layout.knit import lay_knit
 from stitchmesh.mixed.layout.weave import lay_weave
 
 Numbers = NDArray[np.float64]
@@ -50,8 +52,10 @@ class YarnCell:
     """Node of the repeat, 0 to n - 1, that each node of the patch is a copy of, or ``OUTSIDE``; shape (P,)."""
     elements: CrossingElements
     """Elements of the patch, with the weights of the repeat."""
-    material: CrossingMaterial
-    """Material of all yarns."""
+    stitches: StitchElements
+    """Stitch contacts of a knit, with the weights of the repeat; none for a weave."""
+    materials: FabricMaterials
+    """Materials of the yarns."""
 
     def __post_init__(self) -> None:
         for array in (self.period, self.flat, self.sliding, self.copy_of):
@@ -80,14 +84,14 @@ class YarnCell:
         return float(self.elements.stretch.max())
 
 
-def weave_cell(over: ArrayLike, *, ends: float, picks: float, material: CrossingMaterial) -> YarnCell:
+def weave_cell(over: ArrayLike, *, ends: float, picks: float, materials: FabricMaterials) -> YarnCell:
     """The repeat of a weave.
 
     Args:
         over: whether each weft passes over each warp in one repeat, shape (wefts, warps); as for ``lay_weave``.
         ends: warps per cm.
         picks: wefts per cm.
-        material: of all yarns.
+        materials: of wefts and warps.
 
     Raises:
         ParameterError: the matrix is empty or a density is not positive.
@@ -100,16 +104,40 @@ def weave_cell(over: ArrayLike, *, ends: float, picks: float, material: Crossing
     spacing = np.array([1.0 / ends, 1.0 / picks])
     count = np.array([columns, rows])
     yarns = lay_weave(_patch(-MARGIN * spacing, (count + MARGIN) * spacing), matrix, ends=ends, picks=picks)
-    return cell_of(yarns, count * spacing, material)
+    return cell_of(yarns, count * spacing, materials)
 
 
-def cell_of(yarns: CrossingYarns, period: Numbers, material: CrossingMaterial) -> YarnCell:
+def knit_cell(knit: ArrayLike, *, wale_spacing: float, course_spacing: float, materials: FabricMaterials) -> YarnCell:
+    """The repeat of a knit.
+
+    Args:
+        knit: whether each stitch of the chart is a knit stitch, not a purl stitch, shape (rows, columns); as for
+            ``lay_knit``.
+        wale_spacing: distance of two wales [cm].
+        course_spacing: distance of two courses [cm].
+        materials: of the yarn, as ``weft``.
+
+    Raises:
+        ParameterError: the chart is empty or a spacing is not positive.
+    """
+    chart = np.asarray(knit)
+    rows, columns = chart.shape if chart.ndim == 2 else (1, 1)
+    spacing = np.array([wale_spacing, course_spacing])
+    if not (np.isfinite(spacing) & (spacing > 0.0)).all():
+        raise ParameterError(f"yarn cell: spacings are {spacing.tolist()}; expected numbers of cm above 0")
+    count = np.array([columns, rows])
+    cloth = _patch(-MARGIN * spacing, (count + MARGIN) * spacing)
+    yarns = lay_knit(cloth, chart, wale_spacing=wale_spacing, course_spacing=course_spacing)
+    return cell_of(yarns, count * spacing, materials)
+
+
+def cell_of(yarns: CrossingYarns, period: Numbers, materials: FabricMaterials) -> YarnCell:
     """The repeat whose corner is at the origin of the panel, out of yarns that are laid out on a larger panel.
 
     Args:
         yarns: the patch, one panel.
         period: width and height of the repeat [cm], shape (2,).
-        material: of all yarns.
+        materials: of the yarns.
 
     Raises:
         ParameterError: the patch is too small.
@@ -118,13 +146,16 @@ def cell_of(yarns: CrossingYarns, period: Numbers, material: CrossingMaterial) -
     inside = np.array((yarns.position >= 0.0).all(axis=1) & (yarns.position < period).all(axis=1))
     _check_neighbours(yarns, inside, copy_of)
     weight = inside.astype(np.float64)
-    pair = (material, material)
-    elements = crossing_elements(
-        yarns.links, yarns.rest_sliding, yarns.position, yarns.side, pair, weight=weight, shears=yarns.kind == "weave"
-    )
-    flat, sliding = np.array(yarns.position), np.array(yarns.rest_sliding)
+    slides = np.ones((yarns.node_count, 2), dtype=bool)
+    elements = crossing_elements(yarns, materials, alpha=weight, slides=slides)
     return YarnCell(
-        period=np.array(period), flat=flat, sliding=sliding, copy_of=copy_of, elements=elements, material=material
+        period=np.array(period),
+        flat=np.array(yarns.position),
+        sliding=np.array(yarns.rest_sliding),
+        copy_of=copy_of,
+        elements=elements,
+        stitches=stitch_elements(yarns, elements, materials.weft, alpha=weight),
+        materials=materials,
     )
 
 

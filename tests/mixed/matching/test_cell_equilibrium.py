@@ -11,9 +11,10 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
+from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.matching.cell_equilibrium import CellSolver
 from stitchmesh.mixed.matching.cell_shape import PARAMETERS, CellShape
-from stitchmesh.mixed.matching.yarn_cell import weave_cell
+from stitchmesh.mixed.matching.yarn_cell import YarnCell, knit_cell, weave_cell
 
 YARN = CrossingMaterial.named("gong-1")
 ENDS, PICKS = 4.0, 5.0
@@ -22,7 +23,7 @@ PLAIN = [[1, 0], [0, 1]]
 
 @pytest.fixture(scope="module")
 def solver() -> CellSolver:
-    return CellSolver(weave_cell(PLAIN, ends=ENDS, picks=PICKS, material=YARN))
+    return CellSolver(weave_cell(PLAIN, ends=ENDS, picks=PICKS, materials=FabricMaterials.of(YARN)))
 
 
 @pytest.mark.parametrize("strain", [-0.1, 0.02, 0.3])
@@ -70,7 +71,9 @@ def test_a_cylinder_of_chords_of_full_length_is_the_exact_state(solver: CellSolv
 
 def test_slopes_are_derivatives_of_the_energy() -> None:
     material = replace(YARN, contact=1e6)
-    solver = CellSolver(weave_cell([[1, 1, 0], [0, 1, 1], [1, 0, 1]], ends=8.0, picks=9.0, material=material))
+    solver = CellSolver(
+        weave_cell([[1, 1, 0], [0, 1, 1], [1, 0, 1]], ends=8.0, picks=9.0, materials=FabricMaterials.of(material))
+    )
     shape, step = CellShape(1.02, 0.97, 0.04, 0.3, 0.6), 1e-4
     state = solver.equilibrium(shape)
     for k, name in enumerate(PARAMETERS):
@@ -82,7 +85,7 @@ def test_slopes_are_derivatives_of_the_energy() -> None:
 
 
 def test_the_same_fabric_in_a_larger_repeat_has_the_same_energy(solver: CellSolver) -> None:
-    larger = CellSolver(weave_cell(np.tile(PLAIN, (1, 2)), ends=ENDS, picks=PICKS, material=YARN))
+    larger = CellSolver(weave_cell(np.tile(PLAIN, (1, 2)), ends=ENDS, picks=PICKS, materials=FabricMaterials.of(YARN)))
     shape = CellShape(1.05, 1.0, 0.1, 0.5, 0.3)
     free = ("stretch_course", "stretch_wale")
     own, other = solver.equilibrium(shape, free=free), larger.equilibrium(shape, free=free)
@@ -98,3 +101,47 @@ def test_a_disturbed_start_ends_in_the_same_state(solver: CellSolver) -> None:
 def test_an_unknown_parameter_is_refused(solver: CellSolver) -> None:
     with pytest.raises(ParameterError, match="'width'"):
         solver.equilibrium(CellShape(), free=("width",))
+
+
+def test_a_load_stretches_the_yarns_along_it(solver: CellSolver) -> None:
+    load = np.array([300.0, 700.0, 0.0])
+    state = solver.equilibrium(CellShape(), free=("stretch_course", "stretch_wale", "skew"), load=load)
+    assert np.allclose(state.slopes[:3], load, atol=1e-2)  # the tolerance of the forces, over the size of the cell
+    stretch = np.array([state.shape.stretch_course, state.shape.stretch_wale])
+    assert np.allclose(stretch, 1.0 + load[:2] / (YARN.stretch_stiffness * np.array([PICKS, ENDS])), rtol=1e-6)
+
+
+def test_held_nodes_stay_in_their_places(solver: CellSolver) -> None:
+    start = 0.01 * np.random.default_rng(5).normal(size=(solver.cell.node_count, 5))
+    state = solver.equilibrium(CellShape(1.1), start, held=True)
+    assert np.array_equal(state.moved, start)
+    assert state.energy > solver.equilibrium(CellShape(1.1), start).energy
+
+
+@pytest.fixture(scope="module")
+def knit() -> YarnCell:
+    return knit_cell([[1]], wale_spacing=0.8, course_spacing=0.6, materials=FabricMaterials.of(YARN))
+
+
+def test_a_stockinette_has_one_node_for_each_quarter_of_a_loop(knit: YarnCell) -> None:
+    assert knit.node_count == 4
+    assert len(knit.stitches.nodes[knit.stitches.length_stiffness > 0.0]) >= 2
+
+
+def test_a_stockinette_as_laid_out_has_no_tension_but_curls(knit: YarnCell) -> None:
+    state = CellSolver(knit).equilibrium(CellShape())
+    assert np.abs(state.slopes[:3]).max() < 1e-6  # rounding of the stretch stiffness; the layout has its rest lengths
+    assert state.slopes[3] > 1.0
+
+
+def test_a_purl_fabric_curls_to_the_other_side(knit: YarnCell) -> None:
+    purl = knit_cell([[0]], wale_spacing=0.8, course_spacing=0.6, materials=FabricMaterials.of(YARN))
+    one, other = (CellSolver(cell).equilibrium(CellShape()).slopes[3] for cell in (knit, purl))
+    assert one == pytest.approx(-other, rel=1e-9)  # rounding
+
+
+def test_sliding_softens_a_knit(knit: YarnCell) -> None:
+    shape = CellShape(1.05)
+    slid, stuck = (CellSolver(knit, sliding=sliding).equilibrium(shape) for sliding in (True, False))
+    assert np.array_equal(stuck.moved[:, 3:], np.zeros((4, 2)))
+    assert slid.energy < stuck.energy
