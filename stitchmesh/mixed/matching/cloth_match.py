@@ -25,6 +25,7 @@ from stitchmesh.mixed.matching.loading_curve import BENDS, LoadingCurve
 from stitchmesh.mixed.matching.triangle_response import respond
 from stitchmesh.mixed.matching.yarn_cell import YarnCell
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
+from stitchmesh.mixed.triangles.material_file import write_material
 
 Numbers = NDArray[np.float64]
 STRAINS = (-0.05, -0.02, 0.02, 0.05, 0.1, 0.15, 0.2)
@@ -159,8 +160,6 @@ def write_match(path: FilePath, match: ClothMatch) -> None:
     Raises:
         FileError: the file cannot be written, or its suffix is not ``.toml``.
     """
-    from stitchmesh.mixed.triangles.material_file import write_material
-
     write_material(path, match.material, notes=match.lines)
 
 

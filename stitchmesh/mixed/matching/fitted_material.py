@@ -153,9 +153,11 @@ def _slope(curve: LoadingCurve) -> float:
 
 
 def _table(curve: LoadingCurve) -> Table:
-    """Strain and tension beyond that at rest, with tensions that rise."""
+    """Strain and tension beyond that at rest, with tensions that rise; none where they do not rise at all."""
     stretch, tension = 1.0 + curve.strain, curve.rise[0]
     stress = _risen((stretch**2 - 1.0) / 2.0, tension / stretch, int(np.flatnonzero(curve.strain == 0.0)[0]))
+    if stress is None:
+        return ()
     return tuple((float(e), float(t)) for e, t in zip(curve.strain, stress * stretch, strict=True))
 
 
@@ -167,13 +169,17 @@ def _shear_table(curve: LoadingCurve) -> Table:
     tension = np.sign(curve.strain) * curve.rise[0]
     mean = np.array([tension[np.abs(curve.strain) == size].mean() for size in angle])
     stress = _risen(np.sin(angle), mean / np.cos(angle), 0)
+    if stress is None:
+        return ()
     return tuple((float(e), float(s)) for e, s in zip(np.sin(angle), stress, strict=True))
 
 
-def _risen(strain: Numbers, stress: Numbers, zero: int) -> Numbers:
-    """Stresses that rise with the strain, with zero at the place ``zero``."""
+def _risen(strain: Numbers, stress: Numbers, zero: int) -> Numbers | None:
+    """Stresses that rise with the strain, with zero at the place ``zero``; None where the fabric gives way only."""
     risen = np.array(stress)
     least = SMALLEST_SLOPE * float((np.diff(stress) / np.diff(strain)).max())
+    if not least > 0.0:
+        return None
     for k in range(zero + 1, len(risen)):
         risen[k] = max(risen[k], risen[k - 1] + least * (strain[k] - strain[k - 1]))
     for k in range(zero - 1, -1, -1):

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from os import fspath
 from pathlib import Path
@@ -67,14 +67,20 @@ def read_material(path: FilePath) -> ClothMaterial:
         raise FileError(f"{name}: {error}") from error
 
 
-def write_material(path: FilePath, material: ClothMaterial) -> None:
+def write_material(path: FilePath, material: ClothMaterial, notes: Sequence[str] = ()) -> None:
     """Write a material as a TOML file; the file is written atomically. Keys whose value is the default are left out.
+
+    Args:
+        path: the file, whose name ends with ``.toml``.
+        material: the material.
+        notes: lines of text that follow as comments.
 
     Raises:
         FileError: the file cannot be written, or its suffix is not ``.toml``.
     """
     suffix_of(path, [SUFFIX])
-    write_text(path, HEADER + "\n".join(_lines(material)) + "\n")
+    comments = [f"# {note}".rstrip() for note in notes]
+    write_text(path, HEADER + "\n".join([*_lines(material), *comments]) + "\n")
 
 
 def _lines(material: ClothMaterial) -> Iterator[str]:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,11 +15,19 @@ from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
 from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.matching.cell_equilibrium import CellSolver
 from stitchmesh.mixed.matching.cell_tests import run_tests
-from stitchmesh.mixed.matching.cloth_match import CURVATURES, STRAINS, ClothMatch, match_cloth, match_curves
+from stitchmesh.mixed.matching.cloth_match import (
+    CURVATURES,
+    STRAINS,
+    ClothMatch,
+    match_cloth,
+    match_curves,
+    write_match,
+)
 from stitchmesh.mixed.matching.loading_curve import BENDS, TESTS, LoadingCurve
 from stitchmesh.mixed.matching.triangle_response import respond
-from stitchmesh.mixed.matching.yarn_cell import weave_cell
+from stitchmesh.mixed.matching.yarn_cell import knit_cell, weave_cell
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
+from stitchmesh.mixed.triangles.material_file import read_material
 
 YARN = CrossingMaterial.named("gong-1")
 ENDS, PICKS = 4.0, 5.0
@@ -141,3 +150,28 @@ def test_curves_without_rest_or_numbers_are_refused(strain: list, tension: list,
 def test_an_unknown_test_is_refused() -> None:
     with pytest.raises(ParameterError, match="'twist'"):
         LoadingCurve.of("twist", [0.0, 0.1], [0.0, 1.0])
+
+
+def test_the_file_of_a_match_is_its_material_with_the_table_as_comments(weave: ClothMatch, tmp_path: Path) -> None:
+    path = tmp_path / "plain.toml"
+    write_match(path, weave)
+    assert read_material(path) == weave.material
+    text = path.read_text()
+    assert all(f"# {line}".rstrip() in text for line in weave.lines)
+
+
+def test_differences_of_energy_are_zero_at_rest_and_grow_from_there(weave: ClothMatch) -> None:
+    strain, energy = weave.energy_differences(weave.linear)["course"]
+    assert energy[strain == 0.0] == 0.0
+    assert (np.diff(energy[strain >= 0.0]) > 0.0).all()
+    assert (np.diff(energy[strain <= 0.0]) < 0.0).all()
+    # the tables are the tensions themselves; rounding of tensions of 4e4
+    assert weave.energy_differences(weave.tables)["course"][1].max() < 1e-8
+
+
+def test_a_knit_that_is_held_by_friction_is_matched(tmp_path: Path) -> None:
+    cell = knit_cell([[1]], wale_spacing=0.8, course_spacing=0.6, materials=FabricMaterials.of(YARN))
+    match = match_cloth(cell, strains=(-0.02, 0.02), curvatures=(0.2,))
+    assert match.material.stretch_wale > match.material.stretch_course
+    assert 0.0 < match.material.poisson < 1.0
+    assert "bend course" in match.lines[1]  # the curl, which triangles do not have
