@@ -60,6 +60,7 @@ def test_garments(name, divisions):
     np.testing.assert_allclose(made, yarns.position, atol=1e-9)  # coordinates of 100 cm, rounded a few times
     loops = fabric.face_count * divisions**2
     assert 3.5 * loops < yarns.node_count < 4.5 * loops
+    assert yarns.yarn_count == {"sweater": 3, "hat": 1, "sock": 1}[name]  # a spiral for the body and for each sleeve
     assert (np.bincount(yarns.yarn_node, minlength=yarns.node_count) == 2).all()
     step = np.diff(yarns.rest_sliding[yarns.yarn_node, yarns.yarn_coordinate])
     inner = np.diff(yarns.passage_yarn) == 0
