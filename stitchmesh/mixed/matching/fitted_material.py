@@ -94,7 +94,7 @@ def fit_tables(curves: Mapping[str, LoadingCurve], linear: ClothMaterial) -> Clo
     shear = _shear_table(curves["shear"])
     alone = replace(linear, poisson=0.0, tension_course=along, tension_wale=beside, shear_table=shear)
     coupling = _coupling(curves, alone)
-    course, wale, _shear = alone.curves()
+    course, wale, _shear, _both = alone.energies()
     bound = SAFE_COUPLING * np.sqrt(course.least_slope * wale.least_slope)
     coupling = float(np.clip(coupling, -bound, bound))
     first, second = float(linear.moduli()[0, 0]), float(linear.moduli()[1, 1])

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a material of triangles resists in the tests of ``loading_curve``, in closed form.
 
-With the stresses S_1(E_11), S_2(E_22) and S_3(2 E_12) of the curves of a material, its coupling C_12 and its rigidities
-B (``cloth_material``), with l = 1 + strain and E = (l^2 - 1) / 2,
+With the stresses S_1(E_11), S_2(E_22), S_3(2 E_12) and S_4(E_11 + E_22) of a material, its coupling C_12 and its
+rigidities B (``cloth_material``), with l = 1 + strain and E = (l^2 - 1) / 2,
 
-    course     tension l S_1(E),             side C_12 E
-    wale       tension l S_2(E),             side C_12 E
-    both       tension l (S_1(E) + C_12 E),  side l (S_2(E) + C_12 E)
+    course     tension l (S_1(E) + S_4(E)),               side S_4(E) + C_12 E
+    wale       tension l (S_2(E) + S_4(E)),               side S_4(E) + C_12 E
+    both       tension l (S_1(E) + S_4(2 E) + C_12 E),    side l (S_2(E) + S_4(2 E) + C_12 E)
     shear      S_3(sin(strain)) cos(strain), because 2 E_12 = sin(strain)
     bend       the rigidity along the direction of curvature, times the strain
 """
@@ -36,15 +36,17 @@ def respond(material: ClothMaterial, curve: LoadingCurve) -> tuple[Numbers, Numb
     none = np.zeros(len(strain))
     if curve.test.startswith("bend"):
         return rigidity(material, curve.test) * strain, none
-    course, wale, shear = material.curves()
+    course, wale, shear, sum_of_both = material.energies()
     if curve.test == "shear":
         return stress_at(shear, np.sin(strain)) * np.cos(strain), none
     stretch = 1.0 + strain
     green = (stretch**2 - 1.0) / 2.0
-    coupled = float(material.moduli()[0, 1]) * green
     if curve.test == "both":
-        return stretch * (stress_at(course, green) + coupled), stretch * (stress_at(wale, green) + coupled)
-    return stretch * stress_at(course if curve.test == "course" else wale, green), coupled
+        side = stress_at(sum_of_both, 2.0 * green) + material.coupling * green
+        return stretch * (stress_at(course, green) + side), stretch * (stress_at(wale, green) + side)
+    across = stress_at(sum_of_both, green)
+    own = stress_at(course if curve.test == "course" else wale, green)
+    return stretch * (own + across), across + material.coupling * green
 
 
 def rigidity(material: ClothMaterial, test: str) -> float:

@@ -3,7 +3,7 @@
 """Strain and curvature of each triangle of a cloth, in the axes of its panel.
 
 The strain is that of the membrane, E = (F^T F - 1) / 2. The curvature is that of the bending energy: with the angle of
-a hinge divided among both of its triangles (``triangles.curvature``), sigma_s the part at side s,
+a hinge divided among both of its triangles (``triangles.slope_shares``), sigma_s the part at side s,
 
     kappa = sum over the sides of (l_s / A) sigma_s n_s n_s^T.
 
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.mesh import BORDER
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.triangles.curvature import SlopeShares, slope_shares
+from stitchmesh.mixed.triangles.slope_shares import SideFrames, SlopeShares, slope_shares
 
 Numbers = NDArray[np.float64]
 
@@ -44,14 +44,19 @@ def deformation_of(cloth: Cloth, vertices: Numbers, shares: SlopeShares | None =
     Args:
         cloth: the cloth, with its rest shape.
         vertices: positions of the vertices [cm], shape (V, 3).
-        shares: ``slope_shares(cloth)``, which is the same for all positions; computed if it is None.
+        shares: ``shares_of(cloth)``, which are the same for all positions; computed if it is None.
     """
     corners = np.asarray(vertices, dtype=np.float64)[cloth.triangles]
     edges = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
     rest = np.swapaxes(cloth.rest[:, 1:] - cloth.rest[:, :1], 1, 2)
     gradient = edges @ np.linalg.inv(rest)
     strain = (np.swapaxes(gradient, 1, 2) @ gradient - np.eye(2)) / 2.0
-    return TriangleDeformation(strain, _curvatures(cloth, corners, slope_shares(cloth) if shares is None else shares))
+    return TriangleDeformation(strain, _curvatures(cloth, corners, shares_of(cloth) if shares is None else shares))
+
+
+def shares_of(cloth: Cloth) -> SlopeShares:
+    """How the slopes across the sides of all triangles follow from the angles of hinges."""
+    return slope_shares(SideFrames(cloth), np.ones(len(cloth.triangles), dtype=bool))
 
 
 def _curvatures(cloth: Cloth, corners: Numbers, shares: SlopeShares) -> Numbers:

@@ -9,6 +9,7 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.enrichment.embedding import embed
+from stitchmesh.mixed.enrichment.region import YARNS
 from stitchmesh.mixed.placement.moved_state import MovedState, move_state, moved_values, place_hidden_vertices
 from tests.mixed.placement.sheets import sheet
 
@@ -42,7 +43,8 @@ def test_old_nodes_keep_places_and_coordinates_where_yarns_stay() -> None:
     nodes = start.nodes + 0.01 * np.random.default_rng(3).normal(size=start.nodes.shape)
     sliding = start.sliding + 0.02
     state = move_state(SMALL, LARGE, BEND, nodes, sliding, REST)
-    now_full = LARGE.sliding_nodes[LARGE.node_number[SMALL.nodes]]
+    now_full = LARGE.node_kind[SMALL.nodes] == YARNS
+    assert now_full.any()
     assert np.array_equal(state.nodes[LARGE.node_number[SMALL.nodes]][now_full], nodes[now_full])
     assert np.array_equal(state.sliding[LARGE.node_number[SMALL.nodes]], sliding)
 
@@ -61,7 +63,7 @@ def test_the_result_is_a_motion_of_the_new_region(old, new) -> None:
 def test_hidden_vertices_are_found_again_from_the_yarns() -> None:
     state = grown(LARGE)
     hidden = ~LARGE.unknown_vertices
-    assert hidden.sum() > 9
+    assert hidden.any()
     lost = np.where(hidden[:, None], 0.0, BEND)
     found = place_hidden_vertices(LARGE, lost, state.nodes)
     # springs that keep wrong differences pull with 1e-6 of the stiffness of a node, over distances of 1 cm
