@@ -15,6 +15,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.curvature import hinge_stiffness
 from stitchmesh.mixed.triangles.shell_bending import ShellBending
+from tests.mixed.cloth.panel_shapes import tube
 from tests.mixed.triangles.derivatives import (
     CPU,
     assert_forces_are_minus_the_gradient,
@@ -69,6 +70,15 @@ def test_a_cylinder_costs_the_same_on_every_mesh_in_every_direction(kind, degree
     energy = energy_of(bending(cloth, PLATE, weight=weight), rolled(cloth, 0.01, degrees))
     # angles of 0.01 times edges of 0.1: their sines differ by 1e-7, softened shares by 1e-4 (``LEAST_SINGULAR``)
     assert energy == pytest.approx(0.5 * 0.01**2 * (cloth.rest_area @ weight), rel=1e-4)
+
+
+def test_a_tube_costs_the_same_across_its_seam():
+    """A panel rolled up and sewn to itself: half the rigidity times 1 / R^2 per area, but for its two open ends."""
+    material = ClothMaterial.isotropic("plate", 1000.0, 0.0, 1.0, 0.02)
+    cloth = tube(20.0, 10.0, 0.7)
+    energy = energy_of(bending(cloth, material), cloth.vertices)
+    # triangles at the ends do not bend along their free sides: a part of their size, 0.7 of 10, times a small number
+    assert energy == pytest.approx(0.5 * (2.0 * np.pi / 20.0) ** 2 * 200.0, rel=0.005)
 
 
 @pytest.mark.parametrize(("degrees", "rigidity"), [(0.0, 5.0), (90.0, 2.0), (45.0, None)])
