@@ -30,7 +30,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.from_stitches import stitch_triangles, triangle_start
 from stitchmesh.mixed.layout.crossing_yarns import WEFT, CrossingYarns
 from stitchmesh.mixed.layout.embedding import embed_among
-from stitchmesh.mixed.layout.knit import NODES, P, Q
+from stitchmesh.mixed.layout.knit import NODES, P, Q, contacts_of_links
 from stitchmesh.mixed.layout.passages import LaidNodes, Passages, assembled
 from stitchmesh.mixed.layout.stitch_division import DividedStitches, divide_stitches
 
@@ -80,8 +80,7 @@ def lay_stitches(
     links = _links(divided.fabric)
     nodes = _nodes(cloth, fabric, corners, divided, links)
     passages, yarn_count = _passages(divided.fabric, links, size)
-    contacts = np.arange(nodes.count).reshape(-1, 4)[:, [[0, 1], [3, 2]]].reshape(-1, 2)
-    return assembled("knit", nodes, passages, np.full(yarn_count, WEFT), contacts)
+    return assembled("knit", nodes, passages, np.full(yarn_count, WEFT), contacts_of_links(nodes.count))
 
 
 def _links(fabric: StitchMesh) -> _Links:

@@ -16,8 +16,8 @@ from stitchmesh.mixed.contact.body_friction import BodyFriction
 from stitchmesh.mixed.contact.motion import RigidMotion
 from stitchmesh.mixed.contact.self_collision import SelfCollision
 from tests.mixed.contact.bodies import ball, box
+from tests.mixed.contact.moving_cloth import MovingCloth
 from tests.mixed.contact.sheets import Sheets, cpu, forces_of, sheet, state_of, together
-from tests.mixed.contact.small_dynamics import Motion, Springs
 
 DENSITY, THICKNESS = 0.02, 0.1
 GRAVITY = np.array([0.0, 0.0, -981.0])
@@ -29,9 +29,8 @@ def contact_of(cloth: Sheets, body: Body, spacing: float = THICKNESS) -> BodyCon
     return BodyContact(points, body, scalar=FLOAT64, device=cpu())
 
 
-def motion_of(cloth: Sheets, terms: list, gravity: np.ndarray = GRAVITY) -> Motion:
-    mass = cloth.masses(DENSITY)
-    return Motion(cloth.vertices, np.zeros_like(cloth.vertices), mass, gravity, terms)
+def motion_of(cloth: Sheets, stiffness: float, terms: list, gravity: np.ndarray = GRAVITY) -> MovingCloth:
+    return MovingCloth(cloth, DENSITY, gravity, stiffness, terms)
 
 
 @pytest.mark.parametrize("kind", ["floor", "ball"])
@@ -40,7 +39,7 @@ def test_a_falling_patch_comes_to_rest_with_its_weight_on_the_body(kind):
     body = box((5, 5, 1), (0, 0, -1)) if kind == "floor" else ball(2.0, 3, (0.0, 0.0, -2.0))
     contact = contact_of(cloth, Body(body))
     friction = BodyFriction(contact, 0.6)
-    motion = motion_of(cloth, [contact, friction, Springs(cloth, 200.0)])
+    motion = motion_of(cloth, 200.0, [contact, friction])
     motion.run(60, 1e-2)  # implicit Euler damps the rest of the motion
     state = state_of(motion.vertices)
     held = forces_of(contact, state) + forces_of(friction, state)
@@ -59,7 +58,7 @@ def test_a_ball_that_is_pushed_slowly_into_a_cloth_does_not_pass_it():
     held = AttachmentSprings(
         [Attachment(border, stiffness=1e5)], cloth.vertices, np.zeros((0, 3)), scalar=FLOAT64, device=cpu()
     )
-    motion = motion_of(cloth, [contact, held, Springs(cloth, 2e3)], np.zeros(3))
+    motion = motion_of(cloth, 2e3, [contact, held], np.zeros(3))
     motion.run(10, 3e-2)
     distance = contact.distances(state_of(motion.vertices))
     assert 0.0 < distance.min() < THICKNESS / 2
@@ -77,11 +76,11 @@ def test_a_sheet_that_falls_fast_on_another_one_does_not_pass_it(speed):
     held = AttachmentSprings(
         [Attachment(border, stiffness=1e5)], cloth.vertices, np.zeros((0, 3)), scalar=FLOAT64, device=cpu()
     )
-    motion = motion_of(cloth, [contact, held, Springs(cloth, 2e4)])
+    motion = motion_of(cloth, 2e4, [contact, held])
     motion.velocity[lower:, 2] = -speed
     pressed = 0.0
     for _ in range(8 if speed < 1000.0 else 4):
-        motion.step(2e-3)
+        motion.run(1, 2e-3)
         assert not crossings(cloth, motion.vertices)
         pressed = max(pressed, contact.energy(state_of(motion.vertices)))
     assert pressed > 0.0 and motion.velocity[lower:, 2].mean() > -0.5 * speed
@@ -112,7 +111,7 @@ def test_layers_rest_on_one_another_and_on_a_floor():
     points, links = cloth.points(THICKNESS)
     layers = SelfCollision(points, links, scalar=FLOAT64, device=cpu())
     floor = BodyContact(points, Body(box((5, 5, 1), (0, 0, -1))), scalar=FLOAT64, device=cpu())
-    motion = motion_of(cloth, [layers, floor, BodyFriction(floor, 0.5), Springs(cloth, 500.0)])
+    motion = motion_of(cloth, 500.0, [layers, floor, BodyFriction(floor, 0.5)])
     motion.run(30, 2e-2)
     state = state_of(motion.vertices)
     weight = motion.mass.sum() * 981.0
