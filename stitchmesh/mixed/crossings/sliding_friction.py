@@ -43,7 +43,7 @@ from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
 
 SLIP_SHARE = 0.05
-"""Smallest slip length as a share of the radius of the yarn; with a smaller one Newton's method takes more iterations."""
+"""Smallest slip length as a share of the radius of the yarn. A smaller one costs Newton's method more iterations."""
 
 
 @wp.func
