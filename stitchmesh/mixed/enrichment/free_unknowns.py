@@ -21,7 +21,7 @@ class FreeUnknowns:
     nodes: NDArray[np.bool_]
     """Of the simulated nodes, shape (n,)."""
     sliding: NDArray[np.bool_]
-    """Eulerian coordinates of the simulated nodes, shape (n,)."""
+    """Eulerian coordinates (u, v) of the simulated nodes, shape (n, 2)."""
 
     @staticmethod
     def of(region: Region, *, fixed_vertices: ArrayLike = (), fixed_nodes: ArrayLike = ()) -> FreeUnknowns:
@@ -41,4 +41,4 @@ class FreeUnknowns:
         nodes = np.ones(len(region.nodes), dtype=bool)
         fixed = region.node_number[numbers_below("fixed nodes", fixed_nodes, len(region.node_triangle))]
         nodes[fixed[fixed >= 0]] = False
-        return FreeUnknowns(vertices, nodes, nodes & region.sliding_nodes)
+        return FreeUnknowns(vertices, nodes, np.repeat((nodes & region.sliding_nodes)[:, None], 2, axis=1))

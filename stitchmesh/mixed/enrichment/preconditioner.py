@@ -36,11 +36,15 @@ from stitchmesh.compute.launch import launch
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.projection import Projection
+from stitchmesh.mixed.enrichment.region import Numbers
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 FIXED, FREE, COUPLED = 0, 1, 2
 """Kinds of vertices and nodes: with a prescribed velocity; outside the constraint E (v, p) = 0; within it."""
+LEAST_NODE, LEAST_VERTEX = 1e-6, 1e-5
+"""Lower bounds of masses in D: of the mean mass of the nodes, and for a vertex of the mass that B'MpB has on it.
+Without mass a vertex moves with the nodes, by the constraint alone, and D^-1 would not be finite."""
 POSITIVE = wp.constant(1.0e-9)
 """Smallest minor of a block with a unit mean diagonal that is inverted as a block."""
 
@@ -91,13 +95,28 @@ def inverse_2(block: Any, smallest: Any) -> Any:
     return result
 
 
+@wp.func
+def inverse_where(block: Any, free: wp.vec2i, smallest: Any) -> Any:
+    """Inverse of the rows and columns of the free coordinates; zero for the others."""
+    one = type(smallest)(1.0)
+    result = block - block
+    if free[0] != 0 and free[1] != 0:
+        result = inverse_2(block, smallest)
+    else:
+        for k in range(2):
+            if free[k] != 0:
+                result[k, k] = one / wp.max(block[k, k], smallest)
+    return result
+
+
 @kernel
 def invert_metric(
     # model
     vertex_kind: wp.array[wp.int32],
     node_kind: wp.array[wp.int32],
-    slides: wp.array[wp.int32],
-    smallest: Any,
+    slides: wp.array[wp.vec2i],
+    least_mass: wp.array[Any],
+    of_mass: Any,
     # state in
     vertex_blocks: wp.array[Any],
     node_blocks: wp.array[Any],
@@ -111,7 +130,8 @@ def invert_metric(
 ) -> None:
     """Inverse blocks of D; zero for what is fixed, a number for what is coupled."""
     i = wp.tid()
-    one = type(smallest)(1.0)
+    one = type(of_mass)(1.0)
+    smallest = least_mass[i] * of_mass
     vertex_count = vertex_blocks.shape[0]
     if i < vertex_count:
         block = vertex_blocks[i]
@@ -132,11 +152,7 @@ def invert_metric(
             result = scalar_block(given, 3, one / mean_of_diagonal(given, 3, smallest))
         node_inverse[j] = result
         node_scalar[j] = wp.where(node_kind[j] == wp.static(COUPLED), result[0, 0], one - one)
-        pair = sliding_blocks[j]
-        if slides[j] != 0:
-            sliding_inverse[j] = inverse_2(pair, smallest)
-        else:
-            sliding_inverse[j] = pair - pair
+        sliding_inverse[j] = inverse_where(sliding_blocks[j], slides[j], smallest)
 
 
 @kernel
@@ -165,34 +181,52 @@ def times_inverse(
         sliding_result[j] = sliding_inverse[j] * sliding[j]
 
 
+def least_masses(embedding: Embedding, node_mass: Numbers) -> Numbers:
+    """Lower bounds of the masses of vertices and simulated nodes in D [g], shape (V + n,)."""
+    on_vertices = embedding.basis.power(2).T @ node_mass[embedding.nodes]
+    mean = float(node_mass.mean()) if node_mass.any() else 1.0
+    vertices = np.maximum(LEAST_VERTEX * on_vertices, LEAST_NODE * LEAST_VERTEX * mean)
+    return np.concatenate([vertices, np.full(len(node_mass), LEAST_NODE * mean)])
+
+
 class Preconditioner:
     """The inverse of P for an embedding, on a device."""
 
-    def __init__(self, embedding: Embedding, free: FreeUnknowns, scalar: Any, device: wp.Device) -> None:
+    def __init__(
+        self, embedding: Embedding, free: FreeUnknowns, node_mass: Numbers, scalar: Any, device: wp.Device
+    ) -> None:
         """Allocate; ``set_metric`` must follow.
+
+        Args:
+            embedding: how hybrid nodes move with the triangles.
+            free: which coordinates are unknown.
+            node_mass: mass of the simulated nodes [g], shape (n,), for a lower bound of D where nothing has mass.
+            scalar: Warp's floating-point type.
+            device: where the vectors lie.
 
         Raises:
             ParameterError: the hybrid region has too many vertices.
         """
         self._projection = Projection(embedding, scalar, device)
         self._scalar, self._device = scalar, device
+        self._least = wp.array(least_masses(embedding, node_mass), dtype=scalar, device=device)
         coupled_vertices, coupled_nodes = embedding.coupled
         self._vertex_kind = self._integers(np.where(coupled_vertices, COUPLED, FREE) * free.vertices)
         self._node_kind = self._integers(np.where(coupled_nodes, COUPLED, FREE) * free.nodes)
-        self._slides = self._integers(free.sliding)
+        self._slides = wp.array(free.sliding.astype(np.int32), dtype=wp.vec2i, device=device)
         self.inverse = MixedBlocks.zeros(embedding.vertex_count, embedding.node_count, scalar, device)
         kinds = self._vertex_kind, self._node_kind
         self._scalars = [wp.zeros(len(kind), dtype=scalar, device=device) for kind in kinds]
 
-    def set_metric(self, metric: MixedBlocks, smallest: float) -> None:
+    def set_metric(self, metric: MixedBlocks, of_mass: float = 1.0) -> None:
         """Invert the metric D of motions.
 
         Args:
             metric: diagonal blocks of D.
-            smallest: lower bound of the means of their diagonals, for what has no mass.
+            of_mass: factor of the masses in D [1/s^2].
         """
         given = [metric.vertices, metric.nodes, metric.sliding]
-        kinds = [self._vertex_kind, self._node_kind, self._slides, self._scalar(smallest)]
+        kinds = [self._vertex_kind, self._node_kind, self._slides, self._least, self._scalar(of_mass)]
         outputs = [self.inverse.vertices, self.inverse.nodes, self.inverse.sliding, *self._scalars]
         count = len(self._vertex_kind) + len(self._node_kind)
         launch(invert_metric, count, [*kinds, *given], outputs, self._device)

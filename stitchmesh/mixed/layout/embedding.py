@@ -74,6 +74,19 @@ def embed_points(cloth: Cloth, panel: IntArray, position: FloatArray) -> Embeddi
     return Embedding(triangle, barycentric)
 
 
+def embed_among(cloth: Cloth, position: FloatArray, first: IntArray, end: IntArray) -> Embedding:
+    """Find the triangle of each point among given ones; a point outside of all of them gets the nearest of them.
+
+    Args:
+        cloth: the cloth.
+        position: position in the panel [cm], shape (n, 2).
+        first: first triangle that may hold each point, shape (n,).
+        end: number after the last triangle that may hold each point, shape (n,).
+    """
+    numbers = np.arange(len(cloth.triangles))
+    return Embedding(*_first_holding(_affine_maps(cloth.rest), numbers, first.copy(), end, position, -np.inf))
+
+
 def _affine_maps(rest: FloatArray) -> FloatArray:
     corners = np.concatenate([rest, np.ones((len(rest), 3, 1))], axis=2)
     maps: FloatArray = np.linalg.inv(corners.transpose(0, 2, 1))
@@ -105,13 +118,28 @@ def _locate(grid: _Grid, points: FloatArray) -> tuple[IntArray, FloatArray]:
     """Triangle and barycentric coordinates of points of one panel."""
     column, row = np.clip(((points - grid.low) / grid.cell_size).astype(np.int64), 0, grid.shape - 1).T
     cell = column * grid.shape[1] + row
-    candidate, end = grid.start[cell], grid.start[cell + 1]
+    return _first_holding(grid.affine, grid.triangle, grid.start[cell], grid.start[cell + 1], points, -ROUNDING)
+
+
+def _first_holding(
+    affine: FloatArray, listed: IntArray, candidate: IntArray, end: IntArray, points: FloatArray, outside: float
+) -> tuple[IntArray, FloatArray]:
+    """Triangle and barycentric coordinates of points, each with a range of candidates.
+
+    Args:
+        affine: barycentric coordinates of (x, y, 1), shape (T, 3, 3).
+        listed: triangles in the order in which they are tried.
+        candidate: first entry of ``listed`` for each point, shape (n,); it is changed.
+        end: number after the last entry for each point, shape (n,).
+        points: points in the plane, shape (n, 2).
+        outside: least coordinate of a triangle that is taken if none holds the point.
+    """
     triangle, barycentric = np.full(len(points), NO_TRIANGLE), np.zeros((len(points), 3))
-    best = np.full(len(points), -ROUNDING)
+    best = np.full(len(points), outside)
     open_points = np.flatnonzero(candidate < end)
     while len(open_points):
-        tried = grid.triangle[candidate[open_points]]
-        found = _barycentric(grid.affine[tried], points[open_points])
+        tried = listed[candidate[open_points]]
+        found = _barycentric(affine[tried], points[open_points])
         least = found.min(axis=1)
         better = least >= best[open_points]
         taken = open_points[better]

@@ -54,8 +54,8 @@ def forces_on(region: Region, scalar) -> MixedVector:
 
 def solved(region: Region, free: FreeUnknowns, mass: tuple, force: MixedVector) -> tuple[Embedding, MixedVector]:
     embedding = embed(region)
-    preconditioner = Preconditioner(embedding, free, force.scalar, CPU)
-    preconditioner.set_metric(blocks_of(*mass, force.scalar), 1e-30)
+    preconditioner = Preconditioner(embedding, free, mass[1], force.scalar, CPU)
+    preconditioner.set_metric(blocks_of(*mass, force.scalar))
     motion = force.like()
     preconditioner.launches(force, motion, RUN)
     return embedding, motion
@@ -72,7 +72,7 @@ def dense_system(embedding: Embedding, mass: tuple) -> tuple[np.ndarray, np.ndar
 
 
 @pytest.mark.parametrize("name", REGIONS)
-@pytest.mark.parametrize("ratio", [1e-6, 1.0, 1e3, 1e6])
+@pytest.mark.parametrize("ratio", [1e-3, 1.0, 1e3, 1e6])
 def test_p_times_its_inverse_is_the_identity(name, ratio):
     region = REGIONS[name]
     mass, force = masses(region, ratio), forces_on(region, wp.float64)
