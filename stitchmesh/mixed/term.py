@@ -97,6 +97,10 @@ class Term(ABC):
         """A number that changes when prepared launches of the term are stale, because its arrays have grown."""
         return 0
 
+    def longest_step(self, state: MixedVector, direction: MixedVector) -> float:
+        """Longest part of a direction, at most 1, that the line search may try, for terms that nodes must not pass."""
+        return 1.0
+
     def arrays(self) -> dict[str, Any]:
         """Arrays on the device that last from step to step, by name, for stopping and resuming."""
         return {}

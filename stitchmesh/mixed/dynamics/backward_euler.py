@@ -40,8 +40,6 @@ FEW_ITERATIONS = 5
 PrescribedVelocities = Callable[[float], Parts]
 """From a time [s] to the velocities of vertices, nodes and Eulerian coordinates [cm/s]; only those of coordinates that
 are not free are used. A step from t to t + h takes the velocities at t + h."""
-Observer = Callable[[MixedVector, MixedVector], None]
-"""Called with positions and velocities before each step, for example to set the directions of yarns."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +110,6 @@ class Dynamics:
         *,
         velocities: MixedVector | None = None,
         prescribed: PrescribedVelocities | None = None,
-        before_step: Observer | None = None,
     ) -> None:
         """Start a motion at time 0.
 
@@ -122,13 +119,12 @@ class Dynamics:
             settings: time step, damping and tolerances.
             velocities: velocities at the beginning, zero by default; copied.
             prescribed: velocities of what is fixed, zero by default.
-            before_step: what else depends on the positions at the beginning of a step.
         """
         self.system, self.settings = system, settings or DynamicsSettings()
         self.positions = positions.copy()
         self.velocities = positions.like() if velocities is None else velocities.copy()
         self.time, self.time_step, self.calm_steps = 0.0, self.settings.time_step, 0
-        self._prescribed, self._before_step = prescribed, before_step
+        self._prescribed = prescribed
         self._newton = Newton(system)
         self._state = NewtonState(*(system.zeros() for _ in range(4)))
         self._product, self._still = system.zeros(), system.zeros()
@@ -197,8 +193,7 @@ class Dynamics:
     def _attempt(self, products: int, halvings: int) -> StepReport:
         """Solve a step of the current length, and accept it if it converges."""
         h = self.time_step
-        if self._before_step is not None:
-            self._before_step(self.positions, self.velocities)
+        self.system.update_masses(self.positions)
         for term in self.system.terms:
             term.begin_step(self.positions, self.time, h)
         iterations, solves, error = self._solve(h)

@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Masses of vertices and nodes from the masses of yarn segments (Casafranca et al. 2020, section 4.2).
 
-Each segment gives half of its mass to each of its two nodes. In a full-yarn triangle the node keeps it. In a hybrid
-triangle the node keeps the part alpha of it, alpha at the centroid of the segment, and the part 1 - alpha goes to the
-vertices of the triangle by barycentric coordinates. A triangle without yarns, and a hybrid triangle that holds no node,
-gets its mass from the density of the cloth, times 1 - alpha, a third for each vertex. Linear and angular momentum of a
-motion of the triangles therefore are those of the yarns that they replace.
+Each segment gives the part alpha of its mass to its two nodes, half of it to each, with alpha at the centroid of the
+segment. The part 1 - alpha goes to the vertices of the hybrid triangles of its ends, by barycentric coordinates. This
+is all of it where a segment leaves the hybrid region. Triangles without yarns, and hybrid triangles that hold no node,
+get their mass from the density of the cloth, times 1 - alpha, a third for each vertex.
 
 Masses are lumped: the mass matrix then is diagonal but for the Eulerian coordinates, the preconditioner inverts it
 exactly, and a product with it reads no neighbours. The consistent matrix of a segment (Cirio et al. 2014) differs from
@@ -21,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, YARNS, Region, numbers_below
+from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, Region, numbers_below
 
 Numbers = NDArray[np.float64]
 
@@ -80,23 +79,20 @@ def blend_masses(
     if shapes != ((len(ends),), ends.shape, (len(region.triangles),)):
         expected = ((len(ends),), ends.shape, (len(region.triangles),))
         raise ParameterError(f"masses: got segments and triangles of shapes {shapes}; expected {expected}")
-    half = np.repeat(mass / 2.0, 2)
-    node, kind = ends.ravel(), region.node_kind[ends.ravel()]
-    alpha = np.where(kind == YARNS, 1.0, np.repeat(_segment_alpha(region, ends), 2))
+    alpha, kind = region.element_alpha(ends), region.node_kind[ends]
     yarns = np.zeros((len(region.nodes), 2))
-    kept = kind != TRIANGLES
-    np.add.at(yarns, (region.node_number[node[kept]], coordinate.ravel()[kept]), (half * alpha)[kept])
+    kept = (alpha > 0.0)[:, None] & (kind != TRIANGLES)
+    half = np.broadcast_to((mass * alpha / 2.0)[:, None], ends.shape)
+    np.add.at(yarns, (region.node_number[ends[kept]], coordinate[kept]), half[kept])
     vertices = _cloth_masses(region, of_triangles)
-    shared = kind == HYBRID
-    corners = region.triangles[region.node_triangle[node[shared]]]
-    np.add.at(vertices, corners, region.node_weight[node[shared]] * (half * (1.0 - alpha))[shared, None])
+    hybrid = kind == HYBRID
+    # A segment that leaves the hybrid region for a triangle without yarns has half of its mass there already.
+    inside = mass * (1.0 - alpha) * np.where((kind == TRIANGLES).any(axis=1), 0.5, 1.0)
+    share = np.where(hybrid, (inside / np.maximum(hybrid.sum(axis=1), 1))[:, None], 0.0)
+    node = ends[hybrid]
+    corners = region.triangles[region.node_triangle[node]]
+    np.add.at(vertices, corners, region.node_weight[node] * share[hybrid][:, None])
     return BlendedMasses(vertices, yarns)
-
-
-def _segment_alpha(region: Region, ends: NDArray[np.int64]) -> Numbers:
-    """Alpha at the centroid of each segment, at least the smallest one, shape (E,)."""
-    alpha: Numbers = np.maximum(region.node_alpha[ends].mean(axis=1), region.smallest_alpha)
-    return alpha
 
 
 def _cloth_masses(region: Region, triangle_mass: Numbers) -> Numbers:

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.dynamics.backward_euler import Observer
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.newton import IterationReport, Newton, NewtonState, Quadratic
 from stitchmesh.mixed.dynamics.vector_sums import largest
@@ -81,8 +80,6 @@ def find_equilibrium(
     system: MixedSystem,
     positions: MixedVector,
     settings: EquilibriumSettings | None = None,
-    *,
-    before_iteration: Observer | None = None,
 ) -> EquilibriumReport:
     """Move positions to a static equilibrium; what is fixed stays.
 
@@ -90,21 +87,18 @@ def find_equilibrium(
         system: terms, masses and unknowns.
         positions: where the search begins; changed to the equilibrium.
         settings: tolerances.
-        before_iteration: called with positions and zero velocities before each iteration.
     """
-    search = _Search(system, positions, settings or EquilibriumSettings(), before_iteration)
+    search = _Search(system, positions, settings or EquilibriumSettings())
     return search.run()
 
 
 class _Search:
     """The search for an equilibrium."""
 
-    def __init__(
-        self, system: MixedSystem, positions: MixedVector, settings: EquilibriumSettings, before: Observer | None
-    ) -> None:
-        self.system, self.positions, self.settings, self.before = system, positions, settings, before
+    def __init__(self, system: MixedSystem, positions: MixedVector, settings: EquilibriumSettings) -> None:
+        self.system, self.positions, self.settings = system, positions, settings
         self.newton = Newton(system)
-        self.zeros, self.filtered = system.zeros(), system.zeros()
+        self.filtered = system.zeros()
         self.state = NewtonState(positions, *(system.zeros() for _ in range(3)))
         self.time_step, self.exact, self.first_force = settings.first_time_step, 0.0, 0.0
         self.iterations, self.products = 0, 0
@@ -128,8 +122,7 @@ class _Search:
     def _relax(self) -> float:
         """Iterate until forces balance; return the largest unbalanced force."""
         while True:
-            if self.before is not None:
-                self.before(self.positions, self.zeros)
+            self.system.update_masses(self.positions)
             for term in self.system.terms:
                 term.begin_step(self.positions, 0.0, 0.0)
             force = self._unbalanced_force()
@@ -168,7 +161,7 @@ class _Search:
 
     def _follow(self, report: IterationReport) -> None:
         """Choose the pseudo time step and the matrix of the next iteration."""
-        good = report.step == 1.0 and not report.solve.negative
+        good = report.whole and not report.solve.negative
         factor = LONGER if good else SHORTER
         self.time_step = min(self.time_step * factor, self.settings.longest_time_step)
         self.exact = 1.0 if good else 0.0

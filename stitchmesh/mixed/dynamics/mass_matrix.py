@@ -3,26 +3,26 @@
 """The mass matrix on a device, with the Eulerian coordinates of crossing yarns (Cirio et al. 2014).
 
 A material point of a yarn moves with x' - w u' where the yarn slides with the velocity u', with w = dx/du. With the
-masses m_u and m_v of the two yarns that are lumped in a node,
+masses m_u and m_v of the two yarns that are lumped in a node, T = 1/2 m_u |x' - w_u u'|^2 + 1/2 m_v |x' - w_v v'|^2 is
+the energy of a symmetric block of 5 x 5 for (x, u, v):
 
-    T = 1/2 m_u |x' - w_u u'|^2 + 1/2 m_v |x' - w_v v'|^2,
+    [[m I, c_u, c_v], [c_u', d_u, 0], [c_v', 0, d_v]],    m = m_u + m_v,  c_u = -m_u w_u,  d_u = m_u w_u . w_u.
 
-    M = [[(m_u + m_v) I, -m_u w_u, -m_v w_v], [., m_u w_u . w_u, 0], [., ., m_v w_v . w_v]]   for (x, u, v).
-
-The directions w are those at the beginning of a time step and stay constant within it. Without directions the Eulerian
-coordinates have no mass.
+The blocks are those at the beginning of a time step and stay constant within it. Vertices have a mass each.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Protocol
 
+import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
-from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 
@@ -31,9 +31,10 @@ from stitchmesh.mixed.mixed_vector import MixedVector
 def combine_products(
     # model
     vertex_mass: wp.array[Any],
-    yarn_mass: wp.array[Any],
-    along_u: wp.array[Any],
-    along_v: wp.array[Any],
+    node_mass: wp.array[Any],
+    coupling_u: wp.array[Any],
+    coupling_v: wp.array[Any],
+    sliding_mass: wp.array[Any],
     factors: wp.array[Any],
     # state in
     vertices: wp.array[Any],
@@ -51,21 +52,21 @@ def combine_products(
         vertex_product[i] = vertex_product[i] * of_stiffness + vertices[i] * (vertex_mass[i] * of_mass)
     else:
         j = i - vertices.shape[0]
-        slide, mass = sliding[j], yarn_mass[j] * of_mass
-        by_u = (nodes[j] - along_u[j] * slide[0]) * mass[0]
-        by_v = (nodes[j] - along_v[j] * slide[1]) * mass[1]
-        node_product[j] = node_product[j] * of_stiffness + by_u + by_v
-        pull = type(slide)(wp.dot(along_u[j], by_u), wp.dot(along_v[j], by_v))
-        sliding_product[j] = sliding_product[j] * of_stiffness - pull
+        x, slide = nodes[j] * of_mass, sliding[j] * of_mass
+        push = x * node_mass[j] + coupling_u[j] * slide[0] + coupling_v[j] * slide[1]
+        pull = type(slide)(wp.dot(coupling_u[j], x), wp.dot(coupling_v[j], x)) + wp.cw_mul(sliding_mass[j], slide)
+        node_product[j] = node_product[j] * of_stiffness + push
+        sliding_product[j] = sliding_product[j] * of_stiffness + pull
 
 
 @kernel
 def combine_blocks(
     # model
     vertex_mass: wp.array[Any],
-    yarn_mass: wp.array[Any],
-    along_u: wp.array[Any],
-    along_v: wp.array[Any],
+    node_mass: wp.array[Any],
+    coupling_u: wp.array[Any],
+    coupling_v: wp.array[Any],
+    sliding_mass: wp.array[Any],
     factors: wp.array[Any],
     # state in and out
     vertex_blocks: wp.array[Any],
@@ -82,27 +83,67 @@ def combine_blocks(
         vertex_blocks[i] = block
     else:
         j = i - vertex_blocks.shape[0]
-        mass = yarn_mass[j] * of_mass
         node_block, pair = node_blocks[j] * of_stiffness, sliding_blocks[j] * of_stiffness
         for k in range(3):
-            node_block[k, k] = node_block[k, k] + mass[0] + mass[1]
-        pair[0, 0] = pair[0, 0] + mass[0] * wp.length_sq(along_u[j])
-        pair[1, 1] = pair[1, 1] + mass[1] * wp.length_sq(along_v[j])
+            node_block[k, k] = node_block[k, k] + node_mass[j] * of_mass
+        for k in range(2):
+            pair[k, k] = pair[k, k] + sliding_mass[j][k] * of_mass
         node_blocks[j] = node_block
         sliding_blocks[j] = pair
+
+
+class NodeMasses(Protocol):
+    """Blocks of the mass matrix at the nodes, on a device."""
+
+    @property
+    def mass(self) -> wp.array[Any]:
+        """The mass m of each node [g], shape (n,)."""
+
+    @property
+    def coupling(self) -> Sequence[wp.array[Any]]:
+        """The couplings c_u and c_v of each node [g], shape (n,) each."""
+
+    @property
+    def sliding_mass(self) -> wp.array[Any]:
+        """The masses d_u and d_v of each node [g], two-vectors; shape (n,)."""
+
+    def update_launches(self, state: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that find the blocks at a state."""
+
+
+class ConstantNodeMasses:
+    """Masses of nodes without Eulerian coordinates."""
+
+    def __init__(self, mass: NDArray[np.float64], scalar: Any, device: wp.Device) -> None:
+        """Send masses [g], shape (n,), to the device."""
+        count = len(mass)
+        self.mass = wp.array(mass, dtype=scalar, device=device)
+        self.coupling = [wp.zeros(count, dtype=vector(3, scalar), device=device) for _ in range(2)]
+        self.sliding_mass = wp.zeros(count, dtype=vector(2, scalar), device=device)
+
+    def update_launches(self, state: MixedVector, launcher: Launcher) -> list[Any]:
+        """Nothing: the masses are constant."""
+        return []
 
 
 class MassMatrix:
     """Masses on a device."""
 
-    def __init__(self, masses: BlendedMasses, scalar: Any, device: wp.Device) -> None:
-        """Send the masses to the device; the directions of yarns are zero."""
-        self.total = masses.total
-        self.vertices = wp.array(masses.vertices, dtype=scalar, device=device)
-        self.yarns = wp.array(masses.yarns, dtype=vector(2, scalar), device=device)
-        self.along_u = wp.zeros(len(masses.yarns), dtype=vector(3, scalar), device=device)
-        self.along_v = wp.zeros_like(self.along_u)
-        self._count = len(masses.vertices) + len(masses.yarns)
+    def __init__(
+        self, vertices: NDArray[np.float64], nodes: NodeMasses, total: float, scalar: Any, device: wp.Device
+    ) -> None:
+        """Send the masses of vertices to the device.
+
+        Args:
+            vertices: mass of each vertex [g], shape (V,).
+            nodes: blocks of the nodes.
+            total: mass of all [g].
+            scalar: Warp's floating-point type.
+            device: where the masses lie.
+        """
+        self.vertices = wp.array(vertices, dtype=scalar, device=device)
+        self.nodes, self.total = nodes, total
+        self._count = len(vertices) + len(nodes.mass)
 
     def combine_products(
         self, factors: wp.array[Any], direction: MixedVector, product: MixedVector, launcher: Launcher
@@ -125,4 +166,4 @@ class MassMatrix:
         return [launcher(combine_blocks, self._count, self._constants(factors), outputs)]
 
     def _constants(self, factors: wp.array[Any]) -> list[Any]:
-        return [self.vertices, self.yarns, self.along_u, self.along_v, factors]
+        return [self.vertices, self.nodes.mass, *self.nodes.coupling, self.nodes.sliding_mass, factors]

@@ -23,7 +23,7 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses
 from stitchmesh.mixed.dynamics.conjugate_gradients import ConjugateGradients
-from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix
+from stitchmesh.mixed.dynamics.mass_matrix import ConstantNodeMasses, MassMatrix, NodeMasses
 from stitchmesh.mixed.dynamics.vector_sums import choose
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
@@ -43,6 +43,7 @@ class MixedSystem:
         masses: BlendedMasses,
         terms: Sequence[Term],
         *,
+        node_masses: NodeMasses | None = None,
         scalar: Any = wp.float64,
         device: wp.Device,
     ) -> None:
@@ -53,6 +54,8 @@ class MixedSystem:
             free: which coordinates are unknown.
             masses: masses of vertices and nodes.
             terms: energies, on the same device and in the same precision.
+            node_masses: blocks of the mass matrix at the nodes; by default the masses alone, without inertia of the
+                Eulerian coordinates.
             scalar: Warp's floating-point type.
             device: where the kernels run.
 
@@ -67,7 +70,8 @@ class MixedSystem:
             raise ParameterError("mixed system: got no mass; expected masses of triangles or yarns above 0 g")
         self.embedding, self.free, self.terms = embedding, free, list(terms)
         self.scalar, self.device = scalar, device
-        self.mass = MassMatrix(masses, scalar, device)
+        of_nodes = node_masses or ConstantNodeMasses(masses.nodes, scalar, device)
+        self.mass = MassMatrix(masses.vertices, of_nodes, masses.total, scalar, device)
         self.preconditioner = Preconditioner(embedding, free, masses.nodes, scalar, device)
         self.launch: Launcher = partial(launch, device=device)
         self._factors = wp.zeros(1, dtype=vector(2, scalar), device=device)
@@ -77,8 +81,23 @@ class MixedSystem:
         self._by_mass = Preconditioner(embedding, free, masses.nodes, scalar, device)
         self._solver: ConjugateGradients | None = None
         self._captured: tuple[int, ...] = ()
-        self.mass.combine_blocks(self._unit, self._blocks, self.launch)
+        self._set_projection(masses)
+
+    def _set_projection(self, masses: BlendedMasses) -> None:
+        """The metric of the masses alone, without the Eulerian coordinates, which no constraint contains."""
+        constant = ConstantNodeMasses(masses.nodes, self.scalar, self.device)
+        mass = MassMatrix(masses.vertices, constant, masses.total, self.scalar, self.device)
+        self._blocks.clear()
+        mass.combine_blocks(self._unit, self._blocks, self.launch)
         self._by_mass.set_metric(self._blocks)
+
+    def update_masses(self, state: MixedVector) -> None:
+        """Find the blocks of the mass matrix at the nodes at the beginning of a step."""
+        self.mass.nodes.update_launches(state, self.launch)
+
+    def longest_step(self, state: MixedVector, direction: MixedVector) -> float:
+        """Longest part of a direction, at most 1, that all terms allow a line search to try."""
+        return min((term.longest_step(state, direction) for term in self.terms), default=1.0)
 
     def add(self, term: Term) -> None:
         """Add a term, for example the weight of ``mass``."""
@@ -147,7 +166,7 @@ class MixedSystem:
             for term in self.terms:
                 term.diagonal(self._blocks, self.launch)
         self.mass.combine_blocks(self._factors, self._blocks, self.launch)
-        self.preconditioner.set_metric(self._blocks, of_mass)
+        self.preconditioner.set_metric(self._blocks, self.mass.nodes.coupling, of_mass)
 
     @property
     def solver(self) -> ConjugateGradients:

@@ -59,6 +59,8 @@ class IterationReport:
     """Part of the direction that was taken; 0 where no part decreased Phi."""
     change: float
     """Change of Phi [erg]."""
+    whole: bool
+    """Whether the longest step that the terms allow was taken."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +122,7 @@ class Newton:
             self.gradient_force, tolerance=tolerance, most_iterations=most_iterations, small_norm=small_norm
         )
         if report.iterations == 0:
-            return IterationReport(report, 1.0, 0.0)
+            return IterationReport(report, 1.0, 0.0, True)
         direction, product = solver.solution, self._product
         slope = -dot(self.gradient_force, direction)
         self.system.set_mass_product(direction, product)
@@ -130,21 +132,26 @@ class Newton:
             self.system.set_hessian_product(direction, product)
             linear += quadratic.stiffness * dot(state.damping, direction)
             square += quadratic.stiffness * dot(direction, product)
-        step, change = self._search(state.position, direction, slope, linear, square)
+        longest = self.system.longest_step(state.position, direction) if slope < 0.0 else 0.0
+        step, change = self._search(state.position, direction, longest, (slope, linear, square))
         set_sum(state.position, 1.0, state.position, step, direction)
         set_sum(state.displacement, 1.0, state.displacement, step, direction)
         set_sum(state.inertia, 1.0, state.inertia, step * quadratic.mass, direction)
         if quadratic.stiffness:
             set_sum(state.damping, 1.0, state.damping, step, product)
-        return IterationReport(report, step, change)
+        return IterationReport(report, step, change, step == longest > 0.0)
 
     def _search(
-        self, position: MixedVector, direction: MixedVector, slope: float, linear: float, square: float
+        self, position: MixedVector, direction: MixedVector, longest: float, slopes: tuple[float, float, float]
     ) -> tuple[float, float]:
-        """The largest of the steps 1, 1/2, 1/4, ... that decreases Phi enough, and the change of Phi."""
+        """The largest of the steps s, s/2, s/4, ... that decreases Phi enough, and the change of Phi.
+
+        ``slopes`` are the slope of Phi and the linear and quadratic coefficients of inertia and damping.
+        """
+        slope, linear, square = slopes
         before = self.system.energies(position)
         noise = self._noise * max((abs(value) for value in before.values()), default=0.0)
-        step = 1.0 if slope < 0.0 else 0.0
+        step = longest
         for _ in range(MOST_HALVINGS if step else 0):
             set_sum(self._trial, 1.0, position, step, direction)
             after = self.system.energies(self._trial)

@@ -4,7 +4,8 @@
 
     E = - sum over vertices m_i g . v_i - sum over nodes m_j g . p_j        [erg]
 
-Masses are blended already (``blended_masses``), so that a system in free fall has the acceleration g everywhere.
+Masses are blended already (``blended_masses``), so that a system in free fall has the acceleration g everywhere. The
+Eulerian coordinates have no weight here: that of yarn that slides up or down belongs to the yarn model.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from stitchmesh.mixed.term import Term
 def add_weights(
     # model
     vertex_mass: wp.array[Any],
-    yarn_mass: wp.array[Any],
+    node_mass: wp.array[Any],
     acceleration: Any,
     # state in and out
     vertices: wp.array[Any],
@@ -42,14 +43,14 @@ def add_weights(
         vertices[i] = vertices[i] + acceleration * vertex_mass[i]
     else:
         j = i - vertices.shape[0]
-        nodes[j] = nodes[j] + acceleration * (yarn_mass[j][0] + yarn_mass[j][1])
+        nodes[j] = nodes[j] + acceleration * node_mass[j]
 
 
 @kernel
 def weight_energies(
     # model
     vertex_mass: wp.array[Any],
-    yarn_mass: wp.array[Any],
+    node_mass: wp.array[Any],
     acceleration: Any,
     # state in
     vertices: wp.array[Any],
@@ -63,7 +64,7 @@ def weight_energies(
         energy[i] = -vertex_mass[i] * wp.dot(acceleration, vertices[i])
     else:
         j = i - vertices.shape[0]
-        energy[i] = -(yarn_mass[j][0] + yarn_mass[j][1]) * wp.dot(acceleration, nodes[j])
+        energy[i] = -node_mass[j] * wp.dot(acceleration, nodes[j])
 
 
 class Weight(Term):
@@ -81,8 +82,8 @@ class Weight(Term):
         if given.shape != (3,) or not np.isfinite(given).all():
             raise ParameterError(f"weight: got the acceleration {acceleration!r}; expected three finite numbers")
         scalar = mass.vertices.dtype
-        self._constants = [mass.vertices, mass.yarns, vector(3, scalar)(*given.tolist())]
-        self._energy = wp.zeros(len(mass.vertices) + len(mass.yarns), dtype=scalar, device=mass.vertices.device)
+        self._constants = [mass.vertices, mass.nodes.mass, vector(3, scalar)(*given.tolist())]
+        self._energy = wp.zeros(len(mass.vertices) + len(mass.nodes.mass), dtype=scalar, device=mass.vertices.device)
 
     def energy(self, state: MixedVector) -> float:
         """Potential energy [erg]."""

@@ -14,7 +14,8 @@ of equations 13 to 15, after the elimination of two of its three blocks: Casafra
 times the hybrid vertices that is not symmetric, here Sigma of one times these vertices is symmetric and positive.
 
 The metric may contain stiffness too, D = M + h^2 K with K from the diagonal of the Hessian. Vertices and nodes outside
-the hybrid region then have blocks of 3 x 3 and 2 x 2. In the hybrid region D is one number for each vertex and node,
+the hybrid region then have blocks of 3 x 3 and 2 x 2, and free nodes with Eulerian coordinates one of 5 x 5, in which
+both are coupled by the mass of the yarns. In the hybrid region D is one number for each vertex and node,
 the mean of its diagonal, so that the three coordinates keep one Sigma. What does not move has a D^-1 of zero.
 
 The forces f are replaced by f - E' mu, so that the part of f that E balances does not grow during an iteration and does
@@ -24,6 +25,7 @@ is a sum of results satisfies E (v, p) = 0.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -33,6 +35,7 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
+from stitchmesh.compute.precision import vector
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.projection import Projection
@@ -117,6 +120,8 @@ def invert_metric(
     slides: wp.array[wp.vec2i],
     least_mass: wp.array[Any],
     of_mass: Any,
+    coupling_u: wp.array[Any],
+    coupling_v: wp.array[Any],
     # state in
     vertex_blocks: wp.array[Any],
     node_blocks: wp.array[Any],
@@ -125,6 +130,8 @@ def invert_metric(
     vertex_inverse: wp.array[Any],
     node_inverse: wp.array[Any],
     sliding_inverse: wp.array[Any],
+    across_u: wp.array[Any],
+    across_v: wp.array[Any],
     vertex_scalar: wp.array[Any],
     node_scalar: wp.array[Any],
 ) -> None:
@@ -152,7 +159,23 @@ def invert_metric(
             result = scalar_block(given, 3, one / mean_of_diagonal(given, 3, smallest))
         node_inverse[j] = result
         node_scalar[j] = wp.where(node_kind[j] == wp.static(COUPLED), result[0, 0], one - one)
-        sliding_inverse[j] = inverse_where(sliding_blocks[j], slides[j], smallest)
+        by_u, by_v = result * coupling_u[j] * of_mass, result * coupling_v[j] * of_mass
+        if node_kind[j] != wp.static(FREE):
+            by_u, by_v = by_u - by_u, by_v - by_v
+        if slides[j][0] == 0:
+            by_u = by_u - by_u
+        if slides[j][1] == 0:
+            by_v = by_v - by_v
+        across_u[j] = by_u
+        across_v[j] = by_v
+        pair = sliding_blocks[j]
+        mixed = wp.dot(by_u, coupling_v[j]) * of_mass
+        pair[0, 0] = pair[0, 0] - wp.dot(by_u, coupling_u[j]) * of_mass
+        pair[1, 1] = pair[1, 1] - wp.dot(by_v, coupling_v[j]) * of_mass
+        if slides[j][1] != 0:
+            pair[0, 1] = pair[0, 1] - mixed
+            pair[1, 0] = pair[1, 0] - mixed
+        sliding_inverse[j] = inverse_where(pair, slides[j], smallest)
 
 
 @kernel
@@ -161,6 +184,8 @@ def times_inverse(
     vertex_inverse: wp.array[Any],
     node_inverse: wp.array[Any],
     sliding_inverse: wp.array[Any],
+    across_u: wp.array[Any],
+    across_v: wp.array[Any],
     # state in
     vertices: wp.array[Any],
     nodes: wp.array[Any],
@@ -177,8 +202,12 @@ def times_inverse(
         vertex_result[i] = vertex_inverse[i] * vertices[i]
     else:
         j = i - vertex_count
-        node_result[j] = node_inverse[j] * nodes[j]
-        sliding_result[j] = sliding_inverse[j] * sliding[j]
+        by_u, by_v = across_u[j], across_v[j]
+        force = sliding[j]
+        rest = type(force)(force[0] - wp.dot(by_u, nodes[j]), force[1] - wp.dot(by_v, nodes[j]))
+        slide = sliding_inverse[j] * rest
+        node_result[j] = node_inverse[j] * nodes[j] - by_u * slide[0] - by_v * slide[1]
+        sliding_result[j] = slide
 
 
 def least_masses(embedding: Embedding, node_mass: Numbers) -> Numbers:
@@ -215,19 +244,26 @@ class Preconditioner:
         self._node_kind = self._integers(np.where(coupled_nodes, COUPLED, FREE) * free.nodes)
         self._slides = wp.array(free.sliding.astype(np.int32), dtype=wp.vec2i, device=device)
         self.inverse = MixedBlocks.zeros(embedding.vertex_count, embedding.node_count, scalar, device)
+        three = vector(3, scalar)
+        self._still, *self._across = (wp.zeros(embedding.node_count, dtype=three, device=device) for _ in range(3))
         kinds = self._vertex_kind, self._node_kind
         self._scalars = [wp.zeros(len(kind), dtype=scalar, device=device) for kind in kinds]
 
-    def set_metric(self, metric: MixedBlocks, of_mass: float = 1.0) -> None:
+    def set_metric(
+        self, metric: MixedBlocks, coupling: Sequence[wp.array[Any]] | None = None, of_mass: float = 1.0
+    ) -> None:
         """Invert the metric D of motions.
 
         Args:
             metric: diagonal blocks of D.
+            coupling: masses c_u and c_v between the position of each node and its Eulerian coordinates [g], shape (n,)
+                each; none by default.
             of_mass: factor of the masses in D [1/s^2].
         """
         given = [metric.vertices, metric.nodes, metric.sliding]
         kinds = [self._vertex_kind, self._node_kind, self._slides, self._least, self._scalar(of_mass)]
-        outputs = [self.inverse.vertices, self.inverse.nodes, self.inverse.sliding, *self._scalars]
+        kinds += [self._still, self._still] if coupling is None else coupling
+        outputs = [self.inverse.vertices, self.inverse.nodes, self.inverse.sliding, *self._across, *self._scalars]
         count = len(self._vertex_kind) + len(self._node_kind)
         launch(invert_metric, count, [*kinds, *given], outputs, self._device)
         vertices, nodes = (scalars.numpy().astype(np.float64) for scalars in self._scalars)
@@ -243,7 +279,7 @@ class Preconditioner:
             launcher: ``launch`` or ``prepare`` with the device bound.
         """
         own = self.inverse
-        inputs = [own.vertices, own.nodes, own.sliding, force.vertices, force.nodes, force.sliding]
+        inputs = [own.vertices, own.nodes, own.sliding, *self._across, force.vertices, force.nodes, force.sliding]
         outputs = [motion.vertices, motion.nodes, motion.sliding]
         first = launcher(times_inverse, force.vertex_count + force.node_count, inputs, outputs)
         return [first, *self._projection.launches(motion, launcher, residual=force)]

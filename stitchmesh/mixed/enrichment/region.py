@@ -9,7 +9,7 @@ a vertex falls linearly with the number of rings between the vertex and the yarn
 linear interpolation of its vertices.
 
 Small weights would make masses and stiffnesses that differ by many orders of magnitude. A yarn element of the hybrid
-region therefore weighs at least ``SMALLEST_ALPHA``.
+region therefore weighs at least ``SMALLEST_ALPHA``: alpha of its nodes has this lower bound.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ TRIANGLES, HYBRID, YARNS = 0, 1, 2
 """Kinds of triangles, and of the yarn nodes in them."""
 SMALLEST_ALPHA = 0.01
 """Smallest weight of a yarn element (Casafranca et al. 2020, section 5.1)."""
+ROUNDING = 1e-12
+"""Rounding of alpha."""
 
 Integers = NDArray[np.int64]
 Numbers = NDArray[np.float64]
@@ -64,9 +66,11 @@ class Region:
 
     @property
     def node_alpha(self) -> Numbers:
-        """Alpha at each yarn node, shape (N,)."""
+        """Alpha at each yarn node, at least ``smallest_alpha`` in hybrid triangles, shape (N,)."""
         alpha: Numbers = np.sum(self.vertex_alpha[self.triangles[self.node_triangle]] * self.node_weight, axis=1)
-        return np.clip(alpha, 0.0, 1.0)
+        kind = self.node_kind
+        clamped = np.clip(alpha, self.smallest_alpha, 1.0)
+        return np.where(kind == YARNS, 1.0, np.where(kind == HYBRID, clamped, 0.0))
 
     @property
     def nodes(self) -> Integers:
@@ -90,13 +94,12 @@ class Region:
     @property
     def sliding_nodes(self) -> NDArray[np.bool_]:
         """Whether each simulated node has Eulerian coordinates, which need alpha = 1; shape (n,)."""
-        return self.node_kind[self.nodes] == YARNS
+        return self.node_alpha[self.nodes] > 1.0 - ROUNDING
 
     def element_alpha(self, nodes: ArrayLike) -> Numbers:
-        """Alpha at the centroid of each yarn element, shape (E,).
+        """Alpha at the centroid of each yarn element, the mean of its nodes, shape (E,).
 
-        The result is 0 for an element with a node that is not simulated: it does not exist in the mixed system. The
-        weight of every other element is at least ``smallest_alpha``, also where alpha is zero at all its nodes.
+        The result is 0 for an element with a node that is not simulated: it does not exist in the mixed system.
 
         Args:
             nodes: numbers in the layout of the nodes of each element, shape (E, K); -1 for no node.
@@ -105,7 +108,7 @@ class Region:
         given = index >= 0
         alpha = np.where(given, self.node_alpha[index], 0.0).sum(axis=1) / np.maximum(given.sum(axis=1), 1)
         complete = (~given | (self.node_kind[index] != TRIANGLES)).all(axis=1)
-        return np.where(complete, np.maximum(alpha, self.smallest_alpha), 0.0)
+        return np.where(complete, alpha, 0.0)
 
 
 def region_around(

@@ -13,6 +13,7 @@ import warp as wp
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses, blend_masses
+from stitchmesh.mixed.dynamics.mass_matrix import ConstantNodeMasses
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.enrichment.embedding import Embedding, embed
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
@@ -83,10 +84,19 @@ def spring_scene(
         yarn_springs(patch, region, rest, stiffness, scalar),
         triangle_springs(patch, region, rest, stiffness, scalar),
     ]
-    system = MixedSystem(embedding, free, masses, springs, scalar=scalar, device=CPU)
-    system.mass.along_u.assign(np.tile([0.0, 1.0, 0.0], (len(region.nodes), 1)))
-    system.mass.along_v.assign(np.tile([1.0, 0.3, 0.0], (len(region.nodes), 1)))
+    crossing = crossing_masses(masses.yarns, scalar) if slides else None
+    system = MixedSystem(embedding, free, masses, springs, node_masses=crossing, scalar=scalar, device=CPU)
     return Scene(patch, region, embedding, masses, system)
+
+
+def crossing_masses(yarns: np.ndarray, scalar: Any, along: np.ndarray | None = None) -> ConstantNodeMasses:
+    """Blocks of yarns along given directions, shape (n, 2, 3)."""
+    w = np.tile([[0.0, 1.0, 0.0], [1.0, 0.3, 0.0]], (len(yarns), 1, 1)) if along is None else along
+    masses = ConstantNodeMasses(yarns.sum(axis=1), scalar, CPU)
+    for k in range(2):
+        masses.coupling[k].assign(-w[:, k] * yarns[:, k, None])
+    masses.sliding_mass.assign(yarns * (w**2).sum(axis=2))
+    return masses
 
 
 def yarn_springs(patch: Patch, region: Region, rest: float, stiffness: float, scalar: Any) -> Springs:
