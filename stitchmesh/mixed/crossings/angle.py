@@ -91,7 +91,7 @@ def angle_frame(a: Any, b: Any) -> tuple[Any, Any, Any, Any]:
 
 @wp.func
 def paired(a: Any, b: Any) -> Any:
-    """a b^T + b a^T."""
+    """Sum of the outer products a b^T and b a^T."""
     return wp.outer(a, b) + wp.outer(b, a)
 
 

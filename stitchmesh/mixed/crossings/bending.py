@@ -10,8 +10,8 @@ from the node before to the node after. The node stands for the length D / 2, ov
 
 Rest angles are those of the centre lines in the plane in which a fabric is laid out: zero for the straight yarns of a
 weave, whose crimp the planar nodes do not show, and the turns of the loops in a knit. Yield changes them
-(``bending_yield``). The angle has no sign: where r is not zero, a yarn may fold to either side, over a straight state of
-energy k_b r^2 / D.
+(``bending_yield``). The angle has no sign: where r is not zero, a yarn may fold to either side, over a straight state
+of energy k_b r^2 / D.
 
 The energy is convex in (t, D). Below the merging distance of the two segments 1 / D is replaced by i(D) (``merging``).
 """
@@ -51,7 +51,7 @@ def bending_slopes(turn: Any, rest: Any, span: Any, merging: Any, stiffness: Any
 
 @wp.func
 def turn_over_sine(turn: Any, sine: Any) -> Any:
-    """t / sin t, which is 1 for a straight yarn."""
+    """Quotient of an angle and its sine, which is 1 for a straight yarn."""
     result = over_sine(turn, sine)
     if sine < type(sine)(0.01) and turn < type(turn)(1.0):
         # exact to t^4, where a quotient of rounded numbers is not

@@ -5,34 +5,43 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
+from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.crossings.merging import MERGING_SHARE
+from stitchmesh.mixed.layout.crossing_yarns import NO_NODE, CrossingYarns
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Truths = NDArray[np.bool_]
 QUADRANTS = ((0, 2), (0, 3), (1, 2), (1, 3))
 """Legs of the four quadrants of a node; the rest angles of the second and the third one are supplements."""
+SMALLEST_WEIGHT = 0.01
+"""Smallest weight of an element that has one (Casafranca et al. 2020, section 5.1)."""
 
 
 @dataclass(frozen=True, eq=False)
 class CrossingElements:
-    """The elements of N crossing nodes, sorted by the node that they have their middle or their beginning in.
+    """The elements of the N nodes that are simulated, sorted by the node that they have their middle or beginning in.
 
-    Column 0 of a (N, 2) array belongs to the u yarn of a node and column 1 to its v yarn. A segment belongs to its first
-    node. Stiffness is zero where an element does not exist.
+    Column 0 of a (N, 2) array belongs to the u yarn of a node and column 1 to its v yarn. A segment belongs to its
+    first node. Stiffness is zero where an element does not exist.
     """
 
+    nodes: Integers
+    """Number of each node in the layout, shape (N,)."""
     link: Integers
-    """Neighbour after and before along the u yarn, after and before along the v yarn, as 2 j + c for the coordinate c of
-    node j, or -1; shape (N, 4)."""
-    slides: NDArray[np.bool_]
+    """Neighbour after and before along the u yarn, after and before along the v yarn, shape (N, 4). It is 2 j + c for
+    the coordinate c of node j, or -1."""
+    side: Integers
+    """1 where the u yarn lies above the v yarn, -1 where it lies below, 0 where both are joined; shape (N,)."""
+    slides: Truths
     """Whether each Eulerian coordinate is free, shape (N, 2)."""
+    rest_sliding: Floats
+    """Eulerian coordinates in the layout [cm], shape (N, 2)."""
     rest_length: Floats
     """Length of the segment after each node in the layout [cm], 0 without one; shape (N, 2)."""
     stretch: Floats
@@ -50,9 +59,15 @@ class CrossingElements:
     shear: Floats
     """k_x L of the four ``QUADRANTS`` [dyn cm], shape (N, 4)."""
     rest_shear: Floats
-    """Angle between the first legs of u yarn and v yarn in the layout, shape (N,)."""
+    """Angle between the u yarn and the v yarn in the layout, shape (N,)."""
     density: Floats
     """Linear density of the segment times its weight [g/cm], shape (N, 2)."""
+    radius: Floats
+    """Radius of the yarn [cm], shape (N, 2)."""
+    friction: Floats
+    """Coefficient of friction of the crossing, shape (N,)."""
+    friction_stiffness: Floats
+    """k_f of each coordinate that slides through a crossing [dyn/cm], shape (N, 2)."""
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -66,102 +81,90 @@ class CrossingElements:
     @property
     def merging_distance(self) -> Floats:
         """Rest length of each segment below which its energies continue without singularity [cm], shape (N, 2)."""
-        distance: Floats = MERGING_SHARE * np.minimum(self.rest_length, np.where(self.contact > 0, self.contact_distance, np.inf))
+        touch = np.where(self.contact > 0.0, self.contact_distance, np.inf)
+        distance: Floats = MERGING_SHARE * np.minimum(self.rest_length, touch)
         return distance
 
 
 def crossing_elements(
-    link: ArrayLike,
-    rest_sliding: ArrayLike,
-    rest_position: ArrayLike,
-    side: ArrayLike,
-    materials: tuple[CrossingMaterial, CrossingMaterial],
+    yarns: CrossingYarns,
+    materials: FabricMaterials,
     *,
-    weight: ArrayLike | None = None,
+    nodes: ArrayLike | None = None,
+    alpha: ArrayLike | None = None,
     slides: ArrayLike | None = None,
-    touches: ArrayLike | None = None,
-    shears: bool = True,
 ) -> CrossingElements:
     """The elements of yarns as they are laid out.
 
     Args:
-        link: as ``CrossingElements.link``, shape (N, 4).
-        rest_sliding: Eulerian coordinates in the layout, the rest lengths of yarn from its beginning [cm], shape (N, 2).
-        rest_position: positions of the nodes in the layout [cm], shape (N, 2) or (N, 3).
-        side: +1 where the u yarn lies above the v yarn, -1 where it lies below; shape (N,).
-        materials: of all u yarns and of all v yarns.
-        weight: alpha of each node; an element has the mean of its nodes as weight. Shape (N,); 1 if it is None.
-        slides: whether the Eulerian coordinates of each node are free, shape (N,) or (N, 2); all if it is None.
-        touches: whether the segment after each node has yarns beside it that it holds apart, shape (N, 2); all segments
-            if it is None. The segments within a stitch contact of a knit have none.
-        shears: whether quadrants resist shear, as in a weave.
+        yarns: the layout.
+        materials: of its families of yarns.
+        nodes: numbers in the layout of the nodes that are simulated, ascending, shape (N,); all if it is None. Elements
+            with other nodes are left out.
+        alpha: blending field at the simulated nodes, in [0, 1], shape (N,); 1 if it is None. An element has the mean of
+            its nodes as weight, and at least ``SMALLEST_WEIGHT`` where it is not zero.
+        slides: whether Eulerian coordinates are free, shape (N, 2). If it is None, those are free that lie between two
+            simulated neighbours of their yarn with alpha = 1 at all three nodes, away from rods. The ends of yarns, and
+            nodes at the border of a region without Eulerian coordinates, hold their yarn.
 
     Raises:
-        ParameterError: an array has another shape, a link is not the number of a coordinate or has no opposite, or a
-            rest length is not positive.
+        ParameterError: nodes are not ascending numbers of the layout, or an array has another shape.
     """
-    links = np.asarray(link, dtype=np.int64)
-    count = len(links)
-    coordinates = _shaped("rest_sliding", rest_sliding, count, 2)
-    position = _flat_positions(rest_position, count)
-    alpha = np.ones(count) if weight is None else np.asarray(weight, dtype=np.float64)
-    free = np.ones(count, dtype=bool) if slides is None else np.asarray(slides, dtype=bool)
-    touching = np.ones((count, 2), dtype=bool) if touches is None else np.asarray(touches, dtype=bool)
-    _check_links(links)
-    rest = _rest_lengths(links, coordinates)
-    exists = rest > 0.0
-    turning = exists & (links[:, 1::2] >= 0)
+    chosen = _checked_nodes(nodes, yarns.node_count)
+    count = len(chosen)
+    blend = _shaped("alpha", np.ones(count) if alpha is None else alpha, (count,))
+    links = _links_among(yarns.links[chosen], chosen, yarns.node_count)
+    family = np.where(yarns.node_yarn < 0, 0, yarns.yarn_family[yarns.node_yarn])[chosen]
     after, before = _neighbours(links[:, 0::2]), _neighbours(links[:, 1::2])
-    segment_weight = (alpha[:, None] + alpha[after]) / 2 * exists
-    bend_weight = (alpha[:, None] + alpha[after] + alpha[before]) / 3 * turning
-    distance = _contact_distances(np.asarray(side), after, materials, rest)
+    rest = _rest_lengths(links, yarns.rest_sliding[chosen])
+    bends = (links[:, 0::2] >= 0) & (links[:, 1::2] >= 0)
+    of_segment = _weights(blend[:, None] + blend[after], 2, links[:, 0::2] >= 0)
+    of_bend = _weights(blend[:, None] + blend[after] + blend[before], 3, bends)
+    free = _sliding(links, blend, yarns.side[chosen]) if slides is None else np.asarray(slides, dtype=bool)
+    crossed = (yarns.node_yarn[chosen] >= 0).all(axis=1) & (yarns.side[chosen] != 0)
     return CrossingElements(
+        nodes=chosen,
         link=links,
-        slides=np.array(np.broadcast_to(free if free.ndim == 2 else free[:, None], (count, 2))),
+        side=yarns.side[chosen].copy(),
+        slides=_shaped("slides", free, (count, 2)).astype(bool),
+        rest_sliding=yarns.rest_sliding[chosen].copy(),
         rest_length=rest,
-        stretch=segment_weight * [m.stretch_stiffness for m in materials],
-        contact=segment_weight * touching * rest * [m.contact for m in materials],
-        contact_distance=distance,
-        bending=bend_weight * [m.bending_stiffness for m in materials],
-        rest_turn=_turns(position, before, after) * turning,
-        yield_curvature=np.broadcast_to([m.yield_curvature for m in materials], (count, 2)).copy(),
-        shear=_shear_stiffness(links, alpha, rest, materials) * shears,
-        rest_shear=_rest_shear(links, position),
-        density=segment_weight * [m.density for m in materials],
+        stretch=of_segment * _values(materials, family, "stretch_stiffness"),
+        contact=of_segment * _touches(yarns, chosen) * rest * _values(materials, family, "contact"),
+        contact_distance=_contact_distances(yarns.side[chosen], after, materials, family, rest),
+        bending=of_bend * _values(materials, family, "bending_stiffness"),
+        rest_turn=yarns.rest_turn[chosen] * bends,
+        yield_curvature=_values(materials, family, "yield_curvature"),
+        shear=_shear_stiffness(links, blend, rest, materials, family) * ((yarns.kind == "weave") & crossed)[:, None],
+        rest_shear=yarns.rest_shear[chosen].copy(),
+        density=of_segment * _values(materials, family, "density"),
+        radius=_values(materials, family, "radius"),
+        friction=_values(materials, family, "friction").mean(axis=1),
+        friction_stiffness=_values(materials, family, "friction_stiffness") * crossed[:, None],
     )
 
 
-def _shaped(name: str, values: ArrayLike, count: int, width: int) -> Floats:
-    array = np.asarray(values, dtype=np.float64)
-    if array.shape != (count, width):
-        raise ParameterError(f"crossing elements: {name} has the shape {array.shape}; expected ({count}, {width})")
+def _checked_nodes(nodes: ArrayLike | None, count: int) -> Integers:
+    """The simulated nodes."""
+    chosen = np.arange(count) if nodes is None else np.array(nodes, dtype=np.int64)
+    if chosen.ndim != 1 or (len(chosen) and (chosen[0] < 0 or chosen[-1] >= count or (np.diff(chosen) <= 0).any())):
+        raise ParameterError(f"crossing elements: nodes: expected ascending numbers from 0 to {count - 1}")
+    return chosen
+
+
+def _shaped(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Floats:
+    array = np.array(values, dtype=np.float64)
+    if array.shape != shape:
+        raise ParameterError(f"crossing elements: {name} has the shape {array.shape}; expected {shape}")
     return array
 
 
-def _flat_positions(position: ArrayLike, count: int) -> Floats:
-    """Positions in three dimensions."""
-    array = np.asarray(position, dtype=np.float64)
-    if array.shape == (count, 2):
-        array = np.column_stack([array, np.zeros(count)])
-    return _shaped("rest_position", array, count, 3)
-
-
-def _check_links(links: Integers) -> None:
-    """Refuse links that do not lead back."""
-    if links.ndim != 2 or links.shape[1] != 4:
-        raise ParameterError(f"crossing elements: link has the shape {links.shape}; expected (N, 4)")
-    wrong = np.argwhere((links < -1) | (links >= 2 * len(links)))
-    if len(wrong):
-        i, k = wrong[0]
-        raise ParameterError(f"crossing elements: link {k} of node {i} is {links[i, k]}; expected -1 to {2 * len(links) - 1}")
-    i, k = np.nonzero(links >= 0)
-    code = links[i, k]
-    back = links[code // 2, 2 * (code % 2) + 1 - k % 2]
-    wrong = np.flatnonzero(back != 2 * i + k // 2)
-    if len(wrong):
-        at, leg = i[wrong[0]], k[wrong[0]]
-        found = f"node {at} has node {links[at, leg] // 2} on leg {leg}, which has another neighbour there"
-        raise ParameterError(f"crossing elements: {found}; expected links that lead back")
+def _links_among(links: Integers, chosen: Integers, count: int) -> Integers:
+    """Links in the numbers of the simulated nodes; links to other nodes are left out."""
+    number = np.full(count + 1, NO_NODE)
+    number[chosen] = np.arange(len(chosen))
+    node = number[np.where(links < 0, count, links // 2)]
+    return np.where(node < 0, NO_NODE, 2 * node + links % 2)
 
 
 def _neighbours(links: Integers) -> Integers:
@@ -173,43 +176,62 @@ def _neighbours(links: Integers) -> Integers:
 def _rest_lengths(links: Integers, coordinates: Floats) -> Floats:
     """Rest length of the segment after each node, 0 without one."""
     after = links[:, 0::2]
-    length = np.where(after >= 0, coordinates.reshape(-1)[np.maximum(after, 0)] - coordinates, 0.0)
-    wrong = np.argwhere((after >= 0) & ~(length > 0.0))
-    if len(wrong):
-        i, c = wrong[0]
-        found = f"the segment after node {i} along yarn {'uv'[c]} has the rest length {length[i, c]:g} cm"
-        raise ParameterError(f"crossing elements: {found}; expected coordinates that increase along a yarn")
-    return length
+    return np.where(after >= 0, coordinates.reshape(-1)[np.maximum(after, 0)] - coordinates, 0.0)
 
 
-def _contact_distances(side: NDArray[Any], after: Integers, materials: tuple[CrossingMaterial, ...], rest: Floats) -> Floats:
+def _weights(total: Floats, count: int, exists: Truths) -> Floats:
+    """Means of alpha, bounded from below where they are not zero."""
+    mean = total / count
+    return np.where(exists & (mean > 0.0), np.maximum(mean, SMALLEST_WEIGHT), 0.0)
+
+
+def _sliding(links: Integers, alpha: Floats, side: Integers) -> Truths:
+    """Whether a coordinate lies between two neighbours of its yarn, and all three nodes have Eulerian coordinates."""
+    full = alpha >= 1.0
+    neighbours = full[_neighbours(links)] & (links >= 0)
+    free: Truths = (full & (side != 0))[:, None] & neighbours[:, 0::2] & neighbours[:, 1::2]
+    return free
+
+
+def _values(materials: FabricMaterials, family: Integers, name: str) -> Floats:
+    """A value of the material of each yarn at each node, shape (N, 2)."""
+    values: Floats = np.array([getattr(material, name) for material in materials.by_family], dtype=np.float64)[family]
+    return values
+
+
+def _touches(yarns: CrossingYarns, chosen: Integers) -> Truths:
+    """Whether the segment after each node has yarns at both ends that it holds apart; not within a stitch contact."""
+    within = np.zeros((yarns.node_count, 2), dtype=bool)
+    if len(yarns.stitch_contacts):
+        pairs = np.concatenate([yarns.stitch_contacts, yarns.stitch_contacts[:, ::-1]])
+        partner = np.full(yarns.node_count, NO_NODE)
+        partner[pairs[:, 0]] = pairs[:, 1]
+        within = (partner[:, None] == yarns.neighbours[:, 0::2]) & (partner >= 0)[:, None]
+    return ~within[chosen]
+
+
+def _contact_distances(
+    side: Integers, after: Integers, materials: FabricMaterials, family: Integers, rest: Floats
+) -> Floats:
     """4 R where the yarn changes its side and 2 R where it does not, at most the rest length."""
     changes = side[:, None] != side[after]
-    radius = np.array([materials[1].radius, materials[0].radius])  # the yarns that touch are those that are crossed
+    radius = _values(materials, family, "radius")[:, ::-1]  # the yarns that touch are those that are crossed
     bound: Floats = np.minimum(np.where(changes, 4.0, 2.0) * radius, rest)
     return bound
 
 
-def _turns(position: Floats, before: Integers, after: Integers) -> Floats:
-    """Angle by which each yarn turns at each node in the layout."""
-    return _angles(position[:, None] - position[before], position[after] - position[:, None])
-
-
-def _angles(a: Floats, b: Floats) -> Floats:
-    """Angle between vectors; 0 where one has no length."""
-    angle: Floats = np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.einsum("...i,...i", a, b))
-    return np.where(angle < 1e-6, 0.0, angle)  # a straight line of rounded positions has no rest angle
-
-
-def _shear_stiffness(links: Integers, alpha: Floats, rest: Floats, materials: tuple[CrossingMaterial, ...]) -> Floats:
+def _shear_stiffness(
+    links: Integers, alpha: Floats, rest: Floats, materials: FabricMaterials, family: Integers
+) -> Floats:
     """k_x L of the quadrants; L is the mean length of both segments and S R^2 that of the two yarns."""
-    modulus = 0.5 * (materials[0].shear + materials[1].shear) * materials[0].radius * materials[1].radius
+    modulus = _values(materials, family, "shear").mean(axis=1)
+    stiffness = modulus * _values(materials, family, "radius").prod(axis=1)
     result = np.zeros(links.shape)
     lengths, ends = _leg_lengths(links, rest), _neighbours(links)
     for q, (u, v) in enumerate(QUADRANTS):
         exists = (links[:, u] >= 0) & (links[:, v] >= 0)
-        weight = (alpha + alpha[ends[:, u]] + alpha[ends[:, v]]) / 3
-        result[:, q] = exists * weight * modulus * (lengths[:, u] + lengths[:, v]) / 2
+        weight = _weights(alpha + alpha[ends[:, u]] + alpha[ends[:, v]], 3, exists)
+        result[:, q] = weight * stiffness * (lengths[:, u] + lengths[:, v]) / 2
     return result
 
 
@@ -218,11 +240,3 @@ def _leg_lengths(links: Integers, rest: Floats) -> Floats:
     lengths = np.repeat(rest, 2, axis=1)
     lengths[:, 1::2] = np.where(links[:, 1::2] >= 0, rest.reshape(-1)[np.maximum(links[:, 1::2], 0)], 0.0)
     return lengths
-
-
-def _rest_shear(links: Integers, position: Floats) -> Floats:
-    """Angle between the direction of the u yarn and that of the v yarn in the layout; a right angle without one."""
-    ends = position[_neighbours(links)]
-    along, across = ends[:, 0] - ends[:, 1], ends[:, 2] - ends[:, 3]
-    flat = (np.linalg.norm(along, axis=1) > 0.0) & (np.linalg.norm(across, axis=1) > 0.0)
-    return np.where(flat, _angles(along, across), np.pi / 2)

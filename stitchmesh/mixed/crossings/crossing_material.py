@@ -114,7 +114,8 @@ def _check(name: str, value: Any) -> None:
     if least_reached and (math.isfinite(value) or (infinite and value == math.inf)):
         return
     least = "larger than 0" if name in POSITIVE else "of at least 0"
-    raise ParameterError(f"crossing material: {name} is {value!r}; expected a {'' if infinite else 'finite '}number {least}")
+    kind = "a number" if infinite else "a finite number"
+    raise ParameterError(f"crossing material: {name} is {value!r}; expected {kind} {least}")
 
 
 def _of_name(materials: Mapping[str, CrossingMaterial], name: str, place: str) -> CrossingMaterial:

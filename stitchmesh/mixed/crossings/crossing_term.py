@@ -29,6 +29,7 @@ from stitchmesh.mixed.crossings.star_hessian import (
     multiply_star_blocks,
 )
 from stitchmesh.mixed.crossings.star_kernels import add_star_slots, find_star_energies, find_star_forces
+from stitchmesh.mixed.crossings.step_limit import sliding_step_limit
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
@@ -111,6 +112,10 @@ class CrossingTerm(Term):
             return []
         inputs = [self.model.link, self.model.slides, self._block]
         return [launcher(add_star_diagonal, self.model.count, inputs, [blocks.nodes, blocks.sliding])]
+
+    def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
+        """The part of a direction along which no segment loses more than half of its rest length."""
+        return sliding_step_limit(self.model, state, direction)
 
     def end_step(self, state: MixedVector, time: float, time_step: float) -> None:
         """Let the yarns yield."""

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The angle between two half planes that share an axis, its gradient, and products with its Hessian.
 
-The axis has the vector e, and from its first end the vectors a and b reach one point of each half plane. With the normals
-n = a x e and m = e x b the angle is
+The axis has the vector e, and from its first end the vectors a and b reach one point of each half plane. With the
+normals n = a x e and m = e x b the angle is
 
     t = atan2((n x m) . e / |e|, n . m),    t = 0 where the half planes lie on opposite sides, flat
 

@@ -6,10 +6,10 @@ A node has one position for both yarns, so that the model has no force between t
 F_v with which stretch and bending of the u yarn and of the v yarn act on the node.
 
 *Weave.* The centre lines of the two yarns pass the node at the distance of their radii above and below, along the
-normal n of the fabric: at x + h n, where h = +R_u or -R_u for the u yarn and opposite for the v yarn (``side``). F_u and
-F_v are found on these offset centre lines: tension pulls along the offset segments, and bending turns at the crimp. A
-crossing force s N n, with the side s of the u yarn, balances both yarns as well as one number can (least squares of
-n . F_u + s N and n . F_v - s N):
+normal n of the fabric: at x + h n, where h = +R_u or -R_u for the u yarn and opposite for the v yarn (``side``). F_u
+and F_v are found on these offset centre lines: tension pulls along the offset segments, and bending turns at the
+crimp. A crossing force s N n, with the side s of the u yarn, balances both yarns as well as one number can (least
+squares of n . F_u + s N and n . F_v - s N):
 
     N = max(0, s n . (F_v - F_u) / 2)
 
@@ -32,12 +32,11 @@ from typing import Any
 
 import numpy as np
 import warp as wp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
-from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.angle import angle_gradient, unit_of
 from stitchmesh.mixed.crossings.bending import bending_slopes
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements, Integers
@@ -174,27 +173,10 @@ class NormalForces:
     """N of each crossing [dyn], shape (N,)."""
 
     @staticmethod
-    def of(
-        elements: CrossingElements, side: ArrayLike, radii: tuple[float, float], scalar: Any, device: wp.Device
-    ) -> NormalForces:
-        """The normal forces of elements, before they are found.
-
-        Args:
-            elements: the yarns.
-            side: +1 where the u yarn lies above the v yarn, -1 where it lies below, 0 where both are joined; shape (N,).
-            radii: radius of the u yarns and of the v yarns [cm].
-            scalar: Warp's floating-point type.
-            device: where the arrays lie.
-
-        Raises:
-            ParameterError: a side is another number.
-        """
-        sides = np.asarray(side, dtype=np.float64)
-        if sides.shape != (elements.count,) or not np.isin(sides, (-1.0, 0.0, 1.0)).all():
-            found = f"got sides of shape {sides.shape} between {sides.min(initial=0):g} and {sides.max(initial=0):g}"
-            raise ParameterError(f"normal forces: {found}; expected +1, -1 or 0 for each of {elements.count} nodes")
+    def of(elements: CrossingElements, scalar: Any, device: wp.Device) -> NormalForces:
+        """The normal forces of elements, before they are found."""
         axis = contact_axes(elements.link)
-        height = np.stack([sides * radii[0], -sides * radii[1]], axis=-1) * (axis < 0)[:, None]
+        height = elements.radius * np.stack([elements.side, -elements.side], axis=-1) * (axis < 0)[:, None]
         return NormalForces(
             height=wp.array(height, dtype=vector(2, scalar), device=device),
             axis=wp.array(axis.astype(np.int32), dtype=wp.int32, device=device),

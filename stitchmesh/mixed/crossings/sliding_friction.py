@@ -9,8 +9,9 @@ a time step anchor and limit are constant, and the force has the energy
     E = 1/2 k s^2  for s = |u - a| < m / k,   else  m (s - m / (2 k))
 
 which is convex. The solver therefore finds the force at the end of the step, capped at the limit. After the step a
-yarn that slipped drags its anchor to the distance m / k; where it stuck the anchor stays. Work against friction is lost
-in this move alone, and a yarn that was pulled beyond its limits does not return: a snag stays, an elastic mark does not.
+yarn that slipped drags its anchor to the distance m / k; where it stuck the anchor stays. Work against friction is
+lost in this move alone, and a yarn that was pulled beyond its limits does not return: a snag stays, an elastic mark
+does not.
 
 Anchors last from step to step. Limits follow from the state at the beginning of a step.
 """
@@ -19,18 +20,14 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import warp as wp
-from numpy.typing import ArrayLike
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
 from stitchmesh.compute.reduction import ordered_sum
-from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
-from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
 from stitchmesh.mixed.crossings.normal_forces import NormalForces
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
@@ -152,7 +149,7 @@ def find_friction_limits(
     # state out
     limit: wp.array[Any],
 ) -> None:
-    """m = mu N."""
+    """M = mu N."""
     i = wp.tid()
     limit[i] = coefficient[i] * pressing[i]
 
@@ -179,40 +176,20 @@ class SlidingFriction(Term):
 
     name = "sliding friction"
 
-    def __init__(
-        self,
-        elements: CrossingElements,
-        yarns: CrossingTerm,
-        rest_sliding: ArrayLike,
-        side: ArrayLike,
-        materials: tuple[CrossingMaterial, CrossingMaterial],
-    ) -> None:
+    def __init__(self, elements: CrossingElements, yarns: CrossingTerm) -> None:
         """Anchor all yarns where they are laid out.
 
         Args:
             elements: the yarns.
             yarns: the term of their elasticity, whose rest angles enter the normal forces.
-            rest_sliding: Eulerian coordinates at which the yarns are anchored first [cm], shape (N, 2).
-            side: +1 where the u yarn lies above the v yarn, -1 where it lies below; shape (N,).
-            materials: of all u yarns and of all v yarns; the coefficient of a crossing is their mean.
-
-        Raises:
-            ParameterError: an array has another shape.
         """
-        places = np.asarray(rest_sliding, dtype=np.float64)
-        if places.shape != (elements.count, 2):
-            raise ParameterError(f"sliding friction: got coordinates of shape {places.shape}; expected ({elements.count}, 2)")
         scalar, device = yarns.turn.dtype, yarns.device
         self.count, self.device, self._yarns = elements.count, device, yarns
-        radii = materials[0].radius, materials[1].radius
-        self.normal_forces = NormalForces.of(elements, side, radii, scalar, device)
+        self.normal_forces = NormalForces.of(elements, scalar, device)
         two = vector(2, scalar)
-        crossing = (elements.link[:, :2] >= 0).any(axis=1) & (elements.link[:, 2:] >= 0).any(axis=1)
-        stiffness = elements.slides * crossing[:, None] * [m.friction_stiffness for m in materials]
-        coefficient = np.full(elements.count, 0.5 * (materials[0].friction + materials[1].friction))
-        self._stiffness = wp.array(stiffness, dtype=two, device=device)
-        self._coefficient = wp.array(coefficient, dtype=scalar, device=device)
-        self.anchor = wp.array(places, dtype=two, device=device)
+        self._stiffness = wp.array(elements.slides * elements.friction_stiffness, dtype=two, device=device)
+        self._coefficient = wp.array(elements.friction, dtype=scalar, device=device)
+        self.anchor = wp.array(elements.rest_sliding, dtype=two, device=device)
         self.limit = wp.zeros(elements.count, dtype=scalar, device=device)
         self._sticking = wp.zeros(elements.count, dtype=two, device=device)
 

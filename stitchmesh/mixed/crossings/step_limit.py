@@ -43,16 +43,15 @@ def find_step_limits(
         after = link[i, 2 * c]
         if after >= 0:
             rest = coordinate_of(after, sliding, one) - sliding[i][c]
-            loss = direction[i][c] * slides[i][c] - coordinate_of(after, direction, one) * coordinate_of(after, slides, one)
+            ahead = coordinate_of(after, direction, one) * coordinate_of(after, slides, one)
+            loss = direction[i][c] * slides[i][c] - ahead
             allowed = share * wp.max(rest, segment[i, c][3])
             if loss * longest > allowed:
                 longest = allowed / loss
     limit[i] = longest
 
 
-def sliding_step_limit(
-    model: CrossingModel, state: MixedVector, direction: MixedVector, share: float = 0.5
-) -> float:
+def sliding_step_limit(model: CrossingModel, state: MixedVector, direction: MixedVector, share: float = 0.5) -> float:
     """The longest step t in (0, 1] along ``direction``.
 
     Args:

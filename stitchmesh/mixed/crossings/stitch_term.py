@@ -2,13 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Wrapping and length of the stitch contacts of a knit, as a term of the mixed system.
 
-A loop of a plain knit has four stitch contacts: two at its foot, where it holds the loop below, and two at its head,
-where the loop above holds it. Each is shared with the other loop, so that there are two for each loop. A stitch contact
-has two nodes, at the two places where the yarns cross in the plane of the fabric: one yarn comes in at the first node and
-leaves at the second one, and so does the other yarn. Both yarns have a segment between the two nodes, the axis.
+A loop of a plain knit has four stitch contacts: two at its feet, with the loop that it is drawn through, and two at
+its head, with the loop that is drawn through it. Each is shared with the other loop, so that there are two for each
+loop. A contact has two nodes, P and Q (``layout.knit``): at P the new loop, which is the u yarn, passes the leg of
+the old loop, the v yarn; at Q the new loop, now its leg, passes the head of the old one on the other side. Both yarns
+have a segment from P to Q, the axis of the contact.
 
-An element is (p, q0, q1, r): the axis q0 q1, the neighbour p outside the contact on one yarn and r on the other one.
-A contact has one element for each such pair of legs that the layout names, and its length once.
+Two legs leave the contact across its axis: the link p of the new loop to its neighbour, at P, and the head r of the
+old loop, at Q. They lie opposite to one another, and on the same side of the fabric, the side on which the u yarn
+lies at P. The half planes of the axis with p and with r span the angle of wrapping (``wrapping``), and the two yarns
+turn towards that side: the rest angle is a quarter turn with the sign of side(P), and of the side of the axis on
+which p lies. In a stockinette the legs turn to the back, so that its side borders curl to the back. The other two
+legs, of the new loop at Q and of the old loop at P, continue the axis and span no half plane.
+
+An element is (p, P, Q, r). A contact without p or r, at a border, has its length only.
 """
 
 from __future__ import annotations
@@ -25,73 +32,82 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
 from stitchmesh.compute.reduction import ordered_sum
-from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.crossings.crossing_elements import SMALLEST_WEIGHT, CrossingElements
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
 from stitchmesh.mixed.crossings.stitch_length import stitch_length_energy, stitch_length_force, stitch_length_product
 from stitchmesh.mixed.crossings.wrapping import wrapping_energy, wrapping_force, wrapping_product
 from stitchmesh.mixed.gather import GatherTable
+from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
 
 
 @dataclass(frozen=True, eq=False)
 class StitchElements:
-    """W elements of wrapping and length; an element that has only one of both has the stiffness 0 of the other one."""
+    """C stitch contacts of which all nodes are simulated."""
 
     nodes: NDArray[np.int64]
-    """p, q0, q1, r of each element, shape (W, 4)."""
+    """p, P, Q, r of each contact, shape (C, 4); without wrapping p is P and r is Q."""
     wrapping: NDArray[np.float64]
-    """k_w L [dyn cm], shape (W,)."""
+    """k_w L [dyn cm], shape (C,)."""
     rest_angle: NDArray[np.float64]
-    """r, shape (W,)."""
+    """Rest angle of wrapping, +pi/2 or -pi/2; shape (C,)."""
     length_stiffness: NDArray[np.float64]
-    """k_l [dyn], shape (W,)."""
+    """k_l [dyn], shape (C,)."""
     rest_length: NDArray[np.float64]
-    """L [cm], shape (W,)."""
+    """L [cm], shape (C,)."""
 
 
 def stitch_elements(
-    nodes: ArrayLike,
-    rest_angle: ArrayLike,
-    rest_position: ArrayLike,
-    material: CrossingMaterial,
-    *,
-    weight: ArrayLike | None = None,
+    yarns: CrossingYarns, elements: CrossingElements, material: CrossingMaterial, *, alpha: ArrayLike | None = None
 ) -> StitchElements:
-    """The elements of the stitch contacts of a knit as it is laid out.
-
-    The length of a contact is shared among its elements, so that it counts once.
+    """The stitch contacts of a knit as it is laid out; a weave has none.
 
     Args:
-        nodes: p, q0, q1, r of each element, shape (W, 4).
-        rest_angle: angle at rest of each element, +pi/2 or -pi/2; shape (W,).
-        rest_position: positions of the nodes in the layout [cm], shape (N, 2) or (N, 3).
+        yarns: the layout.
+        elements: the elements of its simulated nodes.
         material: of the yarn.
-        weight: alpha of each node, shape (N,); 1 if it is None.
-
-    Raises:
-        ParameterError: a node does not exist, or a contact has no length.
+        alpha: blending field at the simulated nodes, shape (N,); 1 if it is None.
     """
-    position = np.asarray(rest_position, dtype=np.float64)
-    index = np.asarray(nodes, dtype=np.int64).reshape(-1, 4)
-    wrong = np.flatnonzero(((index < 0) | (index >= len(position))).any(axis=1))
-    if len(wrong):
-        found = f"element {wrong[0]} has the nodes {index[wrong[0]].tolist()}"
-        raise ParameterError(f"stitch elements: {found}; expected four numbers from 0 to {len(position) - 1}")
-    alpha = np.ones(len(position)) if weight is None else np.asarray(weight, dtype=np.float64)
-    length = np.linalg.norm(position[index[:, 2]] - position[index[:, 1]], axis=-1)
-    if len(length) and not length.min() > 0.0:
-        found = f"the contact of element {int(np.argmin(length))} has no length"
-        raise ParameterError(f"stitch elements: {found}; expected two nodes at different places")
-    _pairs, which, times = np.unique(np.sort(index[:, 1:3], axis=1), axis=0, return_inverse=True, return_counts=True)
-    share = alpha[index].mean(axis=1)
+    blend = np.ones(elements.count) if alpha is None else np.asarray(alpha, dtype=np.float64)
+    number = np.full(yarns.node_count, -1)
+    number[elements.nodes] = np.arange(elements.count)
+    contacts = number[yarns.stitch_contacts].reshape(-1, 2)
+    contacts = contacts[(contacts >= 0).all(axis=1)]
+    first, second = contacts.T
+    p, r = _outside(elements.link, first, second, 0), _outside(elements.link, second, first, 2)
+    wraps = (p >= 0) & (r >= 0)
+    index = np.stack([np.where(wraps, p, first), first, second, np.where(wraps, r, second)], axis=1)
+    along = np.where(elements.link[first, 0] // 2 == second, 0, 1)
+    length = _leg_length(elements, first, along)
+    mean = blend[index].mean(axis=1)
+    share = np.where(mean > 0.0, np.maximum(mean, SMALLEST_WEIGHT), 0.0)
+    position = yarns.position[elements.nodes]
+    axis, leg = position[second] - position[first], position[index[:, 0]] - position[first]
+    left = np.where(axis[:, 0] * leg[:, 1] - axis[:, 1] * leg[:, 0] >= 0.0, 1.0, -1.0)
     return StitchElements(
         nodes=index,
-        wrapping=share * material.wrapping * length,
-        rest_angle=np.broadcast_to(np.asarray(rest_angle, dtype=np.float64), len(index)).copy(),
-        length_stiffness=share * material.stitch_length / times[which.reshape(-1)],
+        wrapping=share * material.wrapping * length * wraps,
+        rest_angle=-0.5 * np.pi * left * elements.side[first],
+        length_stiffness=share * material.stitch_length,
         rest_length=length,
     )
+
+
+def _outside(link: NDArray[np.int64], node: NDArray[np.int64], other: NDArray[np.int64], leg: int) -> NDArray[np.int64]:
+    """Neighbour of a node along one yarn that is not the other node of its contact; -1 without one."""
+    pair = np.where(link[node, leg : leg + 2] >= 0, link[node, leg : leg + 2] // 2, -1)
+    outside: NDArray[np.int64] = np.where(pair[:, 0] == other, pair[:, 1], pair[:, 0])
+    return outside
+
+
+def _leg_length(elements: CrossingElements, node: NDArray[np.int64], leg: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Rest length of the segment after (0) or before (1) nodes along their u yarn."""
+    before = np.maximum(elements.link[node, 1], 0)
+    lengths: NDArray[np.float64] = np.where(
+        leg == 0, elements.rest_length[node, 0], elements.rest_length.reshape(-1)[before]
+    )
+    return lengths
 
 
 @kernel
@@ -211,7 +227,8 @@ class StitchTerm(Term):
         """The launch that keeps the positions."""
         if self.count == 0:
             return []
-        return [launcher(keep_nodes, self.node_count, [self._scalar(self.exact), state.nodes], [self._nodes, self._share])]
+        inputs = [self._scalar(self.exact), state.nodes]
+        return [launcher(keep_nodes, self.node_count, inputs, [self._nodes, self._share])]
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
         """The products of all elements, and their sums at the nodes."""

@@ -4,10 +4,11 @@
 
     E = 1/2 k_w L (t - r)^2
 
-The axis of a stitch contact joins its two nodes; L is its length in the layout. A leg of one yarn and a leg of the other
-one span two half planes with it, and t is their angle (``dihedral``): 0 in the flat layout, in which the legs lie on
-opposite sides. The angle at rest is a quarter turn: r = +pi/2 or -pi/2. Seen with the axis upwards and the first leg on its left, a
-positive angle turns both legs away from the viewer. The matrix that is never negative keeps k_w L grad t grad t^T.
+The axis of a stitch contact joins its two nodes; L is its length in the layout. A leg of one yarn and a leg of the
+other one span two half planes with it, and t is their angle (``dihedral``): 0 in the flat layout, in which the legs
+lie on opposite sides. The angle at rest is a quarter turn: r = +pi/2 or -pi/2. Seen with the axis upwards and the
+first leg on its left, a positive angle turns both legs away from the viewer. The matrix that is never negative keeps
+k_w L grad t grad t^T.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ TURN = wp.constant(6.283185307179586)
 
 @wp.func
 def unwrapped(axis: Any, a: Any, b: Any, rest: Any) -> Any:
-    """t - r, in the turn around the axis that is shorter."""
+    """T - r, in the turn around the axis that is shorter."""
     apart = dihedral_of(axis, a, b) - rest
     turn = type(rest)(TURN)
     return apart - turn * wp.floor(apart / turn + type(rest)(0.5))

@@ -158,13 +158,14 @@ class YarnGravity(Term):
         Raises:
             ParameterError: the acceleration [cm/s^2] is not three finite numbers.
         """
-        if np.shape(acceleration) != (3,) or not np.isfinite(acceleration).all():
-            raise ParameterError(f"gravity: got the acceleration {acceleration}; expected three finite numbers")
+        pull = np.asarray(acceleration, dtype=np.float64)
+        if pull.shape != (3,) or not np.isfinite(pull).all():
+            raise ParameterError(f"gravity: got the acceleration {pull.tolist()}; expected three finite numbers")
         self.count, self.device, self._scalar = elements.count, device, scalar
         self._link = wp.array(elements.link.astype(np.int32), dtype=wp.int32, device=device)
         self._slides = wp.array(elements.slides.astype(np.float64), dtype=vector(2, scalar), device=device)
         self._density = wp.array(elements.density, dtype=scalar, device=device)
-        self._acceleration = vector(3, scalar)(*np.asarray(acceleration, dtype=np.float64))
+        self._acceleration = vector(3, scalar)(*pull)
         self._share = wp.zeros(1, dtype=scalar, device=device)
 
     def energy(self, state: MixedVector) -> float:

@@ -10,16 +10,17 @@ and D = u1 - u0, its velocity is a mean of n0 = dx0/dt - w du0/dt and n1 = dx1/d
 which is the published matrix (rho D / 6) [[2I, -2w, I, -w], [-2w', 2w'w, -w', w'w], [I, -w, 2I, -2w], [-w', w'w, -2w',
 2w'w]] of (x0, u0, x1, u1). It changes with the state and is taken as constant within a step.
 
-*Lumped blocks.* The row sums of the matrix in n give each node half of each segment's yarn, (rho D / 2) n . n, and with it
-a symmetric block of 5 x 5 for (x, u, v), with the sum over the segments of both yarns:
+*Lumped blocks.* The row sums of the matrix in n give each node half of each segment's yarn, (rho D / 2) n . n, and
+with it a symmetric block of 5 x 5 for (x, u, v), with the sum over the segments of both yarns:
 
-    [[m I, -c_u, -c_v], [-c_u', d_u, 0], [-c_v', 0, d_v]],   m = sum rho D / 2,  c_u = sum rho D / 2 w,  d_u = sum rho D / 2 w . w
+    [[m I, -c_u, -c_v], [-c_u', d_u, 0], [-c_v', 0, d_v]]
+    m = sum rho D / 2,   c_u = sum rho D / 2 w,   d_u = sum rho D / 2 w . w
 
-*Inverse.* The block is positive, but singular where a yarn is straight and alone: then sliding along the yarn is motion of
-the same material, d_u - c_u . c_u / m = 0. Where two yarns cross, the yarn that does not slide has its share of m, and the
-block is regular. The inverse is that of the block whose d is larger by the share ``SLIDING_INERTIA``, and whose rows of
-fixed coordinates are zero. The same share is added to the products if ``regular`` is set, so that the matrix and its
-inverse belong together.
+*Inverse.* The block is positive, but singular where a yarn is straight and alone: then sliding along the yarn is
+motion of the same material, d_u - c_u . c_u / m = 0. Where two yarns cross, the yarn that does not slide has its
+share of m, and the block is regular. The inverse is that of the block whose d is larger by the share
+``SLIDING_INERTIA``, and whose rows of fixed coordinates are zero. The same share is added to the products if
+``regular`` is set, so that the matrix and its inverse belong together.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ def leg_density(link: int, k: int, i: int, density: wp.array2d[Any]) -> Any:
 
 @wp.func
 def slope_of(link: int, k: int, rest: Any, merging: Any, nodes: wp.array[Any], here: Any) -> Any:
-    """w of the segment of leg k, in the direction of the yarn."""
+    """W of the segment of leg k, in the direction of the yarn."""
     inverse, _slope, _bend = guarded_inverse(rest, merging)
     leg = leg_vector(link, nodes, here) * inverse
     if k % 2 == 1:
@@ -81,7 +82,7 @@ def find_mass_rows(
     # state out
     leg_slope: wp.array2d[Any],
 ) -> None:
-    """w and rho D / 6 of each leg, as four-vectors; zero without a neighbour."""
+    """W and rho D / 6 of each leg, as four-vectors; zero without a neighbour."""
     i = wp.tid()
     n = int(4)
     for k in range(n):
@@ -276,7 +277,8 @@ class YarnMass:
         """The launch that adds M d with the consistent matrix to ``product``."""
         if self.count == 0:
             return []
-        inputs = [self._link, self._slides, self._inertia_of_products, self.leg_slope, direction.nodes, direction.sliding]
+        model = [self._link, self._slides, self._inertia_of_products]
+        inputs = [*model, self.leg_slope, direction.nodes, direction.sliding]
         return [launcher(add_mass_products, self.count, inputs, [product.nodes, product.sliding])]
 
     def block_launches(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
+from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 
@@ -129,21 +130,19 @@ class ConstantNodeMasses:
 class MassMatrix:
     """Masses on a device."""
 
-    def __init__(
-        self, vertices: NDArray[np.float64], nodes: NodeMasses, total: float, scalar: Any, device: wp.Device
-    ) -> None:
-        """Send the masses of vertices to the device.
+    def __init__(self, masses: BlendedMasses, scalar: Any, device: wp.Device, nodes: NodeMasses | None = None) -> None:
+        """Send masses to the device.
 
         Args:
-            vertices: mass of each vertex [g], shape (V,).
-            nodes: blocks of the nodes.
-            total: mass of all [g].
+            masses: masses of vertices and nodes.
             scalar: Warp's floating-point type.
             device: where the masses lie.
+            nodes: blocks of the nodes; by default their masses, without inertia of the Eulerian coordinates.
         """
-        self.vertices = wp.array(vertices, dtype=scalar, device=device)
-        self.nodes, self.total = nodes, total
-        self._count = len(vertices) + len(nodes.mass)
+        self.total = masses.total
+        self.vertices = wp.array(masses.vertices, dtype=scalar, device=device)
+        self.nodes: NodeMasses = nodes or ConstantNodeMasses(masses.nodes, scalar, device)
+        self._count = len(self.vertices) + len(self.nodes.mass)
 
     def combine_products(
         self, factors: wp.array[Any], direction: MixedVector, product: MixedVector, launcher: Launcher

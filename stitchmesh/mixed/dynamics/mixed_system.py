@@ -23,7 +23,7 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses
 from stitchmesh.mixed.dynamics.conjugate_gradients import ConjugateGradients
-from stitchmesh.mixed.dynamics.mass_matrix import ConstantNodeMasses, MassMatrix, NodeMasses
+from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix, NodeMasses
 from stitchmesh.mixed.dynamics.vector_sums import choose
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
@@ -70,8 +70,7 @@ class MixedSystem:
             raise ParameterError("mixed system: got no mass; expected masses of triangles or yarns above 0 g")
         self.embedding, self.free, self.terms = embedding, free, list(terms)
         self.scalar, self.device = scalar, device
-        of_nodes = node_masses or ConstantNodeMasses(masses.nodes, scalar, device)
-        self.mass = MassMatrix(masses.vertices, of_nodes, masses.total, scalar, device)
+        self.mass = MassMatrix(masses, scalar, device, node_masses)
         self.preconditioner = Preconditioner(embedding, free, masses.nodes, scalar, device)
         self.launch: Launcher = partial(launch, device=device)
         self._factors = wp.zeros(1, dtype=vector(2, scalar), device=device)
@@ -85,8 +84,7 @@ class MixedSystem:
 
     def _set_projection(self, masses: BlendedMasses) -> None:
         """The metric of the masses alone, without the Eulerian coordinates, which no constraint contains."""
-        constant = ConstantNodeMasses(masses.nodes, self.scalar, self.device)
-        mass = MassMatrix(masses.vertices, constant, masses.total, self.scalar, self.device)
+        mass = MassMatrix(masses, self.scalar, self.device)
         self._blocks.clear()
         mass.combine_blocks(self._unit, self._blocks, self.launch)
         self._by_mass.set_metric(self._blocks)

@@ -25,14 +25,13 @@ from tests.mixed.crossings.small_fabrics import (
 )
 
 
-
 def with_friction(
     fabric: Fabric, material: CrossingMaterial, scalar=wp.float64, **changes
 ) -> tuple[CrossingElements, CrossingTerm, SlidingFriction]:
     """The elements of a fabric and its terms of elasticity and friction."""
     elements = fabric.elements(material, **changes)
     yarns = CrossingTerm(elements, scalar, CPU)
-    return elements, yarns, SlidingFriction(elements, yarns, fabric.sliding, fabric.side, (material, material))
+    return elements, yarns, SlidingFriction(elements, yarns)
 
 
 def rest_of(terms: Sequence[Term], values: np.ndarray, free: np.ndarray, residual: float) -> np.ndarray:
@@ -54,9 +53,14 @@ def rest_of(terms: Sequence[Term], values: np.ndarray, free: np.ndarray, residua
 
 
 def take_step(
-    terms: Sequence[Term], values: np.ndarray, free: np.ndarray, loaded: np.ndarray | None = None, residual: float = 1e-7
+    terms: Sequence[Term],
+    values: np.ndarray,
+    free: np.ndarray,
+    loaded: np.ndarray | None = None,
+    residual: float = 1e-7,
 ) -> np.ndarray:
-    """One static step from ``values`` with its updates before and after; ``loaded`` has other values that are not free."""
+    """One static step from ``values`` with its updates before and after; ``loaded`` has other values that are not
+    free."""
     for term in terms:
         term.begin_step(vector_of(*split(values)), 0.0, 0.0)
     values = rest_of(terms, values if loaded is None else loaded, free, residual)

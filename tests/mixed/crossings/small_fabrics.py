@@ -14,6 +14,8 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.compute.launch import launch
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements, crossing_elements
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
+from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.layout.crossing_yarns import WARP, WEFT, CrossingYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
 
@@ -24,36 +26,69 @@ YARN = CrossingMaterial.named("gong-1")
 
 @dataclass(frozen=True)
 class Fabric:
-    """Nodes as laid out."""
+    """Yarns as laid out, with the positions of their nodes in space."""
 
-    link: np.ndarray
+    yarns: CrossingYarns
     position: np.ndarray
-    sliding: np.ndarray
-    side: np.ndarray
+
+    @property
+    def sliding(self) -> np.ndarray:
+        return self.yarns.rest_sliding
 
     def elements(self, material: CrossingMaterial = YARN, **changes) -> CrossingElements:
-        return crossing_elements(self.link, self.sliding, self.position, self.side, (material, material), **changes)
+        """The elements with one material; all coordinates are free, unless it is said otherwise."""
+        slides = np.asarray(changes.pop("slides", np.ones(len(self.position))), dtype=bool)
+        slides = np.repeat(slides[:, None], 2, axis=1)
+        return crossing_elements(self.yarns, FabricMaterials.of(material), slides=slides, **changes)
+
+
+def laid(passages: list[tuple[list[int], int, int]], position: np.ndarray, side, kind="weave", contacts=()) -> Fabric:
+    """Yarns through nodes: for each one the nodes, the coordinate as which it passes them, and the family."""
+    count = len(position)
+    sliding, turn, direction = np.zeros((count, 2)), np.zeros((count, 2)), np.zeros((count, 2, 3))
+    for nodes, c, _family in passages:
+        coordinate = np.broadcast_to(c, len(nodes))
+        places = position[nodes]
+        sliding[nodes, coordinate] = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
+        a, b = np.diff(places[:-1], axis=0), np.diff(places[1:], axis=0)
+        angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1))
+        turn[nodes[1:-1], coordinate[1:-1]] = np.where(angle < 1e-6, 0.0, angle)
+        direction[nodes, coordinate] = np.gradient(places, axis=0)
+    along, across = direction[:, 0], direction[:, 1]
+    shear = np.arctan2(np.linalg.norm(np.cross(along, across), axis=1), (along * across).sum(axis=1))
+    starts = np.concatenate([[0], np.cumsum([len(nodes) for nodes, _c, _family in passages])])
+    yarns = CrossingYarns(
+        kind=kind,
+        panel=np.zeros(count),
+        position=position[:, :2],
+        triangle=np.zeros(count),
+        barycentric=np.full((count, 3), 1 / 3),
+        side=side,
+        yarn_start=starts,
+        yarn_node=np.concatenate([nodes for nodes, _c, _family in passages]),
+        yarn_coordinate=np.concatenate([np.broadcast_to(c, len(nodes)) for nodes, c, _family in passages]),
+        yarn_family=[family for _nodes, _c, family in passages],
+        rest_sliding=sliding,
+        rest_turn=turn,
+        rest_shear=shear,
+        stitch_contacts=np.array(contacts, dtype=int).reshape(-1, 2),
+    )
+    return Fabric(yarns, position)
 
 
 def plain_weave(columns: int, rows: int, spacing: float = 0.25) -> Fabric:
-    """A plain weave; the u yarns run along x, the v yarns along y."""
+    """A plain weave; the wefts are u yarns and run along x, the warps are v yarns and run along y."""
     x, y = (part.ravel() for part in np.meshgrid(np.arange(columns), np.arange(rows)))
-    number = x + columns * y
-    link = np.full((len(x), 4), -1)
-    for k, (dx, dy) in enumerate([(1, 0), (-1, 0), (0, 1), (0, -1)]):
-        inside = (x + dx >= 0) & (x + dx < columns) & (y + dy >= 0) & (y + dy < rows)
-        link[inside, k] = 2 * (number + dx + columns * dy)[inside] + k // 2
-    position = np.column_stack([x, y, 0 * x]) * spacing
-    return Fabric(link, position, position[:, :2].copy(), 1 - 2 * ((x + y) % 2))
+    number = np.arange(columns * rows).reshape(rows, columns)
+    passages = [(list(row), 0, WEFT) for row in number]
+    if rows > 1:
+        passages += [(list(column), 1, WARP) for column in number.T]
+    return laid(passages, np.column_stack([x, y, 0 * x]) * spacing, 1 - 2 * ((x + y) % 2))
 
 
-def single_yarn(position: np.ndarray, sliding: np.ndarray) -> Fabric:
-    """One yarn through nodes with the given coordinates; it is the u yarn."""
-    count = len(position)
-    link = np.full((count, 4), -1)
-    link[:-1, 0] = 2 * np.arange(1, count)
-    link[1:, 1] = 2 * np.arange(count - 1)
-    return Fabric(link, position, np.column_stack([sliding, 0 * sliding]), 1 - 2 * (np.arange(count) % 2))
+def single_yarn(position: np.ndarray) -> Fabric:
+    """One yarn through nodes; it is their u yarn."""
+    return laid([(list(range(len(position))), 0, WEFT)], position, 1 - 2 * (np.arange(len(position)) % 2))
 
 
 def vector_of(nodes: np.ndarray, sliding: np.ndarray, scalar=wp.float64) -> MixedVector:
@@ -114,3 +149,14 @@ def disturbed(fabric: Fabric, seed: int = 0, size: float = 0.15) -> np.ndarray:
 
 def softened(**changes) -> CrossingMaterial:
     return replace(YARN, **changes)
+
+
+def stitch_contact() -> Fabric:
+    """One contact of a knit, seen from the front: the new loop 0 1 2 4 is drawn through the old loop 5 1 2 3.
+
+    The axis runs up from node 1 (P) to node 2 (Q). The new loop comes from the left, behind, and leaves upwards, in
+    front; the old loop comes from below and leaves to the right.
+    """
+    position = 0.1 * np.array([[-1.0, 0.2, 0], [0, 0, 0], [0, 1.0, 0], [1.0, 0.9, 0], [0.1, 2.0, 0], [-0.1, -1.0, 0]])
+    passages = [([0, 1, 2, 4], 0, WEFT), ([5, 1, 2, 3], np.array([0, 1, 1, 0]), WEFT)]
+    return laid(passages, position, [1, -1, 1, 1, 1, 1], "knit", [[1, 2]])

@@ -4,20 +4,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import warp as wp
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.crossings.crossing_elements import crossing_elements
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
+from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from tests.mixed.crossings.small_fabrics import (
     CPU,
     RUN,
     YARN,
-    Fabric,
     differences,
     disturbed,
     energy_at,
@@ -75,7 +74,9 @@ def test_a_share_of_the_exact_matrix_lies_between_both():
     fabric = plain_weave(3, 3)
     term, state = term_of(fabric, softened(bending=0.0, shear=0.0)), disturbed(fabric)
     ends = hessian_at(term, state, exact=0.0), hessian_at(term, state, exact=1.0)
-    np.testing.assert_allclose(hessian_at(term, state, exact=0.25), 0.75 * ends[0] + 0.25 * ends[1], rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(
+        hessian_at(term, state, exact=0.25), 0.75 * ends[0] + 0.25 * ends[1], rtol=1e-9, atol=1e-6
+    )
 
 
 def test_rigid_motion_costs_nothing_and_forces_and_torques_add_up_to_zero():
@@ -92,7 +93,7 @@ def test_rigid_motion_costs_nothing_and_forces_and_torques_add_up_to_zero():
     np.testing.assert_allclose(force.sum(axis=0), 0, atol=1e-12 * scale)
     np.testing.assert_allclose(np.cross(nodes, force).sum(axis=0), 0, atol=1e-12 * scale)
     # yarn that slides along as a whole costs nothing either
-    shifted = flat(nodes, sliding + [0.3, -0.2])
+    shifted = flat(nodes, sliding + np.array([0.3, -0.2]))
     assert energy_at(term, shifted) == pytest.approx(energy_at(term, state), rel=1e-12)
     rest = flat(fabric.position @ rotation.T, fabric.sliding)
     assert energy_at(term, rest) < 1e-20
@@ -112,9 +113,11 @@ def test_uniform_stretch_of_a_plain_weave_is_that_of_its_yarns_in_parallel():
 
 def test_segments_in_series_share_a_pull_in_proportion_to_their_rest_lengths():
     rest = np.array([0.0, 0.1, 0.4, 0.5, 0.9])
-    nodes = np.column_stack([1.1 * rest, 0 * rest, 0 * rest])
-    force, slide = split(force_at(term_of(single_yarn(nodes, rest)), flat(nodes, np.column_stack([rest, 0 * rest]))))
-    np.testing.assert_allclose(force[:, 0], 0.1 * YARN.stretch_stiffness * np.array([1, 0, 0, 0, -1]), rtol=0, atol=1e-8)
+    yarn = single_yarn(np.column_stack([rest, 0 * rest, 0 * rest]))
+    force, slide = split(force_at(term_of(yarn), flat(1.1 * yarn.position, yarn.sliding)))
+    np.testing.assert_allclose(
+        force[:, 0], 0.1 * YARN.stretch_stiffness * np.array([1, 0, 0, 0, -1]), rtol=0, atol=1e-8
+    )
     assert np.abs(slide[1:-1]).max() < 1e-8  # no yarn wants to slide
 
 
@@ -136,20 +139,21 @@ def test_a_roll_has_the_energy_of_a_rod_of_rigidity_b_pi_r2():
     nodes = radius * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
     chord = 2 * radius * np.sin(np.pi / count)
     straight = np.column_stack([np.arange(count) * chord, np.zeros((count, 2))])
-    yarn = single_yarn(straight, chord * np.arange(count))
+    yarn = single_yarn(straight)
     rigidity = YARN.bending * np.pi * YARN.radius**2
     expected = 0.5 * rigidity / radius**2 * chord * (count - 2)
     # the discrete curvature is 2 pi / (count chord), above 1 / radius by (pi / count)^2 / 6
-    assert energy_at(term_of(yarn), flat(nodes, yarn.sliding)) == pytest.approx(expected, rel=0.5 * (np.pi / count) ** 2)
+    assert energy_at(term_of(yarn), flat(nodes, yarn.sliding)) == pytest.approx(
+        expected, rel=0.5 * (np.pi / count) ** 2
+    )
 
 
 def test_rest_angles_of_the_layout_cost_nothing():
     turn = np.linspace(0, 1, 8)
     nodes = np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
-    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(nodes, axis=0), axis=1))])
-    yarn = single_yarn(nodes, lengths)
+    yarn = single_yarn(nodes)
     assert energy_at(term_of(yarn), flat(nodes, yarn.sliding)) < 1e-20
-    straight = np.column_stack([lengths, np.zeros((8, 2))])
+    straight = np.column_stack([yarn.sliding[:, 0], np.zeros((8, 2))])
     assert energy_at(term_of(yarn), flat(straight, yarn.sliding)) > 0
 
 
@@ -171,8 +175,9 @@ def test_the_weight_of_blending_scales_energies_and_zero_leaves_them_out():
     fabric = plain_weave(3, 3)
     state = disturbed(fabric, size=0.05)
     whole = energy_at(term_of(fabric), state)
-    assert energy_at(term_of(fabric, weight=np.full(9, 0.3)), state) == pytest.approx(0.3 * whole, rel=1e-12)
-    assert energy_at(term_of(fabric, weight=np.zeros(9)), state) == 0.0
+    assert energy_at(term_of(fabric, alpha=np.full(9, 0.3)), state) == pytest.approx(0.3 * whole, rel=1e-12)
+    assert energy_at(term_of(fabric, alpha=np.full(9, 1e-6)), state) == pytest.approx(0.01 * whole, rel=1e-12)
+    assert energy_at(term_of(fabric, alpha=np.zeros(9)), state) == 0.0
 
 
 def test_fixed_coordinates_have_no_force_and_no_rows_and_columns():
@@ -189,7 +194,7 @@ def test_fixed_coordinates_have_no_force_and_no_rows_and_columns():
 
 def test_bending_beyond_the_yield_curvature_stays():
     straight = np.column_stack([np.arange(3) * 0.2, np.zeros((3, 2))])
-    yarn = single_yarn(straight, straight[:, 0])
+    yarn = single_yarn(straight)
     for angle, kept in ((0.05, 0.0), (0.5, 0.3), (-0.5, 0.3)):
         term = term_of(yarn, softened(yield_curvature=1.0))  # 1 / cm over 0.2 cm: 0.2 rad
         bent = straight.copy()
@@ -232,7 +237,7 @@ def test_extremes_have_finite_forces_and_products(scalar):
 
 def test_nodes_that_merge_are_pushed_apart_with_bounded_stiffness():
     straight = np.column_stack([np.arange(3) * 0.25, np.zeros((3, 2))])
-    yarn = single_yarn(straight, straight[:, 0])
+    yarn = single_yarn(straight)
     term = term_of(yarn)
     nodes = straight.copy()
     nodes[1, 0] = 0.0  # the nodes 0 and 1 lie at one place
@@ -249,31 +254,58 @@ def test_single_precision_has_the_forces_of_double_precision():
     exact, rounded = force_at(term_of(fabric), state), force_at(term_of(fabric, scalar=wp.float32), state, wp.float32)
     # differences of coordinates of 1 cm over 0.25 cm: a strain of 1e-6 at most
     np.testing.assert_allclose(rounded, exact, rtol=0, atol=2e-6 * YARN.stretch_stiffness)
-    exact, rounded = hessian_at(term_of(fabric), state), hessian_at(term_of(fabric, scalar=wp.float32), state, 1.0, wp.float32)
+    exact, rounded = (
+        hessian_at(term_of(fabric), state),
+        hessian_at(term_of(fabric, scalar=wp.float32), state, 1.0, wp.float32),
+    )
     np.testing.assert_allclose(rounded, exact, rtol=0, atol=1e-5 * np.abs(exact).max())
 
 
 def test_no_nodes_launch_nothing():
-    fabric = Fabric(np.zeros((0, 4)), np.zeros((0, 3)), np.zeros((0, 2)), np.zeros(0))
-    term = term_of(fabric)
+    none = crossing_elements(plain_weave(3, 3).yarns, FabricMaterials.of(YARN), nodes=[])
+    term = CrossingTerm(none, wp.float64, CPU)
     state = vector_of(np.zeros((0, 3)), np.zeros((0, 2)))
-    assert term.energy(state) == 0.0
+    assert term.energy(state) == 0.0 and term.step_limit(state, state) == 1.0
     assert term.forces(state, state.like(), RUN) == term.linearize(state, RUN) == term.products(state, state, RUN) == []
 
 
-def test_wrong_links_and_lengths_are_refused():
-    fabric = plain_weave(3, 2)
-    one_way = fabric.link.copy()
-    one_way[0, 0] = 4
-    with pytest.raises(ParameterError, match="node 0 has node 2 on leg 0, which has another neighbour there"):
-        replace(fabric, link=one_way).elements()
-    one_way[0, 0] = 12
-    with pytest.raises(ParameterError, match="link 0 of node 0 is 12; expected -1 to 11"):
-        replace(fabric, link=one_way).elements()
-    with pytest.raises(ParameterError, match="the segment after node 0 along yarn u has the rest length 0 cm"):
-        replace(fabric, sliding=0 * fabric.sliding).elements()
-    with pytest.raises(ParameterError, match=r"rest_sliding has the shape \(6, 3\); expected \(6, 2\)"):
-        replace(fabric, sliding=fabric.position).elements()
+def test_elements_with_nodes_that_are_not_simulated_are_left_out():
+    fabric = plain_weave(4, 4)
+    chosen = np.array([0, 1, 4, 5, 6])
+    state = disturbed(fabric, size=0.05)
+    nodes, sliding = split(state)
+    part = crossing_elements(fabric.yarns, FabricMaterials.of(YARN), nodes=chosen)
+    assert part.link[1].tolist() == [-1, 0, 7, -1] and (part.stretch > 0).sum() == 5 and (part.bending > 0).sum() == 1
+    term = CrossingTerm(part, wp.float64, CPU)
+    lengths = [np.linalg.norm(nodes[j] - nodes[i]) for i, j in ((0, 1), (4, 5), (5, 6))]
+    lengths += [np.linalg.norm(nodes[j] - nodes[i]) for i, j in ((0, 4), (1, 5))]
+    rest = [sliding[1, 0] - sliding[0, 0], sliding[5, 0] - sliding[4, 0], sliding[6, 0] - sliding[5, 0]]
+    rest += [sliding[4, 1] - sliding[0, 1], sliding[5, 1] - sliding[1, 1]]
+    stretch = sum(0.5 * YARN.stretch_stiffness * (a - b) ** 2 / b for a, b in zip(lengths, rest, strict=True))
+    soft = crossing_elements(fabric.yarns, FabricMaterials.of(softened(**ONLY["stretch"])), nodes=chosen)
+    term = CrossingTerm(soft, wp.float64, CPU)
+    assert energy_at(term, flat(nodes[chosen], sliding[chosen])) == pytest.approx(stretch, rel=1e-12)
+
+
+def test_coordinates_are_free_between_nodes_that_have_coordinates():
+    fabric = plain_weave(5, 5)
+    alpha = np.ones(25)
+    alpha[4::5] = 0.5  # the last column
+    slides = crossing_elements(fabric.yarns, FabricMaterials.of(YARN), alpha=alpha).slides.reshape(5, 5, 2)
+    expected = np.zeros((5, 5, 2), dtype=bool)
+    expected[:, 1:3, 0] = expected[1:-1, :4, 1] = True  # not at ends, and not beside the last column along u
+    np.testing.assert_array_equal(slides, expected)
+
+
+def test_wrong_nodes_and_shapes_are_refused():
+    yarns, materials = plain_weave(3, 2).yarns, FabricMaterials.of(YARN)
+    for nodes in ([1, 0], [0, 6], [[0]]):
+        with pytest.raises(ParameterError, match="nodes: expected ascending numbers from 0 to 5"):
+            crossing_elements(yarns, materials, nodes=nodes)
+    with pytest.raises(ParameterError, match=r"alpha has the shape \(5,\); expected \(6,\)"):
+        crossing_elements(yarns, materials, alpha=np.ones(5))
+    with pytest.raises(ParameterError, match=r"slides has the shape \(6,\); expected \(6, 2\)"):
+        crossing_elements(yarns, materials, slides=np.ones(6))
 
 
 @pytest.mark.parametrize("exact", [0.0, 0.5, 1.0])
@@ -296,5 +328,7 @@ def test_diagonal_blocks_are_those_of_the_matrix():
     for i in range(12):
         own, slide = slice(3 * i, 3 * i + 3), slice(36 + 2 * i, 38 + 2 * i)
         np.testing.assert_allclose(blocks.nodes.numpy()[i], matrix[own, own], rtol=0, atol=1e-12 * np.abs(matrix).max())
-        np.testing.assert_allclose(blocks.sliding.numpy()[i], matrix[slide, slide], rtol=0, atol=1e-12 * np.abs(matrix).max())
+        np.testing.assert_allclose(
+            blocks.sliding.numpy()[i], matrix[slide, slide], rtol=0, atol=1e-12 * np.abs(matrix).max()
+        )
     assert term_of(fabric, stored=False).diagonal(blocks, RUN) == []

@@ -4,18 +4,15 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
-import warp as wp
 
-from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.crossings.normal_forces import NormalForces, contact_axes
-from stitchmesh.mixed.crossings.sliding_friction import SlidingFriction
+from stitchmesh.mixed.crossings.normal_forces import contact_axes
 from tests.mixed.crossings.loading import take_step, with_friction
 from tests.mixed.crossings.small_fabrics import (
-    CPU,
     YARN,
     differences,
     disturbed,
@@ -87,7 +84,7 @@ def test_the_yarns_of_a_stitch_contact_pull_across_its_axis():
     # u: 0 1 2 3 and v: 4 1 2 5; the axis joins nodes 1 and 2, and each yarn pulls to its side
     link = np.full((6, 4), -1)
     for yarn, c in (((0, 1, 2, 3), 0), ((4, 1, 2, 5), 1)):
-        for before, after in zip(yarn[:-1], yarn[1:], strict=True):
+        for before, after in itertools.pairwise(yarn):
             own, other = (c if before in (1, 2) else 0), (c if after in (1, 2) else 0)
             link[before, 2 * own], link[after, 2 * other + 1] = 2 * after + other, 2 * before + own
     np.testing.assert_array_equal(contact_axes(link), [-1, 0, 1, -1, -1, -1])
@@ -100,7 +97,9 @@ def test_forces_and_products_are_derivatives_on_both_sides_of_the_limit():
     friction.begin_step(vector_of(*split(state)), 0.0, 0.0)
     slope = differences(lambda values: energy_at(friction, values), state, 1e-7)
     force = force_at(friction, state)
-    np.testing.assert_allclose(force, -slope, rtol=0, atol=1e-5 * np.abs(force).max())  # rounding of 1e-16 / 1e-7 in sums
+    np.testing.assert_allclose(
+        force, -slope, rtol=0, atol=1e-5 * np.abs(force).max()
+    )  # rounding of 1e-16 / 1e-7 in sums
     matrix = differences(lambda values: -force_at(friction, values), state, 1e-7)
     np.testing.assert_allclose(hessian_at(friction, state), matrix, rtol=0, atol=1e-7 * YARN.friction_stiffness)
     assert np.unique(np.abs(force[27:]).round(6)).size > 2
@@ -126,9 +125,9 @@ def pulled(material, amounts, feed=0.0):
 def test_a_yarn_that_slips_has_the_tensions_of_a_capstan():
     """The force on a coordinate is P = 1/2 k_s (|w|^2 - 1) from each side, and at each crossing P' - P = mu N.
 
-    With N = (T + T') R / L' and P near T, T' / T is near (1 + q) / (1 - q), q = mu R / L'. The yarn turns by 4 R / L' at
-    each crossing, and (1 + q) / (1 - q) is near e^(2 q): half of the angle of a capstan, because the other yarn has no
-    tension and N is the mean of what both yarns need.
+    With N = (T + T') R / L' and P near T, T' / T is near (1 + q) / (1 - q), q = mu R / L'. The yarn turns by 4 R / L'
+    at each crossing, and (1 + q) / (1 - q) is near e^(2 q): half of the angle of a capstan, because the other yarn
+    has no tension and N is the mean of what both yarns need.
     """
     material = replace(SOFT, friction=0.8)
     _fabric, _friction, values, _free = pulled(material, np.linspace(0.02, 1.0, 50), feed=1.0)
@@ -173,7 +172,7 @@ def test_a_run_that_is_resumed_has_the_same_bits():
     path = [vector_of(*split(disturbed(fabric, seed=step, size=0.05))) for step in range(6)]
 
     def run(terms, states):
-        for before, after in zip(states[:-1], states[1:], strict=True):
+        for before, after in itertools.pairwise(states):
             for term in terms:
                 term.begin_step(before, 0.0, 0.0)
             for term in terms:
@@ -198,8 +197,14 @@ def test_a_run_that_is_resumed_has_the_same_bits():
 @pytest.mark.parametrize("mu", [0.0, 1e6])
 def test_no_and_endless_friction_are_finite(mu):
     fabric = plain_weave(3, 3, SPACING)
-    _elements, _yarns, friction = with_friction(fabric, replace(YARN, friction=mu, friction_stiffness=1e6 if mu else 0.0))
-    for state in (flat(fabric.position, fabric.sliding), disturbed(fabric), flat(0 * fabric.position, 0 * fabric.sliding)):
+    _elements, _yarns, friction = with_friction(
+        fabric, replace(YARN, friction=mu, friction_stiffness=1e6 if mu else 0.0)
+    )
+    for state in (
+        flat(fabric.position, fabric.sliding),
+        disturbed(fabric),
+        flat(0 * fabric.position, 0 * fabric.sliding),
+    ):
         friction.begin_step(vector_of(*split(state)), 0.0, 0.0)
         assert np.isfinite(energy_at(friction, state)) and np.isfinite(force_at(friction, state)).all()
         friction.end_step(vector_of(*split(state)), 0.0, 0.0)
@@ -213,12 +218,3 @@ def test_fixed_coordinates_and_ends_have_no_friction():
     friction.begin_step(vector_of(*split(state)), 0.0, 0.0)
     force = split(force_at(friction, state))[1]
     assert not force[4].any() and force[1].any()
-
-
-def test_wrong_arrays_are_refused():
-    fabric = plain_weave(2, 2)
-    elements, yarns, _friction = with_friction(fabric, YARN)
-    with pytest.raises(ParameterError, match=r"got coordinates of shape \(3, 2\); expected \(4, 2\)"):
-        SlidingFriction(elements, yarns, np.zeros((3, 2)), fabric.side, (YARN, YARN))
-    with pytest.raises(ParameterError, match="expected \\+1, -1 or 0 for each of 4 nodes"):
-        NormalForces.of(elements, [2, 1, 1, 1], (0.05, 0.05), wp.float64, CPU)

@@ -10,24 +10,38 @@ import numpy as np
 import pytest
 import warp as wp
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.cloth.seams import cloth_from_panels
+from stitchmesh.mixed.crossings.crossing_elements import crossing_elements
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
+from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
+from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.normal_forces import contact_axes
 from stitchmesh.mixed.crossings.stitch_term import StitchTerm, stitch_elements
-from tests.mixed.crossings.small_fabrics import CPU, differences, energy_at, flat, force_at, hessian_at
+from stitchmesh.mixed.layout.knit import lay_knit
+from tests.mixed.cloth.panel_shapes import rectangle
+from tests.mixed.crossings.small_fabrics import (
+    CPU,
+    differences,
+    energy_at,
+    flat,
+    force_at,
+    hessian_at,
+    plain_weave,
+    stitch_contact,
+)
 
 YARN = CrossingMaterial.named("gong-2")
-FLAT = np.array([[-0.1, 0.02, 0.0], [0.0, 0.0, 0.0], [0.0, 0.1, 0.0], [0.1, 0.09, 0.0], [-0.1, 0.1, 0.0]])
-"""A contact between nodes 1 and 2, with legs to 0, 3 and 4."""
-NODES = [[0, 1, 2, 3], [4, 2, 1, 3]]
+CONTACT = stitch_contact()
+COUNT = len(CONTACT.position)
 
 
-def term_of(material=YARN, rest=np.pi / 2, scalar=wp.float64):
-    return StitchTerm(stitch_elements(NODES, rest, FLAT, material), len(FLAT), scalar, CPU)
+def term_of(material=YARN, scalar=wp.float64, fabric=CONTACT, **changes):
+    return StitchTerm(stitch_elements(fabric.yarns, fabric.elements(), material, **changes), COUNT, scalar, CPU)
 
 
 def state_of(size, seed=0):
-    nodes = FLAT + size * np.random.default_rng(seed).normal(size=FLAT.shape)
-    return flat(nodes, np.zeros((len(nodes), 2)))
+    nodes = CONTACT.position + size * np.random.default_rng(seed).normal(size=CONTACT.position.shape)
+    return flat(nodes, CONTACT.sliding)
 
 
 @pytest.mark.parametrize("changes", [{"stitch_length": 0.0}, {"wrapping": 0.0}, {}])
@@ -42,39 +56,44 @@ def test_forces_and_products_are_derivatives(changes):
     assert eigenvalues.min() > -1e-12 * eigenvalues.max()  # rounding
 
 
-def test_the_yarns_wrap_to_the_side_of_their_rest_angle():
-    for side in (1.0, -1.0):
-        elements = stitch_elements(NODES[:1], side * np.pi / 2, FLAT, YARN)
-        term = StitchTerm(elements, len(FLAT), wp.float64, CPU)
-        state = flat(FLAT, np.zeros((5, 2)))
-        # flat: a quarter turn from rest
-        assert energy_at(term, state) == pytest.approx(0.5 * YARN.wrapping * 0.1 * (np.pi / 2) ** 2, rel=1e-12)
-        force = force_at(term, state)[:15].reshape(5, 3)
-        assert side * force[0, 2] < 0 and side * force[3, 2] < 0 and force[4].tolist() == [0, 0, 0]
+def test_the_legs_turn_to_the_side_on_which_the_new_loop_comes_in():
+    for side in (1, -1):  # a purl stitch, and the knit stitch of the contact
+        for mirror in (1.0, -1.0):  # the contact at the left of a loop and that at its right
+            yarns = replace(CONTACT.yarns, side=np.where(np.arange(COUNT) == 1, side, CONTACT.yarns.side))
+            place = CONTACT.position * [mirror, 1.0, 1.0]
+            fabric = replace(CONTACT, yarns=replace(yarns, position=place[:, :2]), position=place)
+            term = term_of(fabric=fabric)
+            state = flat(place, fabric.sliding)
+            # flat: a quarter turn from rest
+            assert energy_at(term, state) == pytest.approx(0.5 * YARN.wrapping * 0.1 * (np.pi / 2) ** 2, rel=1e-12)
+            force = force_at(term, state)[: 3 * COUNT].reshape(-1, 3)
+            assert side * force[0, 2] > 0 and side * force[3, 2] > 0
+            assert not force[4:].any()
 
 
-def test_a_contact_with_two_elements_has_its_length_once():
-    stretched = FLAT.copy()
-    stretched[[2, 3, 4], 1] += 0.02
-    term = term_of(replace(YARN, wrapping=0.0))
+def test_the_length_of_a_contact_is_that_of_the_layout():
+    stretched = CONTACT.position * [1.0, 1.2, 1.0]
     expected = 0.5 * YARN.stitch_length * 0.1 * 0.2**2
-    assert energy_at(term, flat(stretched, np.zeros((5, 2)))) == pytest.approx(expected, rel=1e-12)
+    assert energy_at(term_of(replace(YARN, wrapping=0.0)), flat(stretched, CONTACT.sliding)) == pytest.approx(expected)
 
 
 def test_forces_and_torques_add_up_to_zero():
-    term = term_of()
-    nodes = state_of(0.05, seed=1)[:15].reshape(5, 3)
-    force = force_at(term, flat(nodes, np.zeros((5, 2))))[:15].reshape(5, 3)
+    state = state_of(0.05, seed=1)
+    nodes = state[: 3 * COUNT].reshape(-1, 3)
+    force = force_at(term_of(), state)[: 3 * COUNT].reshape(-1, 3)
     scale = np.abs(force).max()
     np.testing.assert_allclose(force.sum(axis=0), 0, atol=1e-12 * scale)  # rounding
     np.testing.assert_allclose(np.cross(nodes, force).sum(axis=0), 0, atol=1e-12 * scale)
 
 
 def test_flattened_contacts_have_finite_forces():
-    for nodes in (np.zeros((5, 3)), FLAT * [0, 1, 0], FLAT * [1, 1e-12, 0]):
-        state = flat(nodes, np.zeros((5, 2)))
-        term = term_of()
-        for values in (force_at(term, state), hessian_at(term, state), hessian_at(term, state, exact=0.0)):
+    for scale in (0.0, [0.0, 1.0, 0.0], [1.0, 1e-12, 1.0]):
+        state = flat(CONTACT.position * scale, CONTACT.sliding)
+        for values in (
+            force_at(term_of(), state),
+            hessian_at(term_of(), state),
+            hessian_at(term_of(), state, exact=0.0),
+        ):
             assert np.isfinite(values).all()
 
 
@@ -86,14 +105,39 @@ def test_single_precision_has_the_forces_of_double_precision():
     np.testing.assert_allclose(rounded, exact, rtol=0, atol=1e-5 * np.abs(exact).max())
 
 
-def test_wrong_elements_are_refused():
-    with pytest.raises(ParameterError, match=r"element 0 has the nodes \[0, 1, 2, 9\]; expected four numbers from 0 to 4"):
-        stitch_elements([[0, 1, 2, 9]], np.pi / 2, FLAT, YARN)
-    with pytest.raises(ParameterError, match="the contact of element 0 has no length"):
-        stitch_elements([[0, 1, 1, 3]], np.pi / 2, FLAT, YARN)
+def test_the_weight_of_blending_scales_and_contacts_with_nodes_outside_are_left_out():
+    state = state_of(0.02)
+    whole = energy_at(term_of(), state)
+    assert energy_at(term_of(alpha=np.full(COUNT, 0.25)), state) == pytest.approx(0.25 * whole, rel=1e-12)
+    part = crossing_elements(CONTACT.yarns, FabricMaterials.of(YARN), nodes=[0, 1, 3, 4, 5])
+    assert len(stitch_elements(CONTACT.yarns, part, YARN).nodes) == 0
+    short = crossing_elements(CONTACT.yarns, FabricMaterials.of(YARN), nodes=[1, 2, 3])
+    elements = stitch_elements(CONTACT.yarns, short, YARN)
+    assert elements.wrapping.tolist() == [0.0] and elements.length_stiffness.tolist() == [YARN.stitch_length]
 
 
 def test_a_weave_has_no_stitch_contacts():
-    term = StitchTerm(stitch_elements(np.zeros((0, 4)), np.pi / 2, FLAT, YARN), 5, wp.float64, CPU)
-    state = state_of(0.1)
+    fabric = plain_weave(3, 3)
+    term = StitchTerm(stitch_elements(fabric.yarns, fabric.elements(), YARN), 9, wp.float64, CPU)
+    state = flat(fabric.position, fabric.sliding)
     assert energy_at(term, state) == 0.0 and not force_at(term, state).any() and not hessian_at(term, state).any()
+
+
+def test_a_knit_as_laid_out_has_the_energy_of_its_wrapping_alone():
+    cloth = cloth_from_panels([rectangle(5.0, 4.0)], [], edge_length=1.0)
+    yarns = lay_knit(cloth, [[1]], wale_spacing=0.5, course_spacing=0.4)
+    elements = crossing_elements(yarns, FabricMaterials.of(YARN))
+    stitches = stitch_elements(yarns, elements, YARN)
+    nodes = np.column_stack([yarns.position, np.zeros(yarns.node_count)])
+    state = flat(nodes, yarns.rest_sliding)
+    assert energy_at(CrossingTerm(elements, wp.float64, CPU), state) < 1e-15
+    wraps = stitches.wrapping > 0
+    assert wraps.sum() > 0.8 * len(wraps) > 50
+    assert (contact_axes(elements.link)[stitches.nodes[:, 1:3]] >= 0).all()
+    expected = (0.5 * stitches.wrapping * (np.pi / 2) ** 2).sum()
+    term = StitchTerm(stitches, elements.count, wp.float64, CPU)
+    assert energy_at(term, state) == pytest.approx(expected, rel=1e-10)
+    # the links and heads of a stockinette turn to the back; what their axes turn around is pushed to the front
+    force = force_at(term, state)[: nodes.size].reshape(-1, 3)
+    moment = (force[:, 2] * (yarns.position[:, 0] - 2.5) ** 2).sum()
+    assert moment < 0 and np.abs(force[:, :2]).max() < 1e-9 * np.abs(force[:, 2]).max()

@@ -9,7 +9,17 @@ import pytest
 import warp as wp
 
 from stitchmesh.mixed.crossings.yarn_mass import SLIDING_INERTIA, YarnMass
-from tests.mixed.crossings.small_fabrics import CPU, RUN, YARN, disturbed, flat, plain_weave, single_yarn, split, vector_of
+from tests.mixed.crossings.small_fabrics import (
+    CPU,
+    RUN,
+    YARN,
+    disturbed,
+    flat,
+    plain_weave,
+    single_yarn,
+    split,
+    vector_of,
+)
 
 
 def mass_at(fabric, state, scalar=wp.float64, regular=False, **changes):
@@ -35,8 +45,9 @@ def test_the_matrix_is_that_of_the_velocity_along_each_segment():
     velocity = np.random.default_rng(1).normal(size=len(state))
     moving, running = split(velocity)
     expected, (points, weights) = 0.0, np.polynomial.legendre.leggauss(2)  # exact for the square of a linear function
-    for i, c in np.argwhere(fabric.link[:, ::2] >= 0):
-        j, d = divmod(fabric.link[i, 2 * c], 2)
+    links = fabric.yarns.links
+    for i, c in np.argwhere(links[:, ::2] >= 0):
+        j, d = divmod(links[i, 2 * c], 2)
         rest = sliding[j, d] - sliding[i, c]
         w = (nodes[j] - nodes[i]) / rest
         first, second = moving[i] - w * running[i, c], moving[j] - w * running[j, d]
@@ -69,7 +80,7 @@ def test_the_total_mass_is_that_of_the_yarn_and_moves_as_a_whole():
 def test_blocks_are_symmetric_and_positive_and_solved_exactly(fixed):
     fabric = plain_weave(3, 3)
     state = disturbed(fabric)
-    mass = mass_at(fabric, state, slides=np.arange(9) % 2 == 0 if fixed else None)
+    mass = mass_at(fabric, state, slides=np.arange(9) % 2 == 0 if fixed else np.ones(9))
     blocks = matrix_of(mass.block_launches, len(state))
     np.testing.assert_array_equal(blocks, blocks.T)
     moves = np.diag(blocks) > 0
@@ -84,7 +95,7 @@ def test_blocks_are_symmetric_and_positive_and_solved_exactly(fixed):
 
 def test_a_straight_yarn_alone_slides_with_the_least_inertia_and_single_precision_solves_its_block():
     nodes = np.column_stack([np.arange(5) * 0.2, np.zeros(5), np.zeros(5)])
-    yarn = single_yarn(nodes, nodes[:, 0])
+    yarn = single_yarn(nodes)
     state = flat(nodes, yarn.sliding)
     consistent = matrix_of(mass_at(yarn, state).product_launches, 25)
     sliding = np.concatenate([np.tile([1.0, 0, 0], 5), np.tile([1.0, 0], 5)])  # nodes move along a yarn that rests
@@ -101,7 +112,7 @@ def test_a_straight_yarn_alone_slides_with_the_least_inertia_and_single_precisio
 
 def test_nodes_that_merge_and_nodes_without_yarn_have_finite_inverses():
     fabric = plain_weave(2, 2)
-    weightless = mass_at(fabric, flat(fabric.position, fabric.sliding), weight=np.zeros(4))
+    weightless = mass_at(fabric, flat(fabric.position, fabric.sliding), alpha=np.zeros(4))
     assert not matrix_of(weightless.solve_launches, 20).any()
     merged = mass_at(fabric, flat(0 * fabric.position, 0 * fabric.sliding))
     assert np.isfinite(matrix_of(merged.solve_launches, 20)).all()

@@ -83,7 +83,7 @@ def test_products_and_blocks_belong_to_the_kinetic_energy_of_sliding_yarns(scala
     random = np.random.default_rng(9)
     mass = BlendedMasses(random.uniform(1, 2, 5), random.uniform(0.1, 1, (7, 2)))
     along = random.normal(size=(7, 2, 3))
-    matrix = MassMatrix(mass.vertices, crossing_masses(mass.yarns, scalar, along), mass.total, scalar, CPU)
+    matrix = MassMatrix(mass, scalar, CPU, crossing_masses(mass.yarns, scalar, along))
     parts = [random.normal(size=shape) for shape in ((5, 3), (7, 3), (7, 2))]
     motion = MixedVector.from_numpy(*parts, scalar, CPU)
     product = motion.copy()
@@ -107,7 +107,7 @@ def test_products_and_blocks_belong_to_the_kinetic_energy_of_sliding_yarns(scala
 def test_yarn_that_slides_as_fast_as_its_node_moves_has_no_kinetic_energy():
     mass = BlendedMasses(np.zeros(0), np.array([[0.5, 0.0]]))
     crossing = crossing_masses(mass.yarns, wp.float64, np.array([[[0.0, 2.0, 0.0], [0.0, 0.0, 0.0]]]))
-    matrix = MassMatrix(mass.vertices, crossing, mass.total, wp.float64, CPU)
+    matrix = MassMatrix(mass, wp.float64, CPU, crossing)
     motion = MixedVector.from_numpy(np.zeros((0, 3)), [[0.0, 6.0, 0.0]], [[3.0, 0.0]], wp.float64, CPU)
     product = motion.like()
     unit = wp.array([[1.0, 0.0]], dtype=wp.vec2d, device=CPU)
