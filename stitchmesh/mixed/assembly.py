@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The mixed system of a fabric: from cloth, yarns, materials and a region to unknowns, masses and terms.
 
-Numbers of nodes change from those of the layout, which covers the whole cloth, to those of the nodes that are simulated.
-Yarn elements exist where all their nodes are simulated, with the mean of alpha at their nodes as weight; triangles have
-the weight 1 - alpha (Casafranca et al. 2020, sections 4.1 and 4.2).
+Nodes are numbered as in the layout, which covers the whole cloth, or as the nodes that are simulated. Yarn elements
+exist where all their nodes are simulated, with the mean of alpha at their nodes as weight; triangles have the weight
+1 - alpha (Casafranca et al. 2020, sections 4.1 and 4.2).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.contact.attachments import Attachment, at_simulated_nodes
 from stitchmesh.mixed.contact.body import Body
@@ -27,9 +27,10 @@ from stitchmesh.mixed.contact.contact_points import ContactPoints, join_points, 
 from stitchmesh.mixed.contact.self_collision import PRESSURE, SelfCollision
 from stitchmesh.mixed.contact.triangle_points import SeamLinks, points_on_triangles
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements, crossing_elements
-from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
+from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.crossings.sliding_friction import SlidingFriction
+from stitchmesh.mixed.crossings.stitch_term import StitchTerm, stitch_elements
 from stitchmesh.mixed.crossings.yarn_mass import YarnMass
 from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses, blend_masses
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
@@ -55,14 +56,13 @@ class MixedFabric:
     """The yarns, everywhere on the cloth."""
     cloth_material: ClothMaterial
     """Material of the triangles."""
-    yarn_materials: tuple[CrossingMaterial, CrossingMaterial]
-    """Materials of the u yarns (wefts, courses) and of the v yarns (warps)."""
+    yarn_materials: FabricMaterials
+    """Materials of the yarns."""
 
     @property
     def yarn_radius(self) -> FloatArray:
         """Radius of each yarn [cm], shape (Y,)."""
-        radii = np.array([self.yarn_materials[0].radius, self.yarn_materials[1].radius])
-        return radii[np.minimum(self.yarns.yarn_family, 1)]
+        return np.array([material.radius for material in self.yarn_materials.by_family])[self.yarns.yarn_family]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -107,12 +107,11 @@ def mixed_system(fabric: MixedFabric, region: Region, loads: Loads, *, scalar: A
     Raises:
         ParameterError: an attachment holds what does not exist, or a load is not possible.
     """
-    masses = fabric_masses(fabric, region)
-    elements = yarn_elements(fabric, region)
+    masses, elements = fabric_masses(fabric, region), yarn_elements(fabric, region)
     terms = [*_triangle_terms(fabric, region, scalar, device), *_yarn_terms(fabric, region, elements, scalar, device)]
     terms += _contact_terms(fabric, region, loads, scalar, device)
     system = MixedSystem(
-        embed(region), free_unknowns(region, loads.held), masses, terms,
+        embed(region), free_unknowns(region, loads.held, elements), masses, terms,
         node_masses=YarnMass(elements, scalar, device) if elements.count else None, scalar=scalar, device=device,
     )  # fmt: skip
     if any(loads.gravity):
@@ -120,14 +119,15 @@ def mixed_system(fabric: MixedFabric, region: Region, loads: Loads, *, scalar: A
     return system
 
 
-def free_unknowns(region: Region, held: Sequence[Attachment]) -> FreeUnknowns:
-    """Return what is unknown beside what attachments hold."""
+def free_unknowns(region: Region, held: Sequence[Attachment], elements: CrossingElements) -> FreeUnknowns:
+    """Return what is unknown beside what attachments hold, and beside the ends of yarns, which do not slide."""
     vertices = [each.vertices for each in held if each.stiffness is None]
     nodes = [each.nodes for each in held if each.stiffness is None]
     none = np.zeros(0, dtype=np.int64)
-    return FreeUnknowns.of(
+    free = FreeUnknowns.of(
         region, fixed_vertices=np.concatenate([none, *vertices]), fixed_nodes=np.concatenate([none, *nodes])
     )
+    return replace(free, sliding=free.sliding & elements.slides)
 
 
 def held_in_state(region: Region, held: Sequence[Attachment]) -> list[Attachment]:
@@ -142,42 +142,21 @@ def fabric_masses(fabric: MixedFabric, region: Region) -> BlendedMasses:
     ends = np.stack([yarns.yarn_node[first], yarns.yarn_node[first + 1]], axis=1)
     coordinate = np.stack([yarns.yarn_coordinate[first], yarns.yarn_coordinate[first + 1]], axis=1)
     length = np.diff(yarns.rest_sliding[ends, coordinate], axis=1)[:, 0]
-    density = np.array([material.density for material in fabric.yarn_materials])[coordinate[:, 0]]
-    return blend_masses(region, ends, density * length, coordinate, triangle_masses(fabric.cloth, fabric.cloth_material))
+    density = np.array([material.density for material in fabric.yarn_materials.by_family])
+    mass = density[yarns.yarn_family[yarns.passage_yarn[first]]] * length
+    return blend_masses(region, ends, mass, coordinate, triangle_masses(fabric.cloth, fabric.cloth_material))
 
 
 def yarn_elements(fabric: MixedFabric, region: Region) -> CrossingElements:
-    """Return the elements of the simulated nodes, with the rest angles of the layout."""
-    yarns, simulated = fabric.yarns, region.nodes
-    links = _links_in_state(yarns.links[simulated], region.node_number)
-    alpha = np.where(region.node_kind == YARNS, 1.0, np.maximum(region.node_alpha, region.smallest_alpha))
-    elements = crossing_elements(
-        links,
-        yarns.rest_sliding[simulated],
-        yarns.position[simulated],
-        yarns.side[simulated],
-        fabric.yarn_materials,
-        weight=alpha[simulated],
-        slides=region.sliding_nodes & ~yarns.on_rod[simulated],
-        touches=~_within_contacts(yarns)[simulated],
-        shears=yarns.kind == "weave",
+    """Return the elements of the simulated nodes."""
+    return crossing_elements(
+        fabric.yarns, fabric.yarn_materials, nodes=region.nodes, alpha=_alpha_at_nodes(region)[region.nodes]
     )
-    turning = (links[:, 0::2] >= 0) & (links[:, 1::2] >= 0)
-    return replace(elements, rest_turn=yarns.rest_turn[simulated] * turning, rest_shear=yarns.rest_shear[simulated].copy())
 
 
-def _links_in_state(links: IntArray, node_number: IntArray) -> IntArray:
-    """Links 2 j + c with the numbers of the simulated nodes; -1 where the neighbour is not simulated."""
-    number = np.where(links >= 0, node_number[links // 2], -1)
-    return np.where(number >= 0, 2 * number + links % 2, -1)
-
-
-def _within_contacts(yarns: CrossingYarns) -> NDArray[np.bool_]:
-    """Whether the segment after each node, along u and along v, lies within a stitch contact; shape (N, 2)."""
-    partner = np.full(yarns.node_count, -2)
-    partner[yarns.stitch_contacts] = yarns.stitch_contacts[:, ::-1]
-    within: NDArray[np.bool_] = yarns.neighbours[:, 0::2] == partner[:, None]
-    return within
+def _alpha_at_nodes(region: Region) -> NDArray[np.float64]:
+    """Alpha at the nodes of the layout, not zero at those that are simulated, exactly 1 in the full-yarn region."""
+    return np.where(region.node_kind == YARNS, 1.0, np.maximum(region.node_alpha, region.smallest_alpha))
 
 
 def _triangle_terms(fabric: MixedFabric, region: Region, scalar: Any, device: wp.Device) -> list[Term]:
@@ -193,12 +172,13 @@ def _yarn_terms(
 ) -> list[Term]:
     if not elements.count:
         return []
-    yarns, simulated = fabric.yarns, region.nodes
     crossing = CrossingTerm(elements, scalar, device)
-    friction = SlidingFriction(
-        elements, crossing, yarns.rest_sliding[simulated], yarns.side[simulated], fabric.yarn_materials
-    )
-    return [crossing, friction]
+    terms: list[Term] = [crossing, SlidingFriction(elements, crossing)]
+    if fabric.yarns.kind == "knit":
+        alpha = _alpha_at_nodes(region)[region.nodes]
+        stitches = stitch_elements(fabric.yarns, elements, fabric.yarn_materials.weft, alpha=alpha)
+        terms.append(StitchTerm(stitches, elements.count, scalar, device))
+    return terms
 
 
 def _contact_terms(fabric: MixedFabric, region: Region, loads: Loads, scalar: Any, device: wp.Device) -> list[Term]:

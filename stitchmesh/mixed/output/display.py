@@ -90,7 +90,7 @@ class Display:
         places = self._basis @ vertices
         places[self.region.nodes] = simulated
         corners = self._covered.placed(vertices, places)
-        normals = _vertex_normals(self.cloth.triangles, corners)
+        normals = vertex_normals(self.cloth.triangles, corners)
         smooth = self._basis @ corners + _along_normals(self._basis @ normals, self._node_change @ corners)
         nodes = smooth + self.region.node_alpha[:, None] * (places - smooth)
         linear = self._linear @ corners
@@ -119,8 +119,8 @@ def _sharpened(matrix: csr_array, vertex_count: int) -> csr_array:
     return csr_array(2.0 * matrix - matrix @ at_vertices)
 
 
-def _vertex_normals(triangles: IntArray, vertices: FloatArray) -> FloatArray:
-    """Sums of the area vectors of the triangles at each vertex, of unit length, shape (V, 3)."""
+def vertex_normals(triangles: IntArray, vertices: FloatArray) -> FloatArray:
+    """Return the sums of the area vectors of the triangles at each vertex, of unit length, shape (V, 3)."""
     corners = vertices[triangles]
     areas = np.repeat(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), 3, axis=0)
     sums = [np.bincount(triangles.ravel(), areas[:, axis], len(vertices)) for axis in range(3)]

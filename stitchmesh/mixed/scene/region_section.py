@@ -128,5 +128,5 @@ def _extent(cloth: Cloth, box: BoxSection, middle: FloatArray, flat: FloatArray)
 
 
 def _between(points: FloatArray, low: tuple[float, ...], high: tuple[float, ...]) -> NDArray[np.bool_]:
-    between: NDArray[np.bool_] = ((points >= np.array(low)) & (points <= np.array(high))).all(axis=1)
-    return between
+    between: NDArray[np.bool_] = np.logical_and(points >= np.array(low), points <= np.array(high))
+    return np.logical_and.reduce(between, axis=1)
