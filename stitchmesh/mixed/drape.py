@@ -22,17 +22,19 @@ from stitchmesh import __version__
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
+from stitchmesh.io.atomic import write_json
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.memory import available_memory, check_memory
 from stitchmesh.mixed.output.display import Display, Shown
+from stitchmesh.mixed.output.files import RunFiles
 from stitchmesh.mixed.output.frames import Frame, Frames
 from stitchmesh.mixed.output.report import RunTotals, mixed_report, peak_memory, region_counts
 from stitchmesh.mixed.run_checkpoint import NAME, RunCheckpoint, read_run, run_inputs, write_run
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
-from stitchmesh.mixed.scene.scene_file import read_scene
+from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
 from stitchmesh.mixed.simulation import Simulation, SimulationStep, begin_simulation
 from stitchmesh.progress import Progress, no_progress
 from stitchmesh.run_control import RunControl, RunStopped, Snapshot
@@ -41,6 +43,8 @@ from stitchmesh.yarn import YarnSet
 
 STAGE = "drape"
 """Name of the stage in reports of progress."""
+REPORT, SCENE_FILE = "report.json", "scene.toml"
+"""Names of files in the output folder."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -70,6 +74,26 @@ class Draped:
     def yarns(self) -> YarnSet:
         """All yarns at the end, as curves."""
         return self.yarns_at(self.end)
+
+    def write(self, folder: str | PathLike[str]) -> None:
+        """Write yarns, surface, maps, animation, scene and report, as the scene asks.
+
+        Raises:
+            FileError: a file cannot be written.
+        """
+        target, output = Path(folder), self.prepared.scene.output
+        files = RunFiles(target, self.prepared.fabric, self.display)
+        files.write_state(self.end, output.yarns)
+        if output.animation and len(self.frames) > 1:
+            files.write_animation(self.frames, self._frames_per_second)
+        write_scene(target / SCENE_FILE, self.prepared.scene)
+        write_json(target / REPORT, self.report)
+
+    @property
+    def _frames_per_second(self) -> float:
+        """Frames for each second of an animation; equilibria are a second apart."""
+        scene = self.prepared.scene
+        return scene.output.frames_per_second if scene.mode == "dynamic" else scene.load_steps / scene.duration
 
     def shown_at(self, frame: Frame) -> Shown:
         """Return vertices, yarn nodes and smooth surface of a frame [cm]."""

@@ -80,6 +80,13 @@ class Display:
         alpha: FloatArray = self._linear @ self.region.vertex_alpha
         return alpha
 
+    def at_surface(self, values: FloatArray) -> FloatArray:
+        """Return values of the triangles of the cloth, shape (T,), at the vertices of the surface, shape (W,)."""
+        corners, repeated = self.triangles.ravel(), np.repeat(values[self.parent], 3)
+        count = np.maximum(np.bincount(corners, minlength=self._linear.shape[0]), 1)
+        means: FloatArray = np.bincount(corners, repeated, self._linear.shape[0]) / count
+        return means
+
     def show(self, vertices: FloatArray, simulated: FloatArray) -> Shown:
         """Return positions for display.
 

@@ -89,8 +89,8 @@ class OutputSection:
     """Whether a picture is drawn."""
     colour: Literal["yarn", "alpha", "tension"] = "yarn"
     """What decides the colours of the picture."""
-    view: str = "front"
-    """Direction of the camera, as for pictures of yarns."""
+    view: tuple[float, float] = (0.0, 0.0)
+    """Direction of the camera [degrees]: azimuth, 0 from the side of z and 90 from the side of x, and elevation."""
     size: tuple[int, int] = (1200, 900)
     """Width and height of the picture [pixels]."""
     subdivisions: int = ROUNDS
