@@ -38,6 +38,11 @@ from .mesh.stitch import Stitch as Stitch
 from .meshrelax import relax_mesh as relax_mesh
 from .meshrelax import relax_mesh_around_edit as relax_mesh_around_edit
 from .meshrelax.evenness import evenness_verdict as evenness_verdict
+from .mixed.drape import Draped as Draped
+from .mixed.drape import drape as drape
+from .mixed.scene.scene import Scene as Scene
+from .mixed.scene.scene_file import read_scene as read_scene
+from .mixed.scene.scene_file import write_scene as write_scene
 from .patterns import LaidPattern as LaidPattern
 from .patterns import LeftOut as LeftOut
 from .patterns import Pattern as Pattern

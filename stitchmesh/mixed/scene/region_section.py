@@ -16,6 +16,9 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 
+ROUNDING = 1e-9
+"""Distance from a box within which a point still lies in it [cm]."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class BoxSection:
@@ -128,5 +131,5 @@ def _extent(cloth: Cloth, box: BoxSection, middle: FloatArray, flat: FloatArray)
 
 
 def _between(points: FloatArray, low: tuple[float, ...], high: tuple[float, ...]) -> NDArray[np.bool_]:
-    between: NDArray[np.bool_] = np.logical_and(points >= np.array(low), points <= np.array(high))
+    between: NDArray[np.bool_] = np.logical_and(points >= np.array(low) - ROUNDING, points <= np.array(high) + ROUNDING)
     return np.logical_and.reduce(between, axis=1)

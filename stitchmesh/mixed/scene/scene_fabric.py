@@ -92,12 +92,15 @@ def prepare(scene: Scene, *, cloth: Cloth | None = None, yarns: CrossingYarns | 
         cloth_material=_cloth_material(scene, surface, laid, materials),
         yarn_materials=materials,
     )
+    region = scene.region.region(surface, laid)
+    held = tuple(_attachment(number, one, surface, laid) for number, one in enumerate(scene.attachments))
+    _check_simulated(held, region)
     return PreparedScene(
         scene=scene,
         fabric=fabric,
-        region=scene.region.region(surface, laid),
+        region=region,
         vertices=_disturbed(surface, scene.disturbance),
-        held=tuple(_attachment(number, one, surface, laid) for number, one in enumerate(scene.attachments)),
+        held=held,
         bodies=tuple(
             LoadedBody(body=one.body(), friction=one.friction, thickness=one.thickness) for one in scene.bodies
         ),
@@ -146,6 +149,16 @@ def _attachment(number: int, section: AttachmentSection, cloth: Cloth, yarns: Cr
     if not len(vertices) + len(nodes):
         raise ParameterError(f"{name}: {section.boxes[0]}: holds nothing of the cloth; expected a box that overlaps it")
     return Attachment(vertices, nodes, section.motion(), None, name)
+
+
+def _check_simulated(held: tuple[Attachment, ...], region: Region) -> None:
+    """Refuse attachments that hold nothing where yarns or triangles are simulated."""
+    for each in held:
+        if not region.unknown_vertices[each.vertices].any() and (region.node_number[each.nodes] < 0).all():
+            raise ParameterError(
+                f"{each.name}: holds {len(each.vertices)} vertices within the region of yarns and none of its yarn "
+                "nodes; expected boxes that hold crossings of yarns too"
+            )
 
 
 def _in_boxes(section: AttachmentSection, cloth: Cloth, yarns: CrossingYarns) -> tuple[IntArray, IntArray]:

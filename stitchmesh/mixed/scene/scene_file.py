@@ -63,6 +63,11 @@ def write_scene(path: FilePath, scene: Scene) -> None:
     write_text(path, HEADER + "\n" + "\n".join(_lines(changed_fields(moved), "")) + "\n")
 
 
+def example_scene() -> str:
+    """Return the text of an example scene, with comments."""
+    return Path(__file__).with_name("example.toml").read_text(encoding="utf-8")
+
+
 def _with_paths(scene: Scene, change: Callable[[str], str]) -> Scene:
     """Return a scene with all paths of files changed."""
 
