@@ -35,10 +35,6 @@ class Term(ABC):
     """Part of the exact Hessian in the products, in [0, 1]: 1 for the exact Hessian, 0 for the one that is never
     negative (Gauss-Newton). Read when ``linearize`` is called."""
 
-    version: int = 0
-    """Increases when launches that were prepared before are no longer valid, for example after an array was replaced by
-    a longer one."""
-
     @abstractmethod
     def energy(self, state: MixedVector) -> float:
         """Energy [erg] at a state, summed in a fixed order."""
@@ -81,10 +77,10 @@ class Term(ABC):
         """
 
     def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
-        """The part of a direction, in [0, 1], along which nothing can pass through anything; 1 where nothing can.
+        """The part of a direction, in [0, 1], along which nothing can pass what it must not pass; 1 where nothing can.
 
-        A solver calls this function before it moves along a direction, and moves by this part at most. A term of
-        contact lists its pairs again here where the direction leads beyond those that are listed.
+        A solver calls this function before it moves along a direction, also for a first guess, and moves by this part
+        at most. A term of contact lists its pairs again here where the direction leads beyond those that are listed.
 
         Args:
             state: positions at the start of the move.
@@ -96,10 +92,6 @@ class Term(ABC):
     def generation(self) -> int:
         """A number that changes when prepared launches of the term are stale, because its arrays have grown."""
         return 0
-
-    def longest_step(self, state: MixedVector, direction: MixedVector) -> float:
-        """Longest part of a direction, at most 1, that the line search may try, for terms that nodes must not pass."""
-        return 1.0
 
     def arrays(self) -> dict[str, Any]:
         """Arrays on the device that last from step to step, by name, for stopping and resuming."""

@@ -14,7 +14,8 @@
     second = { panel = "back", start = 3, end = 0 }
     angle = 0                                               # at rest [degrees]
 
-Corners are counted from 0. Other keys and their defaults are those of ``PanelTable``, ``PanelPosition`` and ``Seam``.
+Corners are counted from 0. Other keys and their defaults are those of ``PanelFile``, ``PanelTable``,
+``PanelPosition`` and ``Seam``.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, dataclass, field, fields, is_dataclass
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
 from os import fspath
 from typing import Any
 
@@ -34,6 +35,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel, checked_edge_length
 from stitchmesh.mixed.cloth.seams import Seam, cloth_from_panels, seam_counts
+from stitchmesh.mixed.cloth.starting_shape import checked_rounds, evened_vertices
 
 SUFFIX = ".toml"
 HEADER = "# Panels of a cloth and their seams. Lengths are in cm; outlines run anticlockwise.\n"
@@ -74,19 +76,23 @@ class PanelFile:
     """The panels."""
     seams: tuple[Seam, ...] = ()
     """The seams."""
+    evening_rounds: int = 0
+    """Rounds in which the strain of the starting shape is spread over the panels (``evened_vertices``)."""
 
     def __post_init__(self) -> None:
         checked_edge_length(self.edge_length)
+        checked_rounds(self.evening_rounds)
         seam_counts([table.panel() for table in self.panels], self.seams, self.edge_length)
 
     def cloth(self) -> Cloth:
-        """Return the panels divided into triangles and sewn together.
+        """Return the panels divided into triangles, sewn together, and evened out.
 
         Raises:
             ParameterError: a panel cannot be divided.
             MeshError: the panels sewn together are not a manifold surface.
         """
-        return cloth_from_panels([table.panel() for table in self.panels], self.seams, edge_length=self.edge_length)
+        sewn = cloth_from_panels([table.panel() for table in self.panels], self.seams, edge_length=self.edge_length)
+        return replace(sewn, vertices=evened_vertices(sewn, rounds=self.evening_rounds))
 
 
 def read_panels(path: FilePath) -> PanelFile:
@@ -117,7 +123,7 @@ def write_panels(path: FilePath, content: PanelFile) -> None:
         FileError: the file cannot be written, or its suffix is not ``.toml``.
     """
     suffix_of(path, [SUFFIX])
-    lines = [f"edge_length = {_text(content.edge_length)}"]
+    lines = list(_lines({key: value for key, value in _changed(content).items() if key not in ("panels", "seams")}))
     for key in ("panels", "seams"):
         for value in getattr(content, key):
             lines += ["", f"[[{key}]]", *_lines(_changed(value))]

@@ -15,6 +15,9 @@ flat body is e = 1/x^2 + x^2 - 2, and the pressure is
 depth in which points are found. Outside, all features of the surface within R push, so the force is continuous where
 the nearest feature changes; inside it is that of the nearest feature.
 
+The distance of each point is measured at the beginning of a step. A point that has moved less than its distance beyond
+R since then feels nothing, without a search; this changes no bit of the result.
+
 No move takes a point deeper than half that depth (``step_limit``): a point does not meet the surface on a path shorter
 than its distance. A point that the body itself has overtaken is an error that a shorter step avoids.
 """
@@ -49,12 +52,26 @@ DEPTH = 1.0
 """Default of the depth in which points are found [cm]; it should be below half the thickness of thin parts."""
 
 
+UNKNOWN = 1e15
+"""A distance [cm] beyond that of any point; minus it stands for a distance that was not measured."""
+
+
 @wp.func
-def body_push(surface: Any, frame: Any, origin: Any, place: Any, reach: Any, depth: Any, four: Any) -> tuple[Any, Any]:
-    """Minus the gradient of the penalty in the frame of the body [1 / cm], and the penalty; ``four`` gives a type."""
-    here = to_body(frame, origin, place)
-    push, energy = push_of(surface, type(four)(here[0], here[1], here[2], reach), reach, depth)
-    return type(place)(push[0], push[1], push[2]), energy
+def least_distance(here: Any, measured: Any) -> Any:
+    """A distance that a point is farther than from the surface, from its distance at another place."""
+    moved = wp.length(here - type(here)(measured[0], measured[1], measured[2]))
+    return measured[3] - moved * type(moved)(1.001)  # a thousandth allows for rounding
+
+
+@wp.func
+def body_push(surface: Any, here: Any, measured: Any, reach: Any, depth: Any) -> tuple[Any, Any]:
+    """Minus the gradient of the penalty in the frame of the body [1 / cm], and the penalty."""
+    force, energy = here - here, reach - reach
+    if least_distance(here, measured) < reach:
+        push, penalty = push_of(surface, type(measured)(here[0], here[1], here[2], reach), reach, depth)
+        force = type(here)(push[0], push[1], push[2])
+        energy = penalty
+    return force, energy
 
 
 @kernel
@@ -64,8 +81,8 @@ def body_forces(
     reach: wp.array[Any],
     size: wp.array[Any],
     depth: Any,
-    four: Any,
     # state in
+    measured: wp.array[Any],
     frame: wp.array[Any],
     origin: wp.array[Any],
     place: wp.array[Any],
@@ -74,7 +91,7 @@ def body_forces(
 ) -> None:
     """Force on each point [dyn]."""
     i = wp.tid()
-    push, _energy = body_push(surface, frame[0], origin[0], place[i], reach[i], depth, four)
+    push, _energy = body_push(surface, to_body(frame[0], origin[0], place[i]), measured[i], reach[i], depth)
     force[i] = frame[0] * push * size[i]
 
 
@@ -85,8 +102,8 @@ def body_energies(
     reach: wp.array[Any],
     size: wp.array[Any],
     depth: Any,
-    four: Any,
     # state in
+    measured: wp.array[Any],
     frame: wp.array[Any],
     origin: wp.array[Any],
     place: wp.array[Any],
@@ -95,7 +112,7 @@ def body_energies(
 ) -> None:
     """Energy of each point [erg]."""
     i = wp.tid()
-    _push, penalty = body_push(surface, frame[0], origin[0], place[i], reach[i], depth, four)
+    _push, penalty = body_push(surface, to_body(frame[0], origin[0], place[i]), measured[i], reach[i], depth)
     energy[i] = penalty * size[i]
 
 
@@ -108,6 +125,7 @@ def body_blocks(
     depth: Any,
     # state in
     exact: wp.array[Any],
+    measured: wp.array[Any],
     frame: wp.array[Any],
     origin: wp.array[Any],
     place: wp.array[Any],
@@ -116,7 +134,11 @@ def body_blocks(
 ) -> None:
     """Hessian of each point by its place [dyn / cm]."""
     i = wp.tid()
-    own = body_block(surface, to_body(frame[0], origin[0], place[i]), reach[i], depth)
+    here = to_body(frame[0], origin[0], place[i])
+    if least_distance(here, measured[i]) > reach[i]:
+        block[i] = type(block[i])()
+        return
+    own = body_block(surface, here, reach[i], depth)
     turned = frame[0] * without_negative(own, exact[0]) * wp.transpose(frame[0])
     block[i] = turned * size[i]
 
@@ -135,22 +157,24 @@ def block_products(
 
 
 @kernel
-def signed_distances(
+def measure_distances(
     # model
     surface: Any,
     limit: Any,
-    four: Any,
     # state in
     frame: wp.array[Any],
     origin: wp.array[Any],
     place: wp.array[Any],
     # state out
+    measured: wp.array[Any],
     distance: wp.array[Any],
 ) -> None:
-    """Signed distance of each point from the surface [cm], at most ``limit``."""
+    """Signed distance of each point from the surface [cm], at most ``limit``, also after its place in the body."""
     i = wp.tid()
     here = to_body(frame[0], origin[0], place[i])
-    distance[i] = gap_to(surface, type(four)(here[0], here[1], here[2], limit), limit)[3]
+    sample = type(measured[i])(here[0], here[1], here[2], limit)
+    distance[i] = gap_to(surface, sample, limit)[3]
+    measured[i] = type(sample)(here[0], here[1], here[2], distance[i])
 
 
 @kernel
@@ -158,8 +182,8 @@ def body_limits(
     # model
     surface: Any,
     depth: Any,
-    four: Any,
     # state in
+    measured: wp.array[Any],
     frame: wp.array[Any],
     origin: wp.array[Any],
     place: wp.array[Any],
@@ -171,8 +195,10 @@ def body_limits(
     i = wp.tid()
     here = to_body(frame[0], origin[0], place[i])
     size = wp.length(move[i])
-    limit = size + depth
-    gap = gap_to(surface, type(four)(here[0], here[1], here[2], limit), limit)[3]
+    gap = least_distance(here, measured[i])
+    if gap + depth * type(depth)(0.5) < size:
+        limit = size + depth
+        gap = gap_to(surface, type(measured[i])(here[0], here[1], here[2], limit), limit)[3]
     room = wp.max(gap + depth * type(depth)(0.5), depth * type(depth)(0.25))
     part[i] = wp.min(type(depth)(1.0), room / wp.max(size, type(depth)(1.0e-18)))
 
@@ -220,7 +246,8 @@ class BodyContact(Term):
         reach = points.radius + thickness
         self._reach = self.points.scalars(reach)
         self._size = self.points.scalars(0.5 * pressure * reach * points.area)
-        self._four = vector(4, scalar)()
+        self._unknown = vector(4, scalar)(0.0, 0.0, 0.0, -UNKNOWN)
+        self._measured = wp.full(len(self.points), self._unknown, dtype=vector(4, scalar), device=device)
         self._exact = wp.ones(1, dtype=scalar, device=device)
         self.place, self.force = self.points.vectors(), self.points.vectors()
         self._move, self._numbers, self._block = self.points.vectors(), self.points.scalars(), self.points.blocks()
@@ -264,8 +291,8 @@ class BodyContact(Term):
             return []
         self._exact.fill_(self.exact)
         launches = self.points.place(state, self.place, launcher)
-        surface, reach, size, depth, _four, frame, origin = self._inputs()
-        inputs = [surface, reach, size, depth, self._exact, frame, origin, self.place]
+        surface, reach, size, depth, *placed = self._inputs()
+        inputs = [surface, reach, size, depth, self._exact, *placed, self.place]
         return [*launches, launcher(body_blocks, len(self.points), inputs, [self._block])]
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
@@ -287,9 +314,13 @@ class BodyContact(Term):
         run = self._launcher()
         self.points.place(state, self.place, run)
         self.points.place(direction, self._move, run)
-        inputs = [self.placed.surface, self._number(self.depth), self._four, self.placed.frame, self.placed.origin]
+        inputs = [self.placed.surface, self._number(self.depth), self._measured, self.placed.frame, self.placed.origin]
         run(body_limits, len(self.points), [*inputs, self.place, self._move], [self._numbers])
         return minimum(self._numbers)
+
+    def forget_distances(self) -> None:
+        """Declare the measured distances unknown, after the body was deformed."""
+        self._measured.fill_(self._unknown)
 
     def distances(self, state: MixedVector) -> FloatArray:
         """Signed distance of each contact point from the body where it is placed now [cm], shape (M,)."""
@@ -299,16 +330,9 @@ class BodyContact(Term):
     def _distances(self, state: MixedVector) -> wp.array[Any]:
         run = self._launcher()
         self.points.place(state, self.place, run)
-        inputs = [
-            self.placed.surface,
-            self._number(1e15),
-            self._four,
-            self.placed.frame,
-            self.placed.origin,
-            self.place,
-        ]
+        inputs = [self.placed.surface, self._number(UNKNOWN), self.placed.frame, self.placed.origin, self.place]
         if len(self.points):
-            run(signed_distances, len(self.points), inputs, [self._numbers])
+            run(measure_distances, len(self.points), inputs, [self._measured, self._numbers])
         return self._numbers
 
     def _too_deep(self, distance: FloatArray) -> str:
@@ -324,7 +348,7 @@ class BodyContact(Term):
     def _inputs(self) -> list[Any]:
         placed = self.placed
         depth = self._number(self.depth)
-        return [placed.surface, self._reach, self._size, depth, self._four, placed.frame, placed.origin]
+        return [placed.surface, self._reach, self._size, depth, self._measured, placed.frame, placed.origin]
 
     def _number(self, value: float) -> Any:
         return self.points.scalar(value)

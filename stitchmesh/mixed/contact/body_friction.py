@@ -221,6 +221,7 @@ class BodyFriction(Term):
         """Move the body to the end of the step; before the first step, find anchors and normal forces."""
         if not self._begun:
             self.contact.placed.move_to(time)
+            self.contact.forget_distances()
             self._renew(state)
             self._begun = True
         self.contact.placed.move_to(time + time_step)

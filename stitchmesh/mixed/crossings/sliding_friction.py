@@ -2,25 +2,32 @@
 # SPDX-License-Identifier: Apache-2.0
 """Friction of yarns that slide through crossings: a spring to an anchor, and Coulomb slip (Cirio et al. 2014).
 
-Each Eulerian coordinate u of a crossing has an anchor a. With the stiffness k of the spring and the limit m = mu N of
-the crossing (``normal_forces``), the force on u is -k (u - a) while the yarn sticks, and -m or m while it slips. Within
-a time step anchor and limit are constant, and the force has the energy
+Each Eulerian coordinate u of a crossing has an anchor a. With the stiffness k of the spring, the limit m = mu N of the
+crossing (``normal_forces``) and the slip length e = 2 m / k, the force at the distance s = |u - a| has the amount
 
-    E = 1/2 k s^2  for s = |u - a| < m / k,   else  m (s - m / (2 k))
+    F = k s (1 - s / (2 e))  for s < e,   else  m
 
-which is convex. The solver therefore finds the force at the end of the step, capped at the limit. After the step a
-yarn that slipped drags its anchor to the distance m / k; where it stuck the anchor stays. Work against friction is
-lost in this move alone, and a yarn that was pulled beyond its limits does not return: a snag stays, an elastic mark
-does not.
+A yarn sticks at distances below e and slips beyond. The published law is k s, cut off at m; its corner is rounded here,
+because Newton's method fails to settle at a corner. Within a time step anchor and limit are constant, and the force has
+the energy
+
+    E = 1/2 k s^2 (1 - s / (3 e))  for s < e,   else  m (s - e / 3)
+
+which is convex. The solver therefore finds the force at the end of the step, which is never above the limit. After the
+step a yarn that slipped drags its anchor to the distance e; where it stuck the anchor stays, so that a load below the
+limit never makes a yarn creep. Work against friction is lost in this move alone, and a yarn that was pulled beyond its
+limits does not return: a snag stays, an elastic mark does not.
 
 Anchors last from step to step. Limits follow from the state at the beginning of a step.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import warp as wp
+from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
@@ -36,18 +43,50 @@ from stitchmesh.mixed.term import Term
 
 
 @wp.func
+def friction_energy(slip: Any, stiffness: Any, limit: Any) -> Any:
+    """E [erg] at the signed distance ``slip`` from the anchor."""
+    half, two, three = type(slip)(0.5), type(slip)(2.0), type(slip)(3.0)
+    distance = wp.abs(slip)
+    energy = limit * distance
+    if stiffness * distance < two * limit:
+        energy = half * stiffness * distance * distance * (three - stiffness * distance / (two * limit)) / three
+    elif stiffness > type(slip)(0.0):
+        energy -= limit * (two * limit / stiffness) / three
+    else:
+        energy = type(slip)(0.0)
+    return energy
+
+
+@wp.func
 def friction_force(slip: Any, stiffness: Any, limit: Any) -> Any:
-    """Force [dyn] on a coordinate at the distance ``slip`` from its anchor."""
-    return -wp.clamp(stiffness * slip, -limit, limit)
+    """Force [dyn] on a coordinate at the signed distance ``slip`` from its anchor."""
+    one, two = type(slip)(1.0), type(slip)(2.0)
+    pull = stiffness * wp.abs(slip)
+    amount = limit
+    if pull < two * limit:
+        amount = pull * (one - pull / (two * two * limit))
+    if stiffness <= type(slip)(0.0):
+        amount = type(slip)(0.0)
+    return -wp.sign(slip) * amount
+
+
+@wp.func
+def friction_stiffness(slip: Any, stiffness: Any, limit: Any) -> Any:
+    """Second derivative of the energy [dyn/cm], k (1 - s / e) and not negative."""
+    result = type(slip)(0.0)
+    pull = stiffness * wp.abs(slip)
+    if pull < type(slip)(2.0) * limit:
+        result = stiffness * (type(slip)(1.0) - pull / (type(slip)(2.0) * limit))
+    return result
 
 
 @wp.func
 def dragged(anchor: Any, place: Any, stiffness: Any, limit: Any) -> Any:
     """The anchor [cm] after a step that ended at ``place``."""
-    slip = place - anchor
+    slip, two = place - anchor, type(place)(2.0)
     result = anchor
-    if wp.abs(slip) * stiffness > limit:
-        result = place - wp.sign(slip) * (limit / stiffness)
+    if wp.abs(slip) * stiffness > two * limit:
+        result = place - wp.sign(slip) * (two * limit / stiffness)
     return result
 
 
@@ -64,15 +103,8 @@ def find_friction_energies(
 ) -> None:
     """Energy of the two springs of each crossing [erg]."""
     i = wp.tid()
-    total = wp.float64(0.0)
-    for c in range(2):
-        k, most = wp.float64(stiffness[i][c]), wp.float64(limit[i])
-        slip = wp.abs(wp.float64(sliding[i][c]) - wp.float64(anchor[i][c]))
-        if k * slip < most:
-            total += wp.float64(0.5) * k * slip * slip
-        elif k > wp.float64(0.0):
-            total += most * (slip - wp.float64(0.5) * most / k)
-    energy[i] = total
+    slip, k = sliding[i] - anchor[i], stiffness[i]
+    energy[i] = wp.float64(friction_energy(slip[0], k[0], limit[i]) + friction_energy(slip[1], k[1], limit[i]))
 
 
 @kernel
@@ -104,14 +136,10 @@ def find_sticking(
     # state out
     sticking: wp.array[Any],
 ) -> None:
-    """Second derivatives of the energy: the stiffness of the springs that stick."""
+    """Second derivatives of the energy, the stiffness of the springs that stick."""
     i = wp.tid()
     slip, k = sliding[i] - anchor[i], stiffness[i]
-    first, second = k[0], k[1]
-    if wp.abs(slip[0]) * first >= limit[i]:
-        first = first - first
-    if wp.abs(slip[1]) * second >= limit[i]:
-        second = second - second
+    first, second = friction_stiffness(slip[0], k[0], limit[i]), friction_stiffness(slip[1], k[1], limit[i])
     sticking[i] = type(sticking[0])(first, second)
 
 
@@ -192,15 +220,22 @@ class SlidingFriction(Term):
         self.anchor = wp.array(elements.rest_sliding, dtype=two, device=device)
         self.limit = wp.zeros(elements.count, dtype=scalar, device=device)
         self._sticking = wp.zeros(elements.count, dtype=two, device=device)
+        self._outdated = True
 
     def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:
-        """Find the limits of friction at the beginning of the step."""
-        if self.count:
+        """Find the limits of friction at the beginning of the step.
+
+        In a search for an equilibrium, which begins again with each of its iterations, limits stay until ``end_step``:
+        with other limits each time, iterations would not settle.
+        """
+        if self.count and (time_step > 0.0 or self._outdated):
+            self._outdated = False
             self.normal_forces.launches(self._yarns.model, self._yarns.turn, state, self._run)
             self._run(find_friction_limits, self.count, [self._coefficient, self.normal_forces.pressing], [self.limit])
 
     def end_step(self, state: MixedVector, time: float, time_step: float) -> None:
         """Drag the anchors of the yarns that slipped."""
+        self._outdated = True
         self._run(drag_anchors, self.count, [self._stiffness, self.limit, state.sliding], [self.anchor])
 
     def energy(self, state: MixedVector) -> float:
@@ -236,6 +271,11 @@ class SlidingFriction(Term):
     def arrays(self) -> dict[str, Any]:
         """The anchors."""
         return {"friction anchors": self.anchor}
+
+    def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Restore the anchors; the limits are found again."""
+        super().resume(arrays)
+        self._outdated = True
 
     def _inputs(self, state: MixedVector) -> list[Any]:
         return [self._stiffness, self.anchor, self.limit, state.sliding]

@@ -73,7 +73,8 @@ def stitch_elements(
     number = np.full(yarns.node_count, -1)
     number[elements.nodes] = np.arange(elements.count)
     contacts = number[yarns.stitch_contacts].reshape(-1, 2)
-    contacts = contacts[(contacts >= 0).all(axis=1)]
+    whole = (contacts >= 0).all(axis=1)
+    contacts, left = contacts[whole], np.where(yarns.stitch_left[whole], 1.0, -1.0)
     first, second = contacts.T
     p, r = _outside(elements.link, first, second, 0), _outside(elements.link, second, first, 2)
     wraps = (p >= 0) & (r >= 0)
@@ -82,9 +83,6 @@ def stitch_elements(
     length = _leg_length(elements, first, along)
     mean = blend[index].mean(axis=1)
     share = np.where(mean > 0.0, np.maximum(mean, SMALLEST_WEIGHT), 0.0)
-    position = yarns.position[elements.nodes]
-    axis, leg = position[second] - position[first], position[index[:, 0]] - position[first]
-    left = np.where(axis[:, 0] * leg[:, 1] - axis[:, 1] * leg[:, 0] >= 0.0, 1.0, -1.0)
     return StitchElements(
         nodes=index,
         wrapping=share * material.wrapping * length * wraps,

@@ -37,9 +37,9 @@ GROWTH = 1.25
 FEW_ITERATIONS = 5
 """Newton iterations of a step that converges fast."""
 
-PrescribedVelocities = Callable[[float], Parts]
-"""From a time [s] to the velocities of vertices, nodes and Eulerian coordinates [cm/s]; only those of coordinates that
-are not free are used. A step from t to t + h takes the velocities at t + h."""
+PrescribedMotion = Callable[[float, float], Parts]
+"""From the times [s] at which a step begins and ends to the displacements of vertices, nodes and Eulerian coordinates
+[cm]; only those of coordinates that are not free are used. Displacements, unlike velocities, add up without drift."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ class Dynamics:
         settings: DynamicsSettings | None = None,
         *,
         velocities: MixedVector | None = None,
-        prescribed: PrescribedVelocities | None = None,
+        prescribed: PrescribedMotion | None = None,
     ) -> None:
         """Start a motion at time 0.
 
@@ -118,7 +118,7 @@ class Dynamics:
             positions: positions at the beginning; copied.
             settings: time step, damping and tolerances.
             velocities: velocities at the beginning, zero by default; copied.
-            prescribed: velocities of what is fixed, zero by default.
+            prescribed: displacements of what is fixed, zero by default.
         """
         self.system, self.settings = system, settings or DynamicsSettings()
         self.positions = positions.copy()
@@ -206,48 +206,56 @@ class Dynamics:
         """Minimize the incremental potential; Newton iterations, products and the error of the velocities."""
         settings, newton, state = self.settings, self._newton, self._state
         quadratic = Quadratic(1.0 / h**2 + settings.damping_mass / h, settings.damping_stiffness / h)
-        scale = float(np.sqrt(self.system.mass.total))
         self._begin(h, quadratic)
-        exact, solves, error = float(settings.exact_hessian), 0, np.inf
-        for iteration in range(settings.most_newton_iterations):
+        exact, solves, stuck = float(settings.exact_hessian), 0, False
+        for iteration in range(settings.most_newton_iterations + 1):
             newton.set_downhill_force(state, quadratic)
+            error = h * self.system.velocity_rms(newton.gradient_force)
+            if error <= settings.velocity_tolerance or stuck or iteration == settings.most_newton_iterations:
+                return iteration, solves, error
+            if not np.isfinite(error):
+                return iteration, solves, np.inf
             if iteration == 0:
                 factors = quadratic.mass, 1.0 + quadratic.stiffness
                 self.system.set_factors(*factors, state.position if settings.stiffness_in_metric else None)
             self.system.linearize(state.position, exact)
-            report = newton.iterate(
-                state,
-                self.positions,
-                quadratic,
-                tolerance=settings.solve_tolerance,
-                most_iterations=settings.most_solve_iterations,
-                small_norm=settings.velocity_tolerance * scale,
-            )
-            solves, error = solves + report.solve.iterations, report.solve.first_norm / scale
-            if report.solve.iterations == 0 or (report.step == 0.0 and exact == 0.0) or not np.isfinite(error):
-                return iteration, solves, error if np.isfinite(error) else np.inf
+            tolerances = settings.solve_tolerance, settings.most_solve_iterations
+            report = newton.iterate(state, self.positions, quadratic, *tolerances)
+            solves, stuck = solves + report.solve.iterations, report.step == 0.0 and exact == 0.0
             exact = 0.0 if report.solve.negative or report.step == 0.0 else float(settings.exact_hessian)
         return settings.most_newton_iterations, solves, np.inf
 
     def _begin(self, h: float, quadratic: Quadratic) -> None:
-        """The first guess of a step: prescribed motion, and h u_n elsewhere if this has no higher potential."""
+        """The first guess of a step: prescribed motion, and h u_n elsewhere if this has no higher potential.
+
+        Like any other move, the guess goes no farther than the terms allow.
+        """
         state, fixed = self._state, self._prescribed_motion(h)
-        moving, still = (self._guess(h, quadratic, free, fixed) for free in (self.velocities, self._still))
-        if moving <= still:
-            self._guess(h, quadratic, self.velocities, fixed)
+        self._set_guess(h, quadratic, 1.0, fixed)
+        part = self.system.step_limit(self.positions, state.displacement)
+        potential = {}
+        for each in (part, 0.0):
+            self._set_guess(h, quadratic, each, fixed)
+            potential[each] = self._potential(quadratic)
+        if potential[part] <= potential[0.0]:
+            self._set_guess(h, quadratic, part, fixed)
         state.damping.values.zero_()
         if quadratic.stiffness:
             self.system.linearize(self.positions, 0.0)
             self.system.set_hessian_product(state.displacement, state.damping)
 
-    def _guess(self, h: float, quadratic: Quadratic, velocities: MixedVector, fixed: MixedVector) -> float:
-        """Set the state to a motion of constant velocity; return its potential without damping by stiffness."""
-        state, product = self._state, self._product
-        set_sum(state.displacement, h, velocities, 0.0, velocities)
+    def _set_guess(self, h: float, quadratic: Quadratic, part: float, fixed: MixedVector) -> None:
+        """Set the state to a part of the motion h u_n, and to the prescribed motion of what is fixed."""
+        state = self._state
+        set_sum(state.displacement, part * h, self.velocities, 0.0, self.velocities)
         choose(state.displacement, self.system.moves, state.displacement, fixed)
         self.system.make_motion(state.displacement)
         set_sum(state.position, 1.0, self.positions, 1.0, state.displacement)
         set_sum(state.inertia, quadratic.mass, state.displacement, -1.0 / h, self.velocities)
+
+    def _potential(self, quadratic: Quadratic) -> float:
+        """Potential of the state without damping by stiffness [erg]."""
+        state, product = self._state, self._product
         self.system.set_mass_product(state.inertia, product)
         return sum(self.system.energies(state.position).values()) + dot(state.inertia, product) / (2 * quadratic.mass)
 
@@ -255,7 +263,7 @@ class Dynamics:
         """Displacements of what is fixed in a step of length ``h``."""
         if self._prescribed is None:
             return self._still
-        v, p, s = (h * np.asarray(part, dtype=np.float64) for part in self._prescribed(self.time + h))
+        v, p, s = self._prescribed(self.time, self.time + h)
         return MixedVector.from_numpy(v, p, s, self.system.scalar, self.system.device)
 
     def _accept(self, report: StepReport) -> None:
@@ -264,7 +272,7 @@ class Dynamics:
         self.positions.assign(self._state.position)
         set_sum(self.velocities, 1.0 / h, self._state.displacement, 0.0, self._state.displacement)
         for term in self.system.terms:
-            term.end_step(self.positions, self.time, h)
+            term.end_step(self.positions, report.time, h)
         self.time = report.time
         self.calm_steps = self.calm_steps + 1 if report.newton_iterations <= FEW_ITERATIONS else 0
         if self.calm_steps >= CALM_STEPS and self.time_step < self.settings.time_step:

@@ -8,8 +8,8 @@ For A x = b with a preconditioner C that returns motions p = B v + F x only, fro
 
 Every direction is a sum of results of C, so that the iteration stays in the filtered motions. C also replaces r by the
 part of it that the filter keeps. The norm is r . z, the square of a velocity error in the metric of C, and the
-iteration ends where it has fallen to ``tolerance``^2 times its first value, or below a given value. It also ends at a
-direction of negative curvature; if this is the first direction, it is the result.
+iteration ends where it has fallen to ``tolerance``^2 times its first value. It also ends at a direction of negative
+curvature; if this is the first direction, it is the result.
 
 All coefficients stay on the device in a record, and dot products have a fixed order: sums of blocks, then one block
 that adds them up. The host reads the record after each batch of iterations. Iterations after the end change nothing.
@@ -35,11 +35,10 @@ CHUNK = {"cuda": 4 * THREADS, "cpu": 4096}
 """Scalars of a block of a dot product."""
 BATCH = {"cuda": 8, "cpu": 1}
 """Iterations between two readings of the record."""
-(RZ, FIRST_RZ, ALPHA, BETA, DONE, NEGATIVE, ITERATIONS, RATIO, FLOOR, MOST) = range(10)
-RECORD = 10
+(RZ, FIRST_RZ, ALPHA, BETA, DONE, NEGATIVE, ITERATIONS, RATIO, MOST) = range(9)
+RECORD = 9
 """Entries of the record: r . z, and the first one; a; b; whether the iteration has ended, and whether at a negative
-curvature; iterations so far; square of the tolerance; value of r . z that is small enough; largest number of
-iterations."""
+curvature; iterations so far; square of the tolerance; largest number of iterations."""
 
 Launches = Callable[[MixedVector, MixedVector, Launcher], list[Any]]
 """From an input and an output vector to the launches that compute the output."""
@@ -102,7 +101,7 @@ def begin(
         record[FIRST_RZ] = rz
         record[ALPHA] = zero
         record[BETA] = zero
-        record[DONE] = wp.where(rz > record[FLOOR], zero, one)
+        record[DONE] = wp.where(rz > zero, zero, one)
         record[NEGATIVE] = zero
         record[ITERATIONS] = zero
 
@@ -166,7 +165,7 @@ def find_beta(
     if lane == 0 and record[DONE] == zero:
         record[BETA] = rz / record[RZ]
         record[RZ] = rz
-        small = rz <= wp.max(record[RATIO] * record[FIRST_RZ], record[FLOOR])
+        small = rz <= record[RATIO] * record[FIRST_RZ]
         if small or record[ITERATIONS] >= record[MOST] or not (rz == rz):
             record[DONE] = one
 
@@ -227,19 +226,16 @@ class ConjugateGradients:
         self._start = CapturedLaunches(self._start_launches(precondition), device)
         self._iteration = CapturedLaunches(self._iteration_launches(products, precondition), device, times=BATCH[kind])
 
-    def solve(
-        self, right: MixedVector, *, tolerance: float, most_iterations: int, small_norm: float = 0.0
-    ) -> SolveReport:
+    def solve(self, right: MixedVector, *, tolerance: float, most_iterations: int) -> SolveReport:
         """Solve A x = b for the current A and C; the result is ``solution``.
 
         Args:
             right: b.
             tolerance: part of the first norm at which the iteration ends.
             most_iterations: largest number of products with A, up to a batch.
-            small_norm: norm that is small enough in any case.
         """
         record = np.zeros(RECORD)
-        record[[RATIO, FLOOR, MOST]] = tolerance**2, small_norm**2, most_iterations
+        record[[RATIO, MOST]] = tolerance**2, most_iterations
         self._record.assign(record)
         self.residual.assign(right)
         self._start.launch()

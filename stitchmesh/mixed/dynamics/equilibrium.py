@@ -147,15 +147,8 @@ class _Search:
         self.system.set_factors(self._quadratic.mass, 1.0, self.positions)
         self.system.linearize(self.positions, self.exact)
         self.iterations += 1
-        settings = self.settings
-        report = self.newton.iterate(
-            self.state,
-            self.positions,
-            self._quadratic,
-            tolerance=settings.solve_tolerance,
-            most_iterations=settings.most_solve_iterations,
-            small_norm=0.0,
-        )
+        tolerances = self.settings.solve_tolerance, self.settings.most_solve_iterations
+        report = self.newton.iterate(self.state, self.positions, self._quadratic, *tolerances)
         self.products += report.solve.iterations
         return report
 

@@ -24,7 +24,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses
 from stitchmesh.mixed.dynamics.conjugate_gradients import ConjugateGradients
 from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix, NodeMasses
-from stitchmesh.mixed.dynamics.vector_sums import choose
+from stitchmesh.mixed.dynamics.vector_sums import choose, dot
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.preconditioner import Preconditioner
@@ -78,14 +78,16 @@ class MixedSystem:
         self._blocks = MixedBlocks.zeros(*counts, scalar, device)
         self.moves = wp.array(_moves(free), dtype=wp.int32, device=device)
         self._by_mass = Preconditioner(embedding, free, masses.nodes, scalar, device)
+        self._impulse, self._motion = self.zeros(), self.zeros()
         self._solver: ConjugateGradients | None = None
         self._captured: tuple[int, ...] = ()
         self._set_projection(masses)
 
     def _set_projection(self, masses: BlendedMasses) -> None:
-        """The metric of the masses alone, without the Eulerian coordinates, which no constraint contains."""
+        """The constant metric of the masses alone, with the mass of each yarn for its Eulerian coordinate."""
         mass = MassMatrix(masses, self.scalar, self.device)
         self._blocks.clear()
+        self._blocks.sliding.assign(masses.yarns[:, :, None] * np.eye(2))
         mass.combine_blocks(self._unit, self._blocks, self.launch)
         self._by_mass.set_metric(self._blocks)
 
@@ -93,9 +95,9 @@ class MixedSystem:
         """Find the blocks of the mass matrix at the nodes at the beginning of a step."""
         self.mass.nodes.update_launches(state, self.launch)
 
-    def longest_step(self, state: MixedVector, direction: MixedVector) -> float:
+    def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
         """Longest part of a direction, at most 1, that all terms allow a line search to try."""
-        return min((term.longest_step(state, direction) for term in self.terms), default=1.0)
+        return min((term.step_limit(state, direction) for term in self.terms), default=1.0)
 
     def add(self, term: Term) -> None:
         """Add a term, for example the weight of ``mass``."""
@@ -143,10 +145,15 @@ class MixedSystem:
     def set_filtered(self, force: MixedVector, filtered: MixedVector) -> None:
         """Set ``filtered`` to the part of a force that moves something: zero at an equilibrium."""
         filtered.assign(force)
-        scratch = self.zeros()
-        self._by_mass.launches(filtered, scratch, self.launch)
-        scratch.values.zero_()
-        choose(filtered, self.moves, filtered, scratch)
+        self._by_mass.launches(filtered, self._motion, self.launch)
+        self._motion.values.zero_()
+        choose(filtered, self.moves, filtered, self._motion)
+
+    def velocity_rms(self, impulse: MixedVector) -> float:
+        """Root mean square velocity [cm/s] that an impulse [dyn s] gives the masses, without stiffness."""
+        self._impulse.assign(impulse)
+        self._by_mass.launches(self._impulse, self._motion, self.launch)
+        return float(np.sqrt(max(dot(self._impulse, self._motion), 0.0) / self.mass.total))
 
     def set_factors(self, of_mass: float, of_hessian: float, stiffness_at: MixedVector | None) -> None:
         """Set the factors of the matrix, and the metric of the preconditioner.
@@ -169,10 +176,10 @@ class MixedSystem:
     @property
     def solver(self) -> ConjugateGradients:
         """The solver of the matrix of ``set_factors`` and the last ``linearize``."""
-        versions = tuple(term.version for term in self.terms)
-        if self._solver is None or versions != self._captured:
+        generations = tuple(term.generation for term in self.terms)
+        if self._solver is None or generations != self._captured:
             self._solver = ConjugateGradients(self.zeros(), self._products, self.preconditioner.launches)
-            self._captured = versions
+            self._captured = generations
         return self._solver
 
     def _products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:

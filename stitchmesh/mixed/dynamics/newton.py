@@ -31,9 +31,9 @@ DECREASE = 1e-4
 """Part of the decrease of the linear model that a step must reach (Nocedal and Wright, equation 3.4)."""
 MOST_HALVINGS = 24
 """Largest number of times that a step is halved."""
-ALMOST_FLAT = 1.0 - 2.0 * DECREASE
-"""Part of the slope up to which Phi may rise again at the end of a step whose change is lost in rounding (Hager and
-Zhang 2005, approximate Wolfe conditions)."""
+RISE = 0.5
+"""Part of the slope up to which Phi may rise again at the end of a step whose change is lost in rounding (approximate
+Wolfe conditions of Hager and Zhang 2005). Larger parts let a contact that opens and closes alternate for ever."""
 NOISE = 1e4
 """Rounding of a sum of energies over its largest term, in units in the last place: elements that are hardly strained
 subtract nearly equal lengths."""
@@ -102,10 +102,8 @@ class Newton:
         state: NewtonState,
         start: MixedVector,
         quadratic: Quadratic,
-        *,
         tolerance: float,
         most_iterations: int,
-        small_norm: float,
     ) -> IterationReport:
         """Move ``state`` along the solution of a linear system, after ``set_downhill_force`` and ``linearize``.
 
@@ -115,12 +113,9 @@ class Newton:
             quadratic: factors of the quadratic part.
             tolerance: relative tolerance of the linear solve.
             most_iterations: largest number of its iterations.
-            small_norm: norm of the force at which nothing is left to do; the step is then 1 and nothing moves.
         """
         solver = self.system.solver
-        report = solver.solve(
-            self.gradient_force, tolerance=tolerance, most_iterations=most_iterations, small_norm=small_norm
-        )
+        report = solver.solve(self.gradient_force, tolerance=tolerance, most_iterations=most_iterations)
         if report.iterations == 0:
             return IterationReport(report, 1.0, 0.0, True)
         direction, product = solver.solution, self._product
@@ -132,7 +127,7 @@ class Newton:
             self.system.set_hessian_product(direction, product)
             linear += quadratic.stiffness * dot(state.damping, direction)
             square += quadratic.stiffness * dot(direction, product)
-        longest = self.system.longest_step(state.position, direction) if slope < 0.0 else 0.0
+        longest = self.system.step_limit(state.position, direction) if slope < 0.0 else 0.0
         step, change = self._search(state.position, direction, longest, (slope, linear, square))
         set_sum(state.position, 1.0, state.position, step, direction)
         set_sum(state.displacement, 1.0, state.displacement, step, direction)
@@ -158,7 +153,7 @@ class Newton:
             change = sum(after[name] - before[name] for name in before) + step * linear + 0.5 * step**2 * square
             if change <= DECREASE * step * slope:
                 return step, change
-            if change <= noise and self._slope_at_trial(direction) + linear + step * square <= ALMOST_FLAT * -slope:
+            if change <= noise and self._slope_at_trial(direction) + linear + step * square <= RISE * -slope:
                 return step, change
             step *= 0.5
         return 0.0, 0.0

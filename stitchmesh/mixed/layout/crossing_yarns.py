@@ -22,6 +22,7 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError, first_few
 from stitchmesh.mesh import FloatArray, IntArray, frozen_array
@@ -36,6 +37,10 @@ NO_NODE = -1
 
 def _no_pairs() -> IntArray:
     return np.zeros((0, 2), dtype=np.int64)
+
+
+def _no_flags() -> NDArray[np.bool_]:
+    return np.zeros(0, dtype=np.bool_)
 
 
 def _no_triples() -> IntArray:
@@ -82,6 +87,10 @@ class CrossingYarns:
     """The two nodes of each stitch contact, shape (C, 2): P, where the new loop enters beside the leg of the old one,
     and Q, where it leaves over the head of the old one (``knit`` describes the loop). Both yarns run directly from one
     to the other. The stitch length energy of a knit acts on their distance."""
+    stitch_left: NDArray[np.bool_] = field(default_factory=_no_flags)
+    """Whether each stitch contact is at the left foot of its new loop, seen from outside, shape (C,). The neighbours
+    outside of the contact lie to the left of the line from P to Q there, and to the right of it at a right foot. The
+    positions do not tell, because P and Q may lie in different panels."""
     wrapping: IntArray = field(default_factory=_no_triples)
     """Wrapping elements of a knit, shape (W, 3): a node of a stitch contact, and the neighbours along its u yarn and
     along its v yarn that do not belong to the contact. The angle of wrapping is the angle between the two."""
@@ -92,6 +101,7 @@ class CrossingYarns:
         for name in ("panel", "triangle", "side", "yarn_start", "yarn_node", "yarn_coordinate", "yarn_family",
                      "stitch_contacts", "wrapping"):  # fmt: skip
             object.__setattr__(self, name, frozen_array(getattr(self, name), np.int64))
+        object.__setattr__(self, "stitch_left", frozen_array(self.stitch_left, np.bool_))
         if self.kind not in ("weave", "knit"):
             raise ParameterError(f"crossing yarns: kind: got {self.kind!r}; expected 'weave' or 'knit'")
         self._check_shapes()
@@ -152,7 +162,7 @@ class CrossingYarns:
         return np.where(self.links < 0, NO_NODE, self.links // 2)
 
     @cached_property
-    def on_rod(self) -> np.ndarray:
+    def on_rod(self) -> NDArray[np.bool_]:
         """Whether each node joins a yarn to a rod, so that neither slides there, shape (N,)."""
         return self.side == 0
 
@@ -170,7 +180,8 @@ class CrossingYarns:
         expected = {"panel": (nodes,), "position": (nodes, 2), "triangle": (nodes,), "barycentric": (nodes, 3),
                     "side": (nodes,), "rest_sliding": (nodes, 2), "rest_turn": (nodes, 2), "rest_shear": (nodes,),
                     "yarn_coordinate": (passages,), "yarn_family": (yarns,),
-                    "stitch_contacts": (len(self.stitch_contacts), 2), "wrapping": (len(self.wrapping), 3)}  # fmt: skip
+                    "stitch_contacts": (len(self.stitch_contacts), 2), "stitch_left": (len(self.stitch_contacts),),
+                    "wrapping": (len(self.wrapping), 3)}  # fmt: skip
         for name, shape in expected.items():
             found = getattr(self, name).shape
             if found != shape:

@@ -46,10 +46,13 @@ class _Grid:
     shape: IntArray
     """Number of cells along x and y."""
     start: IntArray
-    """First entry of each cell in ``triangle``, and their number at the end."""
+    """Where each cell begins in ``entry``, and the number of entries at the end."""
+    entry: IntArray
+    """Triangles of the panel, counted from 0, cell by cell."""
     triangle: IntArray
+    """Triangle of the cloth of each triangle of the panel."""
     affine: FloatArray
-    """Barycentric coordinates of (x, y, 1), shape (triangles of the cloth, 3, 3); only those of the panel are used."""
+    """Barycentric coordinates of (x, y, 1) in each triangle of the panel, shape (n, 3, 3)."""
 
 
 def embed_points(cloth: Cloth, panel: IntArray, position: FloatArray) -> Embedding:
@@ -62,11 +65,10 @@ def embed_points(cloth: Cloth, panel: IntArray, position: FloatArray) -> Embeddi
     """
     triangle = np.full(len(position), NO_TRIANGLE)
     barycentric = np.zeros((len(position), 3))
-    affine = _affine_maps(cloth.rest)
     order = np.argsort(panel, kind="stable")
     bounds = np.searchsorted(panel[order], np.arange(len(cloth.panel_names) + 1))
     for number in np.unique(panel).tolist():
-        grid = _grid(cloth, affine, number)
+        grid = _grid(cloth, number)
         points = order[bounds[number] : bounds[number + 1]]
         for first in range(0, len(points), POINTS):
             part = points[first : first + POINTS]
@@ -93,7 +95,7 @@ def _affine_maps(rest: FloatArray) -> FloatArray:
     return maps
 
 
-def _grid(cloth: Cloth, affine: FloatArray, panel: int) -> _Grid:
+def _grid(cloth: Cloth, panel: int) -> _Grid:
     own = np.flatnonzero(cloth.panel == panel)
     low, high = cloth.rest[own].min(axis=1), cloth.rest[own].max(axis=1)
     size = np.ptp(np.concatenate([low, high]), axis=0)
@@ -111,14 +113,18 @@ def _grid(cloth: Cloth, affine: FloatArray, panel: int) -> _Grid:
     cell = (np.repeat(first[:, 0], count) + column) * shape[1] + np.repeat(first[:, 1], count) + row
     order = np.argsort(cell, kind="stable")
     start = np.searchsorted(cell[order], np.arange(shape.prod() + 1))
-    return _Grid(origin, cell_size, shape, start, np.repeat(own, count)[order], affine)
+    entered = np.repeat(np.arange(len(own)), count)[order]
+    return _Grid(origin, cell_size, shape, start, entered, own, _affine_maps(cloth.rest[own]))
 
 
 def _locate(grid: _Grid, points: FloatArray) -> tuple[IntArray, FloatArray]:
     """Triangle and barycentric coordinates of points of one panel."""
     column, row = np.clip(((points - grid.low) / grid.cell_size).astype(np.int64), 0, grid.shape - 1).T
     cell = column * grid.shape[1] + row
-    return _first_holding(grid.affine, grid.triangle, grid.start[cell], grid.start[cell + 1], points, -ROUNDING)
+    own, barycentric = _first_holding(
+        grid.affine, grid.entry, grid.start[cell], grid.start[cell + 1], points, -ROUNDING
+    )
+    return np.where(own < 0, NO_TRIANGLE, grid.triangle[own]), barycentric
 
 
 def _first_holding(

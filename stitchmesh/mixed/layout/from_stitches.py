@@ -24,13 +24,13 @@ import numpy as np
 
 from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.mesh import BORDER, BOTTOM, TOP, FloatArray, IntArray, StitchMesh
-from stitchmesh.mesh.courses import Course, find_courses, sides_across
+from stitchmesh.mesh.courses import Course, course_of_faces, courses_below, find_courses, knitting_order, sides_across
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.from_stitches import stitch_triangles, triangle_start
 from stitchmesh.mixed.layout.crossing_yarns import WEFT, CrossingYarns
 from stitchmesh.mixed.layout.embedding import embed_among
-from stitchmesh.mixed.layout.knit import NODES, P, Q
+from stitchmesh.mixed.layout.knit import NODES, P, Q, contacts_of_links
 from stitchmesh.mixed.layout.passages import LaidNodes, Passages, assembled
 from stitchmesh.mixed.layout.stitch_division import DividedStitches, divide_stitches
 
@@ -78,12 +78,9 @@ def lay_stitches(
     divided = divide_stitches(fabric, divisions)
     size = np.array([stitch_width, course_height]) / divisions
     links = _links(divided.fabric)
-    if not len(links.side):
-        raise ParameterError("lay_stitches: no loop is drawn through another one; expected two rows above one another")
     nodes = _nodes(cloth, fabric, corners, divided, links)
     passages, yarn_count = _passages(divided.fabric, links, size)
-    contacts = np.arange(nodes.count).reshape(-1, 4)[:, [[0, 1], [3, 2]]].reshape(-1, 2)
-    return assembled("knit", nodes, passages, np.full(yarn_count, WEFT), contacts)
+    return assembled("knit", nodes, passages, np.full(yarn_count, WEFT), contacts_of_links(nodes.count))
 
 
 def _links(fabric: StitchMesh) -> _Links:
@@ -248,14 +245,12 @@ def _yarns(fabric: StitchMesh, size: FloatArray) -> tuple[IntArray, IntArray, Fl
 
 def _spirals(fabric: StitchMesh, courses: list[Course]) -> list[list[IntArray]]:
     """The courses of each yarn: rings that continue in one another, from below, and each other course alone."""
-    number = np.empty(fabric.face_count, dtype=np.int64)
-    for index, course in enumerate(courses):
-        number[list(course.faces)] = index
+    number = course_of_faces(fabric, courses)
     above = _face_above(fabric)
-    lowest = sorted(range(len(courses)), key=lambda index: int(fabric.row[courses[index].faces[0]]))
+    order, cyclic = knitting_order(courses_below(fabric, courses))
     used = [False] * len(courses)
     spirals = []
-    for index in lowest:
+    for index in [*order, *cyclic]:
         chain: list[IntArray] = []
         face = courses[index].faces[0]
         while face != BORDER and not used[number[face]] and (courses[number[face]].closed or not chain):

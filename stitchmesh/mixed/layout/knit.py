@@ -45,8 +45,9 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.layout.clipped_lines import ClippedLines, clipped_lines
 from stitchmesh.mixed.layout.crossing_yarns import WEFT, CrossingYarns
 from stitchmesh.mixed.layout.embedding import NO_TRIANGLE, embed_points
-from stitchmesh.mixed.layout.passages import LaidNodes, Passages, assembled, joined
-from stitchmesh.mixed.layout.rods import Joints, joined_joints, with_rods
+from stitchmesh.mixed.layout.panel_yarns import PanelYarns, yarns_on_cloth
+from stitchmesh.mixed.layout.passages import LaidNodes, Passages
+from stitchmesh.mixed.layout.rods import Joints, joined_joints
 
 P = (0.3047882717353637, -0.3428759934355383)
 """Distance of the node P from the middle of the loop, in wale spacings, and its height above the border between the new
@@ -94,32 +95,27 @@ def lay_knit(cloth: Cloth, knit: ArrayLike, *, wale_spacing: float, course_spaci
         course_spacing: distance of two courses [cm].
 
     Raises:
-        ParameterError: the chart is empty, a spacing is not positive, or no panel holds two loops above one another.
+        ParameterError: the chart is empty, a spacing is not positive, or no loop is drawn through another one.
     """
     chart = _checked_chart(knit)
     spacing = np.array([_checked_spacing("wale", wale_spacing), _checked_spacing("course", course_spacing)])
-    nodes, passages, joints, contacts = [], [], [], []
-    node_count = yarn_count = 0
-    for panel in range(len(cloth.panel_names)):
-        courses = clipped_lines(cloth, panel, 0, float(spacing[1]))
-        loops = _loops(courses, float(spacing[0]))
-        laid, linked = _nodes(cloth, panel, loops, spacing, chart)
-        nodes.append(laid)
-        passages.append(_passages(loops, linked, laid, node_count, yarn_count))
-        contacts.append(node_count + np.arange(laid.count).reshape(-1, 4)[:, [[0, 1], [3, 2]]].reshape(-1, 2))
-        joints += _joints(cloth, panel, courses, loops, linked, spacing, yarn_count)
-        node_count, yarn_count = node_count + laid.count, yarn_count + len(courses.line)
-    if not node_count:
-        raise ParameterError(
-            f"knit: no panel holds two loops above one another at wale spacing {wale_spacing:g} cm and course spacing "
-            f"{course_spacing:g} cm; take smaller stitches"
-        )
-    laid, everything = joined(nodes), joined(passages)
-    has_nodes = np.bincount(everything.yarn, minlength=yarn_count) > 0
-    ends = joined_joints(joints)
-    family = np.full(yarn_count, WEFT)
-    made = with_rods(cloth, laid, everything, family, ends.taken(has_nodes[ends.yarn]), MARGIN * float(spacing.min()))
-    return assembled("knit", *made, np.concatenate(contacts))
+    panels = [_panel_yarns(cloth, panel, spacing, chart) for panel in range(len(cloth.panel_names))]
+    return yarns_on_cloth("knit", cloth, panels, MARGIN * float(spacing.min()))
+
+
+def _panel_yarns(cloth: Cloth, panel: int, spacing: FloatArray, chart: NDArray[np.bool_]) -> PanelYarns:
+    """The courses of a panel."""
+    courses = clipped_lines(cloth, panel, 0, float(spacing[1]))
+    loops = _loops(courses, float(spacing[0]))
+    nodes, linked = _nodes(cloth, panel, loops, spacing, chart)
+    joints = joined_joints(_joints(cloth, panel, courses, loops, linked, spacing))
+    family = np.full(len(courses.line), WEFT)
+    return PanelYarns(nodes, _passages(loops, linked, nodes), family, joints, contacts_of_links(nodes.count))
+
+
+def contacts_of_links(node_count: int) -> IntArray:
+    """Return the nodes of the stitch contacts of nodes in the order of ``NODES``, left and right in turn, (C, 2)."""
+    return np.arange(node_count).reshape(-1, 4)[:, [[0, 1], [3, 2]]].reshape(-1, 2)
 
 
 def _checked_chart(knit: ArrayLike) -> NDArray[np.bool_]:
@@ -179,7 +175,7 @@ def _nodes(
     return laid, linked
 
 
-def _passages(loops: _Loops, linked: IntArray, laid: LaidNodes, first_node: int, first_yarn: int) -> Passages:
+def _passages(loops: _Loops, linked: IntArray, laid: LaidNodes) -> Passages:
     """Each node as u along the yarn of its new loop, and as v along that of its old loop."""
     place = SLOTS * loops.wale
     order = np.concatenate(
@@ -188,21 +184,20 @@ def _passages(loops: _Loops, linked: IntArray, laid: LaidNodes, first_node: int,
     yarn = np.concatenate([loops.yarn[linked], loops.yarn[loops.below[linked]]])
     node = np.tile(np.arange(laid.count), 2)
     return Passages(
-        first_yarn + np.repeat(yarn, 4),
+        np.repeat(yarn, 4),
         order.astype(np.float64),
-        first_node + node,
+        node,
         np.repeat([0, 1], laid.count),
         laid.position[node],
     )
 
 
 def _joints(
-    cloth: Cloth, panel: int, courses: ClippedLines, loops: _Loops, linked: IntArray, spacing: FloatArray,
-    first_yarn: int,
-) -> list[Joints]:  # fmt: skip
+    cloth: Cloth, panel: int, courses: ClippedLines, loops: _Loops, linked: IntArray, spacing: FloatArray
+) -> list[Joints]:
     """Where the yarns of a panel reach its border: at both ends, at open heads, and between open feet."""
     piece = np.repeat(np.arange(len(courses.line)), 2)
-    ends = Joints(first_yarn + piece, np.tile([-FAR, FAR], len(courses.line)),
+    ends = Joints(piece, np.tile([-FAR, FAR], len(courses.line)),
                   courses.border.ravel(), courses.part.ravel())  # fmt: skip
     drawn, holds = np.zeros((2, len(loops.wale)), dtype=np.bool_)
     drawn[linked] = True
@@ -210,14 +205,12 @@ def _joints(
     heads = np.flatnonzero(~holds)
     feet = np.flatnonzero(~drawn)
     feet = feet[(feet > 0) & (loops.yarn[feet - 1] == loops.yarn[feet])]
-    above = _reached(clipped_lines(cloth, panel, 1, float(spacing[0])), loops, heads, spacing, HEAD, first_yarn)
-    below = _reached(clipped_lines(cloth, panel, 1, float(spacing[0]), 0.0), loops, feet, spacing, FOOT, first_yarn)
+    above = _reached(clipped_lines(cloth, panel, 1, float(spacing[0])), loops, heads, spacing, HEAD)
+    below = _reached(clipped_lines(cloth, panel, 1, float(spacing[0]), 0.0), loops, feet, spacing, FOOT)
     return [ends, above, below]
 
 
-def _reached(
-    lines: ClippedLines, loops: _Loops, some: IntArray, spacing: FloatArray, slot: float, first_yarn: int
-) -> Joints:
+def _reached(lines: ClippedLines, loops: _Loops, some: IntArray, spacing: FloatArray, slot: float) -> Joints:
     """Where lines up from the middle of loops, or down from their left feet, reach the border, if that is near."""
     end = 1 if slot == HEAD else 0
     level = (loops.course[some] + 0.5) * spacing[1]
@@ -226,4 +219,4 @@ def _reached(
     near = np.abs(lines.ends[piece, end] - level) <= REACH * spacing[1]
     some, piece = some[near], piece[near]
     order: FloatArray = SLOTS * loops.wale[some] + np.float64(slot)
-    return Joints(first_yarn + loops.yarn[some], order, lines.border[piece, end], lines.part[piece, end])
+    return Joints(loops.yarn[some], order, lines.border[piece, end], lines.part[piece, end])

@@ -11,6 +11,7 @@ from typing import Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 
@@ -79,9 +80,15 @@ def assembled(
         nodes: the nodes.
         passages: the passages, in any order.
         family: family of each yarn that a passage names, shape (yarns,).
-        contacts: the two nodes of each stitch contact of a knit, shape (C, 2).
+        contacts: the two nodes of each stitch contact of a knit, shape (C, 2), in turn at the left and at the right
+            foot of a loop.
+
+    Raises:
+        ParameterError: no yarn is left.
     """
     kept = _kept_nodes(passages, nodes.count)
+    if not kept.any():
+        raise ParameterError(f"{kind}: no yarn has two nodes on the cloth; take a denser fabric or larger panels")
     number = np.cumsum(kept) - 1
     passages = passages.taken(kept[passages.node])
     passages = _in_order(replace(passages, node=number[passages.node]))
@@ -106,8 +113,15 @@ def assembled(
     )
     if contacts is None or not len(contacts):
         return yarns
-    contacts = number[contacts[kept[contacts].all(axis=1)]]
-    return replace(yarns, stitch_contacts=contacts, wrapping=wrapping_elements(yarns.neighbours, contacts))
+    whole = kept[contacts].all(axis=1)
+    is_left = np.arange(len(contacts)) % 2 == 0
+    contacts = number[contacts[whole]]
+    return replace(
+        yarns,
+        stitch_contacts=contacts,
+        stitch_left=is_left[whole],
+        wrapping=wrapping_elements(yarns.neighbours, contacts),
+    )
 
 
 def wrapping_elements(neighbours: IntArray, contacts: IntArray) -> IntArray:

@@ -23,8 +23,9 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.layout.clipped_lines import ClippedLines, clipped_lines
 from stitchmesh.mixed.layout.crossing_yarns import WARP, WEFT, CrossingYarns
 from stitchmesh.mixed.layout.embedding import embed_points
-from stitchmesh.mixed.layout.passages import LaidNodes, Passages, assembled, joined
-from stitchmesh.mixed.layout.rods import Joints, joined_joints, with_rods
+from stitchmesh.mixed.layout.panel_yarns import PanelYarns, yarns_on_cloth
+from stitchmesh.mixed.layout.passages import LaidNodes, Passages, joined
+from stitchmesh.mixed.layout.rods import Joints, joined_joints
 
 MARGIN = 0.25
 """Smallest distance of a crossing to the border along its yarns, and of two nodes of a rod, in distances of yarns."""
@@ -41,38 +42,25 @@ def lay_weave(cloth: Cloth, over: ArrayLike, *, ends: float, picks: float) -> Cr
         picks: wefts per cm.
 
     Raises:
-        ParameterError: the matrix is empty, a density is not positive, or no panel holds a crossing.
+        ParameterError: the matrix is empty, a density is not positive, or no yarn has two crossings on the cloth.
     """
     matrix = _checked_matrix(over)
     spacing = _checked_spacing("ends", ends), _checked_spacing("picks", picks)
-    nodes, passages, family, joints = [], [], [np.zeros(0, dtype=np.int64)], []
-    node_count = yarn_count = 0
-    for panel in range(len(cloth.panel_names)):
-        wefts = clipped_lines(cloth, panel, 0, spacing[1])
-        warps = clipped_lines(cloth, panel, 1, spacing[0])
-        crossings = _crossings(wefts, warps, spacing)
-        laid = _nodes(panel, crossings, spacing, matrix)
-        nodes.append(laid)
-        passages += _passages(crossings, laid.position, node_count, yarn_count, len(wefts.line))
-        joints += [_joints(wefts, yarn_count), _joints(warps, yarn_count + len(wefts.line))]
-        family.append(np.repeat([WEFT, WARP], [len(wefts.line), len(warps.line)]))
-        node_count, yarn_count = node_count + laid.count, yarn_count + len(family[-1])
-    if not node_count:
-        raise ParameterError(
-            f"weave: no panel holds a crossing of {ends:g} ends and {picks:g} picks per cm; take higher densities"
-        )
-    return _on_cloth(cloth, joined(nodes), joined(passages), np.concatenate(family), joined_joints(joints), spacing)
+    panels = [_panel_yarns(cloth, panel, spacing, matrix) for panel in range(len(cloth.panel_names))]
+    return yarns_on_cloth("weave", cloth, panels, MARGIN * min(spacing))
 
 
-def _on_cloth(
-    cloth: Cloth, nodes: LaidNodes, passages: Passages, family: IntArray, joints: Joints, spacing: tuple[float, float]
-) -> CrossingYarns:
-    """Find the triangles of the nodes, and join yarns to rods; ends of yarns without nodes are left out."""
-    found = embed_points(cloth, nodes.panel, nodes.position)
-    nodes = LaidNodes(nodes.panel, nodes.position, found.triangle, found.barycentric, nodes.side, nodes.seam_direction)
-    has_nodes = np.bincount(passages.yarn, minlength=len(family)) > 0
-    joints = joints.taken(has_nodes[joints.yarn])
-    return assembled("weave", *with_rods(cloth, nodes, passages, family, joints, MARGIN * min(spacing)))
+def _panel_yarns(cloth: Cloth, panel: int, spacing: tuple[float, float], matrix: NDArray[np.bool_]) -> PanelYarns:
+    """The wefts of a panel, and then its warps."""
+    wefts, warps = clipped_lines(cloth, panel, 0, spacing[1]), clipped_lines(cloth, panel, 1, spacing[0])
+    crossings = _crossings(wefts, warps, spacing)
+    nodes = _nodes(cloth, panel, crossings, spacing, matrix)
+    return PanelYarns(
+        nodes,
+        _passages(crossings, nodes.position, len(wefts.line)),
+        np.repeat([WEFT, WARP], [len(wefts.line), len(warps.line)]),
+        joined_joints([_joints(wefts, 0), _joints(warps, len(wefts.line))]),
+    )
 
 
 def _checked_matrix(over: ArrayLike) -> NDArray[np.bool_]:
@@ -96,6 +84,8 @@ def _crossings(wefts: ClippedLines, warps: ClippedLines, spacing: tuple[float, f
 
     They ascend along each weft, weft by weft.
     """
+    if not len(warps.line):
+        return np.zeros((0, 4), dtype=np.int64)
     margin = MARGIN * np.array(spacing)
     first = np.ceil((wefts.ends[:, 0] + margin[0]) / spacing[0] - 0.5).astype(np.int64)
     last = np.floor((wefts.ends[:, 1] - margin[0]) / spacing[0] - 0.5).astype(np.int64)
@@ -108,29 +98,25 @@ def _crossings(wefts: ClippedLines, warps: ClippedLines, spacing: tuple[float, f
     return np.stack([line, wefts.line[piece], piece, warp], axis=1)[clear]
 
 
-def _nodes(panel: int, crossings: IntArray, spacing: tuple[float, float], matrix: NDArray[np.bool_]) -> LaidNodes:
-    """The nodes of a panel, without their triangles."""
-    count = len(crossings)
-    over = matrix[(-1 - crossings[:, 1]) % len(matrix), crossings[:, 0] % matrix.shape[1]]
+def _nodes(
+    cloth: Cloth, panel: int, crossings: IntArray, spacing: tuple[float, float], matrix: NDArray[np.bool_]
+) -> LaidNodes:
+    """The nodes of a panel."""
     position: FloatArray = (crossings[:, :2] + 0.5) * np.array(spacing)
-    empty = np.zeros((count, 2))
-    return LaidNodes(
-        np.full(count, panel), position, np.zeros(count, dtype=np.int64), empty, np.where(over, 1, -1), empty
-    )
+    of_panel = np.full(len(crossings), panel)
+    found = embed_points(cloth, of_panel, position)
+    over = matrix[(-1 - crossings[:, 1]) % len(matrix), crossings[:, 0] % matrix.shape[1]]
+    side, no_seam = np.where(over, 1, -1), np.zeros_like(position)
+    return LaidNodes(of_panel, position, found.triangle, found.barycentric, side, no_seam)
 
 
-def _passages(
-    crossings: IntArray, position: FloatArray, first_node: int, first_yarn: int, weft_count: int
-) -> list[Passages]:
-    """Passages of the wefts, and of the warps, both in order."""
-    node = first_node + np.arange(len(crossings))
+def _passages(crossings: IntArray, position: FloatArray, first_warp: int) -> Passages:
+    """Passages of the wefts, and then of the warps, both in order."""
+    node = np.arange(len(crossings))
     up = np.argsort(crossings[:, 3], kind="stable")  # wefts ascend, and so does the place along each warp
-    return [
-        Passages(first_yarn + crossings[:, 2], position[:, 0], node, np.zeros_like(node), position),
-        Passages(
-            first_yarn + weft_count + crossings[up, 3], position[up, 1], node[up], np.ones_like(node), position[up]
-        ),
-    ]
+    wefts = Passages(crossings[:, 2], position[:, 0], node, np.zeros_like(node), position)
+    warps = Passages(first_warp + crossings[up, 3], position[up, 1], up, np.ones_like(node), position[up])
+    return joined([wefts, warps])
 
 
 def _joints(lines: ClippedLines, first_yarn: int) -> Joints:

@@ -14,7 +14,9 @@ exactly if the moduli are positive and |nu| < 1. Bending has the same form in th
 ratio nu has rigidities D (1 - nu^2), twist D (1 - nu) / 2, and a membrane has shear Y / (2 + 2 nu).
 
 A table of tensions replaces the linear law along an axis, C_11 E_11 or C_22 E_22: the tension [dyn per cm of cloth at
-rest] over the strain (length over rest length - 1) of a strip that keeps its width. ``measured_cloths`` holds named
+rest] over the strain (length over rest length - 1) of a strip that keeps its width. A table of coupling replaces C_12
+by a stress over E_11 + E_22 that acts along both axes, and is therefore the tension across a strip that keeps its
+width. The coupling of a knit that stiffens may then exceed what C_12 may be at rest. ``measured_cloths`` holds named
 materials.
 """
 
@@ -75,6 +77,8 @@ class ClothMaterial:
     shear_table: Table = ()
     """Strain 2 E_12 and shear stress S_12 [dyn / cm] from (0, 0) upwards, the same for both signs; none for the linear
     law. A strain of 2 E_12 between yarns of constant length turns them towards each other by its arc sine."""
+    coupling_table: Table = ()
+    """Sum of strains E_11 + E_22 and the stress that it adds along both axes [dyn / cm]; none for the linear law."""
     source: str = ""
     """Where the numbers come from."""
 
@@ -87,7 +91,7 @@ class ClothMaterial:
             if not abs(getattr(self, name)) < 1.0:
                 found = f"{name} is {getattr(self, name)}"
                 raise ParameterError(f"material {self.name!r}: {found}; expected between -1 and 1, for a stable cloth")
-        for name in ("tension_course", "tension_wale", "shear_table"):
+        for name in ("tension_course", "tension_wale", "shear_table", "coupling_table"):
             object.__setattr__(self, name, tuple(tuple(map(float, point)) for point in getattr(self, name)))
         self._check_tables()
 
@@ -128,9 +132,27 @@ class ClothMaterial:
             shear = _shear_curve(self.shear_table, f"{place}shear_table")
         return course, wale, shear
 
+    @property
+    def coupling(self) -> float:
+        """The modulus C_12 [dyn / cm], zero with a table of coupling."""
+        return 0.0 if self.coupling_table else float(self.moduli()[0, 1])
+
+    def energies(self) -> tuple[TensionCurve, TensionCurve, TensionCurve, TensionCurve]:
+        """The laws of E_11, E_22, 2 E_12 and E_11 + E_22 whose energies, with C_12 E_11 E_22, add up to the whole.
+
+        With a table of coupling the first two are what the tensions of strips that keep their width leave.
+        """
+        course, wale, shear = self.curves()
+        if not self.coupling_table:
+            return course, wale, shear, TensionCurve.linear(0.0)
+        place = f"material {self.name!r}: coupling_table"
+        points = _points(self.coupling_table, place)
+        both = TensionCurve.through(points[:, 0], points[:, 1], place)
+        return course.without(both, f"{place} and course"), wale.without(both, f"{place} and wale"), shear, both
+
     def _check_tables(self) -> None:
-        course, wale, _shear = self.curves()
-        coupling, stiffness = abs(self.moduli()[0, 1]), (course.least_slope * wale.least_slope) ** 0.5
+        course, wale, _shear, _both = self.energies()
+        coupling, stiffness = abs(self.coupling), (course.least_slope * wale.least_slope) ** 0.5
         if stiffness <= coupling:
             raise ParameterError(
                 f"material {self.name!r}: tension tables: the smallest stiffness of both axes is {stiffness:g} dyn/cm "

@@ -66,9 +66,9 @@ def normal_change(n: Any, dn: Any, length: Any, length_change: Any, least: Any) 
 
 
 @wp.func
-def gradient_change(e: Any, r2: Any, r3: Any, de: Any, dr2: Any, dr3: Any, least: Any) -> tuple[Any, Any, Any, Any]:
-    """Derivative of the gradient as the frame changes: the Hessian of the angle times a direction."""
-    one, two = type(e[0])(1.0), type(e[0])(2.0)
+def gradient_change(e: Any, r2: Any, r3: Any, de: Any, dr2: Any, dr3: Any, least: Any) -> tuple[Any, Any, Any]:
+    """Derivative of the gradient at x_1, x_2 and x_3 as the frame changes: the Hessian times a direction."""
+    two = type(e[0])(2.0)
     square = wp.max(wp.dot(e, e), least[0])
     length = wp.sqrt(square)
     length_change = wp.dot(e, de) / length
@@ -81,8 +81,7 @@ def gradient_change(e: Any, r2: Any, r3: Any, de: Any, dr2: Any, dr3: Any, least
     a2, a3 = wp.dot(e, r2) / square, wp.dot(e, r3) / square
     da2 = (wp.dot(de, r2) + wp.dot(e, dr2) - two * a2 * wp.dot(e, de)) / square
     da3 = (wp.dot(de, r3) + wp.dot(e, dr3) - two * a3 * wp.dot(e, de)) / square
-    dg1 = -dg2 * a2 - g2 * da2 - dg3 * a3 - g3 * da3
-    return dg2 * (a2 - one) + g2 * da2 + dg3 * (a3 - one) + g3 * da3, dg1, dg2, dg3
+    return -dg2 * a2 - g2 * da2 - dg3 * a3 - g3 * da3, dg2, dg3
 
 
 def least_squares_of(cloth: Cloth) -> NDArray[np.float64]:

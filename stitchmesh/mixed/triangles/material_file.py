@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from os import fspath
 from pathlib import Path
@@ -33,6 +33,7 @@ UNITS = {
     "tension_course": "strain and tension [dyn/cm] at constant width",
     "tension_wale": "strain and tension [dyn/cm] at constant width",
     "shear_table": "strain 2 E_12 and stress [dyn/cm]",
+    "coupling_table": "strain E_11 + E_22 and stress [dyn/cm]",
 }
 """Comments beside the keys of a written material."""
 
@@ -67,14 +68,20 @@ def read_material(path: FilePath) -> ClothMaterial:
         raise FileError(f"{name}: {error}") from error
 
 
-def write_material(path: FilePath, material: ClothMaterial) -> None:
+def write_material(path: FilePath, material: ClothMaterial, notes: Sequence[str] = ()) -> None:
     """Write a material as a TOML file; the file is written atomically. Keys whose value is the default are left out.
+
+    Args:
+        path: name of the file.
+        material: the material.
+        notes: lines that stand at the end of the file as comments, for example how well the material fits.
 
     Raises:
         FileError: the file cannot be written, or its suffix is not ``.toml``.
     """
     suffix_of(path, [SUFFIX])
-    write_text(path, HEADER + "\n".join(_lines(material)) + "\n")
+    comments = [f"# {line}".rstrip() for note in notes for line in note.splitlines()]
+    write_text(path, HEADER + "\n".join([*_lines(material), *comments]) + "\n")
 
 
 def _lines(material: ClothMaterial) -> Iterator[str]:

@@ -10,13 +10,13 @@ panel, the columns a_1 and a_2 of the deformation gradient and the Green strain 
 with axis 1 along the courses (wefts) and axis 2 along the wales (warps). The energy of a triangle with rest area A and
 blending weight w is
 
-    w A (W_1(e_1) + W_2(e_2) + W_3(e_3) + C_12 e_1 e_2)
+    w A (W_1(e_1) + W_2(e_2) + W_3(e_3) + W_4(e_1 + e_2) + C_12 e_1 e_2)
 
-For the orthotropic material of constant moduli W_k = C_kk e_k^2 / 2; ``TensionCurve`` holds other laws, whose stiffness
-depends on the strain. With the stresses S of the energy density, the force on corner i is -w A F S g_i, and with the
-derivative dF along a direction the product of the Hessian is
+For the orthotropic material of constant moduli W_k = C_kk e_k^2 / 2 and W_4 = 0; ``TensionCurve`` holds other laws,
+whose stiffness depends on the strain. With the stresses S of the energy density, the force on corner i is
+-w A F S g_i, and with the derivative dF along a direction the product of the Hessian is
 
-    w A (F dS + dF S) g_i,    dS = C dE,    C = (W_1'', C_12, 0; C_12, W_2'', 0; 0, 0, W_3'')
+    w A (F dS + dF S) g_i,    dS = C dE,    C = (W_1'' + W_4'', C_12 + W_4'', 0; ., W_2'' + W_4'', 0; 0, 0, W_3'')
 
 The first part is never negative if C is positive definite, which ``ClothMaterial`` checks. The second part, the
 geometric stiffness, is negative across a direction of compression. The Hessian that is never negative keeps the tensile
@@ -106,10 +106,10 @@ def strain_change(a1: Any, a2: Any, d1: Any, d2: Any) -> Any:
 
 
 @wp.func
-def stress_change(stiffness: Any, coupling: Any, change: Any) -> Any:
-    """Derivative of the stress (S_11, S_22, S_12) for a change of the strain."""
-    first = stiffness[0] * change[0] + coupling * change[1]
-    return wp.vector(first, stiffness[1] * change[1] + coupling * change[0], stiffness[2] * change[2])
+def stress_change(c: Any, change: Any) -> Any:
+    """Derivative of the stress (S_11, S_22, S_12) for a change of the strain; c holds C_11, C_22, C_33 and C_12."""
+    first, second = c[0] * change[0] + c[3] * change[1], c[1] * change[1] + c[3] * change[0]
+    return wp.vector(first, second, c[2] * change[2])
 
 
 @kernel
@@ -131,22 +131,24 @@ def find_triangle_energies(
     t = wp.tid()
     a1, a2 = columns_of(corner[t], gradient[t], vertices)
     strain = green_strain(a1, a2)
-    first = material[t] * 3
+    first = material[t] * 4
     total = coupling[material[t]] * strain[0] * strain[1]
     for k in range(3):
         law = curve_at(curve_nodes, curve_start[first + k], curve_start[first + k + 1], strain[k])
         total += law[0]
-    energy[t] = total * amount[t]
+    both = curve_at(curve_nodes, curve_start[first + 3], curve_start[first + 4], strain[0] + strain[1])
+    energy[t] = (total + both[0]) * amount[t]
 
 
 @wp.func
 def stress_and_stiffness(curve_start: Any, curve_nodes: Any, coupling: Any, first: int, strain: Any) -> tuple[Any, Any]:
-    """The stress (S_11, S_22, S_12) and the stiffness (W_1'', W_2'', W_3'') at a strain."""
+    """The stress (S_11, S_22, S_12) and the stiffness (C_11, C_22, C_33, C_12) at a strain."""
     course = curve_at(curve_nodes, curve_start[first], curve_start[first + 1], strain[0])
     wale = curve_at(curve_nodes, curve_start[first + 1], curve_start[first + 2], strain[1])
     shear = curve_at(curve_nodes, curve_start[first + 2], curve_start[first + 3], strain[2])
-    stress = wp.vector(course[1] + coupling * strain[1], wale[1] + coupling * strain[0], shear[1])
-    return stress, wp.vector(course[2], wale[2], shear[2])
+    both = curve_at(curve_nodes, curve_start[first + 3], curve_start[first + 4], strain[0] + strain[1])
+    stress = wp.vector(course[1] + both[1] + coupling * strain[1], wale[1] + both[1] + coupling * strain[0], shear[1])
+    return stress, wp.vector(course[2] + both[2], wale[2] + both[2], shear[2], coupling + both[2])
 
 
 @kernel
@@ -170,7 +172,7 @@ def find_triangle_forces(
     a1, a2 = columns_of(corner[t], g, vertices)
     strain = green_strain(a1, a2)
     m = material[t]
-    s, _stiffness = stress_and_stiffness(curve_start, curve_nodes, coupling[m], m * 3, strain)
+    s, _stiffness = stress_and_stiffness(curve_start, curve_nodes, coupling[m], m * 4, strain)
     scale = -amount[t]
     p1, p2 = (a1 * s[0] + a2 * s[2]) * scale, (a1 * s[2] + a2 * s[1]) * scale
     second, third = p1 * g[0, 0] + p2 * g[0, 1], p1 * g[1, 0] + p2 * g[1, 1]
@@ -201,7 +203,7 @@ def find_triangle_stiffness(
     a1, a2 = columns_of(corner[t], gradient[t], vertices)
     strain = green_strain(a1, a2)
     m = material[t]
-    s, c = stress_and_stiffness(curve_start, curve_nodes, coupling[m], m * 3, strain)
+    s, c = stress_and_stiffness(curve_start, curve_nodes, coupling[m], m * 4, strain)
     kept = tensile(s)
     column[0, t] = a1
     column[1, t] = a2
@@ -215,8 +217,6 @@ def find_triangle_products(
     corner: wp.array[wp.vec3i],
     gradient: wp.array[Any],
     amount: wp.array[Any],
-    material: wp.array[wp.int32],
-    coupling: wp.array[Any],
     column: wp.array2d[Any],
     stress: wp.array[Any],
     stiffness: wp.array[Any],
@@ -230,7 +230,7 @@ def find_triangle_products(
     g = gradient[t]
     a1, a2, s = column[0, t], column[1, t], stress[t]
     d1, d2 = columns_of(corner[t], g, direction)
-    ds = stress_change(stiffness[t], coupling[material[t]], strain_change(a1, a2, d1, d2))
+    ds = stress_change(stiffness[t], strain_change(a1, a2, d1, d2))
     p1 = (a1 * ds[0] + a2 * ds[2] + d1 * s[0] + d2 * s[2]) * amount[t]
     p2 = (a1 * ds[2] + a2 * ds[1] + d1 * s[2] + d2 * s[1]) * amount[t]
     second, third = p1 * g[0, 0] + p2 * g[0, 1], p1 * g[1, 0] + p2 * g[1, 1]
@@ -240,14 +240,14 @@ def find_triangle_products(
 
 
 @wp.func
-def corner_block(g1: Any, g2: Any, a1: Any, a2: Any, s: Any, c: Any, coupling: Any) -> Any:
+def corner_block(g1: Any, g2: Any, a1: Any, a2: Any, s: Any, c: Any) -> Any:
     """Block of the Hessian of one corner with the gradient (g_1, g_2), per area."""
     two = type(g1)(2.0)
     course, wale, shear = a1 * g1, a2 * g2, a1 * g2 + a2 * g1
     turning = g1 * g1 * s[0] + g2 * g2 * s[1] + two * g1 * g2 * s[2]
     crossed = wp.outer(course, wale)
     block = wp.outer(course, course) * c[0] + wp.outer(wale, wale) * c[1] + wp.outer(shear, shear) * c[2]
-    block += (crossed + wp.transpose(crossed)) * coupling
+    block += (crossed + wp.transpose(crossed)) * c[3]
     return block + wp.identity(n=3, dtype=type(g1)) * turning
 
 
@@ -256,8 +256,6 @@ def find_triangle_blocks(
     # model
     gradient: wp.array[Any],
     amount: wp.array[Any],
-    material: wp.array[wp.int32],
-    coupling: wp.array[Any],
     column: wp.array2d[Any],
     stress: wp.array[Any],
     stiffness: wp.array[Any],
@@ -267,10 +265,10 @@ def find_triangle_blocks(
     """Blocks of the Hessian [dyn / cm] on the diagonal at the three corners of each triangle."""
     t = wp.tid()
     g = gradient[t]
-    a1, a2, s, c, between = column[0, t], column[1, t], stress[t], stiffness[t], coupling[material[t]]
-    block[3 * t] = corner_block(-g[0, 0] - g[1, 0], -g[0, 1] - g[1, 1], a1, a2, s, c, between) * amount[t]
-    block[3 * t + 1] = corner_block(g[0, 0], g[0, 1], a1, a2, s, c, between) * amount[t]
-    block[3 * t + 2] = corner_block(g[1, 0], g[1, 1], a1, a2, s, c, between) * amount[t]
+    a1, a2, s, c = column[0, t], column[1, t], stress[t], stiffness[t]
+    block[3 * t] = corner_block(-g[0, 0] - g[1, 0], -g[0, 1] - g[1, 1], a1, a2, s, c) * amount[t]
+    block[3 * t + 1] = corner_block(g[0, 0], g[0, 1], a1, a2, s, c) * amount[t]
+    block[3 * t + 2] = corner_block(g[1, 0], g[1, 1], a1, a2, s, c) * amount[t]
 
 
 class Membrane(Term):
@@ -309,17 +307,18 @@ class Membrane(Term):
         amount = cloth.rest_area * checked_weights(weight, count)
         self._amount = wp.array(amount, dtype=scalar, device=device)
         self._material = self._integers(cloth.panel if len(chosen) > 1 else np.zeros(count), wp.int32)
-        curves = [curve for one in chosen for curve in one.curves()]
+        curves = [curve for one in chosen for curve in one.energies()]
         starts = np.concatenate([[0], np.cumsum([len(curve.strain) for curve in curves])])
         self._curve_start = self._integers(starts, wp.int32)
         nodes = np.concatenate([curve.nodes for curve in curves])
         self._curve_nodes = wp.array(nodes, dtype=vector(4, scalar), device=device)
-        self._coupling = wp.array([one.moduli()[0, 1] for one in chosen], dtype=scalar, device=device)
+        self._coupling = wp.array([one.coupling for one in chosen], dtype=scalar, device=device)
         self._gather = GatherTable.of(cloth.triangles, len(cloth.vertices), device)
         self._energy = wp.zeros(count, dtype=scalar, device=device)
         self._slots = wp.zeros(3 * count, dtype=three, device=device)
         self._column = wp.zeros((2, count), dtype=three, device=device)
-        self._stress, self._stiffness = (wp.zeros(count, dtype=three, device=device) for _ in range(2))
+        self._stress = wp.zeros(count, dtype=three, device=device)
+        self._stiffness = wp.zeros(count, dtype=vector(4, scalar), device=device)
         self._blocks: wp.array[Any] | None = None
 
     def _integers(self, values: ArrayLike, kind: Any) -> wp.array[Any]:
@@ -349,8 +348,8 @@ class Membrane(Term):
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add the products of the Hessian."""
-        inputs = [self._corner, self._gradient, self._amount, self._material, self._coupling]
-        inputs += [self._column, self._stress, self._stiffness, direction.vertices]
+        inputs = [self._corner, self._gradient, self._amount, self._column, self._stress, self._stiffness]
+        inputs.append(direction.vertices)
         found = launcher(find_triangle_products, len(self._corner), inputs, [self._slots])
         return [found, *self._gather.launches(self._slots, product.vertices, launcher)]
 
@@ -358,7 +357,6 @@ class Membrane(Term):
         """The launches that add the diagonal blocks."""
         if self._blocks is None:
             self._blocks = wp.zeros(len(self._slots), dtype=matrix(3, self.scalar), device=self.device)
-        inputs = [self._gradient, self._amount, self._material, self._coupling]
-        inputs += [self._column, self._stress, self._stiffness]
+        inputs = [self._gradient, self._amount, self._column, self._stress, self._stiffness]
         found = launcher(find_triangle_blocks, len(self._corner), inputs, [self._blocks])
         return [found, *self._gather.launches(self._blocks, blocks.vertices, launcher)]

@@ -269,7 +269,8 @@ class SeamRod(Term):
             material: stiffness of the rods.
             scalar: Warp's floating-point type.
             device: where the kernels run.
-            weight: blending weight of each edge and of the angle at its end, shape (S,); by default 1.
+            weight: blending weight of each edge, shape (S,); by default 1. An angle has the smaller weight of its two
+                edges; vertices without weight are not read.
 
         Raises:
             ParameterError: a weight is not in [0, 1].
@@ -330,7 +331,8 @@ def _elements(
     some, length = following >= 0, rest_lengths(cloth)
     third = np.where(some, cloth.seam_edges[following, 1], -1)
     second_length = np.where(some, length[following], 1.0)
-    bending = np.where(some, 2.0 * material.bending / (length + second_length), 0.0) * weight
+    bending = np.where(some, 2.0 * material.bending / (length + second_length), 0.0)
+    bending *= np.minimum(weight, weight[following])
     angle = rest_angles(cloth, following)
     constants = np.column_stack([material.stretch * weight, bending, angle, length, second_length])
     return np.column_stack([cloth.seam_edges, third]), constants

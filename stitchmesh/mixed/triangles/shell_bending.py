@@ -116,6 +116,7 @@ def find_hinge_frames(
     # model
     exact: float,
     corner: wp.array[wp.vec4i],
+    least: wp.array[Any],
     start: wp.array[wp.int32],
     column: wp.array[wp.int32],
     value: wp.array[Any],
@@ -124,14 +125,19 @@ def find_hinge_frames(
     deflection: wp.array[Any],
     # state out
     frame: wp.array2d[Any],
+    gradient: wp.array2d[Any],
     moment: wp.array[Any],
 ) -> None:
-    """What the products need: the frame of each hinge, and the kept part of its moment [dyn cm]."""
+    """What the products need: frame and gradients of each hinge, and the kept part of its moment [dyn cm]."""
     h = wp.tid()
     e, r2, r3 = hinge_frame(corner[h], vertices)
     frame[0, h] = e
     frame[1, h] = r2
     frame[2, h] = r3
+    _g0, g1, g2, g3 = angle_gradient(e, r2, r3, least[h])
+    gradient[0, h] = g1
+    gradient[1, h] = g2
+    gradient[2, h] = g3
     moment[h] = row_times(start, column, value, deflection, h) * type(deflection[0])(exact)
 
 
@@ -139,8 +145,7 @@ def find_hinge_frames(
 def find_turns(
     # model
     corner: wp.array[wp.vec4i],
-    least: wp.array[Any],
-    frame: wp.array2d[Any],
+    gradient: wp.array2d[Any],
     # state in
     direction: wp.array[Any],
     # state out
@@ -148,9 +153,9 @@ def find_turns(
 ) -> None:
     """Derivative of each angle along a direction."""
     h = wp.tid()
-    _g0, g1, g2, g3 = angle_gradient(frame[0, h], frame[1, h], frame[2, h], least[h])
     de, dr2, dr3 = hinge_frame(corner[h], direction)
-    turn[h] = wp.dot(g1, de) + wp.dot(g2, dr2) + wp.dot(g3, dr3)  # the gradients of all four vertices add to zero
+    # the gradients of all four vertices add to zero
+    turn[h] = wp.dot(gradient[0, h], de) + wp.dot(gradient[1, h], dr2) + wp.dot(gradient[2, h], dr3)
 
 
 @kernel
@@ -162,6 +167,7 @@ def find_hinge_products(
     column: wp.array[wp.int32],
     value: wp.array[Any],
     frame: wp.array2d[Any],
+    gradient: wp.array2d[Any],
     moment: wp.array[Any],
     # state in
     direction: wp.array[Any],
@@ -172,28 +178,26 @@ def find_hinge_products(
     """Hessian times direction [dyn] at the four vertices of each hinge."""
     h = wp.tid()
     change, m = row_times(start, column, value, turn, h), moment[h]
-    e, r2, r3 = frame[0, h], frame[1, h], frame[2, h]
-    g0, g1, g2, g3 = angle_gradient(e, r2, r3, least[h])
+    p1, p2, p3 = gradient[0, h] * change, gradient[1, h] * change, gradient[2, h] * change
     if m != m - m:
         de, dr2, dr3 = hinge_frame(corner[h], direction)
-        d0, d1, d2, d3 = gradient_change(e, r2, r3, de, dr2, dr3, least[h])
-        corner_product[4 * h] = g0 * change + d0 * m
-        corner_product[4 * h + 1] = g1 * change + d1 * m
-        corner_product[4 * h + 2] = g2 * change + d2 * m
-        corner_product[4 * h + 3] = g3 * change + d3 * m
-    else:
-        corner_product[4 * h] = g0 * change
-        corner_product[4 * h + 1] = g1 * change
-        corner_product[4 * h + 2] = g2 * change
-        corner_product[4 * h + 3] = g3 * change
+        d1, d2, d3 = gradient_change(frame[0, h], frame[1, h], frame[2, h], de, dr2, dr3, least[h])
+        p1 += d1 * m
+        p2 += d2 * m
+        p3 += d3 * m
+    corner_product[4 * h] = -p1 - p2 - p3
+    corner_product[4 * h + 1] = p1
+    corner_product[4 * h + 2] = p2
+    corner_product[4 * h + 3] = p3
 
 
 @wp.func
-def at_vertex(corner: wp.vec4i, g0: Any, g1: Any, g2: Any, g3: Any, vertex: int) -> Any:
-    """The gradient of an angle at a vertex; zero where the hinge does not have it."""
-    found = g0 - g0
+def at_vertex(corner: wp.vec4i, gradient: Any, h: int, vertex: int) -> Any:
+    """The gradient of the angle of hinge ``h`` at a vertex; zero where the hinge does not have it."""
+    g1, g2, g3 = gradient[0, h], gradient[1, h], gradient[2, h]
+    found = g1 - g1
     if corner[0] == vertex:
-        found += g0
+        found -= g1 + g2 + g3
     if corner[1] == vertex:
         found += g1
     if corner[2] == vertex:
@@ -207,26 +211,23 @@ def at_vertex(corner: wp.vec4i, g0: Any, g1: Any, g2: Any, g3: Any, vertex: int)
 def find_hinge_blocks(
     # model
     corner: wp.array[wp.vec4i],
-    least: wp.array[Any],
     start: wp.array[wp.int32],
     column: wp.array[wp.int32],
     value: wp.array[Any],
-    frame: wp.array2d[Any],
+    gradient: wp.array2d[Any],
     # state out
     block: wp.array[Any],
 ) -> None:
     """Part of each hinge in the blocks [dyn / cm] on the diagonal, without the second derivatives of the angles."""
     slot = wp.tid()
     h = slot // 4
-    g0, g1, g2, g3 = angle_gradient(frame[0, h], frame[1, h], frame[2, h], least[h])
     vertex = corner[h][slot - 4 * h]
-    total = g0 - g0
+    own = at_vertex(corner[h], gradient, h, vertex)
+    total = own - own
     for j in range(start[h], start[h + 1]):
-        other = column[j]
-        o0, o1, o2, o3 = angle_gradient(frame[0, other], frame[1, other], frame[2, other], least[other])
-        total += at_vertex(corner[other], o0, o1, o2, o3, vertex) * value[j]
+        total += at_vertex(corner[column[j]], gradient, column[j], vertex) * value[j]
     half = type(total[0])(0.5)
-    product = wp.outer(at_vertex(corner[h], g0, g1, g2, g3, vertex), total)
+    product = wp.outer(own, total)
     block[slot] = (product + wp.transpose(product)) * half
 
 
@@ -271,7 +272,7 @@ class ShellBending(Term):
         self._deflection, self._turn, self._moment, self._energy = (
             wp.zeros(self._count, dtype=scalar, device=device) for _ in range(4)
         )
-        self._frame = wp.zeros((3, self._count), dtype=three, device=device)
+        self._frame, self._gradient = (wp.zeros((3, self._count), dtype=three, device=device) for _ in range(2))
         self._slots = wp.zeros(4 * self._count, dtype=three, device=device)
         self._blocks: wp.array[Any] | None = None
 
@@ -304,16 +305,18 @@ class ShellBending(Term):
         if self._count == 0:
             return []
         deflections = self._find_deflections(state, launcher)
-        inputs = [float(self.exact), self._corner, *self._rows, state.vertices, self._deflection]
-        return [deflections, launcher(find_hinge_frames, self._count, inputs, [self._frame, self._moment])]
+        inputs = [float(self.exact), self._corner, self._least, *self._rows, state.vertices, self._deflection]
+        outputs = [self._frame, self._gradient, self._moment]
+        return [deflections, launcher(find_hinge_frames, self._count, inputs, outputs)]
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add the products of the Hessian."""
         if self._count == 0:
             return []
-        inputs = [self._corner, self._least, self._frame, direction.vertices]
+        inputs = [self._corner, self._gradient, direction.vertices]
         turns = launcher(find_turns, self._count, inputs, [self._turn])
-        inputs = [self._corner, self._least, *self._rows, self._frame, self._moment, direction.vertices, self._turn]
+        inputs = [self._corner, self._least, *self._rows, self._frame, self._gradient, self._moment]
+        inputs += [direction.vertices, self._turn]
         found = launcher(find_hinge_products, self._count, inputs, [self._slots])
         return [turns, found, *self._gather.launches(self._slots, product.vertices, launcher)]
 
@@ -323,6 +326,6 @@ class ShellBending(Term):
             return []
         if self._blocks is None:
             self._blocks = wp.zeros(4 * self._count, dtype=matrix(3, self.scalar), device=self.device)
-        inputs = [self._corner, self._least, *self._rows, self._frame]
+        inputs = [self._corner, *self._rows, self._gradient]
         found = launcher(find_hinge_blocks, 4 * self._count, inputs, [self._blocks])
         return [found, *self._gather.launches(self._blocks, blocks.vertices, launcher)]

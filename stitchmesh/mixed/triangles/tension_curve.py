@@ -66,6 +66,29 @@ class TensionCurve:
             raise ParameterError(f"{place}: no point is (0, 0); expected one, because the rest shape has no tension")
         return TensionCurve(strain, stress, _slopes(strain, stress))
 
+    def at(self, strain: FloatArray) -> FloatArray:
+        """Stress at strains [dyn / cm], of the same shape."""
+        k = np.clip(np.searchsorted(self.strain, strain, side="right") - 1, 0, len(self.strain) - 1)
+        d = strain - self.strain[k]
+        line: FloatArray = self.stress[k] + d * self.slope[k]
+        inside = (d > 0.0) & (k + 1 < len(self.strain))
+        if inside.any():
+            k, d = k[inside], d[inside]
+            step = self.strain[k + 1] - self.strain[k]
+            chord = (self.stress[k + 1] - self.stress[k]) / step
+            bend = (3.0 * chord - 2.0 * self.slope[k] - self.slope[k + 1]) / step
+            line[inside] += d * d * (bend + d * (self.slope[k] + self.slope[k + 1] - 2.0 * chord) / step**2)
+        return line
+
+    def without(self, other: TensionCurve, place: str) -> TensionCurve:
+        """The curve whose stress at the strains of both curves is the difference of their stresses.
+
+        Raises:
+            ParameterError: the difference does not rise; the message begins with ``place``.
+        """
+        strain = np.union1d(self.strain, other.strain)
+        return TensionCurve.through(strain, self.at(strain) - other.at(strain), place)
+
     @property
     def energy(self) -> FloatArray:
         """Energy density at each node [erg / cm^2], zero at strain 0; shape (n,)."""

@@ -11,6 +11,7 @@ from stitchmesh.errors import FileError
 from stitchmesh.mixed.cloth.panel_file import PanelFile, PanelTable, read_panels, write_panels
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.seams import Border, Seam
+from tests.gallery import ROOT
 
 TEXT = """
 edge_length = 1.5
@@ -54,6 +55,7 @@ def test_the_cloth_of_a_file(tmp_path):
 def test_round_trip(tmp_path):
     content = PanelFile(
         edge_length=0.7,
+        evening_rounds=12,
         panels=(
             PanelTable(name='left "L"', outline=((0.0, 0.0), (4.0, 0.0), (4.0, 1 / 3)), side_edges=(4, 2, 4)),
             PanelTable(
@@ -99,6 +101,7 @@ REFUSED = {
                                                                "start = 1, end = 7 }\nsecond = { panel = \"back\""),
     r"seam 0 .*: got 6 and 7 edges; expected the same":
         TEXT.replace('name = "front"', 'name = "front"\nside_edges = [8, 6, 8, 9]').replace("angle = 15", "edges = 7"),
+    "rounds of evening out: got -3": "evening_rounds = -3\n" + TEXT,
     "edge length: got -1": TEXT.replace("edge_length = 1.5", "edge_length = -1"),
     "is no TOML": TEXT + "[[",
     "radius: got 0": TEXT.replace("3.8197186342054885", "0.0"),
@@ -110,6 +113,18 @@ def test_files_that_are_refused(message, tmp_path):
     with pytest.raises(FileError, match=message) as caught:
         read_panels(written(tmp_path, REFUSED[message])).cloth()
     assert str(caught.value).startswith(str(tmp_path / "shirt.toml")) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "path", sorted((ROOT / "examples" / "mixed" / "panels").glob("*.toml")), ids=lambda path: path.stem
+)
+def test_the_files_of_the_examples(path):
+    cloth = read_panels(path).cloth()
+    assert cloth.seam_count >= 1
+    corners = cloth.vertices[cloth.triangles]
+    length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    at_rest = np.linalg.norm(np.roll(cloth.rest, -1, axis=1) - cloth.rest, axis=2)
+    assert 0.5 < (length / at_rest).min() and (length / at_rest).max() < 2.0  # no triangle begins in a wild shape
 
 
 def test_other_suffixes_are_refused(tmp_path):

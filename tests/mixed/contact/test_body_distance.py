@@ -212,6 +212,23 @@ def test_no_move_passes_through_the_surface(speed):
     assert speed == 0.1
 
 
+def test_measured_distances_change_no_bit():
+    """Points that have moved since the beginning of a step, and points of a term that has measured nothing."""
+    mesh = ball(1.0, 2)
+    rng = np.random.default_rng(2)
+    start = rng.normal(size=(300, 3)) * [0.8, 0.8, 0.8]
+    start = start[np.linalg.norm(start, axis=1) > 0.9]
+    moved = start + 0.1 * rng.normal(size=start.shape)
+    term, fresh = (contact(len(start), Body(mesh)) for _ in range(2))
+    term.begin_step(nodes_at(start), 0.0, 1e-3)
+    state, direction = nodes_at(moved), random_direction(nodes_at(moved))
+    assert np.abs(forces_of(term, state)).any(axis=1).sum() > 20
+    assert (forces_of(term, state) == forces_of(fresh, state)).all()
+    assert (products_of(term, state, direction) == products_of(fresh, state, direction)).all()
+    assert term.energy(state) == fresh.energy(state)
+    assert term.step_limit(state, nodes_at(0.1 * start)) <= fresh.step_limit(state, nodes_at(0.1 * start)) == 1.0
+
+
 def test_a_far_body_has_no_force_and_limits_nothing():
     term = contact(2, Body(box((1, 1, 1), (1e4, 0, 0))))
     state = nodes_at(np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]]))

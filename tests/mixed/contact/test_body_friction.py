@@ -16,6 +16,7 @@ from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import NO_ANCHOR, BodyFriction
 from stitchmesh.mixed.contact.motion import RigidMotion, VertexMotion
 from tests.mixed.contact.bodies import ball, box
+from tests.mixed.contact.moving_cloth import MovingCloth
 from tests.mixed.contact.sheets import (
     Sheets,
     cpu,
@@ -26,7 +27,6 @@ from tests.mixed.contact.sheets import (
     sheet,
     state_of,
 )
-from tests.mixed.contact.small_dynamics import Motion, Springs
 
 G, DENSITY, THICKNESS, PRESSURE = 981.0, 0.02, 0.1, 500.0
 FLOOR = box((20.0, 20.0, 2.0), (0.0, 0.0, -2.0))
@@ -44,15 +44,12 @@ def resting_height(press: float = DENSITY * G) -> float:
     return x * THICKNESS / 2
 
 
-def on_slope(angle: float, mu: float, steps: int, h: float) -> tuple[Motion, np.ndarray]:
+def on_slope(angle: float, mu: float, steps: int, h: float) -> tuple[MovingCloth, np.ndarray]:
     """A patch that starts at rest on an inclined plane; the slope is in gravity. Displacement and steps."""
     gravity = G * np.array([np.sin(angle), 0.0, -np.cos(angle)])
     cloth = sheet(2, 1.0, height=resting_height(-DENSITY * gravity[2]))
     terms = with_friction(cloth, Body(FLOOR), mu)
-    motion = Motion(
-        cloth.vertices, np.zeros_like(cloth.vertices), cloth.masses(DENSITY), gravity,
-        [*terms, Springs(cloth, 2e3)],
-    )  # fmt: skip
+    motion = MovingCloth(cloth, DENSITY, gravity, 2e3, terms)
     motion.run(steps, h)
     return motion, motion.vertices - cloth.vertices
 
@@ -125,9 +122,7 @@ def test_a_moving_body_carries_a_patch(kind):
     cloth = sheet(2, 1.0, height=resting_height())
     terms = with_friction(cloth, Body(FLOOR, moving), 0.5)
     gravity = np.array([0.0, 0.0, -G])
-    motion = Motion(
-        cloth.vertices, np.zeros_like(cloth.vertices), cloth.masses(DENSITY), gravity, [*terms, Springs(cloth, 2e3)]
-    )
+    motion = MovingCloth(cloth, DENSITY, gravity, 2e3, terms)
     motion.run(50, 2e-3)
     assert motion.vertices[:, 0] - cloth.vertices[:, 0] == pytest.approx(np.full(9, 0.18), abs=0.015)
     assert np.abs(motion.velocity).max() < 0.5  # at rest with the floor, except the swing about the anchors
@@ -139,10 +134,7 @@ def test_a_turntable_carries_what_rests_on_it():
     turns = Rotation.from_rotvec(np.outer(np.linspace(0.0, 0.2, 5), [0.0, 0.0, 1.0])).as_matrix()
     turning = RigidMotion(np.linspace(0.0, 0.4, 5), np.zeros((5, 3)), turns)
     cloth = sheet(2, 1.0, height=resting_height())
-    motion = Motion(
-        cloth.vertices, np.zeros_like(cloth.vertices), cloth.masses(DENSITY), np.array([0.0, 0.0, -G]),
-        [*with_friction(cloth, Body(table, turning), 0.5), Springs(cloth, 2e3)],
-    )  # fmt: skip
+    motion = MovingCloth(cloth, DENSITY, np.array([0.0, 0.0, -G]), 2e3, with_friction(cloth, Body(table, turning), 0.5))
     motion.run(90, 5e-3)
     assert motion.vertices == pytest.approx(turning.places_at(cloth.vertices, 1.0), abs=0.006)
 

@@ -72,6 +72,7 @@ def laid(passages: list[tuple[list[int], int, int]], position: np.ndarray, side,
         rest_turn=turn,
         rest_shear=shear,
         stitch_contacts=np.array(contacts, dtype=int).reshape(-1, 2),
+        stitch_left=np.ones(len(contacts), dtype=bool),
     )
     return Fabric(yarns, position)
 

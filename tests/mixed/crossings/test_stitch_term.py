@@ -56,12 +56,31 @@ def test_forces_and_products_are_derivatives(changes):
     assert eigenvalues.min() > -1e-12 * eigenvalues.max()  # rounding
 
 
+def test_legs_near_the_axis_fade_out_smoothly():
+    term = term_of(replace(YARN, stitch_length=0.0))
+    steps = []
+    for angle in (0.7, 0.45, 0.2, 0.02, 1e-4):
+        nodes = CONTACT.position.copy()
+        nodes[0] = 0.1 * np.array([-np.sin(angle), np.cos(angle), 0.03])
+        state = flat(nodes, CONTACT.sliding)
+        slope = differences(lambda values: energy_at(term, values), state, 1e-3 * 0.1 * angle)
+        force = force_at(term, state)
+        # differences of fourth order of a function that changes over the distance of the leg from the axis
+        np.testing.assert_allclose(force, -slope, rtol=0, atol=1e-6 * np.abs(force).max())
+        matrix = differences(lambda values: -force_at(term, values), state, 1e-3 * 0.1 * angle)
+        np.testing.assert_allclose(hessian_at(term, state), matrix, rtol=0, atol=1e-6 * np.abs(matrix).max())
+        steps.append(np.abs(force).max())
+    # bounded by the energy of a turn of pi over the length of the leg, of which f takes 1 / FADE at most
+    assert max(steps) < 10 * np.pi**2 * YARN.wrapping
+
+
 def test_the_legs_turn_to_the_side_on_which_the_new_loop_comes_in():
     for side in (1, -1):  # a purl stitch, and the knit stitch of the contact
         for mirror in (1.0, -1.0):  # the contact at the left of a loop and that at its right
             yarns = replace(CONTACT.yarns, side=np.where(np.arange(COUNT) == 1, side, CONTACT.yarns.side))
             place = CONTACT.position * [mirror, 1.0, 1.0]
-            fabric = replace(CONTACT, yarns=replace(yarns, position=place[:, :2]), position=place)
+            yarns = replace(yarns, position=place[:, :2], stitch_left=[mirror > 0])
+            fabric = replace(CONTACT, yarns=yarns, position=place)
             term = term_of(fabric=fabric)
             state = flat(place, fabric.sliding)
             # flat: a quarter turn from rest

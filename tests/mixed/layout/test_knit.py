@@ -82,6 +82,20 @@ def test_both_yarns_run_from_one_node_of_a_contact_to_the_other():
     np.testing.assert_allclose(length, expected, rtol=1e-12)
 
 
+def test_the_outer_neighbours_lie_to_the_left_of_a_contact_at_a_left_foot():
+    _, yarns = stocking()
+    partner = np.full(yarns.node_count, -1)
+    partner[yarns.stitch_contacts] = yarns.stitch_contacts[:, ::-1]
+    number = np.empty(yarns.node_count, dtype=int)
+    number[yarns.stitch_contacts] = np.arange(len(yarns.stitch_contacts))[:, None]
+    at_p = yarns.wrapping[yarns.position[yarns.wrapping[:, 0], 1] < yarns.position[partner[yarns.wrapping[:, 0]], 1]]
+    p, link, _ = yarns.position[at_p].transpose(1, 0, 2)
+    axis, leg = yarns.position[partner[at_p[:, 0]]] - p, link - p
+    turn = axis[:, 0] * leg[:, 1] - axis[:, 1] * leg[:, 0]
+    np.testing.assert_array_equal(turn > 0, yarns.stitch_left[number[at_p[:, 0]]])
+    assert np.count_nonzero(yarns.stitch_left) * 2 == len(yarns.stitch_left)
+
+
 def test_wrapping_elements_name_the_neighbours_outside_of_the_contact():
     _, yarns = stocking()
     partner = np.full(yarns.node_count, -1)
@@ -145,7 +159,7 @@ def test_heads_and_feet_are_joined_to_a_seam_along_a_course():
         (np.zeros((2, 0)), 0.5, r"shape \(2, 0\)"),
         ([[3]], 0.5, "other than 0 and 1"),
         ([[1]], -1.0, "wale spacing: got -1.0; expected a positive number of cm"),
-        ([[1]], 20.0, "no panel holds two loops above one another"),
+        ([[1]], 20.0, "knit: no yarn has two nodes on the cloth"),
     ],
 )
 def test_what_is_refused(chart, spacing, message):

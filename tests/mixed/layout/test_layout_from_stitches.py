@@ -47,6 +47,7 @@ def test_a_flat_piece_has_the_yarns_of_a_chart_of_the_same_size():
         turn = [one.rest_turn[one.yarn_node, one.yarn_coordinate] for one in (ours, theirs)]
         np.testing.assert_allclose(turn[0], turn[1], atol=1e-12)
     assert len(yarns.wrapping) == len(chart.wrapping)
+    np.testing.assert_array_equal(yarns.stitch_left, chart.stitch_left)
 
 
 @pytest.mark.parametrize("name", ["sweater", "hat", "sock"])
@@ -59,6 +60,7 @@ def test_garments(name, divisions):
     np.testing.assert_allclose(made, yarns.position, atol=1e-9)  # coordinates of 100 cm, rounded a few times
     loops = fabric.face_count * divisions**2
     assert 3.5 * loops < yarns.node_count < 4.5 * loops
+    assert yarns.yarn_count == {"sweater": 3, "hat": 1, "sock": 1}[name]  # a spiral for the body and for each sleeve
     assert (np.bincount(yarns.yarn_node, minlength=yarns.node_count) == 2).all()
     step = np.diff(yarns.rest_sliding[yarns.yarn_node, yarns.yarn_coordinate])
     inner = np.diff(yarns.passage_yarn) == 0
@@ -129,5 +131,5 @@ def test_what_is_refused():
     with pytest.raises(ParameterError, match="expected a StitchMesh"):
         lay_stitches(cloth, cloth, **SIZE)
     one_row, its_cloth = flat(4, 1)
-    with pytest.raises(ParameterError, match="no loop is drawn through another one"):
+    with pytest.raises(ParameterError, match="knit: no yarn has two nodes on the cloth"):
         lay_stitches(its_cloth, one_row, **SIZE)

@@ -140,7 +140,8 @@ def test_nodes_on_the_seam_have_one_place_from_both_sides():
         ([[1, 2]], 1.0, "other than 0 and 1"),
         (PLAIN, 0.0, "ends: got 0.0; expected a positive number"),
         (PLAIN, np.nan, "ends: got nan"),
-        (PLAIN, 0.01, "no panel holds a crossing"),
+        (PLAIN, 0.09, "weave: no yarn has two nodes on the cloth"),
+        (PLAIN, 0.01, "weave: no yarn has two nodes on the cloth; take a denser fabric"),
     ],
 )
 def test_what_is_refused(matrix, ends, message):

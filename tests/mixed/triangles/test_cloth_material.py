@@ -70,7 +70,7 @@ def test_files_keep_every_number(material, tmp_path):
     table = ((-0.1, -9000.0), (0.0, 0.0), (0.2, 123456.789e1))
     full = replace(material, poisson=0.01, tension_course=table, shear_table=table[1:], source='a "b" \\ c')
     for one in (material, full):
-        write_material(path, one)
+        write_material(path, one, ["how it fits: [table]", "two\nlines = 1"])
         assert read_material(path) == one and material_of(path) == one
 
 
@@ -108,6 +108,7 @@ def test_wrong_files_are_refused_on_one_line(text, message, tmp_path):
         ({"bending_poisson": -1.5}, "bending_poisson is -1.5; expected between -1 and 1"),
         ({"tension_wale": ((0.0, 0.0, 1.0), (0.1, 1.0))}, r"expected pairs of strain \(above -1\) and tension"),
         ({"shear_table": ((-0.1, -1.0), (0.0, 0.0))}, r"shear_table: begins with \(-0.1, -1.0\); expected \(0, 0\)"),
+        ({"coupling_table": ((0.0, 0.0), (0.1, 1e4))}, "coupling_table and course: point 1 is not above point 0"),
         ({"tension_wale": ((0.0, 0.0),)}, "tension_wale: got 1 points; expected at least two"),
         ({"tension_wale": ((0.0, 0.0), (0.1, -1.0))}, "point 1 is not above point 0"),
         ({"tension_wale": ((0.1, 1.0), (0.2, 2.0))}, r"no point is \(0, 0\)"),

@@ -35,7 +35,9 @@ JAMMING = ((0.0, 0.0), (0.2, 50.0), (0.4, 300.0))
 STIFFENING = ClothMaterial(
     "stiffening", 1000.0, 3000.0, 400.0, 0.2, 5.0, 2.0, 0.02, tension_course=TABLE, shear_table=JAMMING
 )
-MATERIALS = [ISOTROPIC, KNIT, STIFFENING]
+COUPLING = ((-0.3, -40.0), (0.0, 0.0), (0.1, 20.0), (0.5, 300.0))
+COUPLED = replace(STIFFENING, name="coupled", coupling_table=COUPLING)
+MATERIALS = [ISOTROPIC, KNIT, STIFFENING, COUPLED]
 
 
 def membrane(cloth, material: ClothMaterial, scalar: type = wp.float64, weight=None) -> Membrane:
@@ -83,11 +85,27 @@ def test_pure_shear_strain_costs_half_the_shear_modulus_times_its_square():
     assert energy_of(membrane(cloth, KNIT), cloth.vertices @ shear) == pytest.approx(0.5 * 400.0 * 0.09, rel=1e-12)
 
 
+@pytest.mark.parametrize("material", [STIFFENING, COUPLED], ids=lambda material: material.name)
 @pytest.mark.parametrize(("strain", "tension"), [point for point in TABLE if point[0] != 0.0])
-def test_a_strip_of_constant_width_has_the_tensions_of_its_table(strain, tension):
+def test_a_strip_of_constant_width_has_the_tensions_of_its_table(strain, tension, material):
     cloth = rectangle("diagonals", 2, 2)
-    force = forces_of(membrane(cloth, STIFFENING), cloth.vertices * [1.0 + strain, 1.0, 1.0])
+    force = forces_of(membrane(cloth, material), cloth.vertices * [1.0 + strain, 1.0, 1.0])
     assert -force[cloth.vertices[:, 0] == 1.0, 0].sum() == pytest.approx(tension, rel=1e-12)
+
+
+@pytest.mark.parametrize("scale", [[1.0, 0.0], [0.0, 1.0], [0.5, 0.5]])
+@pytest.mark.parametrize(("strain", "stress"), COUPLING)
+def test_the_coupling_adds_the_stress_of_its_table_along_both_axes(strain, stress, scale):
+    cloth = rectangle("diagonals", 2, 2)
+    stretch = np.sqrt(1.0 + 2.0 * strain * np.array(scale))
+    force = forces_of(membrane(cloth, COUPLED), cloth.vertices * [*stretch, 1.0])
+    alone = forces_of(
+        membrane(cloth, replace(COUPLED, coupling_table=(), poisson=0.0)), cloth.vertices * [*stretch, 1.0]
+    )
+    for axis, part in enumerate(scale):
+        if part == 0.0:  # the axis whose length stays
+            side = cloth.vertices[:, axis] == 1.0
+            assert -(force - alone)[side, axis].sum() == pytest.approx(stress, rel=1e-10, abs=1e-10)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

@@ -94,7 +94,7 @@ def test_a_closed_seam_has_an_angle_at_each_vertex():
 def corner_energy(cloth: Cloth, vertices: FloatArray) -> float:
     """The energy of the two angles at the ends of the closing edge."""
     weight = np.zeros(len(cloth.seam_edges))
-    weight[[-2, -1]] = 1.0
+    weight[[-2, -1, 0]] = 1.0  # an angle has the smaller weight of its two edges
     return energy_of(rod(cloth, BENDY, weight=weight), vertices)
 
 
@@ -124,6 +124,18 @@ def test_small_and_large_angles_join_smoothly(turning):
     force = forces_of(rod(cloth, BENDY), vertices)
     # a series up to the second power of 0.1, whose next term is 0.1^4 / 50
     assert np.linalg.norm(force[7]) == pytest.approx(3.0 * turning / 0.5 / 0.5, rel=3e-6)
+
+
+def test_edges_without_weight_are_not_read():
+    cloth = straight_seam()
+    weight = np.ones(COUNT)
+    weight[4:7] = 0.0
+    vertices = moved(cloth)
+    unread = cloth.seam_edges[5]
+    before = energy_of(rod(cloth, weight=weight), vertices)
+    vertices[unread] += 10.0
+    assert energy_of(rod(cloth, weight=weight), vertices) == before
+    assert not forces_of(rod(cloth, weight=weight), vertices)[unread].any()
 
 
 def test_the_rest_length_is_the_mean_of_both_panels():

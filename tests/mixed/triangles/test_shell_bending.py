@@ -15,6 +15,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.curvature import hinge_stiffness
 from stitchmesh.mixed.triangles.shell_bending import ShellBending
+from tests.mixed.cloth.panel_shapes import tube
 from tests.mixed.triangles.derivatives import (
     CPU,
     assert_forces_are_minus_the_gradient,
@@ -51,13 +52,13 @@ def rolled(cloth: Cloth, curvature: float, degrees: float) -> FloatArray:
     return np.column_stack([plane, (1.0 - np.cos(curvature * x)) / curvature])
 
 
-def inner_triangles(cloth: Cloth, rings: int = 1) -> FloatArray:
-    """1 for triangles at least that many triangles away from the border, else 0."""
+def inner_triangles(cloth: Cloth, rings: int = 1, outside: float = 1e-12) -> FloatArray:
+    """1 for triangles at least that many triangles away from the border, and nearly 0 for the others."""
     outer = np.unique(cloth.triangles[(cloth.twin < 0).reshape(-1, 3).any(axis=1)])
     for _ring in range(rings):
         touched = np.isin(cloth.triangles, outer).any(axis=1)
         outer = np.unique(cloth.triangles[touched])
-    return (~touched).astype(float)
+    return np.where(touched, outside, 1.0)
 
 
 @pytest.mark.parametrize("degrees", range(0, 180, 15))
@@ -69,6 +70,15 @@ def test_a_cylinder_costs_the_same_on_every_mesh_in_every_direction(kind, degree
     energy = energy_of(bending(cloth, PLATE, weight=weight), rolled(cloth, 0.01, degrees))
     # angles of 0.01 times edges of 0.1: their sines differ by 1e-7, softened shares by 1e-4 (``LEAST_SINGULAR``)
     assert energy == pytest.approx(0.5 * 0.01**2 * (cloth.rest_area @ weight), rel=1e-4)
+
+
+def test_a_tube_costs_the_same_across_its_seam():
+    """A panel rolled up and sewn to itself: half the rigidity times 1 / R^2 per area, but for its two open ends."""
+    material = ClothMaterial.isotropic("plate", 1000.0, 0.0, 1.0, 0.02)
+    cloth = tube(20.0, 10.0, 0.7)
+    energy = energy_of(bending(cloth, material), cloth.vertices)
+    # triangles at the ends do not bend along their free sides: a part of their size, 0.7 of 10, times a small number
+    assert energy == pytest.approx(0.5 * (2.0 * np.pi / 20.0) ** 2 * 200.0, rel=0.005)
 
 
 @pytest.mark.parametrize(("degrees", "rigidity"), [(0.0, 5.0), (90.0, 2.0), (45.0, None)])
@@ -215,13 +225,36 @@ def test_a_clamped_disc():
     assert errors[0] < 0.05 and errors[1] < errors[0] / 2.5
 
 
-def test_blending_weights_of_all_triangles_scale_the_energy():
+def test_the_energy_is_linear_in_the_blending_weights():
     cloth = rectangle("irregular", 4, 4)
     vertices, count = moved(cloth), len(cloth.triangles)
-    parts = [energy_of(bending(cloth, weight=np.arange(count) == t), vertices) for t in range(count)]
-    weight = np.linspace(0.0, 1.0, count)
-    assert energy_of(bending(cloth, weight=weight), vertices) == pytest.approx(weight @ parts, rel=1e-12)
+    one, other = np.random.default_rng(4).uniform(0.1, 0.5, size=(2, count))
+    energies = [energy_of(bending(cloth, weight=weight), vertices) for weight in (one, other, one + other)]
+    assert energies[2] == pytest.approx(energies[0] + energies[1], rel=1e-12)
     assert energy_of(bending(cloth, weight=np.zeros(count)), vertices) == 0.0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_triangles_without_weight_are_not_read_and_the_cloth_goes_on_behind_them(kind):
+    """Where yarns alone carry the cloth, the vertices of the triangles are not unknowns and have no definite place."""
+    cloth = rectangle(kind, 10, 10)
+    weight = inner_triangles(cloth, outside=0.0)
+    vertices = rolled(cloth, 0.01, 30.0)
+    unread = ~np.isin(np.arange(len(vertices)), cloth.triangles[weight > 0.0])
+    vertices[unread] += np.random.default_rng(5).normal(size=(int(unread.sum()), 3))
+    term = bending(cloth, PLATE, weight=weight)
+    # slopes at the end follow from six angles, of which some corners have fewer
+    assert energy_of(term, vertices) == pytest.approx(0.5 * 0.01**2 * (cloth.rest_area @ weight), rel=0.01)
+    assert not forces_of(term, vertices)[unread].any()
+    assert not product_of(term, vertices, vertices)[unread].any()
+
+
+def test_slopes_at_the_end_of_the_triangles_are_exact_on_regular_meshes():
+    cloth = rectangle("diagonals", 10, 10)
+    weight = inner_triangles(cloth, outside=0.0)
+    energy = energy_of(bending(cloth, PLATE, weight=weight), rolled(cloth, 0.01, 60.0))
+    # softened by 1e-4 of the sum of squares of the angles (``LEAST_SINGULAR``)
+    assert energy == pytest.approx(0.5 * 0.01**2 * (cloth.rest_area @ weight), rel=5e-4)
 
 
 def test_single_precision_agrees_with_double_precision():
