@@ -17,7 +17,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.mixed.assembly import held_in_state, mixed_system
+from stitchmesh.mixed.assembly import held_in_state, loaded_system
 from stitchmesh.mixed.contact.prescribed_motion import PrescribedMotion
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
@@ -105,7 +105,10 @@ class Simulation(ABC):
     def system_at(self, time: float) -> tuple[MixedSystem, PrescribedMotion]:
         """Return the system with the attachments at a time, and their motion."""
         loads = self.prepared.loads(time)
-        system = mixed_system(self.prepared.fabric, self.prepared.region, loads, scalar=self.scalar, device=self.device)
+        prepared, (vertices, _nodes) = self.prepared, self.start
+        system = loaded_system(
+            prepared.fabric, prepared.region, loads, vertices, scalar=self.scalar, device=self.device
+        )
         return system, PrescribedMotion(held_in_state(self.prepared.region, loads.held), *self.start)
 
 
@@ -165,7 +168,7 @@ class DynamicSimulation(Simulation):
             velocity_tolerance=scene.solver.velocity_tolerance,
             solve_tolerance=scene.solver.solve_tolerance,
         )
-        return Dynamics(system, positions, settings, prescribed=lambda end: motion.velocities(self._dynamics.time, end))
+        return Dynamics(system, positions, settings, prescribed=motion.displacements)
 
 
 class StaticSimulation(Simulation):
