@@ -7,7 +7,6 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +19,7 @@ from stitchmesh.mixed.layout.knit import lay_knit
 from stitchmesh.mixed.layout.weave import lay_weave
 
 Matrix = NDArray[np.int64]
-WEAVES = "plain, basket-N, twill-AxB, satin-N (N not 6)"
+WEAVES = "plain, basket-NxN, twill-AxB, satin-2x3, satin-3x2"
 """Names of weaves, in words."""
 DEFAULT_DENSITY = 5.0
 """Yarns, wales or courses for each cm."""
@@ -82,8 +81,8 @@ class YarnsSection:
 def weave_matrix(weave: str | tuple[str, ...]) -> Matrix:
     """Return the matrix of a weave: 1 where the weft of a row passes over the warp of a column.
 
-    Names: ``plain``, ``basket-N`` (groups of N yarns), ``twill-AxB`` (over A, under B, one yarn further in each row)
-    and ``satin-N`` (over one of N yarns, two yarns further in each row).
+    Names: ``plain``, ``basket-NxN`` (groups of N yarns), ``twill-AxB`` (over A and under B, one yarn further in each
+    row), and ``satin-2x3`` and ``satin-3x2`` (over 2 or 3 of five yarns, two yarns further in each row).
 
     Raises:
         ParameterError: the name is unknown, or rows are of different lengths or contain other characters.
@@ -93,16 +92,14 @@ def weave_matrix(weave: str | tuple[str, ...]) -> Matrix:
     i, j = np.arange(64)[:, None], np.arange(64)[None, :]
     if weave == "plain":
         return ((i + j) % 2 == 0)[:2, :2].astype(np.int64)
-    if found := re.fullmatch(r"basket-([2-9])", weave):
-        size = int(found[1])
-        return ((i // size + j // size) % 2 == 0)[: 2 * size, : 2 * size].astype(np.int64)
-    if found := re.fullmatch(r"twill-([1-9])x([1-9])", weave):
-        over, repeat = int(found[1]), int(found[1]) + int(found[2])
-        return ((j - i) % repeat < over)[:repeat, :repeat].astype(np.int64)
-    if found := re.fullmatch(r"satin-(5|7|8|9)", weave):
-        repeat = int(found[1])
-        step = 3 if repeat == 8 else 2
-        return ((j - step * i) % repeat < 1)[:repeat, :repeat].astype(np.int64)
+    found = re.fullmatch(r"(basket|twill|satin)-([1-9])x([1-9])", weave)
+    kind, over, under = (found[1], int(found[2]), int(found[3])) if found else ("", 0, 0)
+    repeat = over + under
+    if kind == "basket" and over == under:
+        return ((i // over + j // over) % 2 == 0)[:repeat, :repeat].astype(np.int64)
+    if kind == "twill" or (kind == "satin" and (over, under) in ((2, 3), (3, 2))):
+        step = 1 if kind == "twill" else 2
+        return ((j - step * i) % repeat < over)[:repeat, :repeat].astype(np.int64)
     raise ParameterError(f"yarns.weave: got {weave!r}; expected {WEAVES}, or rows such as ['10', '01']")
 
 
@@ -117,13 +114,16 @@ def knit_chart(knit: str | tuple[str, ...]) -> Matrix:
     if not isinstance(knit, str):
         return _rows("yarns.knit", tuple(row.lower() for row in knit), "pk")
     from stitchmesh.patterns import read_pattern
+    from stitchmesh.patterns.pattern import Loop
 
-    pattern: Any = read_pattern(knit)
-    rows = [[cell.stitch for cell in row.tile] for row in reversed(pattern.rows)]
+    pattern = read_pattern(knit)
+    rows = [[cell.stitch for cell in row.sections[1]] for row in reversed(pattern.rows)]
     found = {stitch for row in rows for stitch in row} - {Stitch.KNIT, Stitch.PURL}
     if found:
         name = sorted(stitch.name.lower() for stitch in found)[0]
         raise ParameterError(f"yarns.knit: {knit!r} has {name} stitches; expected knit and purl stitches alone")
+    if any(loop != Loop() for row in pattern.rows for loop in row.loops):
+        raise ParameterError(f"yarns.knit: {knit!r} has cables or twists; expected knit and purl stitches alone")
     if len({len(row) for row in rows}) != 1:
         raise ParameterError(f"yarns.knit: {knit!r} has rows of different lengths; expected equal ones")
     return np.array([[int(stitch == Stitch.KNIT) for stitch in row] for row in rows])
