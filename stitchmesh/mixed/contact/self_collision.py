@@ -266,7 +266,7 @@ class SelfCollision(Term):
         if not len(self.points):
             return []
         launches = self.points.place(state, self._place, launcher)
-        launches.append(launcher(pair_forces, len(self.points), self._inputs(self._place), [self._force]))
+        launches.append(launcher(pair_forces, len(self.points), self.inputs(self._place), [self._force]))
         return launches + self.points.spread(self._force, force, launcher)
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
@@ -308,12 +308,13 @@ class SelfCollision(Term):
         self._launch(pair_limits, inputs, [self._numbers])
         return min(part, minimum(self._numbers))
 
+    def inputs(self, place: wp.array[Any]) -> list[Any]:
+        """What kernels of pairs read: radii, areas, pressure, the given places, and the lists."""
+        return [*self._model, place, *self._lists]
+
     @property
     def _lists(self) -> list[wp.array[Any]]:
         return [self.pairs.count, self.pairs.lists]
-
-    def _inputs(self, place: wp.array[Any]) -> list[Any]:
-        return [*self._model, place, *self._lists]
 
     def _place_now(self, state: MixedVector) -> None:
         self.points.place(state, self._place, self._launcher())

@@ -2,16 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Friction of yarns that slide through crossings: a spring to an anchor, and Coulomb slip (Cirio et al. 2014).
 
-Each Eulerian coordinate u of a crossing has an anchor a. With the stiffness k of the spring, the limit m = mu N of the
-crossing (``normal_forces``) and the slip length e = 2 m / k, the force at the distance s = |u - a| has the amount
+Each Eulerian coordinate u of a crossing has an anchor a. With the limit m = mu N of the crossing (``normal_forces``),
+the stiffness k of the spring and the slip length e, the force at the distance s = |u - a| has the amount
 
-    F = k s (1 - s / (2 e))  for s < e,   else  m
+    F = m (s / e) (2 - s / e)  for s < e,   else  m,       e = max(2 m / k, SLIP_SHARE R)
 
-A yarn sticks at distances below e and slips beyond. The published law is k s, cut off at m; its corner is rounded here,
-because Newton's method fails to settle at a corner. Within a time step anchor and limit are constant, and the force has
-the energy
+A yarn sticks at distances below e and slips beyond. The published law is k s, cut off at m. Newton's method does not
+settle at its corner, nor where a step moves yarns by many slip lengths; the corner is therefore rounded here, with the
+slope k at s = 0, and weakly pressed crossings have softer springs, so that e is never below a share of the radius R.
+Within a time step anchor, limit and slip length are constant, and the force has the energy
 
-    E = 1/2 k s^2 (1 - s / (3 e))  for s < e,   else  m (s - e / 3)
+    E = m e (s / e)^2 (1 - s / (3 e))  for s < e,   else  m (s - e / 3)
 
 which is convex. The solver therefore finds the force at the end of the step, which is never above the limit. After the
 step a yarn that slipped drags its anchor to the distance e; where it stuck the anchor stays, so that a load below the
@@ -41,61 +42,49 @@ from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
 
+SLIP_SHARE = 0.01
+"""Smallest slip length as a share of the radius of the yarn."""
+
 
 @wp.func
-def friction_energy(slip: Any, stiffness: Any, limit: Any) -> Any:
-    """E [erg] at the signed distance ``slip`` from the anchor."""
-    half, two, three = type(slip)(0.5), type(slip)(2.0), type(slip)(3.0)
-    distance = wp.abs(slip)
-    energy = limit * distance
-    if stiffness * distance < two * limit:
-        energy = half * stiffness * distance * distance * (three - stiffness * distance / (two * limit)) / three
-    elif stiffness > type(slip)(0.0):
-        energy -= limit * (two * limit / stiffness) / three
-    else:
-        energy = type(slip)(0.0)
+def friction_energy(slip: Any, length: Any, limit: Any) -> Any:
+    """E [erg] at the signed distance ``slip`` from the anchor; ``length`` is e."""
+    one, three = type(slip)(1.0), type(slip)(3.0)
+    x = wp.abs(slip) / length
+    energy = limit * length * (x - one / three)
+    if x < one:
+        energy = limit * length * x * x * (one - x / three)
     return energy
 
 
 @wp.func
-def friction_force(slip: Any, stiffness: Any, limit: Any) -> Any:
+def friction_force(slip: Any, length: Any, limit: Any) -> Any:
     """Force [dyn] on a coordinate at the signed distance ``slip`` from its anchor."""
+    x = wp.clamp(slip / length, type(slip)(-1.0), type(slip)(1.0))
+    return -limit * x * (type(slip)(2.0) - wp.abs(x))
+
+
+@wp.func
+def friction_slope(slip: Any, length: Any, limit: Any) -> Any:
+    """Second derivative of the energy [dyn/cm]."""
     one, two = type(slip)(1.0), type(slip)(2.0)
-    pull = stiffness * wp.abs(slip)
-    amount = limit
-    if pull < two * limit:
-        amount = pull * (one - pull / (two * two * limit))
-    if stiffness <= type(slip)(0.0):
-        amount = type(slip)(0.0)
-    return -wp.sign(slip) * amount
+    return two * limit / length * wp.max(one - wp.abs(slip) / length, one - one)
 
 
 @wp.func
-def friction_stiffness(slip: Any, stiffness: Any, limit: Any) -> Any:
-    """Second derivative of the energy [dyn/cm], k (1 - s / e) and not negative."""
-    result = type(slip)(0.0)
-    pull = stiffness * wp.abs(slip)
-    if pull < type(slip)(2.0) * limit:
-        result = stiffness * (type(slip)(1.0) - pull / (type(slip)(2.0) * limit))
-    return result
-
-
-@wp.func
-def dragged(anchor: Any, place: Any, stiffness: Any, limit: Any) -> Any:
+def dragged(anchor: Any, place: Any, length: Any) -> Any:
     """The anchor [cm] after a step that ended at ``place``."""
-    slip, two = place - anchor, type(place)(2.0)
     result = anchor
-    if wp.abs(slip) * stiffness > two * limit:
-        result = place - wp.sign(slip) * (two * limit / stiffness)
+    if wp.abs(place - anchor) > length:
+        result = place - wp.sign(place - anchor) * length
     return result
 
 
 @kernel
 def find_friction_energies(
-    # model
-    stiffness: wp.array[Any],
     # state in
     anchor: wp.array[Any],
+    length: wp.array[Any],
     limit: wp.array[Any],
     sliding: wp.array[Any],
     # state out
@@ -103,16 +92,15 @@ def find_friction_energies(
 ) -> None:
     """Energy of the two springs of each crossing [erg]."""
     i = wp.tid()
-    slip, k = sliding[i] - anchor[i], stiffness[i]
-    energy[i] = wp.float64(friction_energy(slip[0], k[0], limit[i]) + friction_energy(slip[1], k[1], limit[i]))
+    s, e, m = sliding[i] - anchor[i], length[i], limit[i]
+    energy[i] = wp.float64(friction_energy(s[0], e[0], m[0]) + friction_energy(s[1], e[1], m[1]))
 
 
 @kernel
 def add_friction_forces(
-    # model
-    stiffness: wp.array[Any],
     # state in
     anchor: wp.array[Any],
+    length: wp.array[Any],
     limit: wp.array[Any],
     sliding: wp.array[Any],
     # state out
@@ -120,17 +108,15 @@ def add_friction_forces(
 ) -> None:
     """Add the friction on both coordinates of each crossing."""
     i = wp.tid()
-    slip, k = sliding[i] - anchor[i], stiffness[i]
-    first, second = friction_force(slip[0], k[0], limit[i]), friction_force(slip[1], k[1], limit[i])
-    on_sliding[i] += type(on_sliding[0])(first, second)
+    s, e, m = sliding[i] - anchor[i], length[i], limit[i]
+    on_sliding[i] += type(on_sliding[0])(friction_force(s[0], e[0], m[0]), friction_force(s[1], e[1], m[1]))
 
 
 @kernel
 def find_sticking(
-    # model
-    stiffness: wp.array[Any],
     # state in
     anchor: wp.array[Any],
+    length: wp.array[Any],
     limit: wp.array[Any],
     sliding: wp.array[Any],
     # state out
@@ -138,9 +124,8 @@ def find_sticking(
 ) -> None:
     """Second derivatives of the energy, the stiffness of the springs that stick."""
     i = wp.tid()
-    slip, k = sliding[i] - anchor[i], stiffness[i]
-    first, second = friction_stiffness(slip[0], k[0], limit[i]), friction_stiffness(slip[1], k[1], limit[i])
-    sticking[i] = type(sticking[0])(first, second)
+    s, e, m = sliding[i] - anchor[i], length[i], limit[i]
+    sticking[i] = type(sticking[0])(friction_slope(s[0], e[0], m[0]), friction_slope(s[1], e[1], m[1]))
 
 
 @kernel
@@ -172,31 +157,42 @@ def add_friction_blocks(
 def find_friction_limits(
     # model
     coefficient: wp.array[Any],
+    stiffness: wp.array[Any],
+    shortest: wp.array[Any],
     # state in
     pressing: wp.array[Any],
     # state out
+    length: wp.array[Any],
     limit: wp.array[Any],
 ) -> None:
-    """M = mu N."""
+    """M = mu N and e of both coordinates; no limit without a spring."""
     i = wp.tid()
-    limit[i] = coefficient[i] * pressing[i]
+    k, most, least = stiffness[i], coefficient[i] * pressing[i], shortest[i]
+    zero, two = most - most, type(most)(2.0)
+    first, second = zero, zero
+    near, far = least[0], least[1]
+    if k[0] > zero:
+        first = most * type(most)(1.0)
+        near = wp.max(two * most / k[0], near)
+    if k[1] > zero:
+        second = most * type(most)(1.0)
+        far = wp.max(two * most / k[1], far)
+    limit[i] = type(limit[0])(first, second)
+    length[i] = type(length[0])(near, far)
 
 
 @kernel
 def drag_anchors(
-    # model
-    stiffness: wp.array[Any],
     # state in
-    limit: wp.array[Any],
+    length: wp.array[Any],
     sliding: wp.array[Any],
     # state out
     anchor: wp.array[Any],
 ) -> None:
-    """Drag the anchors of yarns that slipped to the distance at which their springs have the limit."""
+    """Drag the anchors of yarns that slipped to the distance of the slip length."""
     i = wp.tid()
-    place, k, old = sliding[i], stiffness[i], anchor[i]
-    first, second = dragged(old[0], place[0], k[0], limit[i]), dragged(old[1], place[1], k[1], limit[i])
-    anchor[i] = type(anchor[i])(first, second)
+    place, e, old = sliding[i], length[i], anchor[i]
+    anchor[i] = type(anchor[0])(dragged(old[0], place[0], e[0]), dragged(old[1], place[1], e[1]))
 
 
 class SlidingFriction(Term):
@@ -216,9 +212,14 @@ class SlidingFriction(Term):
         self.normal_forces = NormalForces.of(elements, scalar, device)
         two = vector(2, scalar)
         self._stiffness = wp.array(elements.slides * elements.friction_stiffness, dtype=two, device=device)
+        self._shortest = wp.array(SLIP_SHARE * elements.radius, dtype=two, device=device)
         self._coefficient = wp.array(elements.friction, dtype=scalar, device=device)
         self.anchor = wp.array(elements.rest_sliding, dtype=two, device=device)
-        self.limit = wp.zeros(elements.count, dtype=scalar, device=device)
+        """a of both coordinates of each crossing [cm], shape (N,)."""
+        self.limit = wp.zeros(elements.count, dtype=two, device=device)
+        """m of both coordinates of each crossing [dyn], shape (N,)."""
+        self.slip_length = wp.array(SLIP_SHARE * elements.radius, dtype=two, device=device)
+        """e of both coordinates of each crossing [cm], shape (N,)."""
         self._sticking = wp.zeros(elements.count, dtype=two, device=device)
         self._outdated = True
 
@@ -231,12 +232,13 @@ class SlidingFriction(Term):
         if self.count and (time_step > 0.0 or self._outdated):
             self._outdated = False
             self.normal_forces.launches(self._yarns.model, self._yarns.turn, state, self._run)
-            self._run(find_friction_limits, self.count, [self._coefficient, self.normal_forces.pressing], [self.limit])
+            inputs = [self._coefficient, self._stiffness, self._shortest, self.normal_forces.pressing]
+            self._run(find_friction_limits, self.count, inputs, [self.slip_length, self.limit])
 
     def end_step(self, state: MixedVector, time: float, time_step: float) -> None:
         """Drag the anchors of the yarns that slipped."""
         self._outdated = True
-        self._run(drag_anchors, self.count, [self._stiffness, self.limit, state.sliding], [self.anchor])
+        self._run(drag_anchors, self.count, [self.slip_length, state.sliding], [self.anchor])
 
     def energy(self, state: MixedVector) -> float:
         """Energy of all springs [erg]."""
@@ -278,7 +280,7 @@ class SlidingFriction(Term):
         self._outdated = True
 
     def _inputs(self, state: MixedVector) -> list[Any]:
-        return [self._stiffness, self.anchor, self.limit, state.sliding]
+        return [self.anchor, self.slip_length, self.limit, state.sliding]
 
     def _run(self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any]) -> None:
         launch(kernel, count, inputs, outputs, self.device)

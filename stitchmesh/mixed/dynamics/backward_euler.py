@@ -68,8 +68,9 @@ class DynamicsSettings:
     """Largest number of products of a linear solve."""
     exact_hessian: bool = True
     """Whether the matrix is the exact Hessian where no direction of negative curvature is met."""
-    stiffness_in_metric: bool = True
-    """Whether the preconditioner contains the diagonal of the Hessian."""
+    stiffness_in_metric: bool = False
+    """Whether the preconditioner contains the diagonal of the Hessian for positions too, which pays for steps that are
+    so long that they are nearly static equilibria."""
 
     def __post_init__(self) -> None:
         positive = ("time_step", "smallest_time_step", "velocity_tolerance", "solve_tolerance")
@@ -217,7 +218,8 @@ class Dynamics:
                 return iteration, solves, np.inf
             if iteration == 0:
                 factors = quadratic.mass, 1.0 + quadratic.stiffness
-                self.system.set_factors(*factors, state.position if settings.stiffness_in_metric else None)
+                stiff = settings.stiffness_in_metric
+                self.system.set_factors(*factors, state.position, stiffness_in_metric=stiff)
             self.system.linearize(state.position, exact)
             tolerances = settings.solve_tolerance, settings.most_solve_iterations
             report = newton.iterate(state, self.positions, quadratic, *tolerances)

@@ -144,7 +144,7 @@ class _Search:
         """One iteration of Newton's method."""
         if force > NEAR * self.first_force:
             self.exact = 0.0
-        self.system.set_factors(self._quadratic.mass, 1.0, self.positions)
+        self.system.set_factors(self._quadratic.mass, 1.0, self.positions, stiffness_in_metric=True)
         self.system.linearize(self.positions, self.exact)
         self.iterations += 1
         tolerances = self.settings.solve_tolerance, self.settings.most_solve_iterations

@@ -71,13 +71,13 @@ class MixedSystem:
         self.embedding, self.free, self.terms = embedding, free, list(terms)
         self.scalar, self.device = scalar, device
         self.mass = MassMatrix(masses, scalar, device, node_masses)
-        self.preconditioner = Preconditioner(embedding, free, masses.nodes, scalar, device)
+        self.preconditioner = Preconditioner(embedding, free, (masses.vertices, masses.nodes), scalar, device)
         self.launch: Launcher = partial(launch, device=device)
         self._factors = wp.zeros(1, dtype=vector(2, scalar), device=device)
         self._unit = wp.array([[1.0, 0.0]], dtype=vector(2, scalar), device=device)
         self._blocks = MixedBlocks.zeros(*counts, scalar, device)
         self.moves = wp.array(_moves(free), dtype=wp.int32, device=device)
-        self._by_mass = Preconditioner(embedding, free, masses.nodes, scalar, device)
+        self._by_mass = Preconditioner(embedding, free, (masses.vertices, masses.nodes), scalar, device)
         self._impulse, self._motion = self.zeros(), self.zeros()
         self._solver: ConjugateGradients | None = None
         self._captured: tuple[int, ...] = ()
@@ -89,7 +89,7 @@ class MixedSystem:
         self._blocks.clear()
         self._blocks.sliding.assign(masses.yarns[:, :, None] * np.eye(2))
         mass.combine_blocks(self._unit, self._blocks, self.launch)
-        self._by_mass.set_metric(self._blocks)
+        self._by_mass.set_metric(self._blocks, of_masses=True)
 
     def update_masses(self, state: MixedVector) -> None:
         """Find the blocks of the mass matrix at the nodes at the beginning of a step."""
@@ -155,23 +155,30 @@ class MixedSystem:
         self._by_mass.launches(self._impulse, self._motion, self.launch)
         return float(np.sqrt(max(dot(self._impulse, self._motion), 0.0) / self.mass.total))
 
-    def set_factors(self, of_mass: float, of_hessian: float, stiffness_at: MixedVector | None) -> None:
+    def set_factors(self, of_mass: float, of_hessian: float, at: MixedVector, *, stiffness_in_metric: bool) -> None:
         """Set the factors of the matrix, and the metric of the preconditioner.
+
+        The Eulerian coordinates have little inertia of their own, so that their blocks of the metric always contain the
+        diagonal of the never-negative Hessian.
 
         Args:
             of_mass: factor 0 [1/s^2].
             of_hessian: factor 1.
-            stiffness_at: where the metric takes the diagonal of the never-negative Hessian, which is linearized there;
-                None for the metric of the masses alone, as Casafranca et al. have it.
+            at: positions at which the Hessian of the metric is linearized.
+            stiffness_in_metric: whether the metric of positions contains the diagonal of that Hessian too; otherwise it
+                is the metric of the masses alone, as Casafranca et al. have it.
         """
         self._factors.assign([[of_mass, of_hessian]])
         self._blocks.clear()
-        if stiffness_at is not None:
-            self.linearize(stiffness_at, 0.0)
-            for term in self.terms:
-                term.diagonal(self._blocks, self.launch)
+        self.linearize(at, 0.0)
+        for term in self.terms:
+            term.diagonal(self._blocks, self.launch)
+        if not stiffness_in_metric:
+            self._blocks.vertices.zero_()
+            self._blocks.nodes.zero_()
         self.mass.combine_blocks(self._factors, self._blocks, self.launch)
-        self.preconditioner.set_metric(self._blocks, self.mass.nodes.coupling, of_mass)
+        coupling = self.mass.nodes.coupling
+        self.preconditioner.set_metric(self._blocks, coupling, of_mass, of_masses=not stiffness_in_metric)
 
     @property
     def solver(self) -> ConjugateGradients:

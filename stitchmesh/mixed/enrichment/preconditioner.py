@@ -13,10 +13,10 @@ the projection of M^-1 f in the metric of the masses. This is the inverse of P b
 of equations 13 to 15, after the elimination of two of its three blocks: Casafranca et al. factor a matrix of three
 times the hybrid vertices that is not symmetric, here Sigma of one times these vertices is symmetric and positive.
 
-The metric may contain stiffness too, D = M + h^2 K with K from the diagonal of the Hessian. Vertices and nodes outside
-the hybrid region then have blocks of 3 x 3 and 2 x 2, and free nodes with Eulerian coordinates one of 5 x 5, in which
-both are coupled by the mass of the yarns. In the hybrid region D is one number for each vertex and node,
-the mean of its diagonal, so that the three coordinates keep one Sigma. What does not move has a D^-1 of zero.
+The metric may contain stiffness too, D = M / h^2 + K with K from the diagonal of the Hessian. Vertices and nodes
+outside the hybrid region then have blocks of 3 x 3 and 2 x 2. Free nodes with Eulerian coordinates have one of 5 x 5, in
+which both are coupled by the mass of the yarns. In the hybrid region D is one number for each vertex and node, the mean
+of its diagonal, so that the three coordinates keep one Sigma. What does not move has a D^-1 of zero.
 
 The forces f are replaced by f - E' mu, so that the part of f that E balances does not grow during an iteration and does
 not round the rest away. This is the filter of the search direction of Ascher and Boxerman (2003): every direction that
@@ -119,6 +119,8 @@ def invert_metric(
     node_kind: wp.array[wp.int32],
     slides: wp.array[wp.vec2i],
     least_mass: wp.array[Any],
+    inverse_mass: wp.array[Any],
+    by_masses: int,
     of_mass: Any,
     coupling_u: wp.array[Any],
     coupling_v: wp.array[Any],
@@ -139,6 +141,7 @@ def invert_metric(
     i = wp.tid()
     one = type(of_mass)(1.0)
     smallest = least_mass[i] * of_mass
+    of_masses = inverse_mass[i] / of_mass
     vertex_count = vertex_blocks.shape[0]
     if i < vertex_count:
         block = vertex_blocks[i]
@@ -146,7 +149,9 @@ def invert_metric(
         if vertex_kind[i] == wp.static(FREE):
             inverse = inverse_3(block, smallest)
         if vertex_kind[i] == wp.static(COUPLED):
-            inverse = scalar_block(block, 3, one / mean_of_diagonal(block, 3, smallest))
+            inverse = scalar_block(
+                block, 3, wp.where(by_masses != 0, of_masses, one / mean_of_diagonal(block, 3, smallest))
+            )
         vertex_inverse[i] = inverse
         vertex_scalar[i] = wp.where(vertex_kind[i] == wp.static(COUPLED), inverse[0, 0], one - one)
     else:
@@ -156,7 +161,9 @@ def invert_metric(
         if node_kind[j] == wp.static(FREE):
             result = inverse_3(given, smallest)
         if node_kind[j] == wp.static(COUPLED):
-            result = scalar_block(given, 3, one / mean_of_diagonal(given, 3, smallest))
+            result = scalar_block(
+                given, 3, wp.where(by_masses != 0, of_masses, one / mean_of_diagonal(given, 3, smallest))
+            )
         node_inverse[j] = result
         node_scalar[j] = wp.where(node_kind[j] == wp.static(COUPLED), result[0, 0], one - one)
         by_u, by_v = result * coupling_u[j] * of_mass, result * coupling_v[j] * of_mass
@@ -222,14 +229,15 @@ class Preconditioner:
     """The inverse of P for an embedding, on a device."""
 
     def __init__(
-        self, embedding: Embedding, free: FreeUnknowns, node_mass: Numbers, scalar: Any, device: wp.Device
+        self, embedding: Embedding, free: FreeUnknowns, masses: tuple[Numbers, Numbers], scalar: Any, device: wp.Device
     ) -> None:
         """Allocate; ``set_metric`` must follow.
 
         Args:
             embedding: how hybrid nodes move with the triangles.
             free: which coordinates are unknown.
-            node_mass: mass of the simulated nodes [g], shape (n,), for a lower bound of D where nothing has mass.
+            masses: masses of vertices and simulated nodes [g], shapes (V,) and (n,), for the metric of the masses and
+                for a lower bound of D where nothing has mass.
             scalar: Warp's floating-point type.
             device: where the vectors lie.
 
@@ -238,7 +246,11 @@ class Preconditioner:
         """
         self._projection = Projection(embedding, scalar, device)
         self._scalar, self._device = scalar, device
-        self._least = wp.array(least_masses(embedding, node_mass), dtype=scalar, device=device)
+        self._projects_by_masses = False
+        least = least_masses(embedding, masses[1])
+        self._least = wp.array(least, dtype=scalar, device=device)
+        self._by_masses = 1.0 / np.maximum(np.concatenate(masses), least)
+        self._inverse_mass = wp.array(self._by_masses, dtype=scalar, device=device)
         coupled_vertices, coupled_nodes = embedding.coupled
         self._vertex_kind = self._integers(np.where(coupled_vertices, COUPLED, FREE) * free.vertices)
         self._node_kind = self._integers(np.where(coupled_nodes, COUPLED, FREE) * free.nodes)
@@ -250,7 +262,12 @@ class Preconditioner:
         self._scalars = [wp.zeros(len(kind), dtype=scalar, device=device) for kind in kinds]
 
     def set_metric(
-        self, metric: MixedBlocks, coupling: Sequence[wp.array[Any]] | None = None, of_mass: float = 1.0
+        self,
+        metric: MixedBlocks,
+        coupling: Sequence[wp.array[Any]] | None = None,
+        of_mass: float = 1.0,
+        *,
+        of_masses: bool = False,
     ) -> None:
         """Invert the metric D of motions.
 
@@ -259,15 +276,28 @@ class Preconditioner:
             coupling: masses c_u and c_v between the position of each node and its Eulerian coordinates [g], shape (n,)
                 each; none by default.
             of_mass: factor of the masses in D [1/s^2].
+            of_masses: whether D in the hybrid region is ``of_mass`` times the masses alone, instead of the given
+                blocks. Sigma is then found once.
         """
         given = [metric.vertices, metric.nodes, metric.sliding]
-        kinds = [self._vertex_kind, self._node_kind, self._slides, self._least, self._scalar(of_mass)]
+        kinds = [self._vertex_kind, self._node_kind, self._slides, self._least]
+        kinds += [self._inverse_mass, int(of_masses), self._scalar(of_mass)]
         kinds += [self._still, self._still] if coupling is None else coupling
         outputs = [self.inverse.vertices, self.inverse.nodes, self.inverse.sliding, *self._across, *self._scalars]
         count = len(self._vertex_kind) + len(self._node_kind)
         launch(invert_metric, count, [*kinds, *given], outputs, self._device)
+        self._projection.set_scale(of_mass if of_masses else 1.0)
+        if not (of_masses and self._projects_by_masses):
+            self._projection.set_metric(*self._coupled_inverses(of_masses))
+        self._projects_by_masses = of_masses
+
+    def _coupled_inverses(self, of_masses: bool) -> tuple[Numbers, Numbers]:
+        """The inverse of D, or of the masses, of vertices and nodes within the constraint; zero elsewhere."""
         vertices, nodes = (scalars.numpy().astype(np.float64) for scalars in self._scalars)
-        self._projection.set_metric(vertices, nodes)
+        if of_masses:
+            vertices = np.where(vertices > 0.0, self._by_masses[: len(vertices)], 0.0)
+            nodes = np.where(nodes > 0.0, self._by_masses[len(vertices) :], 0.0)
+        return vertices, nodes
 
     def launches(self, force: MixedVector, motion: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that find the motion z of P z = r.

@@ -135,6 +135,7 @@ def subtract_multipliers(
     coupling: CouplingArrays,
     vertex_inverse: wp.array[Any],
     node_inverse: wp.array[Any],
+    scale: wp.array[Any],
     changes_residual: int,
     # state in
     multiplier: wp.array2d[wp.float64],
@@ -144,7 +145,7 @@ def subtract_multipliers(
     vertices: wp.array[Any],
     nodes: wp.array[Any],
 ) -> None:
-    """Find u - D^-1 E' mu, and r - E' mu where ``changes_residual``."""
+    """Find u - D^-1 E' mu, and r - scale E' mu where ``changes_residual``."""
     i = wp.tid()
     vertex_count = vertices.shape[0]
     if i < vertex_count:
@@ -152,14 +153,14 @@ def subtract_multipliers(
         change = in_precision(total, vertices[i])
         vertices[i] = vertices[i] + change * vertex_inverse[i]
         if changes_residual != 0:
-            vertex_residual[i] = vertex_residual[i] + change
+            vertex_residual[i] = vertex_residual[i] + change * scale[0]
     else:
         j = i - vertex_count
         of_rows = column_sum(coupling.of_node_start, coupling.of_node, coupling.of_node_weight, multiplier, j)
         push = in_precision(of_rows, nodes[j])
         nodes[j] = nodes[j] - push * node_inverse[j]
         if changes_residual != 0:
-            node_residual[j] = node_residual[j] - push
+            node_residual[j] = node_residual[j] - push * scale[0]
 
 
 class Projection:
@@ -183,6 +184,7 @@ class Projection:
         self.coupling = self._coupling(embedding)
         self.vertex_inverse = wp.zeros(embedding.vertex_count, dtype=scalar, device=device)
         self.node_inverse = wp.zeros(embedding.node_count, dtype=scalar, device=device)
+        self._scale = wp.full(1, value=scalar(1.0), dtype=scalar, device=device)
         shape = (self.row_count, self.row_count)
         self._inverse = wp.zeros(shape, dtype=wp.float64, device=device)
         self._residual = wp.zeros((self.row_count, 7), dtype=wp.float64, device=device)
@@ -198,7 +200,12 @@ class Projection:
         self.vertex_inverse.assign(vertex_inverse)
         self.node_inverse.assign(node_inverse)
         if self.row_count:
-            self._inverse.assign(symmetric_inverse(self.sigma(vertex_inverse, node_inverse)))
+            rounded = (array.numpy().astype(np.float64) for array in (self.vertex_inverse, self.node_inverse))
+            self._inverse.assign(symmetric_inverse(self.sigma(*rounded)))
+
+    def set_scale(self, scale: float) -> None:
+        """Multiply the metric by a number: the projection stays, and E' mu of a force is multiplied."""
+        self._scale.fill_(self._scalar(scale))
 
     def sigma(self, vertex_inverse: Numbers, node_inverse: Numbers) -> Numbers:
         """Sigma = E D^-1 E', shape (C, C); arguments as for ``set_metric``."""
@@ -213,7 +220,8 @@ class Projection:
         if self.row_count == 0:
             return []
         forces = motion if residual is None else residual
-        inputs = [self.coupling, self.vertex_inverse, self.node_inverse, int(residual is not None), self._multiplier]
+        metric = [self.vertex_inverse, self.node_inverse, self._scale]
+        inputs = [self.coupling, *metric, int(residual is not None), self._multiplier]
         outputs = [forces.vertices, forces.nodes, motion.vertices, motion.nodes]
         rows, motions = self.row_count, [self.coupling, motion.vertices, motion.nodes]
         return [

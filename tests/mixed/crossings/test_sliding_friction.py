@@ -154,15 +154,16 @@ def test_a_yarn_below_its_limit_does_not_drift():
 def test_the_force_rises_to_the_limit_and_the_anchor_is_dragged_beyond_it():
     fabric = plain_weave(3, 3, SPACING)
     _elements, _yarns, friction = with_friction(fabric, SOFT)
-    rest = flat(fabric.position * [1.02, 1.02, 1.0], fabric.sliding)
+    rest = flat(fabric.position * [1.05, 1.05, 1.0], fabric.sliding)
     friction.begin_step(vector_of(*split(rest)), 0.0, 0.0)
-    limit = friction.limit.numpy()[4]
-    slip_length = 2 * limit / YARN.friction_stiffness
+    limit, slip_length = friction.limit.numpy()[4, 0], friction.slip_length.numpy()[4, 0]
+    assert limit == pytest.approx(0.5 * friction.normal_forces.pressing.numpy()[4])
+    assert slip_length == pytest.approx(2 * limit / YARN.friction_stiffness)  # 5e-4 cm, 1 % of the radius, at least
     entry = entry_of(4, 0, 9)
     for part, force in ((-0.5, 0.75), (0.25, 0.4375), (1.0, 1.0), (-3.0, 1.0)):
         state = rest.copy()
         state[entry] += part * slip_length
-        # k s (1 - s / 2e) with k e = 2 m; coordinates of 0.25 cm are rounded to 1e-13 of the slip length of 4e-4 cm
+        # m (s / e) (2 - s / e); coordinates of 0.25 cm are rounded to 1e-13 of the slip length
         assert force_at(friction, state)[entry] == pytest.approx(-np.sign(part) * force * limit, rel=1e-10)
         friction.end_step(vector_of(*split(state)), 0.0, 0.0)
         dragged = friction.anchor.numpy()[4, 0] - fabric.sliding[4, 0]
@@ -236,11 +237,11 @@ def test_limits_stay_while_an_equilibrium_is_sought_and_change_with_its_end():
     limits = []
     for state, time_step in ((states[0], 0.0), (states[1], 0.0), (states[1], 1e-3), (states[0], 0.0)):
         friction.begin_step(state, 0.0, time_step)
-        limits.append(friction.limit.numpy()[4])
+        limits.append(friction.limit.numpy()[4, 0])
     assert limits[0] == limits[1] < limits[2] == limits[3]
     friction.end_step(states[0], 0.0, 0.0)
     friction.begin_step(states[0], 0.0, 0.0)
-    assert friction.limit.numpy()[4] == limits[0]
+    assert friction.limit.numpy()[4, 0] == limits[0]
 
 
 def test_fixed_coordinates_and_ends_have_no_friction():

@@ -54,7 +54,7 @@ def forces_on(region: Region, scalar) -> MixedVector:
 
 def solved(region: Region, free: FreeUnknowns, mass: tuple, force: MixedVector) -> tuple[Embedding, MixedVector]:
     embedding = embed(region)
-    preconditioner = Preconditioner(embedding, free, mass[1], force.scalar, CPU)
+    preconditioner = Preconditioner(embedding, free, mass, force.scalar, CPU)
     preconditioner.set_metric(blocks_of(*mass, force.scalar))
     motion = force.like()
     preconditioner.launches(force, motion, RUN)
@@ -152,6 +152,24 @@ def test_where_all_is_fixed_nothing_moves_and_all_is_finite():
     assert not motion.values.numpy().any()
 
 
+def test_the_metric_of_the_masses_scales_with_its_factor_and_keeps_its_projection():
+    region = REGIONS["square"]
+    mass, embedding = masses(region, 1e2), embed(region)
+    preconditioner = Preconditioner(embedding, FreeUnknowns.of(region), mass, wp.float64, CPU)
+    results = []
+    for factor in (1.0, 1e6):
+        scaled = blocks_of(factor * mass[0], factor * mass[1], wp.float64)
+        for of_masses in (True, False, True):
+            preconditioner.set_metric(scaled, of_mass=factor, of_masses=of_masses)
+            force = forces_on(region, wp.float64)
+            motion = force.like()
+            preconditioner.launches(force, motion, RUN)
+            results.append((factor * motion.values.numpy(), force.values.numpy().copy()))
+    for motion, filtered in results[1:]:
+        np.testing.assert_allclose(motion, results[0][0], rtol=1e-9)  # rounding times the ratio of masses
+        np.testing.assert_allclose(filtered, results[0][1], atol=1e-11)
+
+
 @pytest.mark.parametrize("scalar", [wp.float32, wp.float64])
 def test_positions_and_eulerian_coordinates_of_free_nodes_are_solved_together(scalar):
     region = region_around(*PATCH.layout, np.arange(50))
@@ -162,7 +180,7 @@ def test_positions_and_eulerian_coordinates_of_free_nodes_are_solved_together(sc
     sliding = yarns[:, None] * (along**2).sum(axis=2).T * 1.01
     blocks.sliding.assign(sliding[:, :, None] * np.eye(2))
     coupling = [wp.array(-w * yarns[:, None], dtype=wp.types.vector(3, scalar), device=CPU) for w in along]
-    preconditioner = Preconditioner(embed(region), FreeUnknowns.of(region), yarns, scalar, CPU)
+    preconditioner = Preconditioner(embed(region), FreeUnknowns.of(region), (vertices, yarns), scalar, CPU)
     preconditioner.set_metric(blocks, coupling)
     force = forces_on(region, scalar)
     (_, f_p, f_s), motion = force.numpy(), force.like()
