@@ -250,5 +250,5 @@ class _Run:
             energies=energies,
             memory_bytes=peak_memory(),
         )
-        device = "cuda" if self.device.is_cuda else "cpu"
-        return {"stitchmesh": __version__, "device": device, "precision": scene.solver.precision, "mixed": mixed}
+        device, precision = self.device.alias, scene.solver.precision
+        return {"stitchmesh": __version__, "device": device, "precision": precision, "mixed": mixed}
