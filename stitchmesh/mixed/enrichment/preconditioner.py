@@ -14,9 +14,9 @@ of equations 13 to 15, after the elimination of two of its three blocks: Casafra
 times the hybrid vertices that is not symmetric, here Sigma of one times these vertices is symmetric and positive.
 
 The metric may contain stiffness too, D = M / h^2 + K with K from the diagonal of the Hessian. Vertices and nodes
-outside the hybrid region then have blocks of 3 x 3 and 2 x 2. Free nodes with Eulerian coordinates have one of 5 x 5, in
-which both are coupled by the mass of the yarns. In the hybrid region D is one number for each vertex and node, the mean
-of its diagonal, so that the three coordinates keep one Sigma. What does not move has a D^-1 of zero.
+outside the hybrid region then have blocks of 3 x 3 and 2 x 2. Free nodes with Eulerian coordinates have one of 5 x 5,
+in which both are coupled by the mass of the yarns. In the hybrid region D is one number for each vertex and node, the
+mean of its diagonal, so that the three coordinates keep one Sigma. What does not move has a D^-1 of zero.
 
 The forces f are replaced by f - E' mu, so that the part of f that E balances does not grow during an iteration and does
 not round the rest away. This is the filter of the search direction of Ascher and Boxerman (2003): every direction that
