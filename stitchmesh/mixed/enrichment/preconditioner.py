@@ -244,7 +244,7 @@ class Preconditioner:
         Raises:
             ParameterError: the hybrid region has too many vertices.
         """
-        self._projection = Projection(embedding, scalar, device)
+        self._embedding, self._projection = embedding, Projection(embedding, scalar, device)
         self._scalar, self._device = scalar, device
         self._projects_by_masses = False
         least = least_masses(embedding, masses[1])
@@ -297,7 +297,20 @@ class Preconditioner:
         if of_masses:
             vertices = np.where(vertices > 0.0, self._by_masses[: len(vertices)], 0.0)
             nodes = np.where(nodes > 0.0, self._by_masses[len(vertices) :], 0.0)
+        else:
+            vertices = np.minimum(vertices, self._largest_vertex_inverse(nodes))
+            blocks = self.inverse.vertices.numpy()
+            blocks[vertices > 0.0] = vertices[vertices > 0.0, None, None] * np.eye(3)
+            self.inverse.vertices.assign(blocks)
         return vertices, nodes
+
+    def _largest_vertex_inverse(self, node_inverse: Numbers) -> Numbers:
+        """Upper bound of D^-1 of each vertex: D is at least a part of what the nodes have on it, shape (V,)."""
+        hybrid = node_inverse[self._embedding.nodes]
+        of_nodes = np.divide(1.0, hybrid, out=np.zeros_like(hybrid), where=hybrid > 0.0)
+        on_vertices = LEAST_VERTEX * (self._embedding.basis.power(2).T @ of_nodes)
+        bound = np.full(len(on_vertices), np.inf)
+        return np.divide(1.0, on_vertices, out=bound, where=on_vertices > 0.0)
 
     def launches(self, force: MixedVector, motion: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that find the motion z of P z = r.
