@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -27,8 +28,9 @@ from stitchmesh.mixed.cloth.textured_obj import TexturedTriangles, read_textured
 
 
 def cloth_from_obj(
-    path: FilePath, *, unit: str = "cm", texture_unit: float | None = None, seam_angle: float = 0.0
-) -> Cloth:
+    path: FilePath, *, unit: str = "cm", texture_unit: float | None = None, seam_angle: float = 0.0,
+    weld: float | None = None,
+) -> Cloth:  # fmt: skip
     """Read a cloth from an OBJ file.
 
     Args:
@@ -36,18 +38,23 @@ def cloth_from_obj(
         unit: unit of the positions in the file.
         texture_unit: length of a unit of the texture [cm]; found from the median edge if it is None.
         seam_angle: angle of all seams at rest [degrees], positive on a ridge seen from outside.
+        weld: distance below which two vertices become one [cm]. Many programs write the vertices of a seam once for
+            each island; without a distance such islands are not joined.
 
     Raises:
         FileError: the file cannot be read or has no texture coordinates (``read_textured_obj``), a triangle has no area
             in the texture, triangles of one island are turned both ways, or the border of an island crosses itself.
         MeshError: the triangles are not an oriented manifold surface.
-        ParameterError: the unit is unknown, the length of a texture unit is not positive, or the angle is not finite.
+        ParameterError: the unit is unknown, a length is not positive, or the angle is not finite.
     """
+    if weld is not None and not (math.isfinite(weld) and weld > 0.0):
+        raise ParameterError(f"weld: got {weld}; expected a positive number of cm")
     if texture_unit is not None and not (math.isfinite(texture_unit) and texture_unit > 0.0):
         raise ParameterError(f"texture unit: got {texture_unit}; expected a positive number of cm")
     if not math.isfinite(seam_angle):
         raise ParameterError(f"seam angle: got {seam_angle}; expected a finite number of degrees")
     mesh = read_textured_obj(path, unit=unit)
+    mesh = mesh if weld is None else _welded(mesh, weld)
     twin = find_twins(3 * np.arange(len(mesh.triangles) + 1), mesh.triangles.ravel(), len(mesh.vertices))
     joined = _joined_in_texture(mesh, twin)
     panel, count = _islands(twin, joined)
@@ -64,6 +71,19 @@ def cloth_from_obj(
         seam_start=np.concatenate([[0], np.cumsum([len(edges) for edges in seams])]),
         seam_angle=np.full(len(seams), math.radians(seam_angle)),
     )
+
+
+def _welded(mesh: TexturedTriangles, distance: float) -> TexturedTriangles:
+    """Make one vertex of vertices that are nearer than a distance, at the place of the first one."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    one, other = cKDTree(mesh.vertices).query_pairs(distance, output_type="ndarray").T
+    count = len(mesh.vertices)
+    group = connected_components(coo_array((np.ones(len(one)), (one, other)), shape=(count, count)), directed=False)[1]
+    _, first, number = np.unique(group, return_index=True, return_inverse=True)
+    return replace(mesh, vertices=mesh.vertices[first], triangles=number[mesh.triangles])
 
 
 def _joined_in_texture(mesh: TexturedTriangles, twin: IntArray) -> NDArray[np.bool_]:

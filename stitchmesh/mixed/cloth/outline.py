@@ -76,14 +76,15 @@ def first_crossing(start: FloatArray, end: FloatArray) -> tuple[int, int] | None
         start: start of each segment, shape (n, 2).
         end: end of each segment, shape (n, 2).
     """
-    size = float(np.ptp(np.concatenate([start, end]), axis=0).max())
-    rows = max(1, PAIRS // len(start))
-    for first in range(0, len(start), rows):
-        part = slice(first, first + rows)
-        meet = _meet(start[part, None], end[part, None], start[None], end[None], TOUCHING * size)
-        one, other = np.nonzero(np.triu(meet, first + 1))
-        if len(one):
-            return first + int(one[0]), int(other[0])
+    near = TOUCHING * float(np.ptp(np.concatenate([start, end]), axis=0).max())
+    low, high = np.minimum(start, end) - near, np.maximum(start, end) + near
+    for part in _parts(len(start), len(start)):
+        beside = ((low[part, None] <= high) & (low <= high[part, None])).all(axis=2)  # the bounding boxes overlap
+        one, other = np.nonzero(np.triu(beside, part.start + 1))
+        one += part.start
+        meet = np.flatnonzero(_meet(start[one], end[one], start[other], end[other], near))
+        if len(meet):
+            return int(one[meet[0]]), int(other[meet[0]])
     return None
 
 

@@ -66,6 +66,15 @@ def test_texture_coordinates_with_the_same_numbers_are_one(tmp_path):
     assert cloth_from_obj(path).seam_count == 0
 
 
+def test_vertices_that_are_written_twice_are_joined_on_demand(tmp_path):
+    flat = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, 1e-7], [2, 0, 0], [2, 1, 0], [1, 1, 0]]
+    texture = [[0, 0], [1, 0], [1, 1], [0, 1], [5, 0], [6, 0], [6, 1], [5, 1]]
+    path = write_obj(tmp_path / "twice.obj", flat, texture, [[(k, k) for k in range(4)], [(k, k) for k in range(4, 8)]])
+    assert cloth_from_obj(path).seam_count == 0
+    joined = cloth_from_obj(path, weld=1e-5)
+    assert joined.seam_count == 1 and len(joined.vertices) == 6 and len(joined.panel_names) == 2
+
+
 def test_vertices_without_faces_are_left_out(tmp_path):
     path = write_obj(tmp_path / "t.obj", [[9, 9, 9], [0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 0], [1, 0], [0, 1]],
                      [[(1, 0), (2, 1), (3, 2)]])  # fmt: skip
@@ -111,6 +120,7 @@ def test_an_island_that_overlaps_itself_is_refused(tmp_path):
     ("fields", "message"),
     [
         ({"texture_unit": 0.0}, "texture unit: got 0.0"),
+        ({"weld": -1.0}, "weld: got -1.0"),
         ({"seam_angle": np.inf}, "seam angle"),
         ({"unit": "yard"}, "unit"),
     ],

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import warp as wp
 
+from stitchmesh.errors import SolverError
 from stitchmesh.mixed.contact.attachments import Attachment, at_simulated_nodes
 from stitchmesh.mixed.contact.body import Body
 from stitchmesh.mixed.contact.body_distance import BodyContact
@@ -24,7 +25,7 @@ from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equi
 from stitchmesh.mixed.dynamics.weight import Weight
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.mixed_vector import MixedVector
-from tests.mixed.contact.bodies import box
+from tests.mixed.contact.bodies import ball, box
 from tests.mixed.contact.sheets import cpu, forces_of
 from tests.mixed.dynamics.scene import Scene, spring_scene
 from tests.mixed.patch import square_patch
@@ -144,6 +145,45 @@ def test_attachments_prescribe_the_motion_of_vertices_and_nodes():
     assert v[motion.fixed_vertices[free]] == pytest.approx(aim_v[motion.fixed_vertices[free]], abs=1e-12)
     assert p[motion.fixed_nodes] == pytest.approx(aim_p[motion.fixed_nodes], abs=1e-12)
     assert p[motion.fixed_nodes, 2] == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize("time_step", [1e-5, 1e-4, 1e-3, 1e-2, 1e-1])
+def test_time_steps_over_four_decades_stay_above_the_floor(time_step):
+    """A patch that falls on a floor at 200 cm/s; the longest step would carry it 20 cm."""
+    scene, contact, _friction = on_floor(HYBRID)
+    up, down = np.array([0.0, 0.0, 0.01]), np.array([0.0, 0.0, -200.0])
+    start = scene.vector(PATCH.vertices + up, PATCH.nodes + up)
+    velocities = scene.vector(0 * PATCH.vertices + down, 0 * PATCH.nodes + down)
+    run = Dynamics(
+        scene.system, start, DynamicsSettings(time_step=time_step, velocity_tolerance=1.0), velocities=velocities
+    )
+    for _ in range(4):
+        run.step()
+    assert np.isfinite(run.positions.values.numpy()).all()
+    assert contact.distances(run.positions).min() > -0.1
+
+
+def test_a_cloth_that_is_dragged_over_a_body_wraps_it_and_one_that_is_dragged_into_it_is_an_error():
+    ball_in_the_way = Body(ball(0.25, 2, (0.5, 0.5, -0.3)))
+    border = np.flatnonzero(np.abs(PATCH.vertices[:, :2] - 0.5).max(axis=1) > 0.49)
+    for held, works in ((border, True), (np.arange(len(PATCH.vertices)), False)):
+        none = REGIONS["none"]
+        scene = spring_scene(PATCH, none, stiffness=2e3, fixed_vertices=held.tolist())
+        contact = BodyContact(points_of(none), ball_in_the_way, depth=0.2, scalar=wp.float64, device=cpu())
+        scene.system.add(contact)
+        down = RigidMotion(np.array([0.0, 0.05]), np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -0.4]]))
+        motion = PrescribedMotion([Attachment(held, motion=down)], PATCH.vertices, np.zeros((0, 3)))
+        settings = DynamicsSettings(time_step=5e-3, velocity_tolerance=1e-2)
+        run = Dynamics(scene.system, scene.at_rest(), settings, prescribed=motion.displacements)
+        if works:
+            for _ in range(12):
+                run.step()
+            assert contact.distances(run.positions).min() > 0.0
+            assert run.positions.numpy()[0][12, 2] > -0.1  # the middle lies on the ball
+        else:
+            with pytest.raises(SolverError, match=r"body: \d+ contact points, the deepest at vertex 12, are up to"):
+                for _ in range(12):
+                    run.step()
 
 
 def test_self_collision_of_a_flat_mixed_patch_changes_nothing():
