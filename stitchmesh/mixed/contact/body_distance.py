@@ -19,7 +19,8 @@ The distance of each point is measured at the beginning of a step. A point that 
 R since then feels nothing, without a search; this changes no bit of the result.
 
 No move takes a point deeper than half that depth (``step_limit``): a point does not meet the surface on a path shorter
-than its distance. A point that the body itself has overtaken is an error that a shorter step avoids.
+than its distance. A step in which the body moves by more than the depth, or overtakes a point by more, is an error that
+a shorter step avoids.
 """
 
 from __future__ import annotations
@@ -256,8 +257,10 @@ class BodyContact(Term):
         """Move the body to the end of the step.
 
         Raises:
-            SolverError: a point is deeper inside the body than points are found.
+            SolverError: a point is deeper inside the body than points are found, or the body moves by more than this
+                depth in the step and could pass over points.
         """
+        self._check_motion(time, time_step)
         self.placed.move_to(time + time_step)
         if not len(self.points):
             return
@@ -334,6 +337,12 @@ class BodyContact(Term):
         if len(self.points):
             run(measure_distances, len(self.points), inputs, [self._measured, self._numbers])
         return self._numbers
+
+    def _check_motion(self, time: float, time_step: float) -> None:
+        moved = self.placed.largest_motion(time, time + time_step) if self.placed.moves and time_step else 0.0
+        if moved > self.depth:
+            found = f"got a motion of {moved:.3g} cm in a step of {time_step:.3g} s"
+            raise SolverError(f"{self.name}: {found}; expected at most {self.depth:.3g} cm; take shorter steps")
 
     def _too_deep(self, distance: FloatArray) -> str:
         worst = int(distance.argmin())
