@@ -192,6 +192,8 @@ def add_star_diagonal(
     # state out
     of_nodes: wp.array[Any],
     of_sliding: wp.array[Any],
+    coupling_u: wp.array[Any],
+    coupling_v: wp.array[Any],
 ) -> None:
     """Add the diagonal blocks of the Hessian, from the stored blocks of each node's star and of its neighbours."""
     i = wp.tid()
@@ -201,6 +203,8 @@ def add_star_diagonal(
     both = block[6, i] + block[7, i] + block[8, i] + block[9, i]
     whole = along + across + both + wp.transpose(both)
     uu, vv = along[3, 3], across[3, 3]
+    # columns of the coordinates: rows of all legs, and columns of the legs of one yarn
+    column_u, column_v = along + wp.transpose(both), across + both
     n = int(4)
     for k in range(n):
         if link[i, k] >= 0:
@@ -209,7 +213,11 @@ def add_star_diagonal(
             whole += there
             if k < 2:
                 uu += there[3, 3]
+                column_u += there
             else:
                 vv += there[3, 3]
+                column_v += there
     of_nodes[i] += positions_of(whole)
     of_sliding[i] += wp.diag(type(slides[i])(uu * slides[i][0], vv * slides[i][1]))
+    coupling_u[i] += type(coupling_u[i])(column_u[0, 3], column_u[1, 3], column_u[2, 3]) * slides[i][0]
+    coupling_v[i] += type(coupling_v[i])(column_v[0, 3], column_v[1, 3], column_v[2, 3]) * slides[i][1]
