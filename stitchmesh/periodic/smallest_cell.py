@@ -20,6 +20,7 @@ length. Translations that take a yarn to itself are not used.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,6 +28,7 @@ import numpy as np
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import RelaxCell
 
 SAME_PLACE = 1e-6
 """Largest distance of control points that count as the same place, over the first period."""
@@ -66,8 +68,13 @@ class SmallestCell:
                     found = _cell(yarns, lengths, copies, aside)
                     if found is not None:
                         return found
-        everyone = np.arange(yarns.yarn_count)
-        return cls(1, 0, everyone, everyone, np.zeros((len(everyone), 3), dtype=np.int64), np.zeros(len(everyone)))
+        return cls.whole(yarns.yarn_count)
+
+    @classmethod
+    def whole(cls, yarn_count: int) -> SmallestCell:
+        """Return the whole repeat as its own smallest cell."""
+        everyone = np.arange(yarn_count)
+        return cls(1, 0, everyone, everyone, np.zeros((yarn_count, 3), dtype=np.int64), np.zeros(yarn_count))
 
     def part_of(self, yarns: YarnSet) -> YarnSet:
         """Return the yarns of the smallest cell, on its lattice.
@@ -92,6 +99,27 @@ class SmallestCell:
             lattice_step=np.stack([step[:, 0] - self.aside * step[:, 1], self.copies * step[:, 1]], axis=1),
         )  # fmt: skip
 
+    def cell_of(self, cell: RelaxCell) -> RelaxCell:
+        """Return the degrees of freedom of the smallest cell, with its share of the loads on those of the repeat.
+
+        The load along the courses acts on the height of a cell, that along the wales on its width.
+        """
+        return cell if cell.course is None else replace(cell, course=cell.course / self.copies)
+
+    def period_of(self, size: Sequence[float | None]) -> list[float | None]:
+        """Return width and height of the smallest cell of a repeat of some width and height; None stays None."""
+        width, height = size
+        return [width, None if height is None else height / self.copies]
+
+    def whole_lattice(self, lattice: Lattice) -> Lattice:
+        """Return the lattice of the repeat from that of the smallest cell."""
+        u, t = lattice.periods
+        return Lattice(np.stack([u, self.copies * t - self.aside * u]))
+
+    def is_that_of(self, other: SmallestCell) -> bool:
+        """Whether the same yarns have the same images."""
+        return (self.copies, self.aside) == (other.copies, other.aside) and np.array_equal(self.kept, other.kept)
+
     def repeated(self, yarns: YarnSet, like: YarnSet) -> YarnSet:
         """Return the yarns of the repeat as images of those of the smallest cell.
 
@@ -102,8 +130,7 @@ class SmallestCell:
         if self.copies == 1:
             return yarns
         assert yarns.lattice is not None and like.lattice_step is not None
-        u, t = yarns.lattice.periods
-        lattice = Lattice(np.stack([u, self.copies * t - self.aside * u]))
+        t, lattice = yarns.lattice.periods[1], self.whole_lattice(yarns.lattice)
         points, rest = [], []
         for yarn, own in enumerate(self.origin):
             curve = yarns.points[yarns.start[own] : yarns.start[own + 1]]
@@ -123,7 +150,6 @@ def _cell(yarns: YarnSet, lengths: FloatArray, copies: int, aside: int) -> Small
     assert yarns.lattice is not None
     u, v = yarns.lattice.periods
     move = (aside * u + v) / copies
-    steps = [_image_of(yarns, lengths, yarn, move) for yarn in range(yarns.yarn_count)]
     origin = np.full(yarns.yarn_count, -1)
     image, roll = np.zeros((yarns.yarn_count, 3), dtype=np.int64), np.zeros(yarns.yarn_count)
     kept: list[int] = []
@@ -132,7 +158,7 @@ def _cell(yarns: YarnSet, lengths: FloatArray, copies: int, aside: int) -> Small
             continue
         yarn, origin[first] = first, len(kept)
         for count in range(1, copies + 1):
-            step = steps[yarn]
+            step = _image_of(yarns, lengths, yarn, move)
             if step is None or (origin[step[0]] >= 0) != (count == copies) or (count == copies and step[0] != first):
                 return None
             if count < copies:

@@ -35,6 +35,7 @@ from stitchmesh.periodic.off_needles import Release, chosen_release, let_go, nee
 from stitchmesh.periodic.repeat_checks import check_floats, check_loops_begin
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.sampling import GENERATED, path_to
+from stitchmesh.periodic.smallest_cell import SmallestCell
 from stitchmesh.periodic.support import blocking, planes, refuse_tearing, remedy_of, tearing
 from stitchmesh.periodic.swatch_budget import plan_swatch
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, TAKE_UP, KnitState, SwatchOptions
@@ -155,7 +156,8 @@ def swatch(
 class PreparedSwatch:
     """A repeat whose yarns have their radii, lengths and given size, before it comes to rest.
 
-    Lengths are gamma times those of the fabric, and ``similar`` is the material that belongs to them.
+    Lengths are gamma times those of the fabric, and ``similar`` is the material that belongs to them. The yarns are
+    those of the smallest cell.
     """
 
     source: Source
@@ -170,6 +172,8 @@ class PreparedSwatch:
     """Device of the kernels."""
     fabric: StitchMesh | None
     """The stitch mesh; None for a weave."""
+    smallest: SmallestCell
+    """The cell that comes to rest, of which the repeat is made."""
     drawn: YarnSet
     """The yarns as they are generated, with the first resolution of the path."""
     yarns: YarnSet
@@ -193,6 +197,10 @@ class PreparedSwatch:
         """The material scaled by gamma."""
         return self.material.scaled(self.options.gamma)
 
+    def drawn_with(self, quality: Quality) -> YarnSet:
+        """The yarns of the whole repeat as they are generated with a resolution."""
+        return draw_swatch(self.source, self.options, quality)[1]
+
 
 def prepare_swatch(
     pattern: str | Pattern | Weave,
@@ -203,9 +211,13 @@ def prepare_swatch(
     relax_cell: bool | RelaxCell,
     relaxation: KnitState | None = None,
     friction: float | None = None,
+    smallest: bool = True,
     **options: Any,
 ) -> PreparedSwatch:
-    """Generate a repeat, and change its radii, lengths and size to those asked for; arguments as for ``swatch``."""
+    """Generate a repeat, and change its radii, lengths and size to those asked for; arguments as for ``swatch``.
+
+    Whether a free repeat comes to rest in its smallest cell is given by ``smallest``.
+    """
     chosen, quality = SwatchOptions(**options), quality_named(quality)
     release = chosen_release(relaxation, friction, relax_cell, chosen)
     relax_cell = relax_cell or release is not None
@@ -230,12 +242,36 @@ def prepare_swatch(
     # wefts and warps are nearly straight, so their relaxation starts with their generated lengths as rest lengths
     straight = even_lengths(first, generated.lengths, generated.segment_start)
     natural = first if fabric is not None else replace(first, rest_length=straight)
-    yarns = change_radius(natural, thicker, similar, quality, device)
     period = period_to_reach(first, chosen)
-    terms = planes(relax_cell, chosen, flat, yarns.radius)
-    yarns = change_rest_length(yarns, wanted, similar, quality, device, cell, terms)
-    yarns = change_period(yarns, period, similar, quality, device)
-    return PreparedSwatch(source, chosen, material, path, device, fabric, first, yarns, cell, flat, terms, release)
+    terms = planes(relax_cell, chosen, flat, natural.radius * thicker)
+    lies_alike = smallest and bool(terms) and fabric is not None and release is None
+    own = smallest_cell(generated, first, wanted, chosen, lies_alike=lies_alike)
+    cell = None if cell is None else own.cell_of(cell)
+    yarns = change_radius(own.part_of(natural), thicker, similar, quality, device)
+    lengths = own.part_of(replace(first, rest_length=wanted)).rest_length
+    yarns = change_rest_length(yarns, lengths, similar, quality, device, cell, terms)
+    yarns = change_period(yarns, own.period_of(period), similar, quality, device)
+    drawn = own.part_of(first)
+    return PreparedSwatch(
+        source, chosen, material, path, device, fabric, own, drawn, yarns, cell, flat, terms, release
+    )
+
+
+def smallest_cell(
+    generated: YarnSet, first: YarnSet, wanted: FloatArray, options: SwatchOptions, *, lies_alike: bool
+) -> SmallestCell:
+    """Return the cell that comes to rest: the whole repeat if its stitches may lie differently.
+
+    Args:
+        generated: the yarns as generated with ``GENERATED``.
+        first: the same yarns with other control points.
+        wanted: rest lengths of the segments of these [cm].
+        options: options of the swatch; several repeats in one cell may lie differently.
+        lies_alike: whether stitches that are alike in the pattern lie alike.
+    """
+    if not lies_alike or (options.columns, options.rows) != (1, 1):
+        return SmallestCell.whole(generated.yarn_count)
+    return SmallestCell.of(generated, np.add.reduceat(wanted, first.segment_start[:-1]))
 
 
 def relax_prepared(
@@ -256,9 +292,13 @@ def relax_prepared(
             )
         else:
             relaxed = relax_along(prepared, yarns, progress)
+    own = prepared.smallest
     drawn = prepared.drawn if len(prepared.path) == 1 else sample_evenly(prepared.drawn, relaxed.yarns)
     refuse_pull_through(drawn, relaxed.yarns, device)
     refuse_tearing(relaxed.report["max_strain"], chosen)
+    if own.copies > 1:
+        like = prepared.drawn_with(prepared.quality)
+        drawn, relaxed = own.repeated(drawn, like), whole_repeat(relaxed, own, like)
     result = scale_yarns(relaxed.yarns, 1.0 / chosen.gamma)
     measures = swatch_report(
         result, prepared.fabric, prepared.material, prepared.quality, relaxed.report["energy"], device
@@ -271,6 +311,20 @@ def relax_prepared(
         logger.warning("%s; %s", shape.text, remedy_of(prepared.cell, lies=bool(prepared.terms)))
     report = measures | shape.report() | relaxed.report | {"solver_seconds": relaxed.report["seconds"]}
     return Swatch(result, report, prepared.fabric, relaxed.history)
+
+
+def whole_repeat(relaxed: Relaxation, smallest: SmallestCell, like: YarnSet) -> Relaxation:
+    """Return the relaxation of a repeat from that of its smallest cell: its yarns, and the energies of all of them."""
+    copies = smallest.copies
+    history = [
+        entry | {"energies": {name: copies * energy for name, energy in entry["energies"].items()}}
+        for entry in relaxed.history
+    ]
+    report = {
+        "energy": copies * relaxed.report["energy"],
+        "energies": {name: copies * energy for name, energy in relaxed.report["energies"].items()},
+    }
+    return Relaxation(smallest.repeated(relaxed.yarns, like), relaxed.report | report, history)
 
 
 def relax_along(
@@ -289,7 +343,7 @@ def relax_along(
         done = 0 if found is None else found.report["iterations"]
         quality = replace(step, max_iterations=max(min(step.max_iterations, most - done), 0))
         if found is not None:
-            yarns = sample_evenly(found.yarns, draw_swatch(prepared.source, prepared.options, quality)[1])
+            yarns = sample_evenly(found.yarns, prepared.smallest.part_of(prepared.drawn_with(quality)))
         relaxed = relax(
             yarns, material=prepared.similar, quality=quality, device=prepared.device, cell=prepared.cell,
             terms=prepared.terms, progress=progress,

@@ -111,6 +111,9 @@ class LiveSwatch:
         self.generated, self.target, self.sampled, self.error = generated, target, sampled, None
         if not continues:
             return self._start_again()
+        if not target.smallest.is_that_of(before.smallest):
+            self.state = self.state.in_cell(before.smallest, target.smallest, generated.yarns)
+            self.loop = self.previous = None
         if enlargement != 1.0:
             self.state = self.state.enlarged(enlargement)
             self.loop = self.previous = None
@@ -217,7 +220,7 @@ class LiveSwatch:
         """Check that no yarn passed through another; if one did, start again from the generated yarns."""
         assert self.loop is not None
         try:
-            refuse_pull_through(self.first.yarns, self.state.yarns, self.device)
+            refuse_pull_through(self.target.smallest.part_of(self.first.yarns), self.state.yarns, self.device)
         except SolverError:
             self._start_again()
             raise
@@ -261,13 +264,14 @@ class LiveSwatch:
         report = {
             "iteration": self.iteration,
             "residual": None if last is None else last.residual,
-            "energy": None if last is None else last.energy,
+            "energy": None if last is None else self.target.smallest.copies * last.energy,
             "gamma": self.state.gamma,
             "at_rest": self.finished and self._is_at_rest(),
             "running": not (self.idle or self.stopped),
             "seconds": time.perf_counter() - self.requested_at,
         }
-        relaxed, target = self._state_now().in_fabric, self.target
+        target = self.target
+        relaxed = target.smallest.repeated(self._state_now().in_fabric, self.generated.yarns)
         yarns = replace(
             relaxed, colour=target.colour, palette=target.palette,
             drawn_radius=relaxed.radius * target.drawn_over_contact,
