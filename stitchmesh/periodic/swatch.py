@@ -34,7 +34,7 @@ from stitchmesh.periodic.gauge import swatch_report
 from stitchmesh.periodic.off_needles import Release, chosen_release, let_go, needle_size
 from stitchmesh.periodic.repeat_checks import check_floats, check_loops_begin
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
-from stitchmesh.periodic.sampling import GENERATED, path_to
+from stitchmesh.periodic.sampling import GENERATED, SMALL_CELL, path_to, with_smooth_contacts
 from stitchmesh.periodic.smallest_cell import SmallestCell
 from stitchmesh.periodic.support import blocking, planes, refuse_tearing, remedy_of, tearing
 from stitchmesh.periodic.swatch_budget import plan_swatch
@@ -230,8 +230,7 @@ def prepare_swatch(
     fabric, generated = draw_swatch(source, chosen, GENERATED)
     cell, flat = free_cell(relax_cell, chosen, generated, material), FlatFabric.of(generated, fabric, source)
     steps = path_to(quality, cell if release is None else None)
-    path = tuple(close_contacts(step, chosen) for step in steps)
-    quality, first = path[0], draw_swatch(source, chosen, path[0])[1]
+    first = draw_swatch(source, chosen, steps[0])[1]
     # friction holds the yarn of a stitch in its place
     wanted = take_up_rest_lengths(first if release is not None else generated, fabric, chosen)
     if release is None:
@@ -246,6 +245,8 @@ def prepare_swatch(
     terms = planes(relax_cell, chosen, flat, natural.radius * thicker)
     lies_alike = smallest and bool(terms) and fabric is not None and release is None
     own = smallest_cell(generated, first, wanted, chosen, lies_alike=lies_alike)
+    path = tuple(with_contacts(step, chosen, fabric, own, cell if release is None else None) for step in steps)
+    quality = path[0]
     cell = None if cell is None else own.cell_of(cell)
     yarns = change_radius(own.part_of(natural), thicker, similar, quality, device)
     lengths = own.part_of(replace(first, rest_length=wanted)).rest_length
@@ -393,6 +394,23 @@ def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tup
         return fabric, even_rest_lengths(yarns, fabric)
     yarns = apply_rest_lengths(yarns, RestLengths(loop_length=loop_length), fabric=fabric)
     return fabric, even_rest_lengths(yarns, fabric)
+
+
+def with_contacts(
+    quality: Quality, options: SwatchOptions, fabric: StitchMesh | None, smallest: SmallestCell, cell: RelaxCell | None
+) -> Quality:
+    """Return a quality with as many contact samples as a repeat needs: more in small free cells and for loose loops.
+
+    Args:
+        quality: a quality of the path to rest.
+        options: options of the swatch.
+        fabric: the stitch mesh of the repeat; None for a weave.
+        smallest: the cell that comes to rest.
+        cell: its degrees of freedom; None for constant periods.
+    """
+    is_free = cell is not None and cell.free.any()
+    is_small = fabric is not None and fabric.face_count <= SMALL_CELL * smallest.copies
+    return close_contacts(with_smooth_contacts(quality) if is_free and is_small else quality, options)
 
 
 def close_contacts(quality: Quality, options: SwatchOptions) -> Quality:

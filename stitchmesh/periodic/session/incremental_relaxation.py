@@ -21,7 +21,7 @@ from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.increments import SwatchInProgress, increment, increments_left
 from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.session.target import GeneratedRepeat, Target, generate_repeat, make_target
-from stitchmesh.periodic.swatch import close_contacts
+from stitchmesh.periodic.swatch import with_contacts
 from stitchmesh.quality import Quality
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.saddle import MOST_MOVES, SMALLEST_FALL, leave_saddle
@@ -78,7 +78,7 @@ class LiveSwatch:
         self.device, self.stopped = device, stopped
         self.generated = generate_repeat(settings)
         self.target = make_target(settings, self.generated)
-        self.sampled = close_contacts(settings.sampled, settings.options)
+        self.sampled = sampled_for(settings, self.generated, self.target)
         self.error: Exception | None = None
         self.iteration, self.requested_at, self.number = 0, requested_at, 0
         self._start_again()
@@ -101,7 +101,8 @@ class LiveSwatch:
         """
         self.iteration, self.requested_at, self.balances = 0, requested_at, []
         generated = generate_repeat(settings)
-        target, sampled = make_target(settings, generated), close_contacts(settings.sampled, settings.options)
+        target = make_target(settings, generated)
+        sampled = sampled_for(settings, generated, target)
         continues = not restart and generated.has_same_yarns(self.first)
         before, enlargement = self.target, generated.width / self.generated.width
         needs_frame = self.error is not None or (continues and (target.colour != before.colour).any())
@@ -278,3 +279,8 @@ class LiveSwatch:
         )  # fmt: skip
         material = target.material.scaled(1.0 / target.gamma)
         return Frame(self.number, yarns, self.generated.fabric, report, material, self.error)
+
+
+def sampled_for(settings: SwatchSettings, generated: GeneratedRepeat, target: Target) -> Quality:
+    """Return the quality with which a repeat relaxes to a target."""
+    return with_contacts(settings.sampled, settings.options, generated.fabric, target.smallest, target.cell)
