@@ -358,9 +358,7 @@ def _stitches(
     return relaxed
 
 
-def _worked(
-    fabric: StitchMesh, options: KnitOptions, report: dict[str, object], progress: Progress
-) -> StitchMesh:
+def _worked(fabric: StitchMesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> StitchMesh:
     """Return the fabric with its colours, patterns and edits."""
     clock = _Clock()
     if options.palette:

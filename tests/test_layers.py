@@ -28,7 +28,7 @@ LAYERS = [
     {"patterns"},
     {"labeling", "tessellate", "editing", "meshrelax", "yarngen", "yarnrelax"},
     {"budget"},
-    {"periodic"},
+    {"mixed", "periodic"},
     {"pipeline"},
     {"recipe", "after_edit"},
     {"render"},
@@ -39,7 +39,7 @@ LAYERS = [
 """Folders and files of the package from the bottom up; members of one layer do not import one another."""
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 HEAVY = {
-    "warp": {"compute", "meshrelax", "yarnrelax"},
+    "warp": {"compute", "meshrelax", "mixed", "yarnrelax"},
     "pyvista": {"render", "io"},
     "vtkmodules": {"render", "io"},
     "vtk": {"render"},

@@ -107,4 +107,3 @@ def _cables(fabric: StitchMesh) -> str:
         return "0"
     sizes = sorted({len(group.sides) for group in groups})
     return f"{len(groups)} of {first_few(sizes, len(sizes))} loops"
-

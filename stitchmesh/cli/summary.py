@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 AsJson = Annotated[bool, arg(help="print the report as JSON instead of a summary", help_behavior_hint="")]
 """Option of a command that prints a summary."""
 REMEDIES: Mapping[Kind, str] = {
-    "not at rest": "raise --max-iterations", "not flat": "use --relax-cell without --unsupported, or --blocked"
+    "not at rest": "raise --max-iterations",
+    "not flat": "use --relax-cell without --unsupported, or --blocked",
 }
 """What helps on the command line, in place of the remedy of a finding."""
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Scalar and vector types of the kernels."""
+"""Scalar, vector and matrix types of the kernels."""
 
 from __future__ import annotations
 
@@ -26,3 +26,8 @@ def scalar_named(precision: str) -> Any:
 def vector(size: int, scalar: Any) -> Any:
     """Warp's vector type of a size."""
     return wp.types.vector(length=size, dtype=scalar)
+
+
+def matrix(size: int, scalar: Any) -> Any:
+    """Warp's type of a square matrix."""
+    return wp.types.matrix(shape=(size, size), dtype=scalar)

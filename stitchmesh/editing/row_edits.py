@@ -126,9 +126,7 @@ def _number_after_flip(fabric: StitchMesh, faces: IntArray) -> list[Change]:
     return [Marks("row", moved, number[fabric.row[moved]])]
 
 
-def _matched_rows(
-    fabric: StitchMesh, sides: IntArray, flipped_face: NDArray[np.bool_]
-) -> tuple[IntArray, IntArray]:
+def _matched_rows(fabric: StitchMesh, sides: IntArray, flipped_face: NDArray[np.bool_]) -> tuple[IntArray, IntArray]:
     """The rows below and above each of these sides at which the wale directions match after some faces are flipped."""
     sides = sides[(fabric.role_of(sides) % 2 == 0) & (fabric.twin[sides] != BORDER)]
     across = fabric.twin[sides]

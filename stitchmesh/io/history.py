@@ -76,9 +76,7 @@ def read_history(path: FilePath) -> list[HistoryEntry]:
 
 def _entry(place: str, names: list[str], row: list[str]) -> HistoryEntry:
     try:
-        energies = {
-            name.removesuffix(UNIT): float(text) for name, text in zip(names[3:], row[3:], strict=True) if text
-        }
+        energies = {name.removesuffix(UNIT): float(text) for name, text in zip(names[3:], row[3:], strict=True) if text}
         return HistoryEntry(iteration=int(row[0]), seconds=float(row[1]), residual=float(row[2]), energies=energies)
     except (ValueError, IndexError) as error:
         raise FileError(f"{place}: got {','.join(row)[:60]!r}; expected {len(names)} numbers") from error

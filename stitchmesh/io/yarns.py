@@ -269,17 +269,13 @@ FORMATS: dict[str, YarnFormat] = {
 """Formats of yarns, by suffix."""
 
 
-def _yarns_of_curves(
-    curves: list[FloatArray], closed: list[bool], radius: float | FloatArray | None
-) -> YarnSet:
+def _yarns_of_curves(curves: list[FloatArray], closed: list[bool], radius: float | FloatArray | None) -> YarnSet:
     """Return yarns with the given control points; the radius is estimated if it is None."""
     yarns = YarnSet.from_curves(curves, closed=closed, radius=1.0 if radius is None else radius)
     if radius is not None:
         return yarns
     estimate = estimate_radius(yarns)
-    logger.warning(
-        "yarn radius: %.4g cm, estimated from the distances between yarns; --yarn-radius sets it", estimate
-    )
+    logger.warning("yarn radius: %.4g cm, estimated from the distances between yarns; --yarn-radius sets it", estimate)
     return _with_radius(yarns, estimate)
 
 

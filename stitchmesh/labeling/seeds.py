@@ -62,9 +62,7 @@ def whole_border(mesh: Mesh, edge: EdgeName) -> list[int]:
 
 def _borders_named(mesh: Mesh) -> str:
     """Name an edge of each border, for error messages."""
-    edges = [
-        f"{mesh.face_vertex[loop[0]]}-{mesh.face_vertex[mesh.side_next[loop[0]]]}" for loop in mesh.boundary_loops
-    ]
+    edges = [f"{mesh.face_vertex[loop[0]]}-{mesh.face_vertex[mesh.side_next[loop[0]]]}" for loop in mesh.boundary_loops]
     return f"edges of its borders are {first_few(edges)}" if edges else "the mesh has no border"
 
 

@@ -114,9 +114,7 @@ def _explain_orientation(
     )
 
 
-def _flips_that_agree(
-    first: IntArray, second: IntArray, same: NDArray[np.bool_], face_count: int
-) -> NDArray[np.bool_]:
+def _flips_that_agree(first: IntArray, second: IntArray, same: NDArray[np.bool_], face_count: int) -> NDArray[np.bool_]:
     """Find the faces to reverse so that orientations agree along a spanning tree of the face graph."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import breadth_first_order, connected_components

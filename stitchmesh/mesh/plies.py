@@ -36,9 +36,7 @@ def ply_radius(radius: ArrayLike, count: int) -> FloatArray:
     return whole if count == 1 else whole / (1.0 + 1.0 / np.sin(np.pi / count))
 
 
-def plies_around(
-    curves: Sequence[FloatArray], closed: ArrayLike, radius: ArrayLike, count: int
-) -> list[FloatArray]:
+def plies_around(curves: Sequence[FloatArray], closed: ArrayLike, radius: ArrayLike, count: int) -> list[FloatArray]:
     """Return the centre lines of the strands of each curve, strand by strand of the first curve, then of the next.
 
     Args:

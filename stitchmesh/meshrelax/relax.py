@@ -251,9 +251,7 @@ def edge_stretch(fabric: StitchMesh, position: FloatArray, rest: RestLengths) ->
     return length / np.where(fabric.is_wale[fabric.edge_side], rest.wale, rest.course)
 
 
-def _check(
-    fabric: StitchMesh, *, tolerance: float, max_iterations: int, moving: NDArray[np.bool_] | None
-) -> None:
+def _check(fabric: StitchMesh, *, tolerance: float, max_iterations: int, moving: NDArray[np.bool_] | None) -> None:
     if fabric.lattice is not None:
         raise MeshError("mesh relaxation: got a fabric on a lattice; expected one that lies on a surface")
     if not tolerance > 0.0:

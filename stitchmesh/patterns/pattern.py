@@ -204,9 +204,7 @@ class Pattern:
         twists = [twist for cell in self.rows[row].cells for twist in cell.twist]
         last = row + 1 == self.height
         held = (Loop(),) * len(twists) if last and not self.closes else self.rows[(row + 1) % self.height].loops
-        return tuple(
-            Loop(loop.shift, loop.layer, loop.twist + twist) for loop, twist in zip(held, twists, strict=True)
-        )
+        return tuple(Loop(loop.shift, loop.layer, loop.twist + twist) for loop, twist in zip(held, twists, strict=True))
 
 
 def check_closes(pattern: Pattern) -> None:

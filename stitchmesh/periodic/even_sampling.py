@@ -91,9 +91,7 @@ def _knots(yarns: YarnSet, yarn: int, count: int) -> FloatArray:
     return places
 
 
-def _places(
-    yarns: YarnSet, segments: IntArray, rest: FloatArray, along: FloatArray
-) -> tuple[FloatArray, IntArray]:
+def _places(yarns: YarnSet, segments: IntArray, rest: FloatArray, along: FloatArray) -> tuple[FloatArray, IntArray]:
     """Return places on successive segments [cm], shape (n, 3), and which of the segments they are on, shape (n,).
 
     Args:

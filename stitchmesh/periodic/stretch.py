@@ -197,9 +197,7 @@ def _stretch(
     for name in {"period", "blocked"} & options.keys():
         raise ParameterError(f"{name}: got one for a stretch test, which begins at the free cell; leave it out")
     quality = refine_for_tension(quality_named(quality))
-    prepared = prepare_swatch(
-        pattern, material=material, quality=quality, device=device, relax_cell=True, **options
-    )
+    prepared = prepare_swatch(pattern, material=material, quality=quality, device=device, relax_cell=True, **options)
     free = relax_prepared(prepared, prepared.yarns, on_entry)
     material, quality = prepared.material, prepared.quality
     cell, terms = held_cell(direction, other), planes_of(free, prepared)

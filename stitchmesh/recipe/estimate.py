@@ -141,7 +141,10 @@ def estimate_garment(
         yarn_length=_yarn_length(labeled, planned),
         control_points=points,
         stages=_stages(
-            planned.total, points, _iterations(labeled, planned.total, chosen), chosen,
+            planned.total,
+            points,
+            _iterations(labeled, planned.total, chosen),
+            chosen,
             "cuda" if device_named(device).is_cuda else "cpu",
         ),
     )
@@ -169,9 +172,7 @@ def _stitch_sizes(labeled: StitchMesh, planned: PlannedStitches) -> tuple[FloatA
     return width, wales / 2 / planned.courses
 
 
-def _stages(
-    stitches: int, points: int, iterations: float, quality: Quality, device: str
-) -> dict[str, StageCost]:
+def _stages(stitches: int, points: int, iterations: float, quality: Quality, device: str) -> dict[str, StageCost]:
     seconds = {name: time * stitches for name, time in SECONDS_PER_STITCH.items()}
     seconds["yarngen"] = SECONDS_OF_YARNGEN[0] + SECONDS_OF_YARNGEN[1] * points
     work = quality.contact_samples / PRESETS["draft"].contact_samples * (2.0 if quality.precision == "float64" else 1.0)

@@ -154,9 +154,7 @@ def _foremost(points: FloatArray, members: IntArray, whole: Camera) -> int:
     return int(members[front[aside.argmin()]])
 
 
-def _at_share(
-    points: FloatArray, share: tuple[float, ...], whole: Camera, aspect: float, width: float
-) -> int:
+def _at_share(points: FloatArray, share: tuple[float, ...], whole: Camera, aspect: float, width: float) -> int:
     """Return the foremost point at a share of the picture of the whole object."""
     axes = picture_axes(whole.position - whole.focus, whole.up)
     offset = (points - whole.position) @ axes

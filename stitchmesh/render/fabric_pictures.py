@@ -155,9 +155,7 @@ def _look_at(plotter: pyvista.Plotter, mesh: Mesh, options: PictureOptions, kept
     plotter.camera.SetWindowCenter(kept_free, 0.0)
 
 
-def _close_up_camera(
-    mesh: Mesh, options: PictureOptions, whole: Camera, place: Place, kept_free: float
-) -> Camera:
+def _close_up_camera(mesh: Mesh, options: PictureOptions, whole: Camera, place: Place, kept_free: float) -> Camera:
     """The camera of a close-up of some faces."""
     side = float(np.median(mesh.side_length))
     width = options.extent or CLOSE_UP_EXTENT * side

@@ -73,9 +73,7 @@ def render_labeling(
             look(plotter, camera_around(mesh.corner_position, direction, up, aspect))
 
 
-def _panels(
-    mesh: Mesh, towards: FloatArray, up: FloatArray, size: tuple[int, int], count: int
-) -> tuple[Viewport, ...]:
+def _panels(mesh: Mesh, towards: FloatArray, up: FloatArray, size: tuple[int, int], count: int) -> tuple[Viewport, ...]:
     """The panels of one or two views: one beside the other, or one above the other if the mesh is larger then."""
     if count == 1:
         return ((0.0, 0.0, PANELS, 1.0),)

@@ -87,9 +87,7 @@ def _render_whole(yarns: YarnSet, path: FilePath, options: PictureOptions, colou
             _draw_region(plotter, yarns, coloured, options, camera_at(focus, normal, up, height), extent)
 
 
-def _render_place(
-    yarns: YarnSet, path: FilePath, options: PictureOptions, coloured: Coloured, place: Place
-) -> None:
+def _render_place(yarns: YarnSet, path: FilePath, options: PictureOptions, coloured: Coloured, place: Place) -> None:
     """Draw the yarns around one place."""
     radius = float(np.median(yarns.drawn_radius))
     width = options.extent or CLOSE_UP_EXTENT * radius
@@ -155,9 +153,7 @@ def _draw(
     add_tubes(plotter, tubes, dim_colours(coloured.points)[control_point])
 
 
-def yarn_tubes(
-    yarns: YarnSet, segments: IntArray, detail: tuple[int, int], plies: int
-) -> tuple[TubeMesh, IntArray]:
+def yarn_tubes(yarns: YarnSet, segments: IntArray, detail: tuple[int, int], plies: int) -> tuple[TubeMesh, IntArray]:
     """Return tubes of the apparent radius around some segments, and the control point of each vertex.
 
     Args:

@@ -70,9 +70,7 @@ def add_stitches(panel: Panel, faces: StitchFaces, next_edge: int) -> int:
     return next_edge
 
 
-def _add_course(
-    panel: Panel, course: int, below: IntArray, above: IntArray, faces: StitchFaces, next_edge: int
-) -> int:
+def _add_course(panel: Panel, course: int, below: IntArray, above: IntArray, faces: StitchFaces, next_edge: int) -> int:
     """Add the stitch faces of one course, and return the next free edge number."""
     narrow = min(len(below), len(above)) or max(len(below), len(above))
     wide = max(len(below), len(above))

@@ -37,9 +37,7 @@ def surface_distances(
 
 
 @alone()
-def body_distance(
-    yarns: YarnSet, body: Mesh, *, contact_samples: int = 3, device: str | None = None
-) -> FloatArray:
+def body_distance(yarns: YarnSet, body: Mesh, *, contact_samples: int = 3, device: str | None = None) -> FloatArray:
     """Return the distance from the surface of a body to the surface of the yarn [cm], the least of each segment, (S,).
 
     It is negative where the yarn is in the body.

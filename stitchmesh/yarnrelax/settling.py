@@ -8,11 +8,12 @@ after thousands of iterations, so that a small change from one iteration to the 
 therefore compared over spans that grow: with x the energy, or the mean distance of neighbouring stitches along the
 yarns or across them, after n iterations,
 
-    c = |x(n) - x(n / 2)|,    c' = |x(n / 2) - x(n / 4)|,    r = c / c' within FASTEST and SLOWEST
+    c = |x(n) - x(n / s)|,    c' = |x(n / s) - x(n / s^2)|,    r = c / c' within FASTEST and SLOWEST,    s^2 = 2
     left = max(c, c' FASTEST^2) r / (1 - r)
 
-is the sum of the changes over all further doublings of n. A decay by a power of n, as of motions of every softness, has
-a constant r.
+is the sum of the changes over all further spans, each s times as long as the one before it. A decay by a power of n, as
+of motions of every softness, has a constant r. Longer spans would see the end of a decay later, shorter ones would see
+little besides noise.
 
 The spacing can stand still before the softest motions are found. The forces that are left then say more than the
 changes: the spacing has to change by at least
@@ -36,13 +37,15 @@ from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.newton import RemainingChange
 from stitchmesh.yarnrelax.solvers.spacing_change import SpacingChange
 
-FASTEST, SLOWEST = 1.0 / 3.0, 0.75
-"""Ratio of the changes over two successive doublings: the smallest and the largest that an estimate is made with."""
+SPAN = 2.0**0.5
+"""Ratio of the iterations at the end and at the beginning of a span."""
+FASTEST, SLOWEST = (1.0 / 3.0) ** 0.5, 0.75**0.5
+"""Ratio of the changes over two successive spans: the smallest and the largest that an estimate is made with."""
 SLIDE = 10.0 / 3.0
 """Least relative change of the spacing over the residual; ``Quality.largest_change`` leaves room for its spread."""
 MARK = 2.0**0.25
 """Ratio of the iterations of two marks."""
-SPAN = 4.0
+OLDEST = SPAN**2 * MARK**2
 """Ratio of the iterations of the last mark and of the oldest one that an estimate needs."""
 
 
@@ -95,26 +98,28 @@ class Settling:
         middles = self.stitches.middles(points)
         spacing = self.stitches.mean_distances(middles)
         self.marks.append(Mark(iteration, now.energy, now.size, now.residual, spacing, middles))
-        while len(self.marks) > 1 and self.marks[1].iteration * SPAN <= iteration:
+        while len(self.marks) > 1 and self.marks[1].iteration * OLDEST <= iteration:
             del self.marks[0]
         return self.remaining_change()
 
     def remaining_change(self) -> RemainingChange | None:
         """The estimate at the last mark; None while the marks span too few iterations."""
         now = self.marks[-1]
-        half, quarter = self._mark_before(now.iteration / 2.0), self._mark_before(now.iteration / 4.0)
-        if half is None or quarter is None:
+        middle = self._span_before(now)
+        first = None if middle is None else self._span_before(middle)
+        if middle is None or first is None:
             return None
-        fall = float(_left(abs(now.energy - half.energy), abs(half.energy - quarter.energy)))
+        fall = float(_left(abs(now.energy - middle.energy), abs(middle.energy - first.energy)))
         energy = fall / now.size if now.size > 0.0 else 0.0
-        along, before = (np.abs(b.spacing / a.spacing - 1.0) for a, b in ((half, now), (quarter, half)))
+        along, before = (np.abs(b.spacing / a.spacing - 1.0) for a, b in ((middle, now), (first, middle)))
         spacing = max(float(_left(along, before).max()), SLIDE * now.residual)
-        rms = float(_left(_rms(now.middles - half.middles), _rms(half.middles - quarter.middles)))
+        rms = float(_left(_rms(now.middles - middle.middles), _rms(middle.middles - first.middles)))
         return RemainingChange(spacing, energy, rms)
 
-    def _mark_before(self, iteration: float) -> Mark | None:
-        """The last mark that is not later than an iteration."""
-        return next((mark for mark in reversed(self.marks) if mark.iteration <= iteration), None)
+    def _span_before(self, end: Mark) -> Mark | None:
+        """The mark at the beginning of the span that ends with a mark; spans are as equal as the marks allow."""
+        latest = end.iteration / SPAN * MARK**0.5
+        return next((mark for mark in reversed(self.marks) if mark.iteration <= latest), None)
 
     def arrays(self) -> dict[str, NDArray[np.float64]]:
         """The marks, for a checkpoint: their numbers, in the order of ``Mark``, (M, 6), and middles, (M, G, 3)."""
@@ -142,7 +147,7 @@ def settling_of(simulation: YarnSimulation) -> Settling | None:
 
 
 def _left(change: NDArray[np.float64] | float, before: NDArray[np.float64] | float) -> NDArray[np.float64]:
-    """The sum of the changes over all further doublings, from those over the last two."""
+    """The sum of the changes over all further spans, from those over the last two."""
     now, earlier = np.asarray(change), np.asarray(before)
     ratio = np.divide(now, earlier, out=np.full(now.shape, FASTEST), where=earlier > 0.0)
     ratio = np.clip(ratio, FASTEST, SLOWEST)

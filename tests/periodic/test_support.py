@@ -28,12 +28,13 @@ def free(pattern: str, **options: Any) -> Swatch:
     return swatch(pattern, **({"relax_cell": True, "quality": EXACT, "device": "cpu", "progress": False} | options))
 
 
-@pytest.mark.parametrize("pattern", ["eyelet-lace", "rope-cable", "checks", "rib3x3"])
+@pytest.mark.parametrize("pattern", ["eyelet-lace", "checks", "rib3x3"])
 def test_a_free_swatch_lies_flat(pattern: str) -> None:
-    """Without support each of these patterns is thicker than ``THICK`` flat thicknesses."""
+    """Without support each of these patterns is soon thicker than ``THICK`` flat thicknesses."""
     report = free(pattern, quality="draft").report
     assert report["shape"] == "flat" and report["thickness_ratio"] <= THICK
-    assert free(pattern, quality="draft", unsupported=True).report["shape"] != "flat"
+    soon = replace(PRESETS["draft"], max_iterations=800)
+    assert free(pattern, quality=soon, unsupported=True).report["shape"] != "flat"
 
 
 def test_stockinette_rests_as_without_support() -> None:
@@ -64,14 +65,14 @@ def test_planes_follow_the_size_of_the_yarn() -> None:
 
 @pytest.mark.parametrize("gamma", [1.0, 2.0])
 def test_the_tension_of_a_blocked_swatch_is_that_over_its_size_as_generated(gamma: float) -> None:
-    tension, pattern = 60.0, "eyelet-lace"
+    tension, pattern = 60.0, "rib1x1"
     made = free(pattern, blocked=tension, relax_cell=False, gamma=gamma)
     _fabric, drawn = draw_swatch(resolve_pattern(pattern), SwatchOptions(), EXACT)
     width, height = (size / gamma for size in size_of(drawn.lattice))
     now = size_of(made.lattice)
-    # yarns of lace slide for longer than the limit of iterations; until then the loads balance within a few percent
-    assert made.report["course_tension"] * now[1] == pytest.approx(tension * height, rel=3e-2)
-    assert made.report["wale_tension"] * now[0] == pytest.approx(tension * width, rel=3e-2)
+    # the residual of 1e-6 leaves an imbalance of the loads far below this
+    assert made.report["course_tension"] * now[1] == pytest.approx(tension * height, rel=1e-3)
+    assert made.report["wale_tension"] * now[0] == pytest.approx(tension * width, rel=1e-3)
     loose = size_of(free(pattern, gamma=gamma).lattice)
     assert now[0] * now[1] > loose[0] * loose[1]
     assert made.report["shape"] == "flat"
@@ -94,7 +95,7 @@ def test_a_size_that_is_given_stays_while_the_other_one_is_blocked() -> None:
 )
 def test_a_tension_that_tears_is_refused_in_one_line(tension: float, message: str) -> None:
     with pytest.raises(ParameterError, match=message) as caught:
-        free("eyelet-lace", blocked=tension, quality="draft")
+        free("stockinette", blocked=tension, quality="draft")
     assert "\n" not in str(caught.value) and "give a smaller tension" in str(caught.value)
 
 

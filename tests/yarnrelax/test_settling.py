@@ -15,7 +15,7 @@ from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarnrelax import Relaxation, relax_yarns
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.convergence import Assessment
-from stitchmesh.yarnrelax.settling import SLIDE, SLOWEST, Settling
+from stitchmesh.yarnrelax.settling import SLIDE, SLOWEST, SPAN, Settling
 from stitchmesh.yarnrelax.solvers.newton import LARGEST_PIECE, RemainingChange
 from tests.yarnrelax.stockinette import fabric_of, tube
 
@@ -28,17 +28,18 @@ def noted(
     shape: Callable[[float], float], residual: float = 0.0, last: int = LAST
 ) -> tuple[Settling, RemainingChange | None]:
     """Marks of a piece that grows evenly: its size after n iterations is ``shape(n)`` times that of the start."""
-    settling, found, iteration = Settling(YARNS), None, 20
-    while iteration <= last:
-        found = settling.note(iteration, Assessment(residual, {"bend": shape(iteration)}), PLACES * shape(iteration))
-        iteration *= 2
+    settling, found, iteration = Settling(YARNS), None, 20.0
+    while round(iteration) <= last:
+        now = round(iteration)
+        found = settling.note(now, Assessment(residual, {"bend": shape(now)}), PLACES * shape(now))
+        iteration *= SPAN
     return settling, found
 
 
 @pytest.mark.parametrize("power", [0.5, 1.0, 1.5])
 def test_the_change_left_of_a_decay_by_a_power_is_found(power: float) -> None:
-    # The changes over successive doublings have the ratio 2^-power, so their sum is the whole change that is left,
-    # 0.01 (20 / n)^power, but for the size of 1 to which each change is relative.
+    # The changes over successive spans have the ratio SPAN^-power, so their sum is the whole change that is left,
+    # 0.01 (20 / n)^power, but for the size of 1 to which each change is relative, and for whole iterations.
     _, found = noted(lambda n: 1.0 + 0.01 * (20.0 / n) ** power)
     left = 0.01 * (20.0 / LAST) ** power
     assert found is not None
@@ -48,7 +49,7 @@ def test_the_change_left_of_a_decay_by_a_power_is_found(power: float) -> None:
 def test_a_change_that_does_not_become_smaller_is_never_said_to_be_small() -> None:
     _, found = noted(lambda n: 1.0 + 0.01 * np.log2(n))
     assert found is not None
-    assert found.spacing > 0.005 * SLOWEST / (1.0 - SLOWEST)
+    assert found.spacing > 0.004 * SLOWEST / (1.0 - SLOWEST)  # 0.01 log2(SPAN) = 0.005 over a size of 1.1
 
 
 def test_forces_that_are_left_bound_the_change_from_below() -> None:
@@ -56,9 +57,9 @@ def test_forces_that_are_left_bound_the_change_from_below() -> None:
     assert found == RemainingChange(SLIDE * 0.003, 0.0, 0.0)
 
 
-def test_nothing_is_known_before_two_doublings() -> None:
-    assert noted(lambda n: 1.0, last=40)[1] is None
-    assert noted(lambda n: 1.0, last=80)[1] is not None
+def test_nothing_is_known_before_two_spans() -> None:
+    assert noted(lambda n: 1.0, last=30)[1] is None
+    assert noted(lambda n: 1.0, last=40)[1] is not None
 
 
 def test_marks_survive_a_checkpoint_with_their_bits() -> None:

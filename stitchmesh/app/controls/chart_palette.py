@@ -113,5 +113,3 @@ def _button(
 
 def _group(label: str, buttons: Sequence[str]) -> str:
     return f'<div role="group" aria-label="{label}">{"".join(buttons)}</div>'
-
-

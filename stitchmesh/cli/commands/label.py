@@ -28,9 +28,7 @@ def _edge_with_label(text: str) -> tuple[tuple[int, int], str | None]:
     return pair(edge), None if label == CLEAR else label
 
 
-EdgeWithLabel = Annotated[
-    tuple[tuple[int, int], str | None], parsed_by(_edge_with_label, "V,W=LABEL", str)
-]
+EdgeWithLabel = Annotated[tuple[tuple[int, int], str | None], parsed_by(_edge_with_label, "V,W=LABEL", str)]
 """The two vertices of an edge and its label in one word; None for no label."""
 
 

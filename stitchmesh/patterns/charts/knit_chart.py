@@ -281,10 +281,7 @@ def chart_of_sections(
     left, tile, right = counts.max(axis=0).tolist()
     check_chart_shape((len(rows), left + tile + right))
     sheet = _Sheet()
-    laid = [
-        [sheet.lay(part, room) for part, room in zip(row, (left, tile, right), strict=True)]
-        for row in rows
-    ]
+    laid = [[sheet.lay(part, room) for part, room in zip(row, (left, tile, right), strict=True)] for row in rows]
     squares, yarns = (
         np.array([[number for part in row for number in part[which]] for row in laid], dtype=np.int64)
         for which in (0, 1)
@@ -376,8 +373,7 @@ def mirrored_word(word: str) -> str:
     """Return the word of a square with left and right exchanged."""
     piece = read_square(word)
     cells = tuple(
-        Cell(mirrored_stitch(cell.stitch), tuple(-twist for twist in cell.twist[::-1]))
-        for cell in piece.cells[::-1]
+        Cell(mirrored_stitch(cell.stitch), tuple(-twist for twist in cell.twist[::-1])) for cell in piece.cells[::-1]
     )
     loops = tuple(Loop(-loop.shift, loop.layer, -loop.twist) for loop in piece.loops[::-1])
     return chart_word(replace(piece, cells=cells, loops=loops))
@@ -398,9 +394,7 @@ def _dyed(word: str, yarns: tuple[int, ...]) -> WordStitches:
 
 
 def _with_yarns(piece: WordStitches, yarns: Sequence[int]) -> WordStitches:
-    return replace(
-        piece, cells=tuple(replace(cell, yarn=yarn) for cell, yarn in zip(piece.cells, yarns, strict=False))
-    )
+    return replace(piece, cells=tuple(replace(cell, yarn=yarn) for cell, yarn in zip(piece.cells, yarns, strict=False)))
 
 
 def _without_cut_cables(squares: IntArray, widths: IntArray, plain: int) -> IntArray:

@@ -202,9 +202,7 @@ def _check_fabric(fabric: object) -> None:
 class _Laying:
     """The changes that lay a placed pattern, and the faces that they leave out."""
 
-    def __init__(
-        self, fabric: StitchMesh, pattern: Pattern, placement: Placement, inside: NDArray[np.bool_]
-    ) -> None:
+    def __init__(self, fabric: StitchMesh, pattern: Pattern, placement: Placement, inside: NDArray[np.bool_]) -> None:
         self.fabric, self.pattern, self.placement, self.inside = fabric, pattern, placement, inside
         self.cells = CellNumbers(pattern, placement)
         units = units_of(pattern)
@@ -221,9 +219,7 @@ class _Laying:
         loops = LoopMarks(fabric, self.pattern, self.placement, self.cells, self.sites)
         crossings, uncrossed = loops.crossings()
         marks = {"twist": loops.twist(self.table), "cable_shift": crossings.shift, "cable_layer": crossings.layer}
-        changes: list[Change] = [
-            *changes_in_place(fabric, self.pattern, self.cells.of_face, self.table, ~self.in_site)
-        ]
+        changes: list[Change] = [*changes_in_place(fabric, self.pattern, self.cells.of_face, self.table, ~self.in_site)]
         after = fabric
         for change in changes:
             after = apply_change(after, change)

@@ -82,9 +82,7 @@ class LoopMarks:
                     missed += [cut, runs[~crossed].ravel()]
         return marks, np.unique(np.concatenate(missed))
 
-    def _runs(
-        self, marks: CrossingMarks, number: int, section: int, cable: range
-    ) -> tuple[IntArray, IntArray]:
+    def _runs(self, marks: CrossingMarks, number: int, section: int, cable: range) -> tuple[IntArray, IntArray]:
         """Return the runs of faces above a crossing, shape (n, loops), and the faces above it in no whole run."""
         width = max(self.pattern.rows[0].bottoms[section], 1)
         columns = columns_of(section, self.placement.column)

@@ -61,9 +61,7 @@ def follow_wales(
 class _WalePlacement:
     """Columns of all loops and faces of a region, filled run by run from below."""
 
-    def __init__(
-        self, fabric: StitchMesh, pattern: Pattern, remainder: Remainder, inside: NDArray[np.bool_]
-    ) -> None:
+    def __init__(self, fabric: StitchMesh, pattern: Pattern, remainder: Remainder, inside: NDArray[np.bool_]) -> None:
         self.fabric, self.pattern, self.remainder, self.inside = fabric, pattern, remainder, inside
         self.runs = find_runs(fabric, inside)
         self.run_of = np.full(fabric.face_count, BORDER)

@@ -107,7 +107,10 @@ class LiveSwatch:
         before, enlargement = self.target, generated.width / self.generated.width
         needs_frame = self.error is not None or (continues and (target.colour != before.colour).any())
         relaxes_alike = (target.material, target.cell, target.terms, sampled) == (
-            before.material, before.cell, before.terms, self.sampled
+            before.material,
+            before.cell,
+            before.terms,
+            self.sampled,
         )
         self.generated, self.target, self.sampled, self.error = generated, target, sampled, None
         if not continues:
@@ -201,7 +204,11 @@ class LiveSwatch:
         """Start a relaxation of a state."""
         self.finished = False
         simulation = YarnSimulation.start(
-            state.yarns, self.target.material, self.sampled, device_named(self.device), self.target.terms,
+            state.yarns,
+            self.target.material,
+            self.sampled,
+            device_named(self.device),
+            self.target.terms,
             cell=self.target.cell,
         )
         loop = StepwiseLoop(simulation, self.sampled.tolerance, self.sampled.largest_change)

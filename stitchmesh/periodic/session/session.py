@@ -63,9 +63,7 @@ class SwatchSession:
         Raises:
             StitchMeshError: as for ``swatch``, except for the errors of the relaxation.
         """
-        self._settings = SwatchSettings(
-            pattern, material, relax_cell, SwatchOptions(**options), quality_named(quality)
-        )
+        self._settings = SwatchSettings(pattern, material, relax_cell, SwatchOptions(**options), quality_named(quality))
         self._first_settings, self._requested_at = self._settings, time.perf_counter()
         self._condition = threading.Condition()
         self._iterations_per_frame = _checked_count("iterations per frame", iterations_per_frame)

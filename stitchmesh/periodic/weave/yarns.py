@@ -62,9 +62,7 @@ def weave_yarns(
     below, height = _places(weave.wefts[::-1], between[1])
     y = below[::-1]
     weft_radius, warp_radius = (_factors(threads, "radius") * yarn_radius for threads in (weave.wefts, weave.warps))
-    weft_z, warp_z = taut_heights(
-        weave.over, weft_radius[:, None] + warp_radius, _steps(x, width), -_steps(y, -height)
-    )
+    weft_z, warp_z = taut_heights(weave.over, weft_radius[:, None] + warp_radius, _steps(x, width), -_steps(y, -height))
     wefts = [_control_points(x, width, z, aside, per_crossing) for z, aside in zip(weft_z, y, strict=True)]
     warps = [_control_points(below, height, z[::-1], aside, per_crossing) for z, aside in zip(warp_z.T, x, strict=True)]
     curves = [*wefts, *(points[:, [1, 0, 2]] for points in warps)]

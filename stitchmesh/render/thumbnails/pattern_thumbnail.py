@@ -73,9 +73,7 @@ def pattern_thumbnail(pattern: Pattern, size: int = 72) -> bytes:
     return content.getvalue()
 
 
-def _balls(
-    yarns: YarnSet, colours: NDArray[np.uint8], low: FloatArray, extent: float, size: int
-) -> NDArray[np.uint8]:
+def _balls(yarns: YarnSet, colours: NDArray[np.uint8], low: FloatArray, extent: float, size: int) -> NDArray[np.uint8]:
     """Draw the samples of the yarns as balls.
 
     Args:

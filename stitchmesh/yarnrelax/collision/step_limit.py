@@ -246,9 +246,7 @@ def nearest_entry(
             distance[0] = found
 
 
-def clearance_launches(
-    model: Model, state: State, candidates: Candidates, clearance: wp.array[Any]
-) -> list[Any]:
+def clearance_launches(model: Model, state: State, candidates: Candidates, clearance: wp.array[Any]) -> list[Any]:
     """The launches that find the clearance of each arc where it limits a budget; samples and lists are up to date."""
     half_tangent, slack = model.empty(model.sample_count, 3), model.empty(model.sample_count, 2)
     inputs = [model.constants, model.number(candidates.margin), state.samples, half_tangent, slack,

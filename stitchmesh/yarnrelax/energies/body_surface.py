@@ -12,7 +12,7 @@ The sign comes from the outward direction of the feature (``mesh_features``). Ev
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ import warp as wp
 
 from stitchmesh.compute.precision import vector
 from stitchmesh.mesh import Mesh
-from stitchmesh.yarnrelax.energies.mesh_features import mesh_features
+from stitchmesh.yarnrelax.energies.mesh_features import MeshFeatures, mesh_features
 from stitchmesh.yarnrelax.model.constants import Model
 
 
@@ -137,13 +137,19 @@ def _constants_type(scalar: Any) -> Any:
 def put_surface(model: Model, mesh: Mesh) -> BodySurface:
     """Send a mesh to the device of a model."""
     features = mesh_features(mesh)
-    corners = model.to_device(features.corners.reshape(-1, 3))
-    points = wp.array(corners, dtype=wp.vec3, device=model.device)
-    indices = wp.array(np.arange(len(corners)), dtype=wp.int32, device=model.device)
+    corners = model.to_device(features.corners.reshape(-1, 3)).reshape(-1, 3, 3)
+    return surface_of(replace(features, corners=corners), model.scalar, model.device)
+
+
+def surface_of(features: MeshFeatures, scalar: Any, device: wp.Device) -> BodySurface:
+    """Send triangles and their features to a device."""
+    corners = features.corners.reshape(-1, 3)
+    points = wp.array(corners, dtype=wp.vec3, device=device)
+    indices = wp.array(np.arange(len(corners)), dtype=wp.int32, device=device)
     tree = wp.Mesh(points, indices, bvh_constructor="sah")  # the same tree on every device
-    constants = _constants_type(model.scalar)()
+    constants = _constants_type(scalar)()
     constants.tree = tree.id
-    constants.corners = model.upload(corners, 3)
-    constants.outward = model.upload(features.outward.reshape(-1, 3), 3)
-    constants.shares = model.upload(features.shares.reshape(-1, 3), 3)
+    vectors = [corners, features.outward.reshape(-1, 3), features.shares.reshape(-1, 3)]
+    arrays = [wp.array(values, dtype=vector(3, scalar), device=device) for values in vectors]
+    constants.corners, constants.outward, constants.shares = arrays
     return BodySurface(tree, constants)

@@ -157,9 +157,7 @@ def energies(model: Model, state: State, candidates: Candidates, terms: Sequence
     return found | {term.name: term.energy(state, candidates) for term in terms}
 
 
-def energy_launches(
-    model: Model, state: State, candidates: Candidates, sums: Sums, launcher: Launcher
-) -> list[Any]:
+def energy_launches(model: Model, state: State, candidates: Candidates, sums: Sums, launcher: Launcher) -> list[Any]:
     """The launches that sum the energies of the terms of every relaxation; the samples must be placed."""
     segments, contact = [model.empty(model.segment_count) for _ in SEGMENT_TERMS], model.empty(model.sample_count)
     inputs = [model.constants, state.samples, candidates.count, candidates.lists]

@@ -222,9 +222,7 @@ class _Planes(Term):
     name = "confinement"
     gives_hessian = True
 
-    def __init__(
-        self, model: Model, choices: Sequence[Confinement | None], heights: Sequence[float | None]
-    ) -> None:
+    def __init__(self, model: Model, choices: Sequence[Confinement | None], heights: Sequence[float | None]) -> None:
         cells = model.cells
         periods = np.stack([cell.yarns.lattice.periods for cell in cells if cell.yarns.lattice])
         # the material is that of yarns whose mean radius is one unit
@@ -246,9 +244,7 @@ class _Planes(Term):
         inputs = [*self._constants, state.points]
         return [launcher(confinement_forces, self.model.point_count, inputs, [state.external_force])]
 
-    def product(
-        self, state: State, motion: wp.array[Any], product: wp.array[Any], launcher: Launcher
-    ) -> list[Any]:
+    def product(self, state: State, motion: wp.array[Any], product: wp.array[Any], launcher: Launcher) -> list[Any]:
         """The launch that adds the product of the planes' stiffness with a motion."""
         inputs = [*self._constants, state.points, motion]
         return [launcher(confinement_products, self.model.point_count, inputs, [product])]

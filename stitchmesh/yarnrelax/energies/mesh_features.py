@@ -41,16 +41,41 @@ class MeshFeatures:
     """Shares of each triangle's edges and of its corners, zero if another triangle has the share, shape (T, 2, 3)."""
 
 
-def mesh_features(mesh: Mesh) -> MeshFeatures:
+@dataclass(frozen=True, eq=False)
+class FeatureTopology:
+    """Which features the triangles of a mesh share; it does not change while a mesh is deformed."""
+
+    corner: IntArray
+    """Vertices of the mesh at the corners of the triangles, shape (T, 3)."""
+    place: IntArray
+    """Numbers of the corners, the same for vertices at one place, shape (T, 3)."""
+    edge: IntArray
+    """Edge opposite to each corner, shape (T, 3)."""
+    ends: IntArray
+    """Places at the two ends of these edges, shape (T, 3, 2)."""
+
+
+def feature_topology(mesh: Mesh) -> FeatureTopology:
     """The triangles into which a mesh is divided, without degenerate ones with two corners at one place."""
-    corners = mesh.vertices[_fan_triangles(mesh)]
-    vertex = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3)
-    distinct = (vertex != np.roll(vertex, 1, axis=1)).all(axis=1)
-    corners, vertex = corners[distinct], vertex[distinct]
-    ends = np.stack([np.roll(vertex, -1, axis=1), np.roll(vertex, -2, axis=1)], axis=2)
-    key = ends.min(axis=2) * (vertex.max() + 1) + ends.max(axis=2)
-    edge = np.unique(key, return_inverse=True)[1].reshape(key.shape)
-    return MeshFeatures(corners, _outward(corners, vertex, edge, ends), _shares(vertex, edge, ends))
+    corner = _fan_triangles(mesh)
+    place = np.unique(mesh.vertices[corner].reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3)
+    distinct = (place != np.roll(place, 1, axis=1)).all(axis=1)
+    corner, place = corner[distinct], place[distinct]
+    ends = np.stack([np.roll(place, -1, axis=1), np.roll(place, -2, axis=1)], axis=2)
+    key = ends.min(axis=2) * (place.max() + 1) + ends.max(axis=2)
+    return FeatureTopology(corner, place, np.unique(key, return_inverse=True)[1].reshape(key.shape), ends)
+
+
+def mesh_features(mesh: Mesh) -> MeshFeatures:
+    """The features of a mesh."""
+    return features_at(feature_topology(mesh), mesh.vertices)
+
+
+def features_at(topology: FeatureTopology, vertices: FloatArray) -> MeshFeatures:
+    """The features of a mesh whose vertices are elsewhere [cm], shape (V, 3)."""
+    corners = vertices[topology.corner]
+    shares = _shares(topology.place, topology.edge, topology.ends)
+    return MeshFeatures(corners, _outward(corners, topology.place, topology.edge, topology.ends), shares)
 
 
 def enclosed_volume(mesh: Mesh) -> float:

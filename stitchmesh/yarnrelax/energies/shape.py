@@ -246,9 +246,7 @@ class Shape(Term):
         self._pull(state, self.model.launch)
         return ordered_sum(self.patch_energy)
 
-    def product(
-        self, state: State, motion: wp.array[Any], product: wp.array[Any], launcher: Launcher
-    ) -> list[Any]:
+    def product(self, state: State, motion: wp.array[Any], product: wp.array[Any], launcher: Launcher) -> list[Any]:
         """Add the product of the patches' stiffness with a motion; the displacements are those of the last forces."""
         kappa = vector(3, self.model.scalar)(*self.kappa)
         patches = [self.patch_start, self.patch_loops, self.patch_weight, self.whole, self.normal, kappa]

@@ -53,9 +53,7 @@ class Term(ABC):
     def stiffness(self) -> NDArray[np.float64]:
         """Row sums of stiffness at the control points [erg / unit^2], shape (N,), except those of ``forces``."""
 
-    def product(
-        self, state: State, motion: wp.array[Any], product: wp.array[Any], launcher: Launcher
-    ) -> list[Any]:
+    def product(self, state: State, motion: wp.array[Any], product: wp.array[Any], launcher: Launcher) -> list[Any]:
         """The launches that add the product of the term's Hessian with a motion; both of shape (E, 3).
 
         Called only where ``gives_hessian``; a term with constant forces adds nothing.

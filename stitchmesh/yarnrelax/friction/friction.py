@@ -246,9 +246,7 @@ class FrictionTerm(Term):
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
         """The launch that adds the friction to ``state.sample_force``, and its virial where a cell relaxes."""
         outputs = [state.sample_force, state.sample_block, state.sample_virial]
-        return [
-            launcher(friction_forces(state.cell_relaxes), self.model.sample_count, self._inputs(state), outputs)
-        ]
+        return [launcher(friction_forces(state.cell_relaxes), self.model.sample_count, self._inputs(state), outputs)]
 
     def products(
         self, state: State, motion: wp.array[Any], strain: wp.array[Any], product: wp.array[Any],

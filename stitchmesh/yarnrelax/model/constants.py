@@ -85,9 +85,7 @@ class Model(CellTables):
         """Zeros: scalars, or vectors of ``size``."""
         return wp.zeros(count, dtype=self.scalar if size == 1 else vector(size, self.scalar), device=self.device)
 
-    def launch(
-        self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], *, tile: int = 0
-    ) -> None:
+    def launch(self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any], *, tile: int = 0) -> None:
         """Run a kernel once: ``count`` threads, or ``count`` blocks that share tiles of ``tile`` elements."""
         launch(kernel, count, inputs, outputs, self.device, tile=tile)
 

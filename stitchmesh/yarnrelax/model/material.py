@@ -116,7 +116,6 @@ NAMED: dict[str, YarnMaterial] = {
 for which L reports no smaller steps (L section 3.1). It limits the strain of a garment's yarn to a few percent."""
 
 
-
 def parse_stiffnesses(words: Iterable[str]) -> dict[str, float]:
     """Parse values of single fields of a material as a user writes them: ``k_bend=2.5``.
 

@@ -185,9 +185,7 @@ class Inverses:
         for step in range(first, end):
             given = [self.model.constants, self.groups, step]
             launches.append(launcher(find_panels, 6 * count, [*given, self.matrix], self._panels))
-            launches.append(
-                launcher(eliminate, count, [*given, *self._panels, self.matrix], [], tile=self._threads)
-            )
+            launches.append(launcher(eliminate, count, [*given, *self._panels, self.matrix], [], tile=self._threads))
         return CapturedLaunches(launches, self.model.device)
 
 

@@ -57,9 +57,7 @@ class CoarseSpace:
         self.coarse, self.motion = (self._sums(self.count) for _ in range(2))
         self.scales, self.lengths = (self._sums(model.cell_count) for _ in range(2))
 
-    def prepare(
-        self, hessian: Hessian, points: wp.array[Any], level: wp.array[Any], damping: wp.array[Any]
-    ) -> None:
+    def prepare(self, hessian: Hessian, points: wp.array[Any], level: wp.array[Any], damping: wp.array[Any]) -> None:
         """Capture the launches of ``invert``; ``level`` and ``damping`` of the entries, shape (E,)."""
         model, launcher = self.model, self.model.prepare
         launches = self.matrix_launches(hessian, points, level, damping, launcher)

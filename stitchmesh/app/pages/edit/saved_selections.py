@@ -119,5 +119,5 @@ def _row(name: str, text: str) -> str:
         f'aria-label="{words} {escape(name)}">{words}</button>'
         for action, words in (("use", "Use"), ("delete", "Delete"))
     )
-    words = f"<span style=\"flex:1 1 auto;overflow-wrap:anywhere\"><b>{escape(name)}</b><br>{escape(shown)}</span>"
+    words = f'<span style="flex:1 1 auto;overflow-wrap:anywhere"><b>{escape(name)}</b><br>{escape(shown)}</span>'
     return f'<li style="display:flex;gap:4px;align-items:center;margin:.2em 0">{words}{buttons}</li>'

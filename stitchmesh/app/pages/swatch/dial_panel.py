@@ -38,8 +38,9 @@ FABRIC = (
 )  # fmt: skip
 """Dials of the fabric as a whole."""
 LENGTHS = (
-    Dial("floats", "Floats", "Factor of yarn that passes slipped stitches or runs behind other colours",
-         0.1, 2.0, 0.01),
+    Dial(
+        "floats", "Floats", "Factor of yarn that passes slipped stitches or runs behind other colours", 0.1, 2.0, 0.01
+    ),
     Dial("held", "Held loops", "Factor of loops that slips and tucks hold over several rows", 0.1, 2.0, 0.01),
     Dial("warp", "Warp length", "Factor of the length of the warps", 0.1, 2.0, 0.01),
     Dial("weft", "Weft length", "Factor of the length of the wefts", 0.1, 2.0, 0.01),
@@ -57,8 +58,9 @@ STIFFNESSES = (
 )  # fmt: skip
 """Dials of the yarn itself."""
 REPEATS = (
-    Dial("columns", "Repeats across", "Repeats that relax together side by side, so that they may differ",
-         1, 8, 1, False),
+    Dial(
+        "columns", "Repeats across", "Repeats that relax together side by side, so that they may differ", 1, 8, 1, False
+    ),
     Dial("rows", "Repeats upwards", "Repeats that relax together one above another", 1, 8, 1, False),
 )
 """Dials of the repeat."""

@@ -18,9 +18,7 @@ from stitchmesh.render.lettering import Colour
 class LookPanel:
     """Controls of the look."""
 
-    def __init__(
-        self, controls: Controls, look: Look, design: SwatchDesign, looked: Callable[[Look], object]
-    ) -> None:
+    def __init__(self, controls: Controls, look: Look, design: SwatchDesign, looked: Callable[[Look], object]) -> None:
         """Make the controls; ``looked`` is called with another look."""
         self._look, self._design, self._looked = look, design, looked
         with controls.group("Look"):

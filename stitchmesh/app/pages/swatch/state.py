@@ -51,7 +51,6 @@ class Look:
         if not 0.0 <= self.blend <= 1.0:
             raise ParameterError(f"blend: got {self.blend:g}; expected 0 to 1")
 
-
     def fitted(self, source: Source) -> Look:
         """Return the look with so many repeats of a pattern that about ``SHOWN`` wales and courses are seen."""
         counts = zip(SHOWN, repeat_shape(source), strict=True)

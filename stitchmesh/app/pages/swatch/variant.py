@@ -101,9 +101,7 @@ class Variant:
         by = look.colour_by if fabric is not None else "yarn"
         coloured = colour_yarns(frame.yarns, by, fabric=fabric, blend=look.blend)
         self.legend = coloured.key
-        self.drawing = draw_tiles(
-            frame.yarns, (look.columns, look.rows), colours=coloured.points, before=self.drawing
-        )
+        self.drawing = draw_tiles(frame.yarns, (look.columns, look.rows), colours=coloured.points, before=self.drawing)
         return self.drawing
 
     def slow_down(self, seconds: float) -> None:

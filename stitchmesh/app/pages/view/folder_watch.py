@@ -18,9 +18,7 @@ EVERY_SECONDS = 1.0
 class FolderWatch:
     """A thread that looks at a folder until it is stopped."""
 
-    def __init__(
-        self, folder: Path, changed: Callable[[JobFiles], object], every: float = EVERY_SECONDS
-    ) -> None:
+    def __init__(self, folder: Path, changed: Callable[[JobFiles], object], every: float = EVERY_SECONDS) -> None:
         """Start; ``changed`` is called in the thread of the watch, with the files after each change."""
         self.folder = folder
         self._changed, self._every = changed, every

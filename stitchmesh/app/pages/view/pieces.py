@@ -24,7 +24,7 @@ def list_of_results(names: Sequence[str], chosen: str) -> str:
         return f'<p style="font-size:.86em;margin:.2em 0">{NOTHING}</p>'
     buttons = "".join(
         f'<button type="button" data-action="show" data-value="{escape(name)}"'
-        f'{" aria-current=true" if name == chosen else ""}>{escape(name)}</button>'
+        f"{' aria-current=true' if name == chosen else ''}>{escape(name)}</button>"
         for name in names
     )
     return f'<nav class="sm-nav" style="flex-wrap:wrap" aria-label="What the scene shows">{buttons}</nav>'

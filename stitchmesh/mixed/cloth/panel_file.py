@@ -1,0 +1,157 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Panels and seams as files: TOML with the fields of ``PanelFile`` as keys.
+
+    edge_length = 1.0                                       # of the triangles [cm]
+
+    [[panels]]
+    name = "front"
+    outline = [[0, 0], [50, 0], [50, 60], [0, 60]]          # corners [cm], anticlockwise
+    position = { origin = [0, 0, 10] }                      # also x_axis, y_axis, radius
+
+    [[seams]]
+    first = { panel = "front", start = 1, end = 2 }         # from corner to corner, anticlockwise
+    second = { panel = "back", start = 3, end = 0 }
+    angle = 0                                               # at rest [degrees]
+
+Corners are counted from 0. Other keys and their defaults are those of ``PanelFile``, ``PanelTable``,
+``PanelPosition`` and ``Seam``.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
+from os import fspath
+from typing import Any
+
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.atomic import write_text
+from stitchmesh.io.checked import check_table
+from stitchmesh.io.contents import FilePath, read_bytes, suffix_of
+from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.cloth.panel_position import PanelPosition
+from stitchmesh.mixed.cloth.panels import Panel, checked_edge_length
+from stitchmesh.mixed.cloth.seams import Seam, cloth_from_panels, seam_counts
+from stitchmesh.mixed.cloth.starting_shape import checked_rounds, evened_vertices
+
+SUFFIX = ".toml"
+HEADER = "# Panels of a cloth and their seams. Lengths are in cm; outlines run anticlockwise.\n"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PanelTable:
+    """A panel as a table of a file; the fields are those of ``Panel``."""
+
+    name: str
+    outline: tuple[tuple[float, float], ...]
+    position: PanelPosition = field(default_factory=PanelPosition)
+    side_edges: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        self.panel()
+
+    def panel(self) -> Panel:
+        """Return the panel.
+
+        Raises:
+            ParameterError: as for ``Panel``.
+        """
+        return Panel(name=self.name, outline=self.outline, position=self.position, side_edges=self.side_edges)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PanelFile:
+    """The content of a file of panels and seams.
+
+    Raises:
+        ParameterError: as for ``seam_counts``.
+    """
+
+    edge_length: float
+    """Wanted length of the triangle edges [cm]."""
+    panels: tuple[PanelTable, ...]
+    """The panels."""
+    seams: tuple[Seam, ...] = ()
+    """The seams."""
+    evening_rounds: int = 0
+    """Rounds in which the strain of the starting shape is spread over the panels (``evened_vertices``)."""
+
+    def __post_init__(self) -> None:
+        checked_edge_length(self.edge_length)
+        checked_rounds(self.evening_rounds)
+        seam_counts([table.panel() for table in self.panels], self.seams, self.edge_length)
+
+    def cloth(self) -> Cloth:
+        """Return the panels divided into triangles, sewn together, and evened out.
+
+        Raises:
+            ParameterError: a panel cannot be divided.
+            MeshError: the panels sewn together are not a manifold surface.
+        """
+        sewn = cloth_from_panels([table.panel() for table in self.panels], self.seams, edge_length=self.edge_length)
+        return replace(sewn, vertices=evened_vertices(sewn, rounds=self.evening_rounds))
+
+
+def read_panels(path: FilePath) -> PanelFile:
+    """Read panels and seams from a TOML file.
+
+    Raises:
+        FileError: the file cannot be read, is not TOML, has a key or a value that it cannot have, or describes panels
+            that cannot be sewn; the message names the key and, for an unknown key, the nearest known one.
+    """
+    name = fspath(path)
+    suffix_of(path, [SUFFIX])
+    try:
+        table = tomllib.loads(read_bytes(path).decode("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise FileError(f"{name}: is no TOML ({error})") from error
+    except RecursionError as error:
+        raise FileError(f"{name}: is no TOML that can be read; it is nested too deeply") from error
+    try:
+        return check_table(table, PanelFile)
+    except ParameterError as error:
+        raise FileError(f"{name}: {error}") from error
+
+
+def write_panels(path: FilePath, content: PanelFile) -> None:
+    """Write panels and seams as a TOML file; the file is written atomically. Default values are left out.
+
+    Raises:
+        FileError: the file cannot be written, or its suffix is not ``.toml``.
+    """
+    suffix_of(path, [SUFFIX])
+    lines = list(_lines({key: value for key, value in _changed(content).items() if key not in ("panels", "seams")}))
+    for key in ("panels", "seams"):
+        for value in getattr(content, key):
+            lines += ["", f"[[{key}]]", *_lines(_changed(value))]
+    write_text(path, HEADER + "\n" + "\n".join(lines) + "\n")
+
+
+def _changed(value: Any) -> dict[str, Any]:
+    """Return the fields of a dataclass that differ from their defaults."""
+    table = {}
+    for part in fields(value):
+        default = part.default_factory() if part.default_factory is not MISSING else part.default
+        found = getattr(value, part.name)
+        if found != default:
+            table[part.name] = found
+    return table
+
+
+def _lines(table: Mapping[str, Any]) -> Iterator[str]:
+    for key, value in table.items():
+        yield f"{key} = {_text(value)}"
+
+
+def _text(value: Any) -> str:
+    """Return a value as TOML: a text, a number, a list, or a table within one line."""
+    if is_dataclass(value):
+        return "{ " + ", ".join(_lines(_changed(value))) + " }"
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(_text(part) for part in value)}]"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return repr(value)

@@ -1,0 +1,218 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Triangles of a flat panel from its outline.
+
+Each side of the outline is divided evenly, so that two sides with the same number of edges can be sewn together. The
+inside is filled with the points of a grid of equilateral triangles, which keep a distance from the border. The Delaunay
+triangles of all points that lie inside the outline are the panel; grid points are then moved to the mean of their
+neighbours, and the triangles are found again, a few times. In the inside, where the grid stays as it is, triangles are
+equilateral: the bending of a cloth then has no preferred direction, unlike on a grid of squares with diagonals.
+
+Libraries that divide polygons into triangles of a wanted size (Triangle, Gmsh) have no free licence that suits this
+project; those with one (earcut) make triangles without points inside. SciPy's Delaunay triangulation and the recovery
+of border edges (``border_recovery``) need no new package. The same outline gives the same triangles.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stitchmesh.errors import ParameterError, first_few
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mixed.cloth.border_recovery import with_edges
+from stitchmesh.mixed.cloth.outline import checked_outline, distance_to_sides, edge_pairs, inside
+from stitchmesh.mixed.cloth.panel_position import PanelPosition
+
+CLEARANCE = 0.65
+"""Smallest distance of a grid point to the outline, in edge lengths: somewhat less than the height of a triangle."""
+SMOOTHINGS = 8
+"""How often grid points are moved to the mean of their neighbours; further rounds hardly change the smallest angle."""
+SLIVER = 1e-10
+"""Twice the area of a triangle over the squares of two sides, below which the triangle has no area but for rounding."""
+MOST_POINTS = 4_000_000
+"""Largest number of points of the grid of a panel."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Panel:
+    """A flat panel: its outline and its place in space.
+
+    Raises:
+        ParameterError: the outline is not simple (``checked_outline``), or the numbers of edges are not one positive
+            number for each side.
+    """
+
+    name: str
+    """Name of the panel."""
+    outline: ArrayLike
+    """Corners [cm], anticlockwise, shape (n, 2); x along wefts or courses, y along warps or wales. Side k runs from
+    corner k to the next one."""
+    position: PanelPosition = field(default_factory=PanelPosition)
+    """Where the panel lies in space."""
+    side_edges: tuple[int, ...] = ()
+    """Number of triangle edges on each side; empty if the edge length and the seams decide."""
+
+    def __post_init__(self) -> None:
+        corners = checked_outline(self.name, self.outline)
+        if self.side_edges and len(self.side_edges) != len(corners):
+            raise ParameterError(
+                f"panel {self.name!r}: side_edges: got {len(self.side_edges)} numbers; expected one for each of the "
+                f"{len(corners)} sides"
+            )
+        bad = [number for number in self.side_edges if number < 1]
+        if bad:
+            raise ParameterError(
+                f"panel {self.name!r}: side_edges: got {first_few(bad)}; expected numbers of at least 1"
+            )
+
+    @cached_property
+    def corners(self) -> FloatArray:
+        """Corners of the outline [cm], shape (n, 2)."""
+        return np.array(self.outline, dtype=np.float64)
+
+    @cached_property
+    def side_lengths(self) -> FloatArray:
+        """Length of each side [cm], shape (n,)."""
+        return np.linalg.norm(np.roll(self.corners, -1, axis=0) - self.corners, axis=1)
+
+    def even_side_edges(self, edge_length: float) -> IntArray:
+        """Return the number of edges of each side whose length is nearest to the wanted one, at least 1, shape (n,)."""
+        return np.maximum(np.round(self.side_lengths / checked_edge_length(edge_length)), 1).astype(np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class PanelTriangles:
+    """The triangles of a panel."""
+
+    points: FloatArray
+    """Points [cm], shape (P, 2); first those of the border, anticlockwise from corner 0."""
+    triangles: IntArray
+    """Points of each triangle, anticlockwise, shape (T, 3)."""
+    corner_point: IntArray
+    """Point of each corner of the outline, and the number of points of the border at the end, shape (n + 1,)."""
+
+    def border_from(self, start: int, end: int) -> IntArray:
+        """Return the points of the border from one corner anticlockwise to another; all of it if they are the same."""
+        count = int(self.corner_point[-1])
+        first, last = int(self.corner_point[start]), int(self.corner_point[end])
+        return np.arange(first, last + 1 if last > first else last + count + 1) % count
+
+
+def checked_edge_length(edge_length: float) -> float:
+    """Return a wanted edge length [cm].
+
+    Raises:
+        ParameterError: the length is not a positive number.
+    """
+    if not (math.isfinite(edge_length) and edge_length > 0.0):
+        raise ParameterError(f"edge length: got {edge_length}; expected a positive number of cm")
+    return edge_length
+
+
+def triangulate(panel: Panel, edge_length: float, side_edges: Sequence[int] | IntArray | None = None) -> PanelTriangles:
+    """Divide a panel into triangles.
+
+    Args:
+        panel: the panel.
+        edge_length: wanted length of the edges inside [cm].
+        side_edges: number of edges on each side, shape (n,); by default those of the panel, or those that fit the edge
+            length best.
+
+    Raises:
+        ParameterError: the edge length is not positive or far too small, or the outline is narrower than its edges are
+            long.
+    """
+    if side_edges is None:
+        side_edges = panel.side_edges or panel.even_side_edges(edge_length)
+    counts = np.asarray(side_edges, dtype=np.int64)
+    border = _border_points(panel.corners, counts)
+    grid = _grid_points(panel, border, checked_edge_length(edge_length))
+    points, triangles = _smoothed(np.concatenate([border, grid]), len(border))
+    triangles = with_edges(points, triangles, edge_pairs(np.arange(len(border))))
+    triangles = _within(points, triangles, border)
+    _check_all_used(panel, points, triangles)
+    return PanelTriangles(points, triangles, np.concatenate([[0], np.cumsum(counts)]))
+
+
+def _border_points(corners: FloatArray, counts: IntArray) -> FloatArray:
+    """Points that divide each side evenly, from corner 0 anticlockwise, shape (B, 2)."""
+    side = np.repeat(np.arange(len(corners)), counts)
+    part = (np.arange(len(side)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[side]
+    start, end = corners[side], np.roll(corners, -1, axis=0)[side]
+    return start + part[:, None] * (end - start)
+
+
+def _grid_points(panel: Panel, border: FloatArray, edge_length: float) -> FloatArray:
+    """Points of a grid of equilateral triangles that lie inside and clear of the border, shape (n, 2)."""
+    low, size = border.min(axis=0), np.ptp(border, axis=0)
+    height = edge_length * math.sqrt(3.0) / 2.0
+    columns, rows = int(size[0] / edge_length) + 2, int(size[1] / height) + 2
+    if columns * rows > MOST_POINTS:
+        raise ParameterError(
+            f"panel {panel.name!r}: got an edge length of {edge_length:g} cm, which needs {columns * rows:,} points; "
+            f"expected at most {MOST_POINTS:,}; take longer edges"
+        )
+    row, column = np.divmod(np.arange(rows * columns), columns)
+    margin = (size - [(columns - 1) * edge_length, (rows - 1) * height]) / 2.0
+    points = low + margin + np.stack([(column + row % 2 / 2 - 0.25) * edge_length, row * height], axis=1)
+    start, end = border, np.roll(border, -1, axis=0)
+    points = points[inside(points, start, end)]
+    return points[distance_to_sides(points, start, end) > CLEARANCE * edge_length]
+
+
+def _smoothed(points: FloatArray, border_count: int) -> tuple[FloatArray, IntArray]:
+    """Move the points behind the border to the mean of their neighbours; return points and Delaunay triangles."""
+    border = points[:border_count]
+    triangles = _delaunay(points)
+    for _ in range(SMOOTHINGS if len(points) > border_count else 0):
+        kept = _within(points, triangles, border)
+        sides = np.unique(np.sort(np.concatenate([kept[:, [0, 1]], kept[:, [1, 2]], kept[:, [2, 0]]]), axis=1), axis=0)
+        ends = np.concatenate([sides, sides[:, ::-1]])
+        count = np.bincount(ends[:, 0], minlength=len(points))
+        sums = [np.bincount(ends[:, 0], weights=points[ends[:, 1], axis], minlength=len(points)) for axis in (0, 1)]
+        mean = np.stack(sums, axis=1) / np.maximum(count, 1)[:, None]
+        points = np.concatenate([border, np.where(count[:, None] > 0, mean, points)[border_count:]])
+        triangles = _delaunay(points)
+    return points, triangles
+
+
+def _delaunay(points: FloatArray) -> IntArray:
+    """Delaunay triangles, anticlockwise, shape (T, 3)."""
+    from scipy.spatial import Delaunay
+
+    triangles = Delaunay(points).simplices.astype(np.int64)
+    one, other = points[triangles[:, 1]] - points[triangles[:, 0]], points[triangles[:, 2]] - points[triangles[:, 0]]
+    turned = one[:, 0] * other[:, 1] < one[:, 1] * other[:, 0]
+    triangles[turned] = triangles[turned][:, [0, 2, 1]]
+    return triangles
+
+
+def _within(points: FloatArray, triangles: IntArray, border: FloatArray) -> IntArray:
+    """Triangles whose centre lies inside the border.
+
+    Points on one side of the outline are on one line but for rounding, so that triangles without an area can lie behind
+    a side that is part of the convex hull; they are left out.
+    """
+    corners = points[triangles]
+    one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    doubled = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+    kept = inside(corners.mean(axis=1), border, np.roll(border, -1, axis=0))
+    return triangles[kept & (doubled > SLIVER * (one**2 + other**2).sum(axis=1))]
+
+
+def _check_all_used(panel: Panel, points: FloatArray, triangles: IntArray) -> None:
+    used = np.zeros(len(points), dtype=np.bool_)
+    used[triangles] = True
+    bad = np.flatnonzero(~used)
+    if len(bad):
+        place = points[bad[0]].round(4).tolist()
+        raise ParameterError(
+            f"panel {panel.name!r}: the outline at {place} is too narrow for edges of this length; take a smaller "
+            "edge length"
+        )

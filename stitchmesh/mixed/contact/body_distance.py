@@ -1,0 +1,357 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Contact of a cloth with a body, by the signed distance of contact points from its surface (C section 6.1).
+
+Each contact point keeps a distance R from the body, its radius plus the thickness of a layer on the body:
+
+    E = P / 2 sum over points of  R a e        [erg],    a the area of the point times its weight of blending
+
+with e the penalty of ``stitchmesh.yarnrelax.energies.body_penalty``. With x the distance over R, the penalty over a
+flat body is e = 1/x^2 + x^2 - 2, and the pressure is
+
+    p = P (1/x^3 - x)        [dyn / cm^2],
+
+0.47 P at x = 0.9 and 7.5 P at 0.5. Below 0.5 the stiffness is constant, through the surface (32 P) and down to the
+depth in which points are found. Outside, all features of the surface within R push, so the force is continuous where
+the nearest feature changes; inside it is that of the nearest feature.
+
+The distance of each point is measured at the beginning of a step. A point that has moved less than its distance beyond
+R since then feels nothing, without a search; this changes no bit of the result.
+
+No move takes a point deeper than half that depth (``step_limit``): a point does not meet the surface on a path shorter
+than its distance. A point that the body itself has overtaken is an error that a shorter step avoids.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import launch
+from stitchmesh.compute.precision import vector
+from stitchmesh.compute.reduction import minimum, ordered_sum
+from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.mesh import FloatArray
+from stitchmesh.mixed.contact.body import Body, PlacedBody, to_body
+from stitchmesh.mixed.contact.body_stiffness import body_block, without_negative
+from stitchmesh.mixed.contact.contact_points import ContactPoints
+from stitchmesh.mixed.contact.point_map import PointMap
+from stitchmesh.mixed.contact.self_collision import PRESSURE
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
+from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.term import Term
+from stitchmesh.yarnrelax.energies.body_penalty import push_of
+from stitchmesh.yarnrelax.energies.body_surface import gap_to
+
+DEPTH = 1.0
+"""Default of the depth in which points are found [cm]; it should be below half the thickness of thin parts."""
+
+
+UNKNOWN = 1e15
+"""A distance [cm] beyond that of any point; minus it stands for a distance that was not measured."""
+
+
+@wp.func
+def least_distance(here: Any, measured: Any) -> Any:
+    """A distance that a point is farther than from the surface, from its distance at another place."""
+    moved = wp.length(here - type(here)(measured[0], measured[1], measured[2]))
+    return measured[3] - moved * type(moved)(1.001)  # a thousandth allows for rounding
+
+
+@wp.func
+def body_push(surface: Any, here: Any, measured: Any, reach: Any, depth: Any) -> tuple[Any, Any]:
+    """Minus the gradient of the penalty in the frame of the body [1 / cm], and the penalty."""
+    force, energy = here - here, reach - reach
+    if least_distance(here, measured) < reach:
+        push, penalty = push_of(surface, type(measured)(here[0], here[1], here[2], reach), reach, depth)
+        force = type(here)(push[0], push[1], push[2])
+        energy = penalty
+    return force, energy
+
+
+@kernel
+def body_forces(
+    # model
+    surface: Any,
+    reach: wp.array[Any],
+    size: wp.array[Any],
+    depth: Any,
+    # state in
+    measured: wp.array[Any],
+    frame: wp.array[Any],
+    origin: wp.array[Any],
+    place: wp.array[Any],
+    # state out
+    force: wp.array[Any],
+) -> None:
+    """Force on each point [dyn]."""
+    i = wp.tid()
+    push, _energy = body_push(surface, to_body(frame[0], origin[0], place[i]), measured[i], reach[i], depth)
+    force[i] = frame[0] * push * size[i]
+
+
+@kernel
+def body_energies(
+    # model
+    surface: Any,
+    reach: wp.array[Any],
+    size: wp.array[Any],
+    depth: Any,
+    # state in
+    measured: wp.array[Any],
+    frame: wp.array[Any],
+    origin: wp.array[Any],
+    place: wp.array[Any],
+    # state out
+    energy: wp.array[Any],
+) -> None:
+    """Energy of each point [erg]."""
+    i = wp.tid()
+    _push, penalty = body_push(surface, to_body(frame[0], origin[0], place[i]), measured[i], reach[i], depth)
+    energy[i] = penalty * size[i]
+
+
+@kernel
+def body_blocks(
+    # model
+    surface: Any,
+    reach: wp.array[Any],
+    size: wp.array[Any],
+    depth: Any,
+    # state in
+    exact: wp.array[Any],
+    measured: wp.array[Any],
+    frame: wp.array[Any],
+    origin: wp.array[Any],
+    place: wp.array[Any],
+    # state out
+    block: wp.array[Any],
+) -> None:
+    """Hessian of each point by its place [dyn / cm]."""
+    i = wp.tid()
+    here = to_body(frame[0], origin[0], place[i])
+    if least_distance(here, measured[i]) > reach[i]:
+        block[i] = type(block[i])()
+        return
+    own = body_block(surface, here, reach[i], depth)
+    turned = frame[0] * without_negative(own, exact[0]) * wp.transpose(frame[0])
+    block[i] = turned * size[i]
+
+
+@kernel
+def block_products(
+    # state in
+    block: wp.array[Any],
+    change: wp.array[Any],
+    # state out
+    product: wp.array[Any],
+) -> None:
+    """Blocks times displacements of their points."""
+    i = wp.tid()
+    product[i] = block[i] * change[i]
+
+
+@kernel
+def measure_distances(
+    # model
+    surface: Any,
+    limit: Any,
+    # state in
+    frame: wp.array[Any],
+    origin: wp.array[Any],
+    place: wp.array[Any],
+    # state out
+    measured: wp.array[Any],
+    distance: wp.array[Any],
+) -> None:
+    """Signed distance of each point from the surface [cm], at most ``limit``, also after its place in the body."""
+    i = wp.tid()
+    here = to_body(frame[0], origin[0], place[i])
+    sample = type(measured[i])(here[0], here[1], here[2], limit)
+    distance[i] = gap_to(surface, sample, limit)[3]
+    measured[i] = type(sample)(here[0], here[1], here[2], distance[i])
+
+
+@kernel
+def body_limits(
+    # model
+    surface: Any,
+    depth: Any,
+    # state in
+    measured: wp.array[Any],
+    frame: wp.array[Any],
+    origin: wp.array[Any],
+    place: wp.array[Any],
+    move: wp.array[Any],
+    # state out
+    part: wp.array[Any],
+) -> None:
+    """Part of a move, at most 1, after which each point is at most half the depth, or a quarter deeper, inside."""
+    i = wp.tid()
+    here = to_body(frame[0], origin[0], place[i])
+    size = wp.length(move[i])
+    gap = least_distance(here, measured[i])
+    if gap + depth * type(depth)(0.5) < size:
+        limit = size + depth
+        gap = gap_to(surface, type(measured[i])(here[0], here[1], here[2], limit), limit)[3]
+    room = wp.max(gap + depth * type(depth)(0.5), depth * type(depth)(0.25))
+    part[i] = wp.min(type(depth)(1.0), room / wp.max(size, type(depth)(1.0e-18)))
+
+
+class BodyContact(Term):
+    """The contact of a cloth with one body, on a device.
+
+    A body that moves is where it will be at the end of the step (``begin_step``).
+    """
+
+    def __init__(
+        self,
+        points: ContactPoints,
+        body: Body,
+        *,
+        thickness: float = 0.0,
+        pressure: float = PRESSURE,
+        depth: float = DEPTH,
+        scalar: Any,
+        device: wp.Device,
+    ) -> None:
+        """Put contact points and a body on a device.
+
+        Args:
+            points: the contact points, with their radii and weights.
+            body: the body.
+            thickness: thickness of a layer on the body that the cloth stays out of [cm].
+            pressure: P, the scale of the pressure [dyn / cm^2].
+            depth: depth below the surface down to which points are found and pushed out [cm].
+            scalar: Warp's floating-point type.
+            device: where the term runs.
+
+        Raises:
+            ParameterError: a thickness below 0, or a pressure or a depth that is not positive.
+        """
+        for name, value in (("pressure", pressure), ("depth", depth)):
+            if not (np.isfinite(value) and value > 0.0):
+                raise ParameterError(f"{body.name}: got a {name} of {value}; expected a positive number")
+        if not (np.isfinite(thickness) and thickness >= 0.0):
+            raise ParameterError(f"{body.name}: got a thickness of {thickness} cm; expected at least 0")
+        self.name = body.name
+        self.points = PointMap.of(points, scalar, device)
+        self.placed = PlacedBody(body, scalar, device)
+        self.depth = depth
+        reach = points.radius + thickness
+        self._reach = self.points.scalars(reach)
+        self._size = self.points.scalars(0.5 * pressure * reach * points.area)
+        self._unknown = vector(4, scalar)(0.0, 0.0, 0.0, -UNKNOWN)
+        self._measured = wp.full(len(self.points), self._unknown, dtype=vector(4, scalar), device=device)
+        self._exact = wp.ones(1, dtype=scalar, device=device)
+        self.place, self.force = self.points.vectors(), self.points.vectors()
+        self._move, self._numbers, self._block = self.points.vectors(), self.points.scalars(), self.points.blocks()
+
+    def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:
+        """Move the body to the end of the step.
+
+        Raises:
+            SolverError: a point is deeper inside the body than points are found.
+        """
+        self.placed.move_to(time + time_step)
+        if not len(self.points):
+            return
+        distance = self._distances(state)
+        if minimum(distance) < -self.depth:
+            raise SolverError(self._too_deep(distance.numpy()))
+
+    def energy(self, state: MixedVector) -> float:
+        """Energy of all points [erg]."""
+        if not len(self.points):
+            return 0.0
+        run = self._launcher()
+        self.points.place(state, self.place, run)
+        run(body_energies, len(self.points), [*self._inputs(), self.place], [self._numbers])
+        return ordered_sum(self._numbers)
+
+    def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that add the push of the body."""
+        return self.push(state, launcher) + self.points.spread(self.force, force, launcher)
+
+    def push(self, state: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that find ``place`` and ``force`` of each contact point."""
+        if not len(self.points):
+            return []
+        launches = self.points.place(state, self.place, launcher)
+        return [*launches, launcher(body_forces, len(self.points), [*self._inputs(), self.place], [self.force])]
+
+    def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that store the Hessian of each point."""
+        if not len(self.points):
+            return []
+        self._exact.fill_(self.exact)
+        launches = self.points.place(state, self.place, launcher)
+        surface, reach, size, depth, *placed = self._inputs()
+        inputs = [surface, reach, size, depth, self._exact, *placed, self.place]
+        return [*launches, launcher(body_blocks, len(self.points), inputs, [self._block])]
+
+    def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that add H d."""
+        if not len(self.points):
+            return []
+        launches = self.points.place(direction, self._move, launcher)
+        launches.append(launcher(block_products, len(self.points), [self._block, self._move], [self.force]))
+        return launches + self.points.spread(self.force, product, launcher)
+
+    def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
+        """The launches that add the diagonal blocks."""
+        return self.points.spread_blocks(self._block, blocks, launcher)
+
+    def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
+        """The part of a direction along which no point passes the surface too deep to be found."""
+        if not len(self.points):
+            return 1.0
+        run = self._launcher()
+        self.points.place(state, self.place, run)
+        self.points.place(direction, self._move, run)
+        inputs = [self.placed.surface, self._number(self.depth), self._measured, self.placed.frame, self.placed.origin]
+        run(body_limits, len(self.points), [*inputs, self.place, self._move], [self._numbers])
+        return minimum(self._numbers)
+
+    def forget_distances(self) -> None:
+        """Declare the measured distances unknown, after the body was deformed."""
+        self._measured.fill_(self._unknown)
+
+    def distances(self, state: MixedVector) -> FloatArray:
+        """Signed distance of each contact point from the body where it is placed now [cm], shape (M,)."""
+        found: FloatArray = self._distances(state).numpy().astype(np.float64)
+        return found
+
+    def _distances(self, state: MixedVector) -> wp.array[Any]:
+        run = self._launcher()
+        self.points.place(state, self.place, run)
+        inputs = [self.placed.surface, self._number(UNKNOWN), self.placed.frame, self.placed.origin, self.place]
+        if len(self.points):
+            run(measure_distances, len(self.points), inputs, [self._measured, self._numbers])
+        return self._numbers
+
+    def _too_deep(self, distance: FloatArray) -> str:
+        worst = int(distance.argmin())
+        points = self.points.points
+        first = int(points.index[worst, points.share[worst].argmax()])
+        node = first - points.vertex_count
+        place = f"node {node}" if node >= 0 else f"vertex {first}"
+        deep = int((distance < -self.depth).sum())
+        found = f"{deep} contact points, the deepest at {place}, are up to {-distance[worst]:.3g} cm inside"
+        return f"{self.name}: {found}; expected at most {self.depth:.3g}; move the cloth out, or take shorter steps"
+
+    def _inputs(self) -> list[Any]:
+        placed = self.placed
+        depth = self._number(self.depth)
+        return [placed.surface, self._reach, self._size, depth, self._measured, placed.frame, placed.origin]
+
+    def _number(self, value: float) -> Any:
+        return self.points.scalar(value)
+
+    def _launcher(self) -> Launcher:
+        return partial(launch, device=self.points.device)

@@ -1,0 +1,292 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Dry friction of a cloth with a body: Coulomb's law with anchors on the surface, implicit and symmetric.
+
+Each contact point that touches the body has an anchor, a point that moves with a triangle of the surface. Within a step
+the energy of the point is
+
+    E = mu N phi(s),    s = |u_t|,    phi(s) = s^2 / e - s^3 / (3 e^2)  for s < e, else s - e / 3        [erg]
+
+(the mollifier of Li et al. 2020, Incremental Potential Contact, less its constant). u_t is the displacement from the
+anchor in the plane across the contact normal n, e the slip length. The normal force N and n are those at the end of the
+step before, so that the force is a gradient, and the Hessian
+
+    H = mu N (phi' / s (1 - n n^T) - c u_t u_t^T)
+
+is never negative (``stitchmesh.yarnrelax.friction.friction_law``). After a step the anchor of a point with s > e is
+dragged along until s = e. Li et al. measure slip from the beginning of the step instead, so a cloth at rest creeps at a
+speed below a threshold; with anchors that persist it rests up to mu N, within e of where it stopped. Pure anchored
+springs would need a projection of the force in each Newton iteration, and then the matrix would not be symmetric.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import launch
+from stitchmesh.compute.precision import vector
+from stitchmesh.compute.reduction import ordered_sum
+from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.contact.body import to_body
+from stitchmesh.mixed.contact.body_distance import BodyContact, block_products
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
+from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.term import Term
+from stitchmesh.yarnrelax.energies.body_surface import single
+from stitchmesh.yarnrelax.friction.friction_law import slip_curvature, slip_energy, slip_slope, within
+
+SLIP_LENGTH = 0.005
+"""Default of e [cm]: how far a point moves from where it rests until friction has its full size."""
+NO_ANCHOR = wp.constant(-1)
+"""Triangle of the anchor of a point that does not touch the body."""
+
+
+@wp.func
+def anchor_place(surface: Any, face: int, local: Any) -> Any:
+    """The place of an anchor, from its coordinates along two sides of a triangle and its normal."""
+    start = surface.corners[3 * face]
+    along = surface.corners[3 * face + 1] - start
+    other = surface.corners[3 * face + 2] - start
+    return start + along * local[0] + other * local[1] + surface.outward[7 * face] * local[2]
+
+
+@wp.func
+def anchor_at(surface: Any, face: int, place: Any) -> Any:
+    """Coordinates of a place along two sides of a triangle and its normal."""
+    apart = place - surface.corners[3 * face]
+    along = surface.corners[3 * face + 1] - surface.corners[3 * face]
+    other = surface.corners[3 * face + 2] - surface.corners[3 * face]
+    normal = wp.cross(along, other)
+    square = wp.dot(normal, normal)
+    first = wp.dot(wp.cross(apart, other), normal) / square
+    second = wp.dot(wp.cross(along, apart), normal) / square
+    return type(place)(first, second, wp.dot(apart, surface.outward[7 * face]))
+
+
+@wp.func
+def slip_of(surface: Any, here: Any, face: int, local: Any, normal: Any) -> Any:
+    """u_t, in the frame of the body; zero without an anchor."""
+    slip = here - here
+    if face >= 0:
+        slip = within(here - anchor_place(surface, face, local), normal)
+    return slip
+
+
+@kernel
+def friction_forces(
+    # model
+    surface: Any,
+    law: Any,
+    # state in
+    face: wp.array[wp.int32],
+    local: wp.array[Any],
+    normal: wp.array[Any],
+    load: wp.array[Any],
+    frame: wp.array[Any],
+    origin: wp.array[Any],
+    place: wp.array[Any],
+    # state out
+    force: wp.array[Any],
+) -> None:
+    """Force of friction on each point [dyn]; the law is mu and the slip length."""
+    i = wp.tid()
+    slip = slip_of(surface, to_body(frame[0], origin[0], place[i]), face[i], local[i], normal[i])
+    force[i] = frame[0] * slip * (-law[0] * load[i] * slip_slope(wp.length(slip), law[1]))
+
+
+@kernel
+def friction_energies(
+    # model
+    surface: Any,
+    law: Any,
+    # state in
+    face: wp.array[wp.int32],
+    local: wp.array[Any],
+    normal: wp.array[Any],
+    load: wp.array[Any],
+    frame: wp.array[Any],
+    origin: wp.array[Any],
+    place: wp.array[Any],
+    # state out
+    energy: wp.array[Any],
+) -> None:
+    """Energy of each point [erg]."""
+    i = wp.tid()
+    slip = slip_of(surface, to_body(frame[0], origin[0], place[i]), face[i], local[i], normal[i])
+    energy[i] = law[0] * load[i] * slip_energy(wp.length(slip), law[1])
+
+
+@kernel
+def friction_blocks(
+    # model
+    surface: Any,
+    law: Any,
+    # state in
+    face: wp.array[wp.int32],
+    local: wp.array[Any],
+    normal: wp.array[Any],
+    load: wp.array[Any],
+    frame: wp.array[Any],
+    origin: wp.array[Any],
+    place: wp.array[Any],
+    # state out
+    block: wp.array[Any],
+) -> None:
+    """H of each point by its place [dyn / cm]."""
+    i = wp.tid()
+    slip = slip_of(surface, to_body(frame[0], origin[0], place[i]), face[i], local[i], normal[i])
+    size, measure = law[0] * load[i], wp.length(slip)
+    across = wp.identity(n=3, dtype=type(size)) - wp.outer(normal[i], normal[i])
+    own = across * slip_slope(measure, law[1]) - wp.outer(slip, slip) * slip_curvature(measure, law[1])
+    block[i] = frame[0] * own * wp.transpose(frame[0]) * size
+
+
+@kernel
+def renew_anchors(
+    # model
+    surface: Any,
+    law: Any,
+    depth: Any,
+    # state in
+    frame: wp.array[Any],
+    origin: wp.array[Any],
+    place: wp.array[Any],
+    push: wp.array[Any],
+    # state out
+    face: wp.array[wp.int32],
+    local: wp.array[Any],
+    normal: wp.array[Any],
+    load: wp.array[Any],
+) -> None:
+    """Normal force and contact normal at the end of a step; anchors of new contacts, and of contacts that have slid."""
+    i = wp.tid()
+    own = wp.transpose(frame[0]) * push[i]
+    pressing = wp.length(own)
+    load[i] = pressing
+    if pressing == pressing - pressing:
+        face[i] = NO_ANCHOR
+        return
+    direction = own / pressing
+    normal[i] = direction
+    here = to_body(frame[0], origin[0], place[i])
+    slip = slip_of(surface, here, face[i], local[i], direction)
+    measure = wp.length(slip)
+    if face[i] < 0 or measure > law[1]:
+        query = wp.mesh_query_point_no_sign(surface.tree, single(here), float(depth))
+        if query.result:
+            face[i] = query.face
+            if measure > law[1]:
+                here -= slip * (law[1] / measure)
+            local[i] = anchor_at(surface, query.face, here)
+
+
+class BodyFriction(Term):
+    """Friction of a cloth with the body of a contact term."""
+
+    def __init__(self, contact: BodyContact, coefficient: float, *, slip_length: float = SLIP_LENGTH) -> None:
+        """Add friction to the contact with a body.
+
+        Args:
+            contact: the contact; it comes before this term in a solver's list.
+            coefficient: mu.
+            slip_length: e [cm].
+
+        Raises:
+            ParameterError: a coefficient below 0, or a slip length that is not positive.
+        """
+        self.name = f"{contact.name} friction"
+        if not (np.isfinite(coefficient) and coefficient >= 0.0):
+            raise ParameterError(f"{self.name}: got a coefficient of {coefficient}; expected at least 0")
+        if not (np.isfinite(slip_length) and slip_length > 0.0):
+            raise ParameterError(f"{self.name}: got a slip length of {slip_length} cm; expected a positive number")
+        self.contact, self.points = contact, contact.points
+        device = self.points.device
+        self._law = vector(2, self.points.scalar)(coefficient, slip_length)
+        self.face = wp.full(len(self.points), NO_ANCHOR, dtype=wp.int32, device=device)
+        self.local, self.normal = self.points.vectors(), self.points.vectors()
+        self.load = self.points.scalars()
+        self._place, self._force = self.points.vectors(), self.points.vectors()
+        self._block, self._numbers = self.points.blocks(), self.points.scalars()
+        self._begun = False
+
+    def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:
+        """Move the body to the end of the step; before the first step, find anchors and normal forces."""
+        if not self._begun:
+            self.contact.placed.move_to(time)
+            self.contact.forget_distances()
+            self._renew(state)
+            self._begun = True
+        self.contact.placed.move_to(time + time_step)
+
+    def end_step(self, state: MixedVector, time: float, time_step: float) -> None:
+        """Find the normal forces of the next step, and drag the anchors of contacts that have slid.
+
+        The body is where ``begin_step`` has put it, at the end of the step.
+        """
+        self._renew(state)
+
+    def arrays(self) -> dict[str, Any]:
+        """Anchors and normal forces."""
+        return {"face": self.face, "local": self.local, "normal": self.normal, "load": self.load}
+
+    def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Restore anchors and normal forces."""
+        super().resume(arrays)
+        self._begun = True
+
+    def energy(self, state: MixedVector) -> float:
+        """Energy of all points [erg]."""
+        if not len(self.points):
+            return 0.0
+        run = partial(launch, device=self.points.device)
+        self.points.place(state, self._place, run)
+        run(friction_energies, len(self.points), self._inputs(), [self._numbers])
+        return ordered_sum(self._numbers)
+
+    def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that add friction."""
+        if not len(self.points):
+            return []
+        launches = self.points.place(state, self._place, launcher)
+        launches.append(launcher(friction_forces, len(self.points), self._inputs(), [self._force]))
+        return launches + self.points.spread(self._force, force, launcher)
+
+    def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that store the Hessian of each point."""
+        if not len(self.points):
+            return []
+        launches = self.points.place(state, self._place, launcher)
+        return [*launches, launcher(friction_blocks, len(self.points), self._inputs(), [self._block])]
+
+    def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that add H d."""
+        if not len(self.points):
+            return []
+        launches = self.points.place(direction, self._place, launcher)
+        launches.append(launcher(block_products, len(self.points), [self._block, self._place], [self._force]))
+        return launches + self.points.spread(self._force, product, launcher)
+
+    def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
+        """The launches that add the diagonal blocks."""
+        return self.points.spread_blocks(self._block, blocks, launcher)
+
+    def _renew(self, state: MixedVector) -> None:
+        run = partial(launch, device=self.points.device)
+        self.contact.push(state, run)
+        placed = self.contact.placed
+        depth = self.points.scalar(2.0 * self.contact.depth)
+        inputs = [placed.surface, self._law, depth, placed.frame, placed.origin, self.contact.place, self.contact.force]
+        run(renew_anchors, len(self.points), inputs, [self.face, self.local, self.normal, self.load])
+
+    def _inputs(self) -> list[Any]:
+        placed = self.contact.placed
+        anchors = [self.face, self.local, self.normal, self.load]
+        return [placed.surface, self._law, *anchors, placed.frame, placed.origin, self._place]

@@ -1,0 +1,297 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Dry friction between layers of cloth: Coulomb's law, smoothed, with lagged normal forces (Li et al. 2020).
+
+The contact forces F_ij between two layers are those at the beginning of the step. They define for each contact point
+its normal force N_i and normal n_i, from the vector sum, and the part w_ij of each touching point j:
+
+    N_i n_i = sum over j of F_ij,    w_ij = |F_ij| / S_i,    S_i = sum over j of |F_ij|
+
+With the displacements d of the points since the beginning of the step, the energy is
+
+    E = 1/2 sum over i of  mu N_i phi(|t_i|)        [erg],    t_i = (1 - n_i n_i^T) (d_i - sum over j of w_ij d_j)
+
+with phi as in ``body_friction``. Each of two layers that slide on one another has half of the energy, so the friction
+is mu times their normal force; friction of single pairs would add the sizes of forces whose sum is smaller. The force
+on a point is -g_i + sum over j of w_ji g_j with g_i = mu N_i / 2 phi' / |t_i| t_i: forces add up to zero. The Hessian
+is never negative.
+
+Slip is measured from the beginning of the step, so layers that rest on one another creep, at less than the slip speed.
+A static equilibrium has no friction between layers.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import launch
+from stitchmesh.compute.precision import vector
+from stitchmesh.compute.reduction import ordered_sum
+from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.contact.pair_penalty import distance_of, pair_size, pair_slope
+from stitchmesh.mixed.contact.self_collision import SelfCollision
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
+from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.term import Term
+from stitchmesh.yarnrelax.friction.friction_law import slip_curvature, slip_energy, slip_slope, within
+
+SLIP_SPEED = 1.0
+"""Default of the speed at which friction has its full size [cm / s]."""
+
+
+@kernel
+def find_layer_loads(
+    # model
+    radius: wp.array[Any],
+    area: wp.array[Any],
+    pressure: Any,
+    # state in
+    place: wp.array[Any],
+    count: wp.array[wp.int32],
+    lists: wp.array2d[wp.int32],
+    # state out
+    load: wp.array[Any],
+    normal: wp.array[Any],
+    touch_count: wp.array[wp.int32],
+    touching: wp.array2d[wp.int32],
+    part: wp.array2d[Any],
+) -> None:
+    """Normal force and normal of each point; the points that touch it, with the sizes of their forces over the sum."""
+    i = wp.tid()
+    force, total, found = type(place[i])(), pressure - pressure, int(0)
+    for k in range(count[i]):
+        j = lists[i, k]
+        reach = radius[i] + radius[j]
+        apart = place[i] - place[j]
+        distance = distance_of(apart)
+        if distance < reach:
+            push = -pair_size(pressure, reach, area[i], area[j]) * pair_slope(distance / reach) / reach
+            force += apart * (push / distance)
+            total += push
+            touching[i, found] = j
+            part[i, found] = push
+            found += 1
+    for k in range(found):
+        part[i, k] = part[i, k] / total
+    touch_count[i] = found
+    load[i] = wp.length(force)
+    normal[i] = wp.normalize(force)
+
+
+@kernel
+def subtract_touching(
+    # model
+    touch_count: wp.array[wp.int32],
+    touching: wp.array2d[wp.int32],
+    part: wp.array2d[Any],
+    normal: wp.array[Any],
+    # state in
+    place: wp.array[Any],
+    start: wp.array[Any],
+    # state out
+    relative: wp.array[Any],
+) -> None:
+    """t_i, from places and places at the start, or from a direction and zeros."""
+    i = wp.tid()
+    move = place[i] - start[i]
+    for k in range(touch_count[i]):
+        j = touching[i, k]
+        move -= (place[j] - start[j]) * part[i, k]
+    relative[i] = within(move, normal[i])
+
+
+@kernel
+def slip_energies(
+    # model
+    law: wp.array[Any],
+    load: wp.array[Any],
+    # state in
+    slip: wp.array[Any],
+    # state out
+    energy: wp.array[Any],
+) -> None:
+    """Energy of each point [erg]; the law is mu / 2 and the slip length."""
+    i = wp.tid()
+    energy[i] = law[0][0] * load[i] * slip_energy(wp.length(slip[i]), law[0][1])
+
+
+@kernel
+def slip_pulls(
+    # model
+    law: wp.array[Any],
+    load: wp.array[Any],
+    # state in
+    slip: wp.array[Any],
+    # state out
+    pull: wp.array[Any],
+) -> None:
+    """-g_i [dyn]."""
+    i = wp.tid()
+    pull[i] = slip[i] * (-law[0][0] * load[i] * slip_slope(wp.length(slip[i]), law[0][1]))
+
+
+@kernel
+def slip_blocks(
+    # model
+    law: wp.array[Any],
+    load: wp.array[Any],
+    normal: wp.array[Any],
+    # state in
+    slip: wp.array[Any],
+    # state out
+    block: wp.array[Any],
+) -> None:
+    """Second derivative of the energy of each point by t_i [dyn / cm]."""
+    i = wp.tid()
+    size, measure = law[0][0] * load[i], wp.length(slip[i])
+    across = wp.identity(n=3, dtype=type(size)) - wp.outer(normal[i], normal[i])
+    own = across * slip_slope(measure, law[0][1]) - wp.outer(slip[i], slip[i]) * slip_curvature(measure, law[0][1])
+    block[i] = own * size
+
+
+@kernel
+def add_to_touching(
+    # model
+    touch_count: wp.array[wp.int32],
+    touching: wp.array2d[wp.int32],
+    part: wp.array2d[Any],
+    # state in
+    pull: wp.array[Any],
+    # state out
+    force: wp.array[Any],
+) -> None:
+    """The pull of each point less the parts of the pulls of those that touch it."""
+    i = wp.tid()
+    total = pull[i]
+    for k in range(touch_count[i]):
+        j = touching[i, k]
+        for other in range(touch_count[j]):
+            if touching[j, other] == i:
+                total -= pull[j] * part[j, other]
+    force[i] = total
+
+
+@kernel
+def times_blocks(
+    # state in
+    block: wp.array[Any],
+    slip: wp.array[Any],
+    # state out
+    pull: wp.array[Any],
+) -> None:
+    """Blocks times vectors."""
+    i = wp.tid()
+    pull[i] = block[i] * slip[i]
+
+
+class LayerFriction(Term):
+    """Friction between the layers of a cloth that collides with itself, on a device."""
+
+    name = "layer friction"
+
+    def __init__(self, collision: SelfCollision, coefficient: float, *, slip_speed: float = SLIP_SPEED) -> None:
+        """Add friction to self-collision.
+
+        Args:
+            collision: the contact; it comes before this term in a solver's list.
+            coefficient: mu.
+            slip_speed: relative speed of layers at which friction has its full size [cm / s].
+
+        Raises:
+            ParameterError: a coefficient below 0, or a slip speed that is not positive.
+        """
+        if not (np.isfinite(coefficient) and coefficient >= 0.0):
+            raise ParameterError(f"layer friction: got a coefficient of {coefficient}; expected at least 0")
+        if not (np.isfinite(slip_speed) and slip_speed > 0.0):
+            raise ParameterError(f"layer friction: got a slip speed of {slip_speed} cm / s; expected a positive number")
+        self.collision, self.points = collision, collision.points
+        self.coefficient, self.slip_speed = coefficient, slip_speed
+        points, device = self.points, self.points.device
+        self._law = wp.zeros(1, dtype=vector(2, points.scalar), device=device)
+        self._load, self._numbers, self._block = points.scalars(), points.scalars(), points.blocks()
+        self._normal, self._start, self._place, self._zero = (points.vectors() for _ in range(4))
+        self._slip, self._pull, self._force = (points.vectors() for _ in range(3))
+        self._touch_count = wp.zeros(len(points), dtype=wp.int32, device=device)
+        self._fit_lists()
+
+    @property
+    def generation(self) -> int:
+        """How often the lists have grown."""
+        return self._generation
+
+    def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:
+        """Find normal forces and touching points; without friction where the step has no length."""
+        if not len(self.points):
+            return
+        if self._generation != self.collision.generation:
+            self._fit_lists()
+        run = partial(launch, device=self.points.device)
+        self.points.place(state, self._start, run)
+        length = self.slip_speed * time_step
+        self._law.assign([[0.5 * self.coefficient if length > 0.0 else 0.0, length if length > 0.0 else 1.0]])
+        outputs = [self._load, self._normal, *self._lists]
+        run(find_layer_loads, len(self.points), self.collision.inputs(self._start), outputs)
+
+    def energy(self, state: MixedVector) -> float:
+        """Energy of all points [erg]."""
+        if not len(self.points):
+            return 0.0
+        run = partial(launch, device=self.points.device)
+        self._slips(state, run)
+        run(slip_energies, len(self.points), [self._law, self._load, self._slip], [self._numbers])
+        return ordered_sum(self._numbers)
+
+    def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that add friction."""
+        if not len(self.points):
+            return []
+        launches = self._slips(state, launcher)
+        launches.append(launcher(slip_pulls, len(self.points), [self._law, self._load, self._slip], [self._pull]))
+        return launches + self._spread(force, launcher)
+
+    def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that store the second derivative of each point."""
+        if not len(self.points):
+            return []
+        inputs = [self._law, self._load, self._normal, self._slip]
+        return [*self._slips(state, launcher), launcher(slip_blocks, len(self.points), inputs, [self._block])]
+
+    def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that add H d."""
+        if not len(self.points):
+            return []
+        launches = self.points.place(direction, self._place, launcher)
+        launches.append(self._relative(self._zero, launcher))
+        launches.append(launcher(times_blocks, len(self.points), [self._block, self._slip], [self._pull]))
+        return launches + self._spread(product, launcher)
+
+    def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
+        """The launches that add diagonal blocks, without the part of each point in the slip of those that touch it."""
+        return self.points.spread_blocks(self._block, blocks, launcher)
+
+    def _slips(self, state: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that find t of each point at a state."""
+        return [*self.points.place(state, self._place, launcher), self._relative(self._start, launcher)]
+
+    def _relative(self, start: wp.array[Any], launcher: Launcher) -> Any:
+        inputs = [*self._lists, self._normal, self._place, start]
+        return launcher(subtract_touching, len(self.points), inputs, [self._slip])
+
+    def _spread(self, target: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that take pulls from the points to those that touch them, and to vertices and nodes."""
+        launches = [launcher(add_to_touching, len(self.points), [*self._lists, self._pull], [self._force])]
+        return launches + self.points.spread(self._force, target, launcher)
+
+    def _fit_lists(self) -> None:
+        """Allocate lists of the capacity of those of the contact."""
+        lists = self.collision.pairs.lists
+        self._touching = wp.zeros(lists.shape, dtype=wp.int32, device=lists.device)
+        self._part = wp.zeros(lists.shape, dtype=self.points.scalar, device=lists.device)
+        self._lists = [self._touch_count, self._touching, self._part]
+        self._generation = self.collision.generation

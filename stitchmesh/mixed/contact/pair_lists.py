@@ -1,0 +1,260 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Lists of the contact points that may touch each contact point, by a hash grid.
+
+The lists are made for a motion: at places X with displacements d, a pair is listed if
+
+    |X_i - X_j| - |d_i - d_j| < h_ij + margin,       h_ij the sum of the radii
+
+so that a layer that falls on another one is listed without the neighbours within the layers. The lists contain all
+pairs that touch as long as, for a t in [0, 1] that is the same for all points, no point is farther than half a margin
+from X + t d (``cover``). Along the straight line between two such states this holds, too.
+
+Neighbours at rest are not listed (``rest_neighbours``). Lists are ascending, and a pair that does not touch adds
+nothing: forces do not depend on when the lists were made.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import launch
+from stitchmesh.compute.reduction import maximum, ordered_sum
+from stitchmesh.errors import SolverError
+from stitchmesh.mixed.contact.point_map import PointMap
+from stitchmesh.mixed.contact.rest_neighbours import ARC, SeamNeighbours
+
+FIRST_CAPACITY = 16
+"""Capacity of a list before its first growth."""
+LONGEST_SWEEP = 16.0
+"""Longest displacement that lists are made for, over the distance within which points at rest are listed."""
+GRID = 128
+"""Cells along each axis of the hash grid; it is periodic, so its size does not limit space."""
+MOST_ENTRIES = 2**30
+"""Largest number of entries of all lists, 4 GB."""
+
+
+ARC_LENGTH = wp.constant(ARC)
+"""Reach of neighbours at rest over the sum of the radii."""
+
+
+@wp.func
+def rest_neighbours(
+    panel: wp.array[wp.int32], rest: wp.array[Any], start: wp.array[wp.int32], other: wp.array[wp.int32],
+    i: int, j: int, reach: Any
+) -> bool:  # fmt: skip
+    """Whether two points are nearer than a reach in the cloth at rest."""
+    if panel[i] == panel[j]:
+        apart = rest[i] - rest[j]
+        if wp.dot(apart, apart) < reach * reach:
+            return True
+    for k in range(start[i], start[i + 1]):
+        if other[k] == j:
+            return True
+    return False
+
+
+@kernel
+def list_pairs(
+    # model
+    radius: wp.array[Any],
+    panel: wp.array[wp.int32],
+    rest: wp.array[Any],
+    seam_start: wp.array[wp.int32],
+    seam_point: wp.array[wp.int32],
+    margin: Any,
+    search_radius: Any,
+    # state in
+    grid: wp.uint64,
+    place: wp.array[Any],
+    move: wp.array[Any],
+    # state out
+    count: wp.array[wp.int32],
+    lists: wp.array2d[wp.int32],
+) -> None:
+    """The points that may touch each point, in ascending order."""
+    i = wp.tid()
+    found = int(0)
+    for j in wp.hash_grid_query(grid, place[i], search_radius):
+        apart = wp.length(place[i] - place[j]) - wp.length(move[i] - move[j])
+        reach = radius[i] + radius[j]
+        if i != j and apart < reach + margin:
+            if not rest_neighbours(panel, rest, seam_start, seam_point, i, j, reach * type(reach)(ARC_LENGTH)):
+                slot = found
+                found += 1
+                if slot < lists.shape[1]:
+                    while slot > 0 and lists[i, wp.max(slot - 1, 0)] > j:
+                        lists[i, slot] = lists[i, slot - 1]
+                        slot -= 1
+                    lists[i, slot] = j
+    count[i] = found
+
+
+@kernel
+def relative_sizes(
+    # state in
+    vectors: wp.array[Any],
+    # state out
+    size: wp.array[Any],
+) -> None:
+    """Distance of each vector from the first one."""
+    i = wp.tid()
+    size[i] = wp.length(vectors[i] - vectors[0])
+
+
+@kernel
+def motion_parts(
+    # state in
+    listed: wp.array[Any],
+    sweep: wp.array[Any],
+    place: wp.array[Any],
+    move: wp.array[Any],
+    # state out
+    along: wp.array[Any],
+    square: wp.array[Any],
+) -> None:
+    """Products of the displacement that the lists are for, with the displacement since they were made and itself."""
+    i = wp.tid()
+    along[i] = wp.dot(place[i] + move[i] - listed[i], sweep[i])
+    square[i] = wp.dot(sweep[i], sweep[i])
+
+
+@kernel
+def drifts(
+    # model
+    part: Any,
+    # state in
+    listed: wp.array[Any],
+    sweep: wp.array[Any],
+    place: wp.array[Any],
+    move: wp.array[Any],
+    # state out
+    drift: wp.array[Any],
+) -> None:
+    """Distance of each point, after a move, from a part of the motion that the lists are for."""
+    i = wp.tid()
+    drift[i] = wp.length(place[i] + move[i] - listed[i] - sweep[i] * part)
+
+
+@kernel
+def scale_vectors(
+    # model
+    factor: Any,
+    # state in
+    vectors: wp.array[Any],
+    # state out
+    scaled: wp.array[Any],
+) -> None:
+    """Vectors times a number."""
+    i = wp.tid()
+    scaled[i] = vectors[i] * factor
+
+
+class PairLists:
+    """Lists of pairs on a device."""
+
+    def __init__(self, points: PointMap, seams: SeamNeighbours, margin: float) -> None:
+        """Empty lists.
+
+        Args:
+            points: the contact points on their device.
+            seams: their neighbours across seams.
+            margin: how much farther than contact the lists reach [cm].
+        """
+        self.points, self.margin = points, margin
+        device = points.device
+        self.longest = 2.0 * float(points.points.radius.max(initial=0.0))
+        self.radius = points.scalars(points.points.radius)
+        rest_type = wp.types.vector(length=2, dtype=points.scalar)
+        self.rest = wp.array(points.points.rest, dtype=rest_type, device=device)
+        integers = [np.asarray(a, dtype=np.int32) for a in (points.points.panel, seams.start, seams.point)]
+        self.panel, self.seam_start, self.seam_point = (wp.array(a, dtype=wp.int32, device=device) for a in integers)
+        self.count = wp.zeros(len(points), dtype=wp.int32, device=device)
+        self.lists = _allocate(len(points), FIRST_CAPACITY, device)
+        self.generation = 0
+        self.listed, self.sweep = points.vectors(), points.vectors()
+        self._grid = wp.HashGrid(GRID, GRID, GRID, device=device, dtype=points.scalar)
+        self._numbers = [points.scalars(), points.scalars()]
+        self._made = False
+
+    def invalidate(self) -> None:
+        """Declare the lists out of date."""
+        self._made = False
+
+    def cover(self, place: wp.array[Any], move: wp.array[Any]) -> float:
+        """Make lists that hold all contacts along a move, unless they do already.
+
+        Args:
+            place: places of the points [cm], shape (M,).
+            move: their displacements [cm], shape (M,).
+
+        Returns:
+            The part of the move that the lists are for; below 1 where the move is longer than ``LONGEST_SWEEP`` allows.
+
+        Raises:
+            SolverError: places that are not finite, or too many pairs.
+        """
+        if len(self.points) < 2 or (self._made and 2.0 * self._drift(place, move) <= self.margin):
+            return 1.0
+        return self._make(place, move)
+
+    def _drift(self, place: wp.array[Any], move: wp.array[Any]) -> float:
+        """Largest distance of a point, after a move, from the motion that the lists are for."""
+        state = [self.listed, self.sweep, place, move]
+        self._run(motion_parts, state, self._numbers)
+        along, square = (ordered_sum(numbers) for numbers in self._numbers)
+        part = float(np.clip(along / square, 0.0, 1.0)) if square > 0.0 else 0.0
+        self._run(drifts, [self.points.scalar(part), *state], self._numbers[:1])
+        return maximum(self._numbers[0])
+
+    def _make(self, place: wp.array[Any], move: wp.array[Any]) -> float:
+        swept = self._extent(move)
+        if not np.isfinite(swept + self._extent(place)):
+            raise SolverError("self-collision: got places that are not finite; expected numbers; take a shorter step")
+        near = self.longest + self.margin
+        part = min(1.0, LONGEST_SWEEP * near / swept) if swept > 0.0 else 1.0
+        wp.copy(self.listed, place)
+        self._run(scale_vectors, [self.points.scalar(part), move], [self.sweep])
+        radius = near + 2.0 * part * swept
+        self._grid.build(self.listed, radius)
+        self._list(radius)
+        longest = int(self.count.numpy().max())
+        if longest > self.lists.shape[1]:
+            self.lists = _allocate(len(self.points), self._checked(longest), self.points.device)
+            self.generation += 1
+            self._list(radius)
+        self._made = True
+        return part
+
+    def _list(self, radius: float) -> None:
+        scalar = self.points.scalar
+        model = [self.radius, self.panel, self.rest, self.seam_start, self.seam_point]
+        numbers = [scalar(self.margin), scalar(radius), wp.uint64(self._grid.id)]
+        self._run(list_pairs, [*model, *numbers, self.listed, self.sweep], [self.count, self.lists])
+
+    def _extent(self, vectors: wp.array[Any]) -> float:
+        """Largest distance of a vector from the first one."""
+        self._run(relative_sizes, [vectors], self._numbers[:1])
+        return maximum(self._numbers[0])
+
+    def _checked(self, longest: int) -> int:
+        """The capacity for a list of a length, if the memory is sufficient."""
+        if longest * len(self.points) > MOST_ENTRIES:
+            worst = int(self.count.numpy().argmax())
+            found = f"contact point {worst} has {longest} others near it, of {len(self.points)}"
+            raise SolverError(f"self-collision: {found}; expected at most {MOST_ENTRIES} pairs; take a larger spacing")
+        return int(np.ceil(longest * 1.25 / 8)) * 8
+
+    def _run(self, kernel: wp.Kernel, inputs: list[Any], outputs: list[Any]) -> None:
+        launch(kernel, len(self.points), inputs, outputs, self.points.device)
+
+
+def _allocate(count: int, capacity: int, device: wp.Device) -> wp.array[Any]:
+    """Lists; on a GPU those of neighbouring points are interleaved."""
+    if device.is_cuda:
+        return wp.zeros((capacity, count), dtype=wp.int32, device=device).transpose()
+    return wp.zeros((count, capacity), dtype=wp.int32, device=device)

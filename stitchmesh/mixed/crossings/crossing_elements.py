@@ -1,0 +1,242 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The elements of crossing yarns: which nodes they join, their rest values, and their stiffness times weight."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.merging import MERGING_SHARE
+from stitchmesh.mixed.layout.crossing_yarns import NO_NODE, CrossingYarns
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Truths = NDArray[np.bool_]
+QUADRANTS = ((0, 2), (0, 3), (1, 2), (1, 3))
+"""Legs of the four quadrants of a node; the rest angles of the second and the third one are supplements."""
+SMALLEST_WEIGHT = 0.01
+"""Smallest weight of an element that has one (Casafranca et al. 2020, section 5.1)."""
+
+
+@dataclass(frozen=True, eq=False)
+class CrossingElements:
+    """The elements of the N nodes that are simulated, sorted by the node that they have their middle or beginning in.
+
+    Column 0 of a (N, 2) array belongs to the u yarn of a node and column 1 to its v yarn. A segment belongs to its
+    first node. Stiffness is zero where an element does not exist.
+    """
+
+    nodes: Integers
+    """Number of each node in the layout, shape (N,)."""
+    link: Integers
+    """Neighbour after and before along the u yarn, after and before along the v yarn, shape (N, 4). It is 2 j + c for
+    the coordinate c of node j, or -1."""
+    side: Integers
+    """1 where the u yarn lies above the v yarn, -1 where it lies below, 0 where both are joined; shape (N,)."""
+    slides: Truths
+    """Whether each Eulerian coordinate is free, shape (N, 2)."""
+    rest_sliding: Floats
+    """Eulerian coordinates in the layout [cm], shape (N, 2)."""
+    rest_length: Floats
+    """Length of the segment after each node in the layout [cm], 0 without one; shape (N, 2)."""
+    stretch: Floats
+    """k_s of the segment [dyn], shape (N, 2)."""
+    contact: Floats
+    """k_c L of the segment [dyn/cm], shape (N, 2)."""
+    contact_distance: Floats
+    """d of the segment [cm], shape (N, 2)."""
+    bending: Floats
+    """k_b at the node [dyn cm^2], shape (N, 2)."""
+    rest_turn: Floats
+    """Angle by which the yarn turns at the node in the layout, shape (N, 2)."""
+    yield_curvature: Floats
+    """Change of curvature beyond which bending stays [1/cm], shape (N, 2)."""
+    shear: Floats
+    """k_x L of the four ``QUADRANTS`` [dyn cm], shape (N, 4)."""
+    rest_shear: Floats
+    """Angle between the u yarn and the v yarn in the layout, shape (N,)."""
+    density: Floats
+    """Linear density of the segment times its weight [g/cm], shape (N, 2)."""
+    radius: Floats
+    """Radius of the yarn [cm], shape (N, 2)."""
+    friction: Floats
+    """Coefficient of friction of the crossing, shape (N,)."""
+    friction_stiffness: Floats
+    """k_f of each coordinate that slides through a crossing [dyn/cm], shape (N, 2)."""
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            getattr(self, field.name).flags.writeable = False
+
+    @property
+    def count(self) -> int:
+        """Number N of nodes."""
+        return len(self.link)
+
+    @property
+    def merging_distance(self) -> Floats:
+        """Rest length of each segment below which its energies continue without singularity [cm], shape (N, 2)."""
+        touch = np.where(self.contact > 0.0, self.contact_distance, np.inf)
+        distance: Floats = MERGING_SHARE * np.minimum(self.rest_length, touch)
+        return distance
+
+
+def crossing_elements(
+    yarns: CrossingYarns,
+    materials: FabricMaterials,
+    *,
+    nodes: ArrayLike | None = None,
+    alpha: ArrayLike | None = None,
+    slides: ArrayLike | None = None,
+) -> CrossingElements:
+    """The elements of yarns as they are laid out.
+
+    Args:
+        yarns: the layout.
+        materials: of its families of yarns.
+        nodes: numbers in the layout of the nodes that are simulated, ascending, shape (N,); all if it is None. Elements
+            with other nodes are left out.
+        alpha: blending field at the simulated nodes, in [0, 1], shape (N,); 1 if it is None. An element has the mean of
+            its nodes as weight, and at least ``SMALLEST_WEIGHT`` where it is not zero.
+        slides: whether Eulerian coordinates are free, shape (N, 2). If it is None, those are free that lie between two
+            simulated neighbours of their yarn with alpha = 1 at all three nodes, away from rods. The ends of yarns, and
+            nodes at the border of a region without Eulerian coordinates, hold their yarn.
+
+    Raises:
+        ParameterError: nodes are not ascending numbers of the layout, or an array has another shape.
+    """
+    chosen = _checked_nodes(nodes, yarns.node_count)
+    count = len(chosen)
+    blend = _shaped("alpha", np.ones(count) if alpha is None else alpha, (count,))
+    links = _links_among(yarns.links[chosen], chosen, yarns.node_count)
+    family = np.where(yarns.node_yarn < 0, 0, yarns.yarn_family[yarns.node_yarn])[chosen]
+    after, before = _neighbours(links[:, 0::2]), _neighbours(links[:, 1::2])
+    rest = _rest_lengths(links, yarns.rest_sliding[chosen])
+    bends = (links[:, 0::2] >= 0) & (links[:, 1::2] >= 0)
+    of_segment = _weights(blend[:, None] + blend[after], 2, links[:, 0::2] >= 0)
+    of_bend = _weights(blend[:, None] + blend[after] + blend[before], 3, bends)
+    free = _sliding(links, blend, yarns.side[chosen]) if slides is None else np.asarray(slides, dtype=bool)
+    crossed = (yarns.node_yarn[chosen] >= 0).all(axis=1) & (yarns.side[chosen] != 0)
+    return CrossingElements(
+        nodes=chosen,
+        link=links,
+        side=yarns.side[chosen].copy(),
+        slides=_shaped("slides", free, (count, 2)).astype(bool),
+        rest_sliding=yarns.rest_sliding[chosen].copy(),
+        rest_length=rest,
+        stretch=of_segment * _values(materials, family, "stretch_stiffness"),
+        contact=of_segment * _touches(yarns, chosen) * rest * _values(materials, family, "contact"),
+        contact_distance=_contact_distances(yarns.side[chosen], after, materials, family, rest),
+        bending=of_bend * _values(materials, family, "bending_stiffness"),
+        rest_turn=yarns.rest_turn[chosen] * bends,
+        yield_curvature=_values(materials, family, "yield_curvature"),
+        shear=_shear_stiffness(links, blend, rest, materials, family) * ((yarns.kind == "weave") & crossed)[:, None],
+        rest_shear=yarns.rest_shear[chosen].copy(),
+        density=of_segment * _values(materials, family, "density"),
+        radius=_values(materials, family, "radius"),
+        friction=_values(materials, family, "friction").mean(axis=1),
+        friction_stiffness=_values(materials, family, "friction_stiffness") * crossed[:, None],
+    )
+
+
+def _checked_nodes(nodes: ArrayLike | None, count: int) -> Integers:
+    """The simulated nodes."""
+    chosen = np.arange(count) if nodes is None else np.array(nodes, dtype=np.int64)
+    if chosen.ndim != 1 or (len(chosen) and (chosen[0] < 0 or chosen[-1] >= count or (np.diff(chosen) <= 0).any())):
+        raise ParameterError(f"crossing elements: nodes: expected ascending numbers from 0 to {count - 1}")
+    return chosen
+
+
+def _shaped(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Floats:
+    array = np.array(values, dtype=np.float64)
+    if array.shape != shape:
+        raise ParameterError(f"crossing elements: {name} has the shape {array.shape}; expected {shape}")
+    return array
+
+
+def _links_among(links: Integers, chosen: Integers, count: int) -> Integers:
+    """Links in the numbers of the simulated nodes; links to other nodes are left out."""
+    number = np.full(count + 1, NO_NODE)
+    number[chosen] = np.arange(len(chosen))
+    node = number[np.where(links < 0, count, links // 2)]
+    return np.where(node < 0, NO_NODE, 2 * node + links % 2)
+
+
+def _neighbours(links: Integers) -> Integers:
+    """Nodes of links; the node itself without one."""
+    own = np.arange(len(links))[:, None]
+    return np.where(links >= 0, links // 2, own)
+
+
+def _rest_lengths(links: Integers, coordinates: Floats) -> Floats:
+    """Rest length of the segment after each node, 0 without one."""
+    after = links[:, 0::2]
+    return np.where(after >= 0, coordinates.reshape(-1)[np.maximum(after, 0)] - coordinates, 0.0)
+
+
+def _weights(total: Floats, count: int, exists: Truths) -> Floats:
+    """Means of alpha, bounded from below where they are not zero."""
+    mean = total / count
+    return np.where(exists & (mean > 0.0), np.maximum(mean, SMALLEST_WEIGHT), 0.0)
+
+
+def _sliding(links: Integers, alpha: Floats, side: Integers) -> Truths:
+    """Whether a coordinate lies between two neighbours of its yarn, and all three nodes have Eulerian coordinates."""
+    full = alpha >= 1.0
+    neighbours = full[_neighbours(links)] & (links >= 0)
+    free: Truths = (full & (side != 0))[:, None] & neighbours[:, 0::2] & neighbours[:, 1::2]
+    return free
+
+
+def _values(materials: FabricMaterials, family: Integers, name: str) -> Floats:
+    """A value of the material of each yarn at each node, shape (N, 2)."""
+    values: Floats = np.array([getattr(material, name) for material in materials.by_family], dtype=np.float64)[family]
+    return values
+
+
+def _touches(yarns: CrossingYarns, chosen: Integers) -> Truths:
+    """Whether the segment after each node has yarns at both ends that it holds apart; not within a stitch contact."""
+    within = np.zeros((yarns.node_count, 2), dtype=bool)
+    if len(yarns.stitch_contacts):
+        pairs = np.concatenate([yarns.stitch_contacts, yarns.stitch_contacts[:, ::-1]])
+        partner = np.full(yarns.node_count, NO_NODE)
+        partner[pairs[:, 0]] = pairs[:, 1]
+        within = (partner[:, None] == yarns.neighbours[:, 0::2]) & (partner >= 0)[:, None]
+    return ~within[chosen]
+
+
+def _contact_distances(
+    side: Integers, after: Integers, materials: FabricMaterials, family: Integers, rest: Floats
+) -> Floats:
+    """4 R where the yarn changes its side and 2 R where it does not, at most the rest length."""
+    changes = side[:, None] != side[after]
+    radius = _values(materials, family, "radius")[:, ::-1]  # the yarns that touch are those that are crossed
+    bound: Floats = np.minimum(np.where(changes, 4.0, 2.0) * radius, rest)
+    return bound
+
+
+def _shear_stiffness(
+    links: Integers, alpha: Floats, rest: Floats, materials: FabricMaterials, family: Integers
+) -> Floats:
+    """k_x L of the quadrants; L is the mean length of both segments and S R^2 that of the two yarns."""
+    modulus = _values(materials, family, "shear").mean(axis=1)
+    stiffness = modulus * _values(materials, family, "radius").prod(axis=1)
+    result = np.zeros(links.shape)
+    lengths, ends = _leg_lengths(links, rest), _neighbours(links)
+    for q, (u, v) in enumerate(QUADRANTS):
+        exists = (links[:, u] >= 0) & (links[:, v] >= 0)
+        weight = _weights(alpha + alpha[ends[:, u]] + alpha[ends[:, v]], 3, exists)
+        result[:, q] = weight * stiffness * (lengths[:, u] + lengths[:, v]) / 2
+    return result
+
+
+def _leg_lengths(links: Integers, rest: Floats) -> Floats:
+    """Rest length of each leg, shape (N, 4)."""
+    lengths = np.repeat(rest, 2, axis=1)
+    lengths[:, 1::2] = np.where(links[:, 1::2] >= 0, rest.reshape(-1)[np.maximum(links[:, 1::2], 0)], 0.0)
+    return lengths

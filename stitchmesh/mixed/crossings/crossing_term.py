@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The elastic energy of crossing yarns as a term of the mixed system: stretch, contact, bending and shear.
+
+Products with the Hessian come from the blocks of each star, which are found once for a state and stored, or from the
+second derivatives taken again in each product (C, section 6.1), where memory is short.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.launch import launch
+from stitchmesh.compute.precision import matrix, vector
+from stitchmesh.compute.reduction import ordered_sum
+from stitchmesh.mixed.crossings.bending_yield import turn_after_yield
+from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
+from stitchmesh.mixed.crossings.crossing_model import CrossingModel
+from stitchmesh.mixed.crossings.star_hessian import (
+    PAIRS,
+    add_star_diagonal,
+    find_star_blocks,
+    find_star_products,
+    keep_state,
+    multiply_star_blocks,
+)
+from stitchmesh.mixed.crossings.star_kernels import add_star_slots, find_star_energies, find_star_forces
+from stitchmesh.mixed.crossings.step_limit import sliding_step_limit
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
+from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.term import Term
+
+
+class CrossingTerm(Term):
+    """Stretch, contact of parallel yarns, bending and shear of crossing yarns on a device.
+
+    Rest angles of bending change by yield at the end of a step; they last from step to step.
+    """
+
+    name = "crossing yarns"
+
+    def __init__(self, elements: CrossingElements, scalar: Any, device: wp.Device, *, stored: bool = True) -> None:
+        """Put the elements on a device.
+
+        Args:
+            elements: the yarns.
+            scalar: Warp's floating-point type.
+            device: where the term lies.
+            stored: whether the blocks of the Hessian are stored, 160 scalars for each node (640 bytes in single
+                precision). Products are then several times as fast on a CPU; diagonal blocks need them.
+        """
+        self.stored = stored
+        self.model = CrossingModel.of(elements, scalar, device)
+        count, self.device = elements.count, device
+        self.turn = wp.array(elements.rest_turn, dtype=scalar, device=device)
+        self._yields = bool(np.isfinite(elements.yield_curvature[elements.bending > 0.0]).any())
+        self._yield_curvature = wp.array(elements.yield_curvature, dtype=scalar, device=device)
+        self._slots = wp.zeros(4 * count, dtype=vector(4, scalar), device=device)
+        self._block = wp.zeros((len(PAIRS), count if stored else 0), dtype=matrix(4, scalar), device=device)
+        kept = 0 if stored else count
+        self._nodes = wp.zeros(kept, dtype=vector(3, scalar), device=device)
+        self._sliding = wp.zeros(kept, dtype=vector(2, scalar), device=device)
+        self._share = wp.zeros(1, dtype=scalar, device=device)
+        self._scalar = scalar
+
+    def energy(self, state: MixedVector) -> float:
+        """Energy [erg]."""
+        energies = wp.zeros(self.model.count, dtype=wp.float64, device=self.device)
+        inputs = [*self.model.constants, self.turn, state.nodes, state.sliding]
+        launch(find_star_energies, self.model.count, inputs, [energies], self.device)
+        return ordered_sum(energies)
+
+    def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
+        """The forces of all stars, and their sums at the nodes."""
+        if self.model.count == 0:
+            return []
+        inputs = [*self.model.constants, self.turn, state.nodes, state.sliding]
+        return [launcher(find_star_forces, self.model.count, inputs, [self._slots]), self._gather(force, launcher)]
+
+    def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launch that finds the blocks, or keeps the state."""
+        if self.model.count == 0:
+            return []
+        exact = self._scalar(self.exact)
+        if not self.stored:
+            kept = [self._nodes, self._sliding, self._share]
+            return [launcher(keep_state, self.model.count, [exact, state.nodes, state.sliding], kept)]
+        inputs = [*self.model.constants, exact, self.turn, state.nodes, state.sliding]
+        return [launcher(find_star_blocks, self.model.count, inputs, [self._block])]
+
+    def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
+        """The products of all stars, and their sums at the nodes."""
+        if self.model.count == 0:
+            return []
+        given = [direction.nodes, direction.sliding]
+        if self.stored:
+            inputs = [self.model.link, self.model.slides, self.model.shear, self._block, *given]
+            own = launcher(multiply_star_blocks, self.model.count, inputs, [self._slots])
+        else:
+            kept = [self.turn, self._nodes, self._sliding, self._share]
+            inputs = [*self.model.constants, self.model.slides, *kept, *given]
+            own = launcher(find_star_products, self.model.count, inputs, [self._slots])
+        return [own, self._gather(product, launcher)]
+
+    def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
+        """The launch that adds the diagonal blocks; none without stored blocks."""
+        if self.model.count == 0 or not self.stored:
+            return []
+        inputs = [self.model.link, self.model.slides, self._block]
+        return [launcher(add_star_diagonal, self.model.count, inputs, [blocks.nodes, blocks.sliding])]
+
+    def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
+        """The part of a direction along which no segment loses more than half of its rest length."""
+        return sliding_step_limit(self.model, state, direction)
+
+    def end_step(self, state: MixedVector, time: float, time_step: float) -> None:
+        """Let the yarns yield."""
+        if self._yields:
+            inputs = [self.model.link, self._yield_curvature, state.nodes, state.sliding]
+            launch(turn_after_yield, self.model.count, inputs, [self.turn], self.device)
+
+    def arrays(self) -> dict[str, Any]:
+        """The rest angles of bending."""
+        return {"yarn rest angles": self.turn}
+
+    def _gather(self, target: MixedVector, launcher: Launcher) -> Any:
+        """The launch that adds up the slots of each node."""
+        inputs = [self.model.link, self.model.slides, self._slots]
+        return launcher(add_star_slots, self.model.count, inputs, [target.nodes, target.sliding])

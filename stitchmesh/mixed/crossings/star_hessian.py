@@ -1,0 +1,215 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The Hessian of the star of each crossing node: blocks of 4 x 4 for each pair of legs, and their products.
+
+A star has ten blocks (``PAIRS``); the others are their transposes. They are found once for a state and stored, which
+takes 160 scalars for each node, or found again in each product, which takes none.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.mixed.crossings.star import leg_change, leg_of, quadrant_blocks, slot_behind, yarn_blocks
+from stitchmesh.mixed.crossings.star_kernels import HALF_TURN
+
+PAIRS = ((0, 0), (1, 1), (2, 2), (3, 3), (1, 0), (3, 2), (0, 2), (0, 3), (1, 2), (1, 3))
+"""The pairs of legs whose blocks are stored, in this order."""
+
+
+@kernel
+def find_star_blocks(
+    # model
+    link: wp.array2d[wp.int32],
+    segment: wp.array2d[Any],
+    bend: wp.array2d[Any],
+    shear: wp.array[Any],
+    shear_rest: wp.array[Any],
+    # state in
+    exact: Any,
+    turn: wp.array2d[Any],
+    nodes: wp.array[Any],
+    sliding: wp.array[Any],
+    # state out
+    block: wp.array2d[Any],
+) -> None:
+    """The ten blocks of each star [dyn/cm], shape (10, N)."""
+    i = wp.tid()
+    k0, k1, k2, k3 = link[i, 0], link[i, 1], link[i, 2], link[i, 3]
+    a, b = leg_of(link, nodes, sliding, i, 0), leg_of(link, nodes, sliding, i, 1)
+    c, d = leg_of(link, nodes, sliding, i, 2), leg_of(link, nodes, sliding, i, 3)
+    aa, ba, bb = yarn_blocks(k0, k1, a, b, segment[i, 0], bend[i, 0], turn[i, 0], exact)
+    cc, dc, dd = yarn_blocks(k2, k3, c, d, segment[i, 1], bend[i, 1], turn[i, 1], exact)
+    block[4, i] = ba
+    block[5, i] = dc
+    stiffness, angle = shear[i], shear_rest[i]
+    other = type(angle)(HALF_TURN) - angle
+    if wp.max(stiffness) > type(angle)(0.0):
+        own, both, far = quadrant_blocks(k0, k2, a, c, angle, stiffness[0], exact)
+        aa += own
+        cc += far
+        block[6, i] = both
+        own, both, far = quadrant_blocks(k0, k3, a, d, other, stiffness[1], exact)
+        aa += own
+        dd += far
+        block[7, i] = both
+        own, both, far = quadrant_blocks(k1, k2, b, c, other, stiffness[2], exact)
+        bb += own
+        cc += far
+        block[8, i] = both
+        own, both, far = quadrant_blocks(k1, k3, b, d, angle, stiffness[3], exact)
+        bb += own
+        dd += far
+        block[9, i] = both
+    block[0, i] = aa
+    block[1, i] = bb
+    block[2, i] = cc
+    block[3, i] = dd
+
+
+@kernel
+def multiply_star_blocks(
+    # model
+    link: wp.array2d[wp.int32],
+    slides: wp.array[Any],
+    shear: wp.array[Any],
+    # state in
+    block: wp.array2d[Any],
+    d_nodes: wp.array[Any],
+    d_sliding: wp.array[Any],
+    # state out
+    slots: wp.array[Any],
+) -> None:
+    """Products of the stored blocks with a direction [dyn]; slot 4 i + k for leg k."""
+    i = wp.tid()
+    a, b = leg_change(link, slides, d_nodes, d_sliding, i, 0), leg_change(link, slides, d_nodes, d_sliding, i, 1)
+    c, d = leg_change(link, slides, d_nodes, d_sliding, i, 2), leg_change(link, slides, d_nodes, d_sliding, i, 3)
+    # a vector times a matrix is the transpose of the matrix times the vector
+    of_a, of_b = block[0, i] * a + b * block[4, i], block[1, i] * b + block[4, i] * a
+    of_c, of_d = block[2, i] * c + d * block[5, i], block[3, i] * d + block[5, i] * c
+    if wp.max(shear[i]) > type(shear[i][0])(0.0):
+        of_a += block[6, i] * c + block[7, i] * d
+        of_b += block[8, i] * c + block[9, i] * d
+        of_c += a * block[6, i] + b * block[8, i]
+        of_d += a * block[7, i] + b * block[9, i]
+    slots[4 * i] = of_a
+    slots[4 * i + 1] = of_b
+    slots[4 * i + 2] = of_c
+    slots[4 * i + 3] = of_d
+
+
+@kernel
+def find_star_products(
+    # model
+    link: wp.array2d[wp.int32],
+    segment: wp.array2d[Any],
+    bend: wp.array2d[Any],
+    shear: wp.array[Any],
+    shear_rest: wp.array[Any],
+    slides: wp.array[Any],
+    # state in
+    turn: wp.array2d[Any],
+    nodes: wp.array[Any],
+    sliding: wp.array[Any],
+    share: wp.array[Any],
+    d_nodes: wp.array[Any],
+    d_sliding: wp.array[Any],
+    # state out
+    slots: wp.array[Any],
+) -> None:
+    """Products of the Hessian of each star with a direction [dyn], without stored blocks; slot 4 i + k for leg k."""
+    i = wp.tid()
+    exact = share[0]
+    k0, k1, k2, k3 = link[i, 0], link[i, 1], link[i, 2], link[i, 3]
+    a, b = leg_of(link, nodes, sliding, i, 0), leg_of(link, nodes, sliding, i, 1)
+    c, d = leg_of(link, nodes, sliding, i, 2), leg_of(link, nodes, sliding, i, 3)
+    xa, xb = leg_change(link, slides, d_nodes, d_sliding, i, 0), leg_change(link, slides, d_nodes, d_sliding, i, 1)
+    xc, xd = leg_change(link, slides, d_nodes, d_sliding, i, 2), leg_change(link, slides, d_nodes, d_sliding, i, 3)
+    own, both, far = yarn_blocks(k0, k1, a, b, segment[i, 0], bend[i, 0], turn[i, 0], exact)
+    of_a, of_b = own * xa + xb * both, far * xb + both * xa
+    own, both, far = yarn_blocks(k2, k3, c, d, segment[i, 1], bend[i, 1], turn[i, 1], exact)
+    of_c, of_d = own * xc + xd * both, far * xd + both * xc
+    stiffness, angle = shear[i], shear_rest[i]
+    other = type(angle)(HALF_TURN) - angle
+    if wp.max(stiffness) > type(angle)(0.0):
+        own, both, far = quadrant_blocks(k0, k2, a, c, angle, stiffness[0], exact)
+        of_a += own * xa + both * xc
+        of_c += far * xc + xa * both
+        own, both, far = quadrant_blocks(k0, k3, a, d, other, stiffness[1], exact)
+        of_a += own * xa + both * xd
+        of_d += far * xd + xa * both
+        own, both, far = quadrant_blocks(k1, k2, b, c, other, stiffness[2], exact)
+        of_b += own * xb + both * xc
+        of_c += far * xc + xb * both
+        own, both, far = quadrant_blocks(k1, k3, b, d, angle, stiffness[3], exact)
+        of_b += own * xb + both * xd
+        of_d += far * xd + xb * both
+    slots[4 * i] = of_a
+    slots[4 * i + 1] = of_b
+    slots[4 * i + 2] = of_c
+    slots[4 * i + 3] = of_d
+
+
+@kernel
+def keep_state(
+    # state in
+    exact: Any,
+    nodes: wp.array[Any],
+    sliding: wp.array[Any],
+    # state out
+    kept_nodes: wp.array[Any],
+    kept_sliding: wp.array[Any],
+    share: wp.array[Any],
+) -> None:
+    """Keep the state at which products are taken, and the share of the exact Hessian."""
+    i = wp.tid()
+    kept_nodes[i] = nodes[i]
+    kept_sliding[i] = sliding[i]
+    if i == 0:
+        share[0] = exact
+
+
+@wp.func
+def positions_of(block: Any) -> Any:
+    """The part of a 4 x 4 block that belongs to positions."""
+    return wp.matrix_from_rows(
+        wp.vector(block[0, 0], block[0, 1], block[0, 2]),
+        wp.vector(block[1, 0], block[1, 1], block[1, 2]),
+        wp.vector(block[2, 0], block[2, 1], block[2, 2]),
+    )
+
+
+@kernel
+def add_star_diagonal(
+    # model
+    link: wp.array2d[wp.int32],
+    slides: wp.array[Any],
+    # state in
+    block: wp.array2d[Any],
+    # state out
+    of_nodes: wp.array[Any],
+    of_sliding: wp.array[Any],
+) -> None:
+    """Add the diagonal blocks of the Hessian, from the stored blocks of each node's star and of its neighbours."""
+    i = wp.tid()
+    # a node moves against all its legs, a coordinate against the two legs of its yarn
+    along = block[0, i] + block[1, i] + block[4, i] + wp.transpose(block[4, i])
+    across = block[2, i] + block[3, i] + block[5, i] + wp.transpose(block[5, i])
+    both = block[6, i] + block[7, i] + block[8, i] + block[9, i]
+    whole = along + across + both + wp.transpose(both)
+    uu, vv = along[3, 3], across[3, 3]
+    n = int(4)
+    for k in range(n):
+        if link[i, k] >= 0:
+            slot = slot_behind(link[i, k], k)
+            there = block[slot % 4, slot // 4]
+            whole += there
+            if k < 2:
+                uu += there[3, 3]
+            else:
+                vv += there[3, 3]
+    of_nodes[i] += positions_of(whole)
+    of_sliding[i] += wp.diag(type(slides[i])(uu * slides[i][0], vv * slides[i][1]))

@@ -1,0 +1,195 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The weight of crossing yarns (Cirio et al. 2014, section 4.1).
+
+A segment between two nodes holds yarn of the rest length D = u1 - u0 and of the mass rho D:
+
+    E = - rho D g . (x0 + x1) / 2
+
+Yarn that slides to another segment changes its height there, so that the coordinates have a weight too: a yarn that
+hangs over a crossing runs to its heavier side. The Hessian couples D with the positions and is not positive; the matrix
+that is never negative is zero.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import ArrayLike
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import launch
+from stitchmesh.compute.precision import vector
+from stitchmesh.compute.reduction import ordered_sum
+from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
+from stitchmesh.mixed.crossings.star import coordinate_of, leg_vector
+from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.term import Term
+
+STANDARD = (0.0, -981.0, 0.0)
+"""Acceleration on Earth [cm/s^2]; y points up."""
+
+
+@wp.func
+def density_of(link: int, k: int, i: int, density: wp.array2d[Any]) -> Any:
+    """Linear density [g/cm] of the segment of leg k of node i, positive after the node and negative before it."""
+    result = density[i, k // 2]
+    if k % 2 == 1:
+        result = -density[link // 2, link % 2]
+    return result
+
+
+@kernel
+def find_weight_energies(
+    # model
+    link: wp.array2d[wp.int32],
+    density: wp.array2d[Any],
+    acceleration: Any,
+    # state in
+    nodes: wp.array[Any],
+    sliding: wp.array[Any],
+    # state out
+    energy: wp.array[wp.float64],
+) -> None:
+    """Potential energy [erg] of the segments after each node."""
+    i = wp.tid()
+    total = wp.float64(0.0)
+    for c in range(2):
+        after = link[i, 2 * c]
+        if after >= 0:
+            own = sliding[i][c]
+            mass = density[i, c] * (coordinate_of(after, sliding, own) - own)
+            middle = nodes[i] + leg_vector(after, nodes, nodes[i]) * type(own)(0.5)
+            total -= wp.float64(mass * wp.dot(acceleration, middle))
+    energy[i] = total
+
+
+@kernel
+def add_yarn_weights(
+    # model
+    link: wp.array2d[wp.int32],
+    slides: wp.array[Any],
+    density: wp.array2d[Any],
+    acceleration: Any,
+    # state in
+    nodes: wp.array[Any],
+    sliding: wp.array[Any],
+    # state out
+    on_nodes: wp.array[Any],
+    on_sliding: wp.array[Any],
+) -> None:
+    """Add the weight of the yarn around each node, on its position and its coordinates."""
+    i = wp.tid()
+    half = type(sliding[i][0])(0.5)
+    on_coordinates = type(slides[i])()
+    mass = half - half
+    n = int(4)
+    for k in range(n):
+        if link[i, k] >= 0:
+            own = sliding[i][k // 2]
+            signed = density_of(link[i, k], k, i, density)
+            mass += half * signed * (coordinate_of(link[i, k], sliding, own) - own)
+            middle = nodes[i] + leg_vector(link[i, k], nodes, nodes[i]) * half
+            on_coordinates[k // 2] -= signed * wp.dot(acceleration, middle)
+    on_nodes[i] += acceleration * mass
+    on_sliding[i] += wp.cw_mul(on_coordinates, slides[i])
+
+
+@kernel
+def add_weight_products(
+    # model
+    link: wp.array2d[wp.int32],
+    slides: wp.array[Any],
+    density: wp.array2d[Any],
+    acceleration: Any,
+    # state in
+    share: wp.array[Any],
+    d_nodes: wp.array[Any],
+    d_sliding: wp.array[Any],
+    # state out
+    on_nodes: wp.array[Any],
+    on_sliding: wp.array[Any],
+) -> None:
+    """Add the products of the Hessian, which couples positions and coordinates."""
+    i = wp.tid()
+    exact = share[0]
+    half = type(exact)(0.5)
+    of_coordinates = type(slides[i])()
+    mass = half - half
+    one = type(exact)(1.0)
+    n = int(4)
+    for k in range(n):
+        if link[i, k] >= 0:
+            own = d_sliding[i][k // 2] * slides[i][k // 2]
+            signed = density_of(link[i, k], k, i, density)
+            other = coordinate_of(link[i, k], d_sliding, own) * coordinate_of(link[i, k], slides, one)
+            mass += half * signed * (other - own)
+            middle = d_nodes[i] + leg_vector(link[i, k], d_nodes, d_nodes[i]) * half
+            of_coordinates[k // 2] += signed * wp.dot(acceleration, middle)
+    on_nodes[i] -= acceleration * (mass * exact)
+    on_sliding[i] += wp.cw_mul(of_coordinates, slides[i]) * exact
+
+
+@kernel
+def keep_share(
+    # state in
+    exact: Any,
+    # state out
+    share: wp.array[Any],
+) -> None:
+    """Keep the share of the exact Hessian."""
+    share[wp.tid()] = exact
+
+
+class YarnGravity(Term):
+    """The weight of crossing yarns on a device; the energy is relative to the origin."""
+
+    name = "weight of crossing yarns"
+
+    def __init__(
+        self, elements: CrossingElements, scalar: Any, device: wp.Device, acceleration: ArrayLike = STANDARD
+    ) -> None:
+        """Put the densities on a device, in the precision of ``scalar``.
+
+        Raises:
+            ParameterError: the acceleration [cm/s^2] is not three finite numbers.
+        """
+        pull = np.asarray(acceleration, dtype=np.float64)
+        if pull.shape != (3,) or not np.isfinite(pull).all():
+            raise ParameterError(f"gravity: got the acceleration {pull.tolist()}; expected three finite numbers")
+        self.count, self.device, self._scalar = elements.count, device, scalar
+        self._link = wp.array(elements.link.astype(np.int32), dtype=wp.int32, device=device)
+        self._slides = wp.array(elements.slides.astype(np.float64), dtype=vector(2, scalar), device=device)
+        self._density = wp.array(elements.density, dtype=scalar, device=device)
+        self._acceleration = vector(3, scalar)(*pull)
+        self._share = wp.zeros(1, dtype=scalar, device=device)
+
+    def energy(self, state: MixedVector) -> float:
+        """Potential energy [erg] relative to the origin."""
+        energies = wp.zeros(self.count, dtype=wp.float64, device=self.device)
+        inputs = [self._link, self._density, self._acceleration, state.nodes, state.sliding]
+        launch(find_weight_energies, self.count, inputs, [energies], self.device)
+        return ordered_sum(energies)
+
+    def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launch that adds the weights."""
+        if self.count == 0:
+            return []
+        inputs = [self._link, self._slides, self._density, self._acceleration, state.nodes, state.sliding]
+        return [launcher(add_yarn_weights, self.count, inputs, [force.nodes, force.sliding])]
+
+    def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launch that keeps the share of the exact Hessian, which does not depend on the state."""
+        return [launcher(keep_share, 1, [self._scalar(self.exact)], [self._share])]
+
+    def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launch that adds the products; none for the matrix that is never negative."""
+        if self.count == 0:
+            return []
+        model = [self._link, self._slides, self._density, self._acceleration]
+        inputs = [*model, self._share, direction.nodes, direction.sliding]
+        return [launcher(add_weight_products, self.count, inputs, [product.nodes, product.sliding])]

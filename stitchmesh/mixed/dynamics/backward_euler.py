@@ -1,0 +1,282 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Motion in time by backward Euler (Casafranca et al. 2020, section 4.3).
+
+With positions x_n and velocities u_n, a time step h and Rayleigh damping by mass (a) and by stiffness (b), the
+displacement d = h u of the step minimizes the incremental potential
+
+    V(x_n + d) + 1/(2 h^2) |d - h u_n|_M^2 + a/(2 h) |d|_M^2 + b/(2 h) d' K_n d
+
+over the motions p = B v + F x, where what is fixed has its prescribed displacement. The first guess is h u_n, or no
+motion where this has the lower potential. The step is done when the error of the velocities is small: the root of r . z
+over the mass of the system, for the force r that is left and the motion z that the preconditioner finds for it.
+
+Where Newton's method does not converge the step begins again with half its length; after some steps that converge fast
+the length grows again. A run depends on its state alone: one that is stopped and resumed gives the same bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
+from stitchmesh.mixed.dynamics.newton import Newton, NewtonState, Quadratic
+from stitchmesh.mixed.dynamics.vector_sums import choose, dot, set_sum
+from stitchmesh.mixed.mixed_vector import MixedVector, Parts
+
+CALM_STEPS = 4
+"""Steps in a row that converge fast, after which the time step grows."""
+GROWTH = 1.25
+"""Factor by which the time step grows."""
+FEW_ITERATIONS = 5
+"""Newton iterations of a step that converges fast."""
+
+PrescribedMotion = Callable[[float, float], Parts]
+"""From the times [s] at which a step begins and ends to the displacements of vertices, nodes and Eulerian coordinates
+[cm]; only those of coordinates that are not free are used. Displacements, unlike velocities, add up without drift."""
+
+
+@dataclass(frozen=True)
+class DynamicsSettings:
+    """Choices of a motion in time.
+
+    Raises:
+        ParameterError: a value is out of range.
+    """
+
+    time_step: float = 1e-3
+    """Largest time step [s]."""
+    smallest_time_step: float = 1e-8
+    """Time step below which the run ends with an error [s]."""
+    damping_mass: float = 0.0
+    """Rayleigh damping by mass [1/s]."""
+    damping_stiffness: float = 0.0
+    """Rayleigh damping by stiffness [s]."""
+    velocity_tolerance: float = 1e-2
+    """Root mean square error of the velocities of a step [cm/s]."""
+    most_newton_iterations: int = 20
+    """Newton iterations after which the step is halved."""
+    solve_tolerance: float = 1e-2
+    """Relative tolerance of the linear solves."""
+    most_solve_iterations: int = 2000
+    """Largest number of products of a linear solve."""
+    exact_hessian: bool = True
+    """Whether the matrix is the exact Hessian where no direction of negative curvature is met."""
+    stiffness_in_metric: bool = False
+    """Whether the preconditioner contains the diagonal of the Hessian for positions too, which pays for steps that are
+    so long that they are nearly static equilibria."""
+
+    def __post_init__(self) -> None:
+        positive = ("time_step", "smallest_time_step", "velocity_tolerance", "solve_tolerance")
+        for name in (*positive, "damping_mass", "damping_stiffness", "most_newton_iterations", "most_solve_iterations"):
+            value = getattr(self, name)
+            least = "above 0" if name in positive else ("at least 1" if name.startswith("most") else "at least 0")
+            wrong = value <= 0 if least == "above 0" else value < (1 if name.startswith("most") else 0)
+            if wrong or not np.isfinite(value):
+                raise ParameterError(f"dynamics: {name}: got {value}; expected a number {least}")
+
+
+@dataclass(frozen=True)
+class StepReport:
+    """What a step did."""
+
+    time: float
+    """Time at its end [s]."""
+    time_step: float
+    """Its length [s]."""
+    newton_iterations: int
+    """Newton iterations of the accepted attempt."""
+    solve_iterations: int
+    """Products with the matrix, of all attempts."""
+    halvings: int
+    """Attempts that did not converge."""
+    velocity_error: float
+    """Root mean square error of the velocities [cm/s]."""
+
+
+class Dynamics:
+    """A motion in time."""
+
+    def __init__(
+        self,
+        system: MixedSystem,
+        positions: MixedVector,
+        settings: DynamicsSettings | None = None,
+        *,
+        velocities: MixedVector | None = None,
+        prescribed: PrescribedMotion | None = None,
+    ) -> None:
+        """Start a motion at time 0.
+
+        Args:
+            system: terms, masses and unknowns.
+            positions: positions at the beginning; copied.
+            settings: time step, damping and tolerances.
+            velocities: velocities at the beginning, zero by default; copied.
+            prescribed: displacements of what is fixed, zero by default.
+        """
+        self.system, self.settings = system, settings or DynamicsSettings()
+        self.positions = positions.copy()
+        self.velocities = positions.like() if velocities is None else velocities.copy()
+        self.time, self.time_step, self.calm_steps = 0.0, self.settings.time_step, 0
+        self._prescribed = prescribed
+        self._newton = Newton(system)
+        self._state = NewtonState(*(system.zeros() for _ in range(4)))
+        self._product, self._still = system.zeros(), system.zeros()
+
+    def step(self) -> StepReport:
+        """Advance by one time step.
+
+        Raises:
+            SolverError: the time step has become smaller than its lower bound.
+        """
+        halvings, products = 0, 0
+        while True:
+            report = self._attempt(products, halvings)
+            products = report.solve_iterations
+            if report.velocity_error <= self.settings.velocity_tolerance:
+                return report
+            halvings, self.calm_steps = halvings + 1, 0
+            self.time_step *= 0.5
+            if self.time_step < self.settings.smallest_time_step:
+                found = f"Newton's method does not converge at time {self.time:.6g} s"
+                least = self.settings.smallest_time_step
+                raise SolverError(f"dynamics: {found} with time steps down to {least:.3g} s: check loads and contacts")
+
+    def energies(self) -> dict[str, float]:
+        """Energy of each term and kinetic energy [erg] by name."""
+        product = self.positions.like()
+        self.system.set_mass_product(self.velocities, product)
+        return {**self.system.energies(self.positions), "kinetic": 0.5 * dot(self.velocities, product)}
+
+    def momentum(self) -> NDArray[np.float64]:
+        """Momentum of vertices and nodes [g cm/s], shape (3,)."""
+        product = self.positions.like()
+        self.system.set_mass_product(self.velocities, product)
+        vertices, nodes, _ = product.numpy()
+        total: NDArray[np.float64] = vertices.sum(axis=0) + nodes.sum(axis=0)
+        return total
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """All that the rest of the run depends on, by name, for stopping and resuming."""
+        result = {"positions": self.positions.values.numpy(), "velocities": self.velocities.values.numpy()}
+        result["clock"] = np.array([self.time, self.time_step, self.calm_steps], dtype=np.float64)
+        for number, term in enumerate(self.system.terms):
+            for name, array in term.arrays().items():
+                result[f"term {number} {name}"] = array.numpy()
+        return result
+
+    def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Restore the contents of ``arrays``.
+
+        Raises:
+            ParameterError: an array is missing or has another shape.
+        """
+        expected = self.arrays()
+        for name, array in expected.items():
+            if name not in arrays or arrays[name].shape != array.shape:
+                found = "is missing" if name not in arrays else f"has the shape {arrays[name].shape}"
+                raise ParameterError(f"resume: array {name!r} {found}; expected the shape {array.shape}")
+        self.positions.values.assign(arrays["positions"])
+        self.velocities.values.assign(arrays["velocities"])
+        self.time, self.time_step = (float(value) for value in arrays["clock"][:2])
+        self.calm_steps = int(arrays["clock"][2])
+        for number, term in enumerate(self.system.terms):
+            prefix = f"term {number} "
+            term.resume({name[len(prefix) :]: arrays[name] for name in expected if name.startswith(prefix)})
+
+    def _attempt(self, products: int, halvings: int) -> StepReport:
+        """Solve a step of the current length, and accept it if it converges."""
+        h = self.time_step
+        self.system.update_masses(self.positions)
+        for term in self.system.terms:
+            term.begin_step(self.positions, self.time, h)
+        iterations, solves, error = self._solve(h)
+        report = StepReport(self.time + h, h, iterations, products + solves, halvings, error)
+        if error <= self.settings.velocity_tolerance:
+            self._accept(report)
+        return report
+
+    def _solve(self, h: float) -> tuple[int, int, float]:
+        """Minimize the incremental potential; Newton iterations, products and the error of the velocities."""
+        settings, newton, state = self.settings, self._newton, self._state
+        quadratic = Quadratic(1.0 / h**2 + settings.damping_mass / h, settings.damping_stiffness / h)
+        self._begin(h, quadratic)
+        exact, solves, stuck = float(settings.exact_hessian), 0, False
+        for iteration in range(settings.most_newton_iterations + 1):
+            newton.set_downhill_force(state, quadratic)
+            error = h * self.system.velocity_rms(newton.gradient_force)
+            if error <= settings.velocity_tolerance or stuck or iteration == settings.most_newton_iterations:
+                return iteration, solves, error
+            if not np.isfinite(error):
+                return iteration, solves, np.inf
+            if iteration == 0:
+                factors = quadratic.mass, 1.0 + quadratic.stiffness
+                stiff = settings.stiffness_in_metric
+                self.system.set_factors(*factors, state.position, stiffness_in_metric=stiff)
+            self.system.linearize(state.position, exact)
+            tolerances = settings.solve_tolerance, settings.most_solve_iterations
+            report = newton.iterate(state, self.positions, quadratic, *tolerances)
+            solves, stuck = solves + report.solve.iterations, report.step == 0.0 and exact == 0.0
+            exact = 0.0 if report.solve.negative or report.step == 0.0 else float(settings.exact_hessian)
+        return settings.most_newton_iterations, solves, np.inf
+
+    def _begin(self, h: float, quadratic: Quadratic) -> None:
+        """The first guess of a step: prescribed motion, and h u_n elsewhere if this has no higher potential.
+
+        Like any other move, the guess goes no farther than the terms allow.
+        """
+        state, fixed = self._state, self._prescribed_motion(h)
+        self._set_guess(h, quadratic, 1.0, fixed)
+        part = self.system.step_limit(self.positions, state.displacement)
+        potential = {}
+        for each in (part, 0.0):
+            self._set_guess(h, quadratic, each, fixed)
+            potential[each] = self._potential(quadratic)
+        if potential[part] <= potential[0.0]:
+            self._set_guess(h, quadratic, part, fixed)
+        state.damping.values.zero_()
+        if quadratic.stiffness:
+            self.system.linearize(self.positions, 0.0)
+            self.system.set_hessian_product(state.displacement, state.damping)
+
+    def _set_guess(self, h: float, quadratic: Quadratic, part: float, fixed: MixedVector) -> None:
+        """Set the state to a part of the motion h u_n, and to the prescribed motion of what is fixed."""
+        state = self._state
+        set_sum(state.displacement, part * h, self.velocities, 0.0, self.velocities)
+        choose(state.displacement, self.system.moves, state.displacement, fixed)
+        self.system.make_motion(state.displacement)
+        set_sum(state.position, 1.0, self.positions, 1.0, state.displacement)
+        set_sum(state.inertia, quadratic.mass, state.displacement, -1.0 / h, self.velocities)
+
+    def _potential(self, quadratic: Quadratic) -> float:
+        """Potential of the state without damping by stiffness [erg]."""
+        state, product = self._state, self._product
+        self.system.set_mass_product(state.inertia, product)
+        return sum(self.system.energies(state.position).values()) + dot(state.inertia, product) / (2 * quadratic.mass)
+
+    def _prescribed_motion(self, h: float) -> MixedVector:
+        """Displacements of what is fixed in a step of length ``h``."""
+        if self._prescribed is None:
+            return self._still
+        v, p, s = self._prescribed(self.time, self.time + h)
+        return MixedVector.from_numpy(v, p, s, self.system.scalar, self.system.device)
+
+    def _accept(self, report: StepReport) -> None:
+        """Take over the positions and velocities of a step; lengthen the next one after calm steps."""
+        h = report.time_step
+        self.positions.assign(self._state.position)
+        set_sum(self.velocities, 1.0 / h, self._state.displacement, 0.0, self._state.displacement)
+        for term in self.system.terms:
+            term.end_step(self.positions, report.time, h)
+        self.time = report.time
+        self.calm_steps = self.calm_steps + 1 if report.newton_iterations <= FEW_ITERATIONS else 0
+        if self.calm_steps >= CALM_STEPS and self.time_step < self.settings.time_step:
+            self.time_step = min(self.time_step * GROWTH, self.settings.time_step)
+            self.calm_steps = 0

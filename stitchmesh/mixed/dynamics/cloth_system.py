@@ -1,0 +1,181 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The mixed system of a cloth with crossing yarns laid out on it, for a region of interest.
+
+All energies of the triangles have the weight 1 - alpha, all energies of the yarns the weight alpha, and masses are
+blended (Casafranca et al. 2020, sections 4.1 and 4.2). Contact, attachments and other loads are further terms, which
+``MixedSystem.add`` takes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import ArrayLike, NDArray
+
+from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.crossings.crossing_elements import CrossingElements, crossing_elements
+from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
+from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.sliding_friction import SlidingFriction
+from stitchmesh.mixed.crossings.stitch_term import StitchTerm, stitch_elements
+from stitchmesh.mixed.crossings.yarn_gravity import YarnGravity
+from stitchmesh.mixed.crossings.yarn_mass import YarnMass
+from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses, blend_masses
+from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix
+from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
+from stitchmesh.mixed.dynamics.weight import Weight
+from stitchmesh.mixed.enrichment.embedding import embed
+from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
+from stitchmesh.mixed.enrichment.region import Region
+from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.triangles.cloth_mass import rod_masses, triangle_masses
+from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
+from stitchmesh.mixed.triangles.membrane import Membrane
+from stitchmesh.mixed.triangles.seam_material import SeamMaterial
+from stitchmesh.mixed.triangles.seam_rod import SeamRod
+from stitchmesh.mixed.triangles.shell_bending import ShellBending
+
+EARTH = (0.0, -981.0, 0.0)
+"""Acceleration on Earth [cm/s^2]; the y axis points up."""
+
+
+@dataclass(frozen=True)
+class ClothModel:
+    """Materials and loads of a cloth."""
+
+    triangles: ClothMaterial | Sequence[ClothMaterial]
+    """Material of all panels, or one for each panel."""
+    yarns: FabricMaterials
+    """Materials of the families of yarns."""
+    seams: SeamMaterial | None = None
+    """Material of the rods along seams outside the yarns; no rods by default."""
+    acceleration: tuple[float, float, float] = EARTH
+    """Acceleration by gravity [cm/s^2]."""
+    friction: bool = True
+    """Whether yarns rub where they cross."""
+
+
+@dataclass(frozen=True, eq=False)
+class ClothSystem:
+    """A mixed system, what it was made from, and where it begins."""
+
+    cloth: Cloth
+    yarns: CrossingYarns
+    region: Region
+    elements: CrossingElements
+    """Elements of the simulated nodes."""
+    masses: BlendedMasses
+    system: MixedSystem
+    positions: MixedVector
+    """Positions at the beginning: nodes lie on their triangles, and yarns have the lengths of the layout."""
+
+
+def cloth_system(
+    cloth: Cloth,
+    yarns: CrossingYarns,
+    region: Region,
+    model: ClothModel,
+    *,
+    fixed_vertices: ArrayLike = (),
+    fixed_nodes: ArrayLike = (),
+    vertices: NDArray[np.float64] | None = None,
+    scalar: Any = wp.float64,
+    device: wp.Device,
+) -> ClothSystem:
+    """Assemble the system of a cloth.
+
+    Args:
+        cloth: the triangles.
+        yarns: yarns laid out on them.
+        region: the region of interest, made from the triangles and the nodes of the layout.
+        model: materials and loads.
+        fixed_vertices: numbers of vertices that do not move by themselves.
+        fixed_nodes: numbers of such nodes in the layout.
+        vertices: positions at the beginning [cm], shape (V, 3); those of the cloth by default.
+        scalar: Warp's floating-point type.
+        device: where the kernels run.
+
+    Raises:
+        ParameterError: materials, masses or numbers do not fit the cloth.
+    """
+    nodes, alpha = region.nodes, region.node_alpha[region.nodes]
+    elements = crossing_elements(yarns, model.yarns, nodes=nodes, alpha=alpha)
+    free = FreeUnknowns.of(region, fixed_vertices=fixed_vertices, fixed_nodes=fixed_nodes)
+    free = replace(free, sliding=free.sliding & elements.slides)
+    masses = cloth_masses(cloth, yarns, region, model)
+    start = cloth.vertices if vertices is None else vertices
+    positions = MixedVector.from_numpy(start, yarns.world(cloth, start)[nodes], elements.rest_sliding, scalar, device)
+    terms = [
+        *_yarn_terms(yarns, elements, model, alpha, scalar, device),
+        *_triangle_terms(cloth, region, model, scalar, device),
+    ]
+    of_nodes = YarnMass(elements, scalar, device)
+    system = MixedSystem(embed(region), free, masses, terms, node_masses=of_nodes, scalar=scalar, device=device)
+    without_yarns = BlendedMasses(masses.vertices, np.zeros_like(masses.yarns))
+    system.add(Weight(MassMatrix(without_yarns, scalar, device), model.acceleration))
+    return ClothSystem(cloth, yarns, region, elements, masses, system, positions)
+
+
+def cloth_masses(cloth: Cloth, yarns: CrossingYarns, region: Region, model: ClothModel) -> BlendedMasses:
+    """Masses of a cloth: of its yarns in the enriched region, and by density elsewhere.
+
+    Raises:
+        ParameterError: the number of materials is not that of the panels.
+    """
+    node, coordinate = np.nonzero(yarns.links[:, 0::2] >= 0)
+    after = yarns.links[node, 2 * coordinate]
+    length = yarns.rest_sliding.reshape(-1)[after] - yarns.rest_sliding[node, coordinate]
+    density = np.array([material.density for material in model.yarns.by_family])
+    mass = length * density[yarns.yarn_family[yarns.node_yarn[node, coordinate]]]
+    ends, coordinates = np.stack([node, after // 2], axis=1), np.stack([coordinate, after % 2], axis=1)
+    blended = blend_masses(region, ends, mass, coordinates, triangle_masses(cloth, model.triangles))
+    if model.seams is None:
+        return blended
+    of_rods = rod_masses(cloth, model.seams, _edge_weights(cloth, region))
+    return BlendedMasses(blended.vertices + of_rods, blended.yarns)
+
+
+def _edge_weights(cloth: Cloth, region: Region) -> NDArray[np.float64]:
+    """Weight 1 - alpha of each edge of a seam, shape (S,)."""
+    weights: NDArray[np.float64] = 1.0 - region.vertex_alpha[cloth.seam_edges].mean(axis=1)
+    return weights
+
+
+def _triangle_terms(cloth: Cloth, region: Region, model: ClothModel, scalar: Any, device: wp.Device) -> list[Term]:
+    """The energies of the triangles and of the rods along seams."""
+    weight = 1.0 - region.triangle_alpha
+    terms: list[Term] = [
+        Membrane(cloth, model.triangles, scalar, device, weight),
+        ShellBending(cloth, model.triangles, scalar, device, weight),
+    ]
+    if model.seams is not None and len(cloth.seam_edges):
+        terms.append(SeamRod(cloth, model.seams, scalar, device, _edge_weights(cloth, region)))
+    return terms
+
+
+def _yarn_terms(
+    yarns: CrossingYarns,
+    elements: CrossingElements,
+    model: ClothModel,
+    alpha: NDArray[np.float64],
+    scalar: Any,
+    device: wp.Device,
+) -> list[Term]:
+    """The energies of the yarns."""
+    if elements.count == 0:
+        return []
+    elastic = CrossingTerm(elements, scalar, device)
+    terms: list[Term] = [elastic, YarnGravity(elements, scalar, device, model.acceleration)]
+    if yarns.kind == "knit":
+        stitches = stitch_elements(yarns, elements, model.yarns.weft, alpha=alpha)
+        terms.append(StitchTerm(stitches, elements.count, scalar, device))
+    if model.friction:
+        terms.append(SlidingFriction(elements, elastic))
+    return terms

@@ -1,0 +1,202 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The mixed system on a device: its terms, masses and unknowns, and the linear systems of Newton's method.
+
+The matrix of a linear system is factor 1 times the Hessian of all terms plus factor 0 times the mass matrix (Casafranca
+et al. 2020, equation 11, divided by h^2). Products are matrix-free, and the iterations of the solver are captured again
+only when the arrays of a term are replaced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher, ZeroArray
+from stitchmesh.compute.launch import launch
+from stitchmesh.compute.precision import vector
+from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses
+from stitchmesh.mixed.dynamics.conjugate_gradients import ConjugateGradients
+from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix, NodeMasses
+from stitchmesh.mixed.dynamics.vector_sums import choose, dot
+from stitchmesh.mixed.enrichment.embedding import Embedding
+from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
+from stitchmesh.mixed.enrichment.preconditioner import Preconditioner
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
+from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.term import Term
+
+
+class MixedSystem:
+    """Terms, masses and unknowns on a device."""
+
+    def __init__(
+        self,
+        embedding: Embedding,
+        free: FreeUnknowns,
+        masses: BlendedMasses,
+        terms: Sequence[Term],
+        *,
+        node_masses: NodeMasses | None = None,
+        scalar: Any = wp.float64,
+        device: wp.Device,
+    ) -> None:
+        """Allocate what the linear systems need.
+
+        Args:
+            embedding: how hybrid nodes move with the triangles.
+            free: which coordinates are unknown.
+            masses: masses of vertices and nodes.
+            terms: energies, on the same device and in the same precision.
+            node_masses: blocks of the mass matrix at the nodes; by default the masses alone, without inertia of the
+                Eulerian coordinates.
+            scalar: Warp's floating-point type.
+            device: where the kernels run.
+
+        Raises:
+            ParameterError: counts of vertices or nodes differ, or there is no mass.
+        """
+        counts = embedding.vertex_count, embedding.node_count
+        if (len(masses.vertices), len(masses.yarns)) != counts or (len(free.vertices), len(free.nodes)) != counts:
+            found = f"got masses of {len(masses.vertices)} vertices and {len(masses.yarns)} nodes"
+            raise ParameterError(f"mixed system: {found}; expected {counts[0]} and {counts[1]}, as in the region")
+        if masses.total <= 0.0:
+            raise ParameterError("mixed system: got no mass; expected masses of triangles or yarns above 0 g")
+        self.embedding, self.free, self.terms = embedding, free, list(terms)
+        self.scalar, self.device = scalar, device
+        self.mass = MassMatrix(masses, scalar, device, node_masses)
+        self.preconditioner = Preconditioner(embedding, free, (masses.vertices, masses.nodes), scalar, device)
+        self.launch: Launcher = partial(launch, device=device)
+        self._factors = wp.zeros(1, dtype=vector(2, scalar), device=device)
+        self._unit = wp.array([[1.0, 0.0]], dtype=vector(2, scalar), device=device)
+        self._blocks = MixedBlocks.zeros(*counts, scalar, device)
+        self.moves = wp.array(_moves(free), dtype=wp.int32, device=device)
+        self._by_mass = Preconditioner(embedding, free, (masses.vertices, masses.nodes), scalar, device)
+        self._impulse, self._motion = self.zeros(), self.zeros()
+        self._solver: ConjugateGradients | None = None
+        self._captured: tuple[int, ...] = ()
+        self._set_projection(masses)
+
+    def _set_projection(self, masses: BlendedMasses) -> None:
+        """The constant metric of the masses alone, with the mass of each yarn for its Eulerian coordinate."""
+        mass = MassMatrix(masses, self.scalar, self.device)
+        self._blocks.clear()
+        self._blocks.sliding.assign(masses.yarns[:, :, None] * np.eye(2))
+        mass.combine_blocks(self._unit, self._blocks, self.launch)
+        self._by_mass.set_metric(self._blocks, of_masses=True)
+
+    def update_masses(self, state: MixedVector) -> None:
+        """Find the blocks of the mass matrix at the nodes at the beginning of a step."""
+        self.mass.nodes.update_launches(state, self.launch)
+
+    def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
+        """Longest part of a direction, at most 1, that all terms allow a line search to try."""
+        return min((term.step_limit(state, direction) for term in self.terms), default=1.0)
+
+    def add(self, term: Term) -> None:
+        """Add a term, for example the weight of ``mass``."""
+        self.terms.append(term)
+        self._solver = None
+
+    def zeros(self) -> MixedVector:
+        """A vector of zeros."""
+        return MixedVector.zeros(self.embedding.vertex_count, self.embedding.node_count, self.scalar, self.device)
+
+    def energies(self, state: MixedVector) -> dict[str, float]:
+        """Energy of each term [erg] by name; terms of one name are added up."""
+        result: dict[str, float] = {}
+        for term in self.terms:
+            result[term.name] = result.get(term.name, 0.0) + term.energy(state)
+        return result
+
+    def set_forces(self, state: MixedVector, force: MixedVector) -> None:
+        """Set ``force`` to the forces of all terms [dyn]."""
+        force.values.zero_()
+        for term in self.terms:
+            term.forces(state, force, self.launch)
+
+    def linearize(self, state: MixedVector, exact: float) -> None:
+        """Store what the products of all terms need; ``exact`` is the part of the exact Hessian."""
+        for term in self.terms:
+            term.exact = exact
+            term.linearize(state, self.launch)
+
+    def set_mass_product(self, direction: MixedVector, product: MixedVector) -> None:
+        """Set ``product`` to M d."""
+        product.values.zero_()
+        self.mass.combine_products(self._unit, direction, product, self.launch)
+
+    def set_hessian_product(self, direction: MixedVector, product: MixedVector) -> None:
+        """Set ``product`` to H d of the last ``linearize``."""
+        product.values.zero_()
+        for term in self.terms:
+            term.products(direction, product, self.launch)
+
+    def make_motion(self, motion: MixedVector) -> None:
+        """Change a motion the least in the metric of the masses so that p = B v + F x; what is fixed stays."""
+        self._by_mass.project_launches(motion, self.launch)
+
+    def set_filtered(self, force: MixedVector, filtered: MixedVector) -> None:
+        """Set ``filtered`` to the part of a force that moves something: zero at an equilibrium."""
+        filtered.assign(force)
+        self._by_mass.launches(filtered, self._motion, self.launch)
+        self._motion.values.zero_()
+        choose(filtered, self.moves, filtered, self._motion)
+
+    def velocity_rms(self, impulse: MixedVector) -> float:
+        """Root mean square velocity [cm/s] that an impulse [dyn s] gives the masses, without stiffness."""
+        self._impulse.assign(impulse)
+        self._by_mass.launches(self._impulse, self._motion, self.launch)
+        return float(np.sqrt(max(dot(self._impulse, self._motion), 0.0) / self.mass.total))
+
+    def set_factors(self, of_mass: float, of_hessian: float, at: MixedVector, *, stiffness_in_metric: bool) -> None:
+        """Set the factors of the matrix, and the metric of the preconditioner.
+
+        The Eulerian coordinates have little inertia of their own, so that their blocks of the metric always contain the
+        diagonal of the never-negative Hessian.
+
+        Args:
+            of_mass: factor 0 [1/s^2].
+            of_hessian: factor 1.
+            at: positions at which the Hessian of the metric is linearized.
+            stiffness_in_metric: whether the metric of positions contains the diagonal of that Hessian too; otherwise it
+                is the metric of the masses alone, as Casafranca et al. have it.
+        """
+        self._factors.assign([[of_mass, of_hessian]])
+        self._blocks.clear()
+        self.linearize(at, 0.0)
+        for term in self.terms:
+            term.diagonal(self._blocks, self.launch)
+        if not stiffness_in_metric:
+            self._blocks.vertices.zero_()
+            self._blocks.nodes.zero_()
+        self.mass.combine_blocks(self._factors, self._blocks, self.launch)
+        coupling = self.mass.nodes.coupling
+        self.preconditioner.set_metric(self._blocks, coupling, of_mass, of_masses=not stiffness_in_metric)
+
+    @property
+    def solver(self) -> ConjugateGradients:
+        """The solver of the matrix of ``set_factors`` and the last ``linearize``."""
+        generations = tuple(term.generation for term in self.terms)
+        if self._solver is None or generations != self._captured:
+            self._solver = ConjugateGradients(self.zeros(), self._products, self.preconditioner.launches)
+            self._captured = generations
+        return self._solver
+
+    def _products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches of a product with the matrix."""
+        of_terms = [each for term in self.terms for each in term.products(direction, product, launcher)]
+        mass = self.mass.combine_products(self._factors, direction, product, launcher)
+        return [ZeroArray(product.values), *of_terms, *mass]
+
+
+def _moves(free: FreeUnknowns) -> NDArray[np.int32]:
+    """1 for each scalar of a vector that is unknown, and 0 for the others."""
+    points = [np.repeat(each, 3) for each in (free.vertices, free.nodes)]
+    return np.concatenate([*points, free.sliding.reshape(-1)]).astype(np.int32)

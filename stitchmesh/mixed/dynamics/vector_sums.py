@@ -1,0 +1,83 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Sums and dot products of whole vectors of the mixed system."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import launch
+from stitchmesh.compute.reduction import maximum, minimum, ordered_sum
+from stitchmesh.mixed.mixed_vector import MixedVector
+
+
+@kernel
+def scaled_sums(
+    # model
+    of_first: Any,
+    of_second: Any,
+    # state in
+    first: wp.array[Any],
+    second: wp.array[Any],
+    # state out
+    result: wp.array[Any],
+) -> None:
+    """Find a x + b y; the result may be one of the arguments."""
+    i = wp.tid()
+    result[i] = of_first * first[i] + of_second * second[i]
+
+
+@kernel
+def chosen(
+    # model
+    moves: wp.array[wp.int32],
+    # state in
+    free: wp.array[Any],
+    fixed: wp.array[Any],
+    # state out
+    result: wp.array[Any],
+) -> None:
+    """Take one vector where coordinates move and the other one elsewhere; the result may be one of the arguments."""
+    i = wp.tid()
+    result[i] = wp.where(moves[i] != 0, free[i], fixed[i])
+
+
+@kernel
+def scalar_products(
+    # state in
+    first: wp.array[Any],
+    second: wp.array[Any],
+    # state out
+    products: wp.array[wp.float64],
+) -> None:
+    """Product of each pair of scalars."""
+    i = wp.tid()
+    products[i] = wp.float64(first[i]) * wp.float64(second[i])
+
+
+def set_sum(result: MixedVector, of_first: float, first: MixedVector, of_second: float, second: MixedVector) -> None:
+    """Set a vector to a x + b y; it may be one of the arguments."""
+    numbers = [result.scalar(of_first), result.scalar(of_second)]
+    count = len(result.values)
+    launch(scaled_sums, count, [*numbers, first.values, second.values], [result.values], result.device)
+
+
+def choose(result: MixedVector, moves: wp.array[wp.int32], free: MixedVector, fixed: MixedVector) -> None:
+    """Set a vector to ``free`` where coordinates move and to ``fixed`` elsewhere; it may be one of the arguments."""
+    launch(chosen, len(moves), [moves, free.values, fixed.values], [result.values], result.device)
+
+
+def largest(vector: MixedVector) -> float:
+    """Largest absolute value of a vector; not a number where one of them is not."""
+    return float(np.maximum(maximum(vector.values), -minimum(vector.values))) if len(vector.values) else 0.0
+
+
+def dot(first: MixedVector, second: MixedVector) -> float:
+    """Dot product of two vectors, in a fixed order and read back to the host."""
+    products = wp.empty(len(first.values), dtype=wp.float64, device=first.device)
+    launch(scalar_products, len(products), [first.values, second.values], [products], first.device)
+    return ordered_sum(products)

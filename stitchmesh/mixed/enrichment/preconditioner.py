@@ -1,0 +1,322 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The preconditioner P = S M + I - S of enriched systems (Casafranca et al. 2020, section 5.2).
+
+For generalized coordinates q = (v, x), with x filtered, P z = r means on the filtered vectors S M z = r. With the world
+positions p = B v + F x and forces f = (f_v, f_p) of which r = (f_v + B' f_p, F f_p) is the filtered form, this is
+
+    minimize over all motions with E (v, p) = 0:    1/2 v' Mv v + 1/2 p' Mp p - f_v' v - f_p' p,
+
+    (v, p) = M^-1 (f - E' mu),        mu = Sigma^-1 E M^-1 f,        Sigma = E M^-1 E',
+
+the projection of M^-1 f in the metric of the masses. This is the inverse of P by the Sherman-Morrison-Woodbury formula
+of equations 13 to 15, after the elimination of two of its three blocks: Casafranca et al. factor a matrix of three
+times the hybrid vertices that is not symmetric, here Sigma of one times these vertices is symmetric and positive.
+
+The metric may contain stiffness too, D = M / h^2 + K with K from the diagonal of the Hessian. Vertices and nodes
+outside the hybrid region then have blocks of 3 x 3 and 2 x 2. Free nodes with Eulerian coordinates have one of 5 x 5, in
+which both are coupled by the mass of the yarns. In the hybrid region D is one number for each vertex and node, the mean
+of its diagonal, so that the three coordinates keep one Sigma. What does not move has a D^-1 of zero.
+
+The forces f are replaced by f - E' mu, so that the part of f that E balances does not grow during an iteration and does
+not round the rest away. This is the filter of the search direction of Ascher and Boxerman (2003): every direction that
+is a sum of results satisfies E (v, p) = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import launch
+from stitchmesh.compute.precision import vector
+from stitchmesh.mixed.enrichment.embedding import Embedding
+from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
+from stitchmesh.mixed.enrichment.projection import Projection
+from stitchmesh.mixed.enrichment.region import Numbers
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
+from stitchmesh.mixed.mixed_vector import MixedVector
+
+FIXED, FREE, COUPLED = 0, 1, 2
+"""Kinds of vertices and nodes: with a prescribed velocity; outside the constraint E (v, p) = 0; within it."""
+LEAST_NODE, LEAST_VERTEX = 1e-6, 1e-5
+"""Lower bounds of masses in D: of the mean mass of the nodes, and for a vertex of the mass that B'MpB has on it.
+Without mass a vertex moves with the nodes, by the constraint alone, and D^-1 would not be finite."""
+POSITIVE = wp.constant(1.0e-9)
+"""Smallest minor of a block with a unit mean diagonal that is inverted as a block."""
+
+
+@wp.func
+def mean_of_diagonal(block: Any, size: int, smallest: Any) -> Any:
+    """Mean of a diagonal, at least ``smallest``."""
+    total = type(smallest)(0.0)
+    for k in range(size):
+        total += block[k, k]
+    return wp.max(total / type(smallest)(size), smallest)
+
+
+@wp.func
+def scalar_block(block: Any, size: int, value: Any) -> Any:
+    """A multiple of the identity, of the type of ``block``."""
+    result = block - block
+    for k in range(size):
+        result[k, k] = value
+    return result
+
+
+@wp.func
+def inverse_3(block: Any, smallest: Any) -> Any:
+    """Inverse of a block; of its mean where the block is not positive."""
+    one = type(smallest)(1.0)
+    mean = mean_of_diagonal(block, 3, smallest)
+    unit = block * (one / mean)
+    minor = unit[0, 0] * unit[1, 1] - unit[0, 1] * unit[1, 0]
+    determinant = wp.determinant(unit)
+    least = type(smallest)(POSITIVE)
+    result = scalar_block(block, 3, one / mean)
+    if unit[0, 0] > least and minor > least and determinant > least:
+        result = wp.inverse(unit) * (one / mean)
+    return result
+
+
+@wp.func
+def inverse_2(block: Any, smallest: Any) -> Any:
+    """Inverse of a block; of its mean where the block is not positive."""
+    one = type(smallest)(1.0)
+    mean = mean_of_diagonal(block, 2, smallest)
+    unit = block * (one / mean)
+    least = type(smallest)(POSITIVE)
+    result = scalar_block(block, 2, one / mean)
+    if unit[0, 0] > least and wp.determinant(unit) > least:
+        result = wp.inverse(unit) * (one / mean)
+    return result
+
+
+@wp.func
+def inverse_where(block: Any, free: wp.vec2i, smallest: Any) -> Any:
+    """Inverse of the rows and columns of the free coordinates; zero for the others."""
+    one = type(smallest)(1.0)
+    result = block - block
+    if free[0] != 0 and free[1] != 0:
+        result = inverse_2(block, smallest)
+    else:
+        for k in range(2):
+            if free[k] != 0:
+                result[k, k] = one / wp.max(block[k, k], smallest)
+    return result
+
+
+@kernel
+def invert_metric(
+    # model
+    vertex_kind: wp.array[wp.int32],
+    node_kind: wp.array[wp.int32],
+    slides: wp.array[wp.vec2i],
+    least_mass: wp.array[Any],
+    inverse_mass: wp.array[Any],
+    by_masses: int,
+    of_mass: Any,
+    coupling_u: wp.array[Any],
+    coupling_v: wp.array[Any],
+    # state in
+    vertex_blocks: wp.array[Any],
+    node_blocks: wp.array[Any],
+    sliding_blocks: wp.array[Any],
+    # state out
+    vertex_inverse: wp.array[Any],
+    node_inverse: wp.array[Any],
+    sliding_inverse: wp.array[Any],
+    across_u: wp.array[Any],
+    across_v: wp.array[Any],
+    vertex_scalar: wp.array[Any],
+    node_scalar: wp.array[Any],
+) -> None:
+    """Inverse blocks of D; zero for what is fixed, a number for what is coupled."""
+    i = wp.tid()
+    one = type(of_mass)(1.0)
+    smallest = least_mass[i] * of_mass
+    of_masses = inverse_mass[i] / of_mass
+    vertex_count = vertex_blocks.shape[0]
+    if i < vertex_count:
+        block = vertex_blocks[i]
+        inverse = block - block
+        if vertex_kind[i] == wp.static(FREE):
+            inverse = inverse_3(block, smallest)
+        if vertex_kind[i] == wp.static(COUPLED):
+            inverse = scalar_block(
+                block, 3, wp.where(by_masses != 0, of_masses, one / mean_of_diagonal(block, 3, smallest))
+            )
+        vertex_inverse[i] = inverse
+        vertex_scalar[i] = wp.where(vertex_kind[i] == wp.static(COUPLED), inverse[0, 0], one - one)
+    else:
+        j = i - vertex_count
+        given = node_blocks[j]
+        result = given - given
+        if node_kind[j] == wp.static(FREE):
+            result = inverse_3(given, smallest)
+        if node_kind[j] == wp.static(COUPLED):
+            result = scalar_block(
+                given, 3, wp.where(by_masses != 0, of_masses, one / mean_of_diagonal(given, 3, smallest))
+            )
+        node_inverse[j] = result
+        node_scalar[j] = wp.where(node_kind[j] == wp.static(COUPLED), result[0, 0], one - one)
+        by_u, by_v = result * coupling_u[j] * of_mass, result * coupling_v[j] * of_mass
+        if node_kind[j] != wp.static(FREE):
+            by_u, by_v = by_u - by_u, by_v - by_v
+        if slides[j][0] == 0:
+            by_u = by_u - by_u
+        if slides[j][1] == 0:
+            by_v = by_v - by_v
+        across_u[j] = by_u
+        across_v[j] = by_v
+        pair = sliding_blocks[j]
+        mixed = wp.dot(by_u, coupling_v[j]) * of_mass
+        pair[0, 0] = pair[0, 0] - wp.dot(by_u, coupling_u[j]) * of_mass
+        pair[1, 1] = pair[1, 1] - wp.dot(by_v, coupling_v[j]) * of_mass
+        if slides[j][1] != 0:
+            pair[0, 1] = pair[0, 1] - mixed
+            pair[1, 0] = pair[1, 0] - mixed
+        sliding_inverse[j] = inverse_where(pair, slides[j], smallest)
+
+
+@kernel
+def times_inverse(
+    # model
+    vertex_inverse: wp.array[Any],
+    node_inverse: wp.array[Any],
+    sliding_inverse: wp.array[Any],
+    across_u: wp.array[Any],
+    across_v: wp.array[Any],
+    # state in
+    vertices: wp.array[Any],
+    nodes: wp.array[Any],
+    sliding: wp.array[Any],
+    # state out
+    vertex_result: wp.array[Any],
+    node_result: wp.array[Any],
+    sliding_result: wp.array[Any],
+) -> None:
+    """Multiply by the inverse blocks: z = D^-1 r."""
+    i = wp.tid()
+    vertex_count = vertices.shape[0]
+    if i < vertex_count:
+        vertex_result[i] = vertex_inverse[i] * vertices[i]
+    else:
+        j = i - vertex_count
+        by_u, by_v = across_u[j], across_v[j]
+        force = sliding[j]
+        rest = type(force)(force[0] - wp.dot(by_u, nodes[j]), force[1] - wp.dot(by_v, nodes[j]))
+        slide = sliding_inverse[j] * rest
+        node_result[j] = node_inverse[j] * nodes[j] - by_u * slide[0] - by_v * slide[1]
+        sliding_result[j] = slide
+
+
+def least_masses(embedding: Embedding, node_mass: Numbers) -> Numbers:
+    """Lower bounds of the masses of vertices and simulated nodes in D [g], shape (V + n,)."""
+    on_vertices = embedding.basis.power(2).T @ node_mass[embedding.nodes]
+    mean = float(node_mass.mean()) if node_mass.any() else 1.0
+    vertices = np.maximum(LEAST_VERTEX * on_vertices, LEAST_NODE * LEAST_VERTEX * mean)
+    return np.concatenate([vertices, np.full(len(node_mass), LEAST_NODE * mean)])
+
+
+class Preconditioner:
+    """The inverse of P for an embedding, on a device."""
+
+    def __init__(
+        self, embedding: Embedding, free: FreeUnknowns, masses: tuple[Numbers, Numbers], scalar: Any, device: wp.Device
+    ) -> None:
+        """Allocate; ``set_metric`` must follow.
+
+        Args:
+            embedding: how hybrid nodes move with the triangles.
+            free: which coordinates are unknown.
+            masses: masses of vertices and simulated nodes [g], shapes (V,) and (n,), for the metric of the masses and
+                for a lower bound of D where nothing has mass.
+            scalar: Warp's floating-point type.
+            device: where the vectors lie.
+
+        Raises:
+            ParameterError: the hybrid region has too many vertices.
+        """
+        self._projection = Projection(embedding, scalar, device)
+        self._scalar, self._device = scalar, device
+        self._projects_by_masses = False
+        least = least_masses(embedding, masses[1])
+        self._least = wp.array(least, dtype=scalar, device=device)
+        self._by_masses = 1.0 / np.maximum(np.concatenate(masses), least)
+        self._inverse_mass = wp.array(self._by_masses, dtype=scalar, device=device)
+        coupled_vertices, coupled_nodes = embedding.coupled
+        self._vertex_kind = self._integers(np.where(coupled_vertices, COUPLED, FREE) * free.vertices)
+        self._node_kind = self._integers(np.where(coupled_nodes, COUPLED, FREE) * free.nodes)
+        self._slides = wp.array(free.sliding.astype(np.int32), dtype=wp.vec2i, device=device)
+        self.inverse = MixedBlocks.zeros(embedding.vertex_count, embedding.node_count, scalar, device)
+        three = vector(3, scalar)
+        self._still, *self._across = (wp.zeros(embedding.node_count, dtype=three, device=device) for _ in range(3))
+        kinds = self._vertex_kind, self._node_kind
+        self._scalars = [wp.zeros(len(kind), dtype=scalar, device=device) for kind in kinds]
+
+    def set_metric(
+        self,
+        metric: MixedBlocks,
+        coupling: Sequence[wp.array[Any]] | None = None,
+        of_mass: float = 1.0,
+        *,
+        of_masses: bool = False,
+    ) -> None:
+        """Invert the metric D of motions.
+
+        Args:
+            metric: diagonal blocks of D.
+            coupling: masses c_u and c_v between the position of each node and its Eulerian coordinates [g], shape (n,)
+                each; none by default.
+            of_mass: factor of the masses in D [1/s^2].
+            of_masses: whether D in the hybrid region is ``of_mass`` times the masses alone, instead of the given
+                blocks. Sigma is then found once.
+        """
+        given = [metric.vertices, metric.nodes, metric.sliding]
+        kinds = [self._vertex_kind, self._node_kind, self._slides, self._least]
+        kinds += [self._inverse_mass, int(of_masses), self._scalar(of_mass)]
+        kinds += [self._still, self._still] if coupling is None else coupling
+        outputs = [self.inverse.vertices, self.inverse.nodes, self.inverse.sliding, *self._across, *self._scalars]
+        count = len(self._vertex_kind) + len(self._node_kind)
+        launch(invert_metric, count, [*kinds, *given], outputs, self._device)
+        self._projection.set_scale(of_mass if of_masses else 1.0)
+        if not (of_masses and self._projects_by_masses):
+            self._projection.set_metric(*self._coupled_inverses(of_masses))
+        self._projects_by_masses = of_masses
+
+    def _coupled_inverses(self, of_masses: bool) -> tuple[Numbers, Numbers]:
+        """The inverse of D, or of the masses, of vertices and nodes within the constraint; zero elsewhere."""
+        vertices, nodes = (scalars.numpy().astype(np.float64) for scalars in self._scalars)
+        if of_masses:
+            vertices = np.where(vertices > 0.0, self._by_masses[: len(vertices)], 0.0)
+            nodes = np.where(nodes > 0.0, self._by_masses[len(vertices) :], 0.0)
+        return vertices, nodes
+
+    def launches(self, force: MixedVector, motion: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that find the motion z of P z = r.
+
+        Args:
+            force: forces f on vertices, nodes and Eulerian coordinates; replaced by f - E' mu, of the same filtered
+                form r.
+            motion: set to z as (v, p, s), with p = B v + F x.
+            launcher: ``launch`` or ``prepare`` with the device bound.
+        """
+        own = self.inverse
+        inputs = [own.vertices, own.nodes, own.sliding, *self._across, force.vertices, force.nodes, force.sliding]
+        outputs = [motion.vertices, motion.nodes, motion.sliding]
+        first = launcher(times_inverse, force.vertex_count + force.node_count, inputs, outputs)
+        return [first, *self._projection.launches(motion, launcher, residual=force)]
+
+    def project_launches(self, motion: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that change a motion the least in the metric D so that p = B v + F x; what is fixed stays."""
+        return self._projection.launches(motion, launcher)
+
+    def _integers(self, values: NDArray[Any]) -> wp.array[wp.int32]:
+        return wp.array(values.astype(np.int32), dtype=wp.int32, device=self._device)

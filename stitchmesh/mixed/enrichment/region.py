@@ -1,0 +1,203 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The region of interest: which triangles have yarns, and the blending field alpha.
+
+A triangle is of one of three kinds (Casafranca et al. 2020, section 4.1). In YARNS (alpha = 1) only the yarns are
+simulated, in TRIANGLES (alpha = 0) only the triangle mesh. In HYBRID both are, and a yarn node moves with its triangle
+and has a filtered displacement of its own. The hybrid triangles are the rings around the full-yarn triangles: alpha of
+a vertex falls linearly with the number of rings between the vertex and the yarns, and alpha within a triangle is the
+linear interpolation of its vertices.
+
+A triangle with alpha = 1 that touches a ring is HYBRID too. The energies of the ring depend on its vertices, through
+the angles at its edges, so that they have to follow the yarns; its own energies are those of the yarns alone.
+
+Small weights would make masses and stiffnesses that differ by many orders of magnitude. A yarn element of the hybrid
+region therefore weighs at least ``SMALLEST_ALPHA``: alpha of its nodes has this lower bound.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stitchmesh.errors import ParameterError
+
+TRIANGLES, HYBRID, YARNS = 0, 1, 2
+"""Kinds of triangles, and of the yarn nodes in them."""
+SMALLEST_ALPHA = 0.01
+"""Smallest weight of a yarn element (Casafranca et al. 2020, section 5.1)."""
+ROUNDING = 1e-12
+"""Rounding of alpha."""
+
+Integers = NDArray[np.int64]
+Numbers = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """Kinds, weights and unknowns of a cloth with yarns in a region; arrays are read-only."""
+
+    triangles: Integers
+    """Vertices of each triangle, shape (T, 3)."""
+    node_triangle: Integers
+    """Triangle of each yarn node of the layout, shape (N,)."""
+    node_weight: Numbers
+    """Barycentric coordinates of each yarn node of the layout in its triangle, shape (N, 3)."""
+    triangle_kind: Integers
+    """``TRIANGLES``, ``HYBRID`` or ``YARNS``, shape (T,)."""
+    vertex_alpha: Numbers
+    """The blending field at the vertices, shape (V,)."""
+    smallest_alpha: float = SMALLEST_ALPHA
+    """Smallest weight of a yarn element."""
+
+    def __post_init__(self) -> None:
+        for array in (self.triangles, self.node_triangle, self.node_weight, self.triangle_kind, self.vertex_alpha):
+            array.flags.writeable = False
+
+    @property
+    def triangle_alpha(self) -> Numbers:
+        """Alpha at the centroid of each triangle, shape (T,); the weight of its energies is 1 - alpha."""
+        alpha = self.vertex_alpha[self.triangles].mean(axis=1)
+        return np.where(self.triangle_kind == YARNS, 1.0, alpha)
+
+    @property
+    def node_kind(self) -> Integers:
+        """Kind of the triangle of each yarn node, shape (N,)."""
+        return self.triangle_kind[self.node_triangle]
+
+    @property
+    def node_alpha(self) -> Numbers:
+        """Alpha at each yarn node, at least ``smallest_alpha`` in hybrid triangles, shape (N,)."""
+        alpha: Numbers = np.sum(self.vertex_alpha[self.triangles[self.node_triangle]] * self.node_weight, axis=1)
+        kind = self.node_kind
+        clamped = np.clip(alpha, self.smallest_alpha, 1.0)
+        return np.where(kind == YARNS, 1.0, np.where(kind == HYBRID, clamped, 0.0))
+
+    @property
+    def nodes(self) -> Integers:
+        """Numbers in the layout of the yarn nodes that are simulated, ascending, shape (n,)."""
+        return np.flatnonzero(self.node_kind != TRIANGLES)
+
+    @property
+    def node_number(self) -> Integers:
+        """Number of each node of the layout among the simulated ones, -1 where it is not simulated, shape (N,)."""
+        number = np.full(len(self.node_triangle), -1)
+        number[self.nodes] = np.arange(len(self.nodes))
+        return number
+
+    @property
+    def unknown_vertices(self) -> NDArray[np.bool_]:
+        """Whether the position of each vertex is unknown: not where all its triangles are ``YARNS``; shape (V,)."""
+        unknown = np.zeros(len(self.vertex_alpha), dtype=bool)
+        unknown[self.triangles[self.triangle_kind != YARNS]] = True
+        return unknown
+
+    @property
+    def sliding_nodes(self) -> NDArray[np.bool_]:
+        """Whether each simulated node has Eulerian coordinates, which need alpha = 1; shape (n,)."""
+        return self.node_alpha[self.nodes] > 1.0 - ROUNDING
+
+    def element_alpha(self, nodes: ArrayLike) -> Numbers:
+        """Alpha at the centroid of each yarn element, the mean of its nodes, shape (E,).
+
+        The result is 0 for an element with a node that is not simulated: it does not exist in the mixed system.
+
+        Args:
+            nodes: numbers in the layout of the nodes of each element, shape (E, K); -1 for no node.
+        """
+        index = np.asarray(nodes, dtype=np.int64)
+        given = index >= 0
+        alpha = np.where(given, self.node_alpha[index], 0.0).sum(axis=1) / np.maximum(given.sum(axis=1), 1)
+        complete = (~given | (self.node_kind[index] != TRIANGLES)).all(axis=1)
+        return np.where(complete, alpha, 0.0)
+
+
+def region_around(
+    triangles: ArrayLike,
+    vertex_count: int,
+    node_triangle: ArrayLike,
+    node_weight: ArrayLike,
+    yarn_triangles: ArrayLike,
+    *,
+    rings: int = 1,
+    smallest_alpha: float = SMALLEST_ALPHA,
+) -> Region:
+    """The region of full-yarn triangles and the hybrid rings around them.
+
+    Alpha is 1 in the given triangles and in triangles whose three vertices belong to them.
+
+    Args:
+        triangles: vertices of each triangle, shape (T, 3).
+        vertex_count: number V of vertices.
+        node_triangle: triangle of each yarn node of the layout, shape (N,).
+        node_weight: barycentric coordinates of the nodes, shape (N, 3).
+        yarn_triangles: numbers of the triangles with yarns alone; none for no region, all for yarns everywhere.
+        rings: width of the hybrid region in rings of triangles, at least 1.
+        smallest_alpha: smallest weight of a yarn element, in (0, 1].
+
+    Raises:
+        ParameterError: a number of a triangle or of a vertex does not exist, or a width or a weight is out of range.
+    """
+    corners, home, weight = _layout(triangles, vertex_count, node_triangle, node_weight)
+    chosen = numbers_below("yarn triangles", yarn_triangles, len(corners))
+    if rings < 1:
+        raise ParameterError(f"region: got {rings} hybrid rings; expected at least 1")
+    if not 0.0 < smallest_alpha <= 1.0:
+        raise ParameterError(f"region: got the smallest weight {smallest_alpha}; expected a number in (0, 1]")
+    distance = _ring_of_vertices(corners, vertex_count, chosen, rings)
+    kind = np.where((distance[corners] < rings).any(axis=1), HYBRID, TRIANGLES)
+    within = (distance[corners] == 0).all(axis=1)
+    touched = np.zeros(vertex_count, dtype=bool)
+    touched[corners[(kind == HYBRID) & ~within]] = True
+    kind[within & ~touched[corners].any(axis=1)] = YARNS
+    return Region(corners, home, weight, kind, np.maximum(0.0, 1.0 - distance / rings), smallest_alpha)
+
+
+def enriched_everywhere(
+    triangles: ArrayLike, vertex_count: int, node_triangle: ArrayLike, node_weight: ArrayLike
+) -> Region:
+    """All triangles hybrid with alpha = 1: the triangle mesh moves along, and the yarns behave as a full-yarn model.
+
+    Raises:
+        ParameterError: a number of a triangle or of a vertex does not exist.
+    """
+    corners, home, weight = _layout(triangles, vertex_count, node_triangle, node_weight)
+    return Region(corners, home, weight, np.full(len(corners), HYBRID), np.ones(vertex_count))
+
+
+def _layout(
+    triangles: ArrayLike, vertex_count: int, node_triangle: ArrayLike, node_weight: ArrayLike
+) -> tuple[Integers, Integers, Numbers]:
+    """Copies of the checked arrays of a layout."""
+    corners = numbers_below("triangles", triangles, vertex_count).reshape(-1, 3)
+    home = numbers_below("triangle of the nodes", node_triangle, len(corners))
+    weight = np.array(node_weight, dtype=np.float64).reshape(-1, 3)
+    if len(weight) != len(home):
+        raise ParameterError(f"region: got {len(weight)} barycentric coordinates; expected {len(home)}, one a node")
+    return corners, home, weight
+
+
+def numbers_below(name: str, values: ArrayLike, count: int) -> Integers:
+    """A copy of numbers from 0 to ``count`` - 1.
+
+    Raises:
+        ParameterError: a number is out of range.
+    """
+    numbers = np.array(values, dtype=np.int64)
+    wrong = (numbers < 0) | (numbers >= count)
+    if wrong.any():
+        raise ParameterError(f"region: {name}: got the number {int(numbers[wrong][0])}; expected 0 to {count - 1}")
+    return numbers
+
+
+def _ring_of_vertices(triangles: Integers, vertex_count: int, chosen: Integers, rings: int) -> Integers:
+    """Rings of triangles between each vertex and the chosen triangles, at most ``rings``, shape (V,)."""
+    distance = np.full(vertex_count, rings)
+    distance[triangles[chosen]] = 0
+    for ring in range(1, rings):
+        reached = distance[triangles].min(axis=1) == ring - 1
+        around = np.unique(triangles[reached])
+        distance[around] = np.minimum(distance[around], ring)
+    return distance

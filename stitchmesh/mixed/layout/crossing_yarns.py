@@ -1,0 +1,219 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Yarns with a node at each crossing, laid out on the panels of a cloth (Cirio et al. 2014 and 2017).
+
+Two yarns cross in a node. One is the node's u yarn, coordinate 0, the other its v yarn, coordinate 1. In a weave u is
+the weft and v is the warp. In a knit u belongs to the loop that is drawn through and v to the loop that it is drawn
+through, which may be parts of one yarn. On a rod, the yarn along a seam, u is the yarn that reaches the seam and v is
+the rod.
+
+A yarn passes through its nodes in order; each passage names the node and the coordinate as which the yarn passes. The
+passages are stored yarn by yarn. All yarns are open: knitted rounds are joined to a spiral.
+
+The two yarns at a node have a rest shape of their own, because the panels at both sides of a seam, or the rows of a
+stitch mesh, have different coordinates: the rest lengths between nodes (``rest_sliding``), the angle by which a yarn
+turns at a node (``rest_turn``), and the angle between the two yarns (``rest_shear``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.errors import ParameterError, first_few
+from stitchmesh.mesh import FloatArray, IntArray, frozen_array
+from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.layout.embedding import world_positions
+
+WEFT, WARP, ROD = 0, 1, 2
+"""Families of yarns: wefts or courses, warps, and the rods along seams."""
+NO_NODE = -1
+"""Neighbour or link where a yarn ends."""
+
+
+def _no_pairs() -> IntArray:
+    return np.zeros((0, 2), dtype=np.int64)
+
+
+def _no_flags() -> NDArray[np.bool_]:
+    return np.zeros(0, dtype=np.bool_)
+
+
+def _no_triples() -> IntArray:
+    return np.zeros((0, 3), dtype=np.int64)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CrossingYarns:
+    """Y yarns with N nodes and M passages.
+
+    Raises:
+        ParameterError: an array has the wrong shape, a number does not exist, a node is not passed once as u and at
+            most once as v, a yarn has fewer than two nodes, or coordinates do not increase along a yarn.
+    """
+
+    kind: Literal["weave", "knit"]
+    """Whether shear acts at crossings (a weave), or wrapping and stitch length at stitch contacts (a knit)."""
+    panel: IntArray
+    """Panel of each node, shape (N,)."""
+    position: FloatArray
+    """Position of each node in its panel [cm], shape (N, 2)."""
+    triangle: IntArray
+    """Triangle of the cloth that each node lies in, shape (N,)."""
+    barycentric: FloatArray
+    """Barycentric coordinates of each node in its triangle, shape (N, 3)."""
+    side: IntArray
+    """1 where the u yarn lies above the v yarn, towards the outside of the cloth; -1 where it lies below; 0 on a rod,
+    where both are joined. Shape (N,)."""
+    yarn_start: IntArray
+    """First passage of each yarn, and M at the end, shape (Y + 1,)."""
+    yarn_node: IntArray
+    """Node of each passage, shape (M,)."""
+    yarn_coordinate: IntArray
+    """Coordinate of each passage, 0 for u and 1 for v, shape (M,)."""
+    yarn_family: IntArray
+    """``WEFT``, ``WARP`` or ``ROD`` for each yarn, shape (Y,)."""
+    rest_sliding: FloatArray
+    """Length of yarn from its beginning to the node along the u yarn and along the v yarn at rest [cm], (N, 2)."""
+    rest_turn: FloatArray
+    """Angle by which the u yarn and the v yarn turn at the node at rest, in the plane of the panel [rad], (N, 2)."""
+    rest_shear: FloatArray
+    """Angle between the directions of the u yarn and of the v yarn at rest, in [0, pi], shape (N,)."""
+    stitch_contacts: IntArray = field(default_factory=_no_pairs)
+    """The two nodes of each stitch contact, shape (C, 2): P, where the new loop enters beside the leg of the old one,
+    and Q, where it leaves over the head of the old one (``knit`` describes the loop). Both yarns run directly from one
+    to the other. The stitch length energy of a knit acts on their distance."""
+    stitch_left: NDArray[np.bool_] = field(default_factory=_no_flags)
+    """Whether each stitch contact is at the left foot of its new loop, seen from outside, shape (C,). The neighbours
+    outside of the contact lie to the left of the line from P to Q there, and to the right of it at a right foot. The
+    positions do not tell, because P and Q may lie in different panels."""
+    wrapping: IntArray = field(default_factory=_no_triples)
+    """Wrapping elements of a knit, shape (W, 3): a node of a stitch contact, and the neighbours along its u yarn and
+    along its v yarn that do not belong to the contact. The angle of wrapping is the angle between the two."""
+
+    def __post_init__(self) -> None:
+        for name in ("position", "barycentric", "rest_sliding", "rest_turn", "rest_shear"):
+            object.__setattr__(self, name, frozen_array(getattr(self, name), np.float64))
+        for name in ("panel", "triangle", "side", "yarn_start", "yarn_node", "yarn_coordinate", "yarn_family",
+                     "stitch_contacts", "wrapping"):  # fmt: skip
+            object.__setattr__(self, name, frozen_array(getattr(self, name), np.int64))
+        object.__setattr__(self, "stitch_left", frozen_array(self.stitch_left, np.bool_))
+        if self.kind not in ("weave", "knit"):
+            raise ParameterError(f"crossing yarns: kind: got {self.kind!r}; expected 'weave' or 'knit'")
+        self._check_shapes()
+        self._check_passages()
+        self._check_rest()
+
+    def __repr__(self) -> str:
+        """Return one line: the kind, and the numbers of yarns and nodes."""
+        rods = int((self.yarn_family == ROD).sum())
+        return f"CrossingYarns({self.kind}, {self.yarn_count - rods} yarns, {rods} rods, {self.node_count} nodes)"
+
+    @property
+    def node_count(self) -> int:
+        """Number N of nodes."""
+        return len(self.panel)
+
+    @property
+    def yarn_count(self) -> int:
+        """Number Y of yarns."""
+        return len(self.yarn_start) - 1
+
+    @cached_property
+    def passage_yarn(self) -> IntArray:
+        """Yarn of each passage, shape (M,)."""
+        return np.repeat(np.arange(self.yarn_count), np.diff(self.yarn_start))
+
+    @cached_property
+    def node_passage(self) -> IntArray:
+        """Passage of each node as u and as v, ``NO_NODE`` where there is no second yarn, shape (N, 2)."""
+        passage = np.full(2 * self.node_count, NO_NODE)
+        passage[2 * self.yarn_node + self.yarn_coordinate] = np.arange(len(self.yarn_node))
+        return passage.reshape(-1, 2)
+
+    @cached_property
+    def node_yarn(self) -> IntArray:
+        """The u yarn and the v yarn of each node, ``NO_NODE`` where there is none, shape (N, 2)."""
+        passage = self.node_passage
+        return np.where(passage < 0, NO_NODE, self.passage_yarn[passage])
+
+    @cached_property
+    def links(self) -> IntArray:
+        """Neighbour after and before each node along its u yarn, after and before along its v yarn, shape (N, 4).
+
+        A neighbour is 2 j + c for node j that the yarn passes with coordinate c, ``NO_NODE`` at the end of a yarn.
+        """
+        code = 2 * self.yarn_node + self.yarn_coordinate
+        after, before = np.full((2, len(code)), NO_NODE)
+        inner = np.flatnonzero(self.passage_yarn[1:] == self.passage_yarn[:-1])
+        after[inner], before[inner + 1] = code[inner + 1], code[inner]
+        passage = self.node_passage
+        both = np.stack([after[passage], before[passage]], axis=2)
+        both[passage < 0] = NO_NODE
+        return both.reshape(-1, 4)
+
+    @cached_property
+    def neighbours(self) -> IntArray:
+        """Node after and before each node along its u yarn, after and before along its v yarn, shape (N, 4)."""
+        return np.where(self.links < 0, NO_NODE, self.links // 2)
+
+    @cached_property
+    def on_rod(self) -> NDArray[np.bool_]:
+        """Whether each node joins a yarn to a rod, so that neither slides there, shape (N,)."""
+        return self.side == 0
+
+    def world(self, cloth: Cloth, vertices: FloatArray | None = None) -> FloatArray:
+        """Return the places of the nodes on the triangles in space [cm], shape (N, 3).
+
+        Args:
+            cloth: the cloth on which the yarns are laid out.
+            vertices: positions of the vertices [cm], shape (V, 3); those of the cloth by default.
+        """
+        return world_positions(cloth, self.triangle, self.barycentric, vertices)
+
+    def _check_shapes(self) -> None:
+        nodes, passages, yarns = len(self.panel), len(self.yarn_node), len(self.yarn_start) - 1
+        expected = {"panel": (nodes,), "position": (nodes, 2), "triangle": (nodes,), "barycentric": (nodes, 3),
+                    "side": (nodes,), "rest_sliding": (nodes, 2), "rest_turn": (nodes, 2), "rest_shear": (nodes,),
+                    "yarn_coordinate": (passages,), "yarn_family": (yarns,),
+                    "stitch_contacts": (len(self.stitch_contacts), 2), "stitch_left": (len(self.stitch_contacts),),
+                    "wrapping": (len(self.wrapping), 3)}  # fmt: skip
+        for name, shape in expected.items():
+            found = getattr(self, name).shape
+            if found != shape:
+                raise ParameterError(f"crossing yarns: {name}: got shape {found}; expected {shape}")
+        if yarns < 0 or self.yarn_start[0] != 0 or self.yarn_start[-1] != passages:
+            raise ParameterError(f"crossing yarns: yarn_start: expected 0 to {passages}, the number of passages")
+
+    def _check_passages(self) -> None:
+        for name in ("yarn_node", "stitch_contacts", "wrapping"):
+            values = getattr(self, name)
+            if values.size and (values.min() < 0 or values.max() >= self.node_count):
+                found = f"got nodes {values.min()} to {values.max()}"
+                raise ParameterError(f"crossing yarns: {name}: {found}; expected 0 to {self.node_count - 1}")
+        if self.yarn_coordinate.size and not np.isin(self.yarn_coordinate, (0, 1)).all():
+            raise ParameterError("crossing yarns: yarn_coordinate: expected 0 for u and 1 for v")
+        count = np.bincount(2 * self.yarn_node + self.yarn_coordinate, minlength=2 * self.node_count).reshape(-1, 2)
+        bad = np.flatnonzero((count[:, 0] != 1) | (count[:, 1] > 1))
+        if len(bad):
+            found = f"{count[bad[0], 0]} passages as u and {count[bad[0], 1]} as v"
+            raise ParameterError(f"crossing yarns: node {first_few(bad)}: got {found}; expected 1 and at most 1")
+        bad = np.flatnonzero(np.diff(self.yarn_start) < 2)
+        if len(bad):
+            found = f"got {self.yarn_start[bad[0] + 1] - self.yarn_start[bad[0]]} nodes"
+            raise ParameterError(f"crossing yarns: yarn {first_few(bad)}: {found}; expected at least 2")
+
+    def _check_rest(self) -> None:
+        along = self.rest_sliding[self.yarn_node, self.yarn_coordinate]
+        if not np.isfinite(along).all():
+            raise ParameterError("crossing yarns: rest_sliding: got numbers that are not finite; expected cm")
+        inner = self.passage_yarn[1:] == self.passage_yarn[:-1]
+        bad = np.flatnonzero(inner & ~(np.diff(along) > 0.0))
+        if len(bad):
+            where = f"yarn {self.passage_yarn[bad[0]]}, nodes {self.yarn_node[bad[0]]} and {self.yarn_node[bad[0] + 1]}"
+            found = f"got {along[bad[0]]:g} and {along[bad[0] + 1]:g} cm"
+            raise ParameterError(f"crossing yarns: rest_sliding: {where}: {found}; expected lengths that increase")

@@ -1,0 +1,140 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Yarn curves for display, from the nodes of crossing yarns (Cirio et al. 2014: procedural splines).
+
+At a crossing both yarns have the place of the node. For display the upper one is displaced along the normal of the
+cloth and the lower one against it, each by half the sum of their radii, so that they touch. Between the two nodes of a
+stitch contact the yarns of a knit run side by side: there each has one more point, displaced along the cloth by the
+same distance, that of the new loop to the right as seen along the yarn and that of the old loop to the left. At a rod
+no yarn is displaced. A cubic B-spline passes through all these points; at the ends of a yarn it is straight.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.yarn import UNKNOWN_FACE, YarnSet
+
+
+def yarn_curves(
+    cloth: Cloth, yarns: CrossingYarns, *, radius: float | ArrayLike, nodes: ArrayLike | None = None,
+    vertices: ArrayLike | None = None,
+) -> YarnSet:  # fmt: skip
+    """Return the yarns as B-splines in space, with the numbers of the crossing yarns; the colour is the family.
+
+    Args:
+        cloth: the cloth on which the yarns are laid out.
+        yarns: the yarns.
+        radius: radius of all yarns [cm], or of each yarn, shape (Y,).
+        nodes: places of the nodes in space [cm], shape (N, 3); on the triangles by default.
+        vertices: positions of the vertices [cm], shape (V, 3), which give the normals; those of the cloth by default.
+
+    Raises:
+        ParameterError: the nodes are not N points.
+        YarnError: a radius is not a positive number, or a coordinate is not finite.
+    """
+    corners = cloth.vertices if vertices is None else np.asarray(vertices, dtype=np.float64)
+    place = yarns.world(cloth, corners) if nodes is None else np.asarray(nodes, dtype=np.float64)
+    if place.shape != (yarns.node_count, 3):
+        raise ParameterError(f"yarn curves: nodes: got shape {place.shape}; expected ({yarns.node_count}, 3)")
+    thickness = np.broadcast_to(np.asarray(radius, dtype=np.float64), yarns.yarn_count)
+    points, start = _curve_points(yarns, place, node_normals(cloth, yarns, corners), thickness)
+    control, start = interpolating_points(points, start)
+    return _yarn_set(yarns, control, start, thickness)
+
+
+def node_normals(cloth: Cloth, yarns: CrossingYarns, vertices: FloatArray) -> FloatArray:
+    """Return the unit normal of the cloth at each node, interpolated from the vertices, shape (N, 3)."""
+    corners = vertices[cloth.triangles]
+    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    sums = [np.bincount(cloth.triangles.ravel(), np.repeat(areas[:, axis], 3), len(vertices)) for axis in range(3)]
+    at_vertices = _units(np.stack(sums, axis=1).astype(np.float64))
+    normals: FloatArray = np.einsum("nk,nkd->nd", yarns.barycentric, at_vertices[cloth.triangles[yarns.triangle]])
+    return _units(normals)
+
+
+def _units(vectors: FloatArray) -> FloatArray:
+    """Unit vectors; zero where there is no length."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    units: FloatArray = vectors / np.where(length > 0.0, length, 1.0)
+    return units
+
+
+def _curve_points(
+    yarns: CrossingYarns, place: FloatArray, normal: FloatArray, radius: FloatArray
+) -> tuple[FloatArray, IntArray]:
+    """The points that each yarn passes, and the first one of each yarn with their number at the end."""
+    node, is_v = yarns.yarn_node, yarns.yarn_coordinate == 1
+    apart = _half_distance(yarns, radius)
+    sign = np.where(is_v, -1.0, 1.0)
+    points = place[node] + normal[node] * (sign * yarns.side[node] * apart[node])[:, None]
+    first = np.flatnonzero(_within_contacts(yarns))
+    one, other = node[first], node[first + 1]
+    aside = _units(np.cross(place[other] - place[one], normal[one] + normal[other]))
+    between = (place[one] + place[other]) / 2 + aside * (sign[first] * (apart[one] + apart[other]) / 2)[:, None]
+    points = np.insert(points, first + 1, between, axis=0)
+    return points, yarns.yarn_start + np.searchsorted(first, yarns.yarn_start)
+
+
+def _half_distance(yarns: CrossingYarns, radius: FloatArray) -> FloatArray:
+    """Half the distance of the two yarns at each node [cm], shape (N,)."""
+    pair = yarns.node_yarn
+    of_pair = np.where(pair < 0, 0.0, radius[pair])
+    half: FloatArray = of_pair.sum(axis=1) / 2
+    return half
+
+
+def _within_contacts(yarns: CrossingYarns) -> NDArray[np.bool_]:
+    """Whether the yarn runs from each passage to the next one within a stitch contact, shape (M,)."""
+    partner = np.full(yarns.node_count, -1)
+    partner[yarns.stitch_contacts] = yarns.stitch_contacts[:, ::-1]
+    within = np.zeros(len(yarns.yarn_node), dtype=np.bool_)
+    same = yarns.passage_yarn[1:] == yarns.passage_yarn[:-1]
+    within[:-1] = same & (partner[yarns.yarn_node[:-1]] == yarns.yarn_node[1:])
+    return within
+
+
+def interpolating_points(points: FloatArray, start: IntArray) -> tuple[FloatArray, IntArray]:
+    """Return control points of uniform cubic B-splines that pass through points, and straight ends.
+
+    Args:
+        points: points of all curves, at least two of each, shape (n, 3).
+        start: first point of each curve, and n at the end, shape (Y + 1,).
+
+    Returns:
+        The control points, two more for each curve, and their ``start``.
+    """
+    from scipy.linalg import solve_banded
+
+    first, last = start[:-1], start[1:] - 1
+    inside = np.full(len(points), 1.0 / 6.0)
+    inside[first] = inside[last] = 0.0  # a curve ends at its last control point; curves do not act on one another
+    # the equation of point i has its upper band in column i + 1 and its lower band in column i - 1
+    bands = np.stack([np.roll(inside, 1), 1.0 - 2.0 * inside, np.roll(inside, -1)])
+    inner = solve_banded((1, 1), bands, points, overwrite_ab=True)
+    before, after = 2 * inner[first] - inner[first + 1], 2 * inner[last] - inner[last - 1]
+    places, ends = np.stack([first, last + 1], axis=1), np.stack([before, after], axis=1)
+    made = np.insert(inner, places.ravel(), ends.reshape(-1, 3), axis=0)
+    return made, start + 2 * np.arange(len(start))
+
+
+def _yarn_set(yarns: CrossingYarns, control: FloatArray, start: IntArray, radius: FloatArray) -> YarnSet:
+    drawn = YarnSet(
+        points=control,
+        start=start,
+        closed=np.zeros(yarns.yarn_count, dtype=np.bool_),
+        radius=radius,
+        rest_length=np.ones(len(control) - 3 * yarns.yarn_count),
+        row=np.repeat(np.arange(yarns.yarn_count), np.diff(start)),
+        face=np.full(len(control), UNKNOWN_FACE),
+        part=np.zeros(len(control), dtype=np.int64),
+        colour=yarns.yarn_family,
+    )
+    return replace(drawn, rest_length=drawn.lengths)

@@ -1,0 +1,222 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A knit laid out on the panels of a cloth, with four nodes for each loop.
+
+The loop. Cirio et al. 2017 give a knit two nodes for each stitch contact and about four nodes for each loop; a loop has
+four stitch contacts, two with the loop that it is drawn through and two with the loop drawn through it. Which points
+the two nodes are was chosen here: the two crossings of the yarns as seen from the front, at the left and at the right
+of the loop. On each side of a knit stitch
+
+* at P the new loop, coming from the link to its neighbour, passes behind the leg of the old loop, and
+* at Q the new loop, now its leg, passes in front of the head of the old loop.
+
+A purl stitch is the same with front and back exchanged. Both yarns run directly from P to Q, up on the left side and
+down on the right side. Along its yarn a loop has the nodes
+
+    P Q of the old loop at the left, P Q Q P of the new loop, Q P of the old loop at the right
+
+with the head of the loop between Q and Q in the middle. The places follow from the closed curve of Crane 2023 for a
+plain loop,
+
+    x = t + 3/2 sin 2t,  y = 4 cos t  [wale spacing 2 pi, course spacing 9/2]
+
+which crosses its copy one course higher at ``P`` and ``Q`` below, as parts of the wale and the course spacing. The four
+nodes are then nearly evenly spaced along the yarn. Rest lengths are those of the polygon through the nodes, so that a
+knit is laid out without tension.
+
+The panels. Loop (i, j) of a panel lies in the cell from (j, i) to (j + 1, i + 1), in units of wale and course spacing.
+The line through the middle of a course is clipped at the border of the panel, and each of its pieces is one yarn with
+the loops whose cells it passes whole. A stitch contact exists where both of its loops do. On a seam the yarn of a
+course is joined to the rod where it ends, at the head of each loop that no loop is drawn through, and between the feet
+of two loops that are drawn through none.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.layout.clipped_lines import ClippedLines, clipped_lines
+from stitchmesh.mixed.layout.crossing_yarns import WEFT, CrossingYarns
+from stitchmesh.mixed.layout.embedding import NO_TRIANGLE, embed_points
+from stitchmesh.mixed.layout.panel_yarns import PanelYarns, yarns_on_cloth
+from stitchmesh.mixed.layout.passages import LaidNodes, Passages
+from stitchmesh.mixed.layout.rods import Joints, joined_joints
+
+P = (0.3047882717353637, -0.3428759934355383)
+"""Distance of the node P from the middle of the loop, in wale spacings, and its height above the border between the new
+and the old loop, in course spacings."""
+Q = (0.1952117282646363, 0.3428759934355383)
+"""The same of the node Q."""
+NODES = np.array([[-P[0], P[1]], [-Q[0], Q[1]], [Q[0], Q[1]], [P[0], P[1]]])
+"""The four nodes of the contacts of a new loop with its old loop: P and Q at the left, Q and P at the right."""
+SLOTS = 8
+"""Nodes of a loop along its yarn."""
+AS_NEW = np.array([0, 1, 6, 7])
+"""Places of the four nodes along the yarn of the new loop."""
+AS_OLD = np.array([2, 3, 4, 5])
+"""Places of the four nodes along the yarn of the old loop."""
+HEAD, FOOT = 3.5, -0.5
+"""Places along the yarn at which a loop is joined to a rod: at its head, and before its left foot."""
+FAR = 1e15
+"""Order before all loops, if negative, or after all loops of a yarn."""
+REACH = 1.5
+"""Largest distance of a loop to the seam to which its head or foot is joined, in course spacings."""
+MARGIN = 0.25
+"""Smallest distance of two nodes of a rod, in wale or course spacings, whichever are smaller."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Loops:
+    """The loops of a panel, course by course and from left to right."""
+
+    course: IntArray
+    wale: IntArray
+    yarn: IntArray
+    """Piece of a course that each loop belongs to."""
+    below: IntArray
+    """The loop below each loop, -1 if there is none."""
+
+
+def lay_knit(cloth: Cloth, knit: ArrayLike, *, wale_spacing: float, course_spacing: float) -> CrossingYarns:
+    """Lay a chart of knit and purl stitches out on all panels of a cloth; courses run along x, wales along y.
+
+    Args:
+        cloth: the cloth.
+        knit: whether each stitch of one repeat of the chart is a knit stitch, not a purl stitch, seen from outside,
+            shape (rows, columns); the last row is knitted first, as charts are written.
+        wale_spacing: distance of two wales [cm].
+        course_spacing: distance of two courses [cm].
+
+    Raises:
+        ParameterError: the chart is empty, a spacing is not positive, or no loop is drawn through another one.
+    """
+    chart = _checked_chart(knit)
+    spacing = np.array([_checked_spacing("wale", wale_spacing), _checked_spacing("course", course_spacing)])
+    panels = [_panel_yarns(cloth, panel, spacing, chart) for panel in range(len(cloth.panel_names))]
+    return yarns_on_cloth("knit", cloth, panels, MARGIN * float(spacing.min()))
+
+
+def _panel_yarns(cloth: Cloth, panel: int, spacing: FloatArray, chart: NDArray[np.bool_]) -> PanelYarns:
+    """The courses of a panel."""
+    courses = clipped_lines(cloth, panel, 0, float(spacing[1]))
+    loops = _loops(courses, float(spacing[0]))
+    nodes, linked = _nodes(cloth, panel, loops, spacing, chart)
+    joints = joined_joints(_joints(cloth, panel, courses, loops, linked, spacing))
+    family = np.full(len(courses.line), WEFT)
+    return PanelYarns(nodes, _passages(loops, linked, nodes), family, joints, contacts_of_links(nodes.count))
+
+
+def contacts_of_links(node_count: int) -> IntArray:
+    """Return the nodes of the stitch contacts of nodes in the order of ``NODES``, left and right in turn, (C, 2)."""
+    return np.arange(node_count).reshape(-1, 4)[:, [[0, 1], [3, 2]]].reshape(-1, 2)
+
+
+def _checked_chart(knit: ArrayLike) -> NDArray[np.bool_]:
+    chart = np.asarray(knit)
+    if chart.ndim != 2 or not chart.size:
+        raise ParameterError(f"knit: got a chart of shape {chart.shape}; expected (rows, columns)")
+    if not np.isin(chart, (0, 1)).all():
+        raise ParameterError("knit: got numbers other than 0 and 1; expected 1 for a knit and 0 for a purl stitch")
+    return chart.astype(np.bool_)
+
+
+def _checked_spacing(name: str, spacing: float) -> float:
+    if not (math.isfinite(spacing) and spacing > 0.0):
+        raise ParameterError(f"knit: {name} spacing: got {spacing}; expected a positive number of cm")
+    return spacing
+
+
+def _loops(courses: ClippedLines, width: float) -> _Loops:
+    """The loops whose cells lie within the pieces of the courses."""
+    first = np.ceil(courses.ends[:, 0] / width - 1e-9).astype(np.int64)
+    last = np.floor(courses.ends[:, 1] / width + 1e-9).astype(np.int64)
+    count = np.maximum(last - first, 0)
+    yarn = np.repeat(np.arange(len(count)), count)
+    wale = first[yarn] + np.arange(len(yarn)) - np.repeat(np.cumsum(count) - count, count)
+    course = courses.line[yarn]
+    return _Loops(course, wale, yarn, _loop_at(course, wale, course - 1, wale))
+
+
+def _loop_at(course: IntArray, wale: IntArray, wanted_course: IntArray, wanted_wale: IntArray) -> IntArray:
+    """Return the loop at each wanted place, -1 if there is none; loops ascend by course and wale."""
+    if not len(course):
+        return np.zeros(len(wanted_course), dtype=np.int64)
+    low, stride = wale.min() - 1, int(np.ptp(wale)) + 3
+    key, wanted = course * stride + wale - low, wanted_course * stride + wanted_wale - low
+    place = np.minimum(np.searchsorted(key, wanted), len(key) - 1)
+    return np.where(key[place] == wanted, place, -1)
+
+
+def _nodes(
+    cloth: Cloth, panel: int, loops: _Loops, spacing: FloatArray, chart: NDArray[np.bool_]
+) -> tuple[LaidNodes, IntArray]:
+    """The nodes of all stitch contacts of a panel, four for each loop that is drawn through another; these loops."""
+    linked = np.flatnonzero(loops.below >= 0)
+    middle = np.stack([loops.wale[linked] + 0.5, loops.course[linked]], axis=1)
+    position = ((middle[:, None] + NODES) * spacing).reshape(-1, 2)
+    found = embed_points(cloth, np.full(len(position), panel), position)
+    held = (found.triangle != NO_TRIANGLE).reshape(-1, 4).all(axis=1)
+    kept = np.repeat(held, 4)
+    linked = linked[held]
+    is_knit = chart[(-1 - loops.course[linked]) % len(chart), loops.wale[linked] % chart.shape[1]]
+    side = np.where(is_knit, 1, -1)[:, None] * np.array([-1, 1, 1, -1])
+    count = 4 * len(linked)
+    laid = LaidNodes(
+        np.full(count, panel), position[kept], found.triangle[kept], found.barycentric[kept], side.ravel(),
+        np.zeros((count, 2)),
+    )  # fmt: skip
+    return laid, linked
+
+
+def _passages(loops: _Loops, linked: IntArray, laid: LaidNodes) -> Passages:
+    """Each node as u along the yarn of its new loop, and as v along that of its old loop."""
+    place = SLOTS * loops.wale
+    order = np.concatenate(
+        [(place[linked, None] + AS_NEW).ravel(), (place[loops.below[linked], None] + AS_OLD).ravel()]
+    )
+    yarn = np.concatenate([loops.yarn[linked], loops.yarn[loops.below[linked]]])
+    node = np.tile(np.arange(laid.count), 2)
+    return Passages(
+        np.repeat(yarn, 4),
+        order.astype(np.float64),
+        node,
+        np.repeat([0, 1], laid.count),
+        laid.position[node],
+    )
+
+
+def _joints(
+    cloth: Cloth, panel: int, courses: ClippedLines, loops: _Loops, linked: IntArray, spacing: FloatArray
+) -> list[Joints]:
+    """Where the yarns of a panel reach its border: at both ends, at open heads, and between open feet."""
+    piece = np.repeat(np.arange(len(courses.line)), 2)
+    ends = Joints(piece, np.tile([-FAR, FAR], len(courses.line)),
+                  courses.border.ravel(), courses.part.ravel())  # fmt: skip
+    drawn, holds = np.zeros((2, len(loops.wale)), dtype=np.bool_)
+    drawn[linked] = True
+    holds[loops.below[linked]] = True
+    heads = np.flatnonzero(~holds)
+    feet = np.flatnonzero(~drawn)
+    feet = feet[(feet > 0) & (loops.yarn[feet - 1] == loops.yarn[feet])]
+    above = _reached(clipped_lines(cloth, panel, 1, float(spacing[0])), loops, heads, spacing, HEAD)
+    below = _reached(clipped_lines(cloth, panel, 1, float(spacing[0]), 0.0), loops, feet, spacing, FOOT)
+    return [ends, above, below]
+
+
+def _reached(lines: ClippedLines, loops: _Loops, some: IntArray, spacing: FloatArray, slot: float) -> Joints:
+    """Where lines up from the middle of loops, or down from their left feet, reach the border, if that is near."""
+    end = 1 if slot == HEAD else 0
+    level = (loops.course[some] + 0.5) * spacing[1]
+    piece = lines.piece_at(loops.wale[some], level)
+    some, level, piece = some[piece >= 0], level[piece >= 0], piece[piece >= 0]
+    near = np.abs(lines.ends[piece, end] - level) <= REACH * spacing[1]
+    some, piece = some[near], piece[near]
+    order: FloatArray = SLOTS * loops.wale[some] + np.float64(slot)
+    return Joints(loops.yarn[some], order, lines.border[piece, end], lines.part[piece, end])

@@ -1,0 +1,192 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From nodes and the passages of yarns through them, in any order, to ``CrossingYarns``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Literal, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+
+Joined = TypeVar("Joined", "LaidNodes", "Passages")
+
+
+@dataclass(frozen=True, eq=False)
+class LaidNodes:
+    """Nodes on a cloth; the fields that ``CrossingYarns`` has too mean the same."""
+
+    panel: IntArray
+    position: FloatArray
+    triangle: IntArray
+    barycentric: FloatArray
+    side: IntArray
+    seam_direction: FloatArray
+    """Direction of a rod in the panel of the node, zero at a node without a rod, shape (N, 2)."""
+
+    @property
+    def count(self) -> int:
+        """Number of nodes."""
+        return len(self.panel)
+
+    def taken(self, nodes: IntArray | NDArray[np.bool_]) -> LaidNodes:
+        """Return some of the nodes, in the given order."""
+        return LaidNodes(*(getattr(self, part.name)[nodes] for part in fields(self)))
+
+
+@dataclass(frozen=True, eq=False)
+class Passages:
+    """Passages of yarns through nodes."""
+
+    yarn: IntArray
+    """Yarn of each passage, shape (M,)."""
+    order: FloatArray
+    """A number that increases along each yarn, shape (M,)."""
+    node: IntArray
+    """Node of each passage, shape (M,)."""
+    coordinate: IntArray
+    """0 where the yarn is the node's u yarn and 1 where it is its v yarn, shape (M,)."""
+    place: FloatArray
+    """Flat place of each passage in a frame of its yarn [cm], shape (M, 2); distances along a yarn are rest lengths.
+    The frames of the two yarns of a node differ by a shift only."""
+
+    def taken(self, passages: IntArray | NDArray[np.bool_]) -> Passages:
+        """Return some of the passages, in the given order."""
+        return Passages(*(getattr(self, part.name)[passages] for part in fields(self)))
+
+
+def joined(parts: Sequence[Joined]) -> Joined:
+    """Return nodes or passages of several parts one after the other; numbers stay as they are."""
+    first = parts[0]
+    return type(first)(*(np.concatenate([getattr(part, one.name) for part in parts]) for one in fields(first)))
+
+
+def assembled(
+    kind: Literal["weave", "knit"], nodes: LaidNodes, passages: Passages, family: IntArray,
+    contacts: IntArray | None = None,
+) -> CrossingYarns:  # fmt: skip
+    """Return the yarns.
+
+    A yarn with fewer than two nodes has no segment; it is left out with its node, until no such yarn is left.
+
+    Args:
+        kind: weave or knit.
+        nodes: the nodes.
+        passages: the passages, in any order.
+        family: family of each yarn that a passage names, shape (yarns,).
+        contacts: the two nodes of each stitch contact of a knit, shape (C, 2), in turn at the left and at the right
+            foot of a loop.
+
+    Raises:
+        ParameterError: no yarn is left.
+    """
+    kept = _kept_nodes(passages, nodes.count)
+    if not kept.any():
+        raise ParameterError(f"{kind}: no yarn has two nodes on the cloth; take a denser fabric or larger panels")
+    number = np.cumsum(kept) - 1
+    passages = passages.taken(kept[passages.node])
+    passages = _in_order(replace(passages, node=number[passages.node]))
+    used, start = np.unique(passages.yarn, return_index=True)
+    nodes = nodes.taken(kept)
+    length, turn, direction = _measures(passages)
+    code = 2 * passages.node + passages.coordinate
+    yarns = CrossingYarns(
+        kind=kind,
+        panel=nodes.panel,
+        position=nodes.position,
+        triangle=nodes.triangle,
+        barycentric=nodes.barycentric,
+        side=nodes.side,
+        yarn_start=np.append(start, len(passages.node)),
+        yarn_node=passages.node,
+        yarn_coordinate=passages.coordinate,
+        yarn_family=family[used],
+        rest_sliding=_by_coordinate(code, length, nodes.count),
+        rest_turn=_by_coordinate(code, turn, nodes.count),
+        rest_shear=_angles_between(code, direction, nodes),
+    )
+    if contacts is None or not len(contacts):
+        return yarns
+    whole = kept[contacts].all(axis=1)
+    is_left = np.arange(len(contacts)) % 2 == 0
+    contacts = number[contacts[whole]]
+    return replace(
+        yarns,
+        stitch_contacts=contacts,
+        stitch_left=is_left[whole],
+        wrapping=wrapping_elements(yarns.neighbours, contacts),
+    )
+
+
+def wrapping_elements(neighbours: IntArray, contacts: IntArray) -> IntArray:
+    """Return each node of a stitch contact with its neighbours outside of the contact along u and v, shape (W, 3).
+
+    Args:
+        neighbours: as in ``CrossingYarns``, shape (N, 4).
+        contacts: the two nodes of each stitch contact, shape (C, 2).
+    """
+    node, other = np.concatenate([contacts, contacts[:, ::-1]]).T
+    outside = [
+        np.where(neighbours[node, leg] == other, neighbours[node, leg + 1], neighbours[node, leg]) for leg in (0, 2)
+    ]
+    elements = np.stack([node, *outside], axis=1)
+    elements = elements[(elements >= 0).all(axis=1)]
+    return elements[np.argsort(elements[:, 0], kind="stable")]
+
+
+def _kept_nodes(passages: Passages, count: int) -> NDArray[np.bool_]:
+    """Whether each node lies on yarns with two nodes or more only."""
+    kept = np.ones(count, dtype=np.bool_)
+    while True:
+        nodes = np.bincount(passages.yarn[kept[passages.node]], minlength=int(passages.yarn.max(initial=-1)) + 1)
+        lost = kept[passages.node] & (nodes[passages.yarn] < 2)
+        if not lost.any():
+            return kept
+        kept[passages.node[lost]] = False
+
+
+def _in_order(passages: Passages) -> Passages:
+    step = np.diff(passages.yarn)
+    if ((step > 0) | ((step == 0) & (np.diff(passages.order) > 0))).all():
+        return passages
+    return passages.taken(np.lexsort((passages.order, passages.yarn)))
+
+
+def _measures(passages: Passages) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Length along the yarn, angle of turning, and direction at each passage, shapes (M,), (M,) and (M, 2)."""
+    count = len(passages.yarn)
+    inner = np.flatnonzero(passages.yarn[1:] == passages.yarn[:-1])
+    leg = np.zeros((count + 1, 2))  # leg k leads to passage k; zero at the beginning of a yarn
+    leg[inner + 1] = passages.place[inner + 1] - passages.place[inner]
+    before, after = leg[:-1], leg[1:]
+    total = np.cumsum(np.hypot(before[:, 0], before[:, 1]))
+    first = np.concatenate([[True], passages.yarn[1:] != passages.yarn[:-1]]) if count else np.zeros(0, dtype=np.bool_)
+    length = total - total[first][np.cumsum(first) - 1] if count else total
+    turn = np.arctan2(np.abs(_cross(before, after)), (before * after).sum(axis=1))
+    return length, turn, before + after
+
+
+def _cross(one: FloatArray, other: FloatArray) -> FloatArray:
+    return one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+
+
+def _by_coordinate(code: IntArray, values: FloatArray, count: int) -> FloatArray:
+    """Values of passages at their nodes, shape (count, 2); zero where a node has no second yarn."""
+    result = np.zeros(2 * count)
+    result[code] = values
+    return result.reshape(count, 2)
+
+
+def _angles_between(code: IntArray, direction: FloatArray, nodes: LaidNodes) -> FloatArray:
+    """Angle between the two yarns of each node in [0, pi], a right angle where there is no second yarn."""
+    at_node = np.zeros((2 * nodes.count, 2))
+    at_node[code] = direction
+    one, other = at_node[0::2], np.where(nodes.side[:, None] == 0, nodes.seam_direction, at_node[1::2])
+    angle = np.arctan2(np.abs(_cross(one, other)), (one * other).sum(axis=1))
+    return np.where((one == 0.0).all(axis=1) | (other == 0.0).all(axis=1), np.pi / 2, angle)

@@ -1,0 +1,246 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Equilibrium of a periodic cell of yarns at a given strain and curvature.
+
+Unknown are the displacement w and the two sliding coordinates of each node of the repeat, and those parameters of the
+shape that are free, such as the width of a strip that is pulled along its length. The mean of w is
+zero, so that the curvature is that of the middle of the yarns. The energy has its minimum at the equilibrium, found by
+Newton's method with a dense matrix: differences of the gradient, whose eigenvalues are replaced by their absolute
+values, so that every step goes downhill (Dauphin et al. 2014). At an equilibrium the derivatives of the energy by the
+parameters of the shape are exact tensions and moments: unknowns contribute nothing, because the energy does not change
+with them to first order.
+
+Yarns slide without friction, or are held by it where they are laid out. The loops of a knit without friction open at
+nearly no tension until they are tight; with friction they are stiff from the beginning.
+
+A flat fabric of flat yarns is an equilibrium by symmetry, also under compression, where it is not stable. Such a state
+is kept, because the triangles that are fitted to it are flat too: buckling belongs to their positions, not to their
+law.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from stitchmesh.compute.device import alone, device_named
+from stitchmesh.compute.launch import launch
+from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
+from stitchmesh.mixed.crossings.stitch_term import StitchTerm
+from stitchmesh.mixed.matching.cell_shape import PARAMETERS, CellShape, place_nodes, shape_derivatives, turned_back
+from stitchmesh.mixed.matching.yarn_cell import OUTSIDE, YarnCell
+from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.term import Term
+
+Numbers = NDArray[np.float64]
+TOLERANCE = 1e-8
+"""Largest unbalanced force, over the stretch stiffness of a yarn."""
+MOST_ITERATIONS = 150
+STEP = 1e-6
+"""Step of the differences of the gradient, in sizes of the repeat."""
+SMALLEST_EIGENVALUE = 1e-9
+"""Smallest eigenvalue of the matrix, over the largest one, for motions that cost nothing, such as yarns that slide as a
+whole."""
+MOST_HALVINGS = 40
+DECREASE = 1e-4
+"""Part of the decrease of the linear model that a step must reach."""
+ROUNDING = 1e-14
+"""Rounding of the energy, relative."""
+LARGEST_MOVE = 0.1
+"""Largest change of an unknown in one iteration, in sizes of the repeat."""
+
+
+@dataclass(frozen=True, eq=False)
+class CellState:
+    """A cell in equilibrium."""
+
+    shape: CellShape
+    """Strain and curvature; free parameters have their values at equilibrium."""
+    moved: Numbers
+    """Displacement w and change of both sliding coordinates of each node of the repeat [cm], shape (n, 5)."""
+    energy: float
+    """Energy for each area of the flat fabric [erg/cm^2]."""
+    slopes: Numbers
+    """Derivatives of ``energy`` by the ``PARAMETERS``: tension along courses and along wales [dyn/cm], the same of the
+    skew, and moment [dyn]; shape (4,)."""
+
+
+class CellSolver:
+    """Equilibria of one cell."""
+
+    def __init__(self, cell: YarnCell, *, sliding: bool = True) -> None:
+        """Put the energies of the cell on the CPU: a cell has few nodes.
+
+        Args:
+            cell: the repeat.
+            sliding: whether yarns slide through their crossings without friction; otherwise friction holds them where
+                they are laid out.
+        """
+        self.cell, self.device = cell, device_named("cpu")
+        self.kept = np.array([True, True, True, sliding, sliding])
+        self.size = float(np.sqrt(cell.area))
+        self.terms: list[Term] = [CrossingTerm(cell.elements, wp.float64, self.device)]
+        if len(cell.stitches.nodes):
+            self.terms.append(StitchTerm(cell.stitches, cell.elements.count, wp.float64, self.device))
+        self._known = np.flatnonzero(cell.copy_of != OUTSIDE)
+
+    @alone()
+    def equilibrium(
+        self,
+        shape: CellShape,
+        start: Numbers | None = None,
+        *,
+        free: Sequence[str] = (),
+        load: Numbers | None = None,
+        held: bool = False,
+    ) -> CellState:
+        """Find the equilibrium.
+
+        Args:
+            shape: strain and curvature.
+            start: ``CellState.moved`` of a state nearby, shape (n, 5); the layout if it is None.
+            free: names of the parameters of the shape that are unknown; the search begins at their values in ``shape``.
+            load: tension along courses, along wales and of the skew that acts on the fabric [dyn/cm], shape (3,).
+            held: whether the nodes keep their places ``start`` in the fabric.
+
+        Raises:
+            ParameterError: a name is not that of a parameter.
+            SolverError: forces do not balance after many iterations.
+        """
+        wrong = [name for name in free if name not in PARAMETERS]
+        if wrong:
+            raise ParameterError(f"yarn cell: free: got {wrong[0]!r}; expected names of {', '.join(PARAMETERS)}")
+        moved = np.zeros((self.cell.node_count, 5)) if start is None else np.array(start)
+        search = _Search(self, shape, moved, tuple(free), np.zeros(3) if load is None else np.asarray(load), held)
+        return search.run()
+
+    def energy(self, shape: CellShape, moved: Numbers) -> tuple[float, Numbers, Numbers]:
+        """Energy of the repeat [erg], and its derivatives by the positions and the sliding coordinates of the patch.
+
+        Args:
+            shape: strain and curvature.
+            moved: as ``CellState.moved``.
+        """
+        by_node = self._by_node(moved)
+        positions = place_nodes(shape, self.cell.flat, by_node[:, :3])
+        sliding = self.cell.sliding + by_node[:, 3:]
+        state = MixedVector.from_numpy(np.zeros((0, 3)), positions, sliding, wp.float64, self.device)
+        force = state.like()
+        for term in self.terms:
+            term.forces(state, force, partial(launch, device=self.device))
+        _vertices, nodes, slides = force.numpy()
+        return sum(term.energy(state) for term in self.terms), -nodes, -slides
+
+    def of_repeat(self, shape: CellShape, by_positions: Numbers, by_sliding: Numbers) -> Numbers:
+        """Derivatives by the movements of the repeat from those by the nodes of the patch, shape (n, 5)."""
+        result = np.zeros((self.cell.node_count, 5))
+        back = turned_back(shape, self.cell.flat, by_positions)
+        np.add.at(result, self.cell.copy_of[self._known], np.concatenate([back, by_sliding], axis=1)[self._known])
+        return result
+
+    def slopes(self, shape: CellShape, moved: Numbers, by_positions: Numbers) -> Numbers:
+        """Derivatives of the energy of the repeat by the ``PARAMETERS``, shape (4,)."""
+        derivatives = shape_derivatives(shape, self.cell.flat, self._by_node(moved)[:, :3])
+        result: Numbers = np.einsum("kpd,pd->k", derivatives, by_positions)
+        return result
+
+    def _by_node(self, moved: Numbers) -> Numbers:
+        """Movements of all nodes of the patch, shape (P, 5)."""
+        by_node = np.zeros((len(self.cell.flat), 5))
+        by_node[self._known] = moved[self.cell.copy_of[self._known]]
+        return by_node
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """The search for one equilibrium; unknown are movements of nodes, and free parameters in units of 1 / size."""
+
+    solver: CellSolver
+    shape: CellShape
+    start: Numbers
+    free: tuple[str, ...]
+    load: Numbers
+    held: bool
+
+    def run(self) -> CellState:
+        """Iterate until forces balance."""
+        bound = TOLERANCE * self.solver.cell.stiffness
+        unknown = np.zeros((0 if self.held else self.start.size) + len(self.free))
+        force = 0.0
+        for _ in range(MOST_ITERATIONS):
+            energy, gradient = self._value(unknown)
+            force = float(np.abs(gradient).max(initial=0.0))
+            if force <= bound:
+                return self._state(unknown)
+            unknown = unknown + self._step(unknown, energy, gradient)
+        raise SolverError(
+            f"yarn cell: the largest unbalanced force is {force:.3g} dyn after {MOST_ITERATIONS} iterations at "
+            f"{self.shape}; expected at most {bound:.3g}; take smaller strains"
+        )
+
+    def _step(self, unknown: Numbers, energy: float, gradient: Numbers) -> Numbers:
+        """A step that decreases the energy."""
+        values, vectors = eigh(self._hessian(unknown))
+        curvature = np.abs(values)
+        curvature = np.maximum(curvature, SMALLEST_EIGENVALUE * curvature.max())
+        direction: Numbers = -vectors @ ((vectors.T @ gradient) / curvature)
+        direction *= min(1.0, LARGEST_MOVE * self.solver.size / np.abs(direction).max())
+        slope, rounding = float(gradient @ direction), ROUNDING * abs(energy)
+        for halving in range(MOST_HALVINGS):
+            part = 0.5**halving
+            if self._value(unknown + part * direction)[0] <= energy + DECREASE * part * slope + rounding:
+                return part * direction
+        raise SolverError(f"yarn cell: no step decreases the energy at {self.shape}; take smaller strains")
+
+    def _hessian(self, unknown: Numbers) -> Numbers:
+        """The matrix of second derivatives, by differences."""
+        step = STEP * self.solver.size
+        columns = []
+        for unit in np.eye(len(unknown)) * step:
+            after, before = (self._value(unknown + sign * unit)[1] for sign in (1.0, -1.0))
+            columns.append((after - before) / (2.0 * step))
+        hessian = np.stack(columns)
+        result: Numbers = (hessian + hessian.T) / 2.0
+        return result
+
+    def _shaped(self, unknown: Numbers) -> tuple[CellShape, Numbers]:
+        """The shape with its free parameters, and the movements of the nodes."""
+        shape, count = self.shape, len(unknown) - len(self.free)
+        for name, value in zip(self.free, unknown[count:], strict=True):
+            shape = shape.changed(name, float(value) / self.solver.size)
+        return shape, self._allowed(self.start + unknown[:count].reshape(self.start.shape)) if count else self.start
+
+    def _value(self, unknown: Numbers) -> tuple[float, Numbers]:
+        """Energy of the repeat without the work of the load [erg], and its gradient [dyn]."""
+        solver = self.solver
+        shape, moved = self._shaped(unknown)
+        energy, by_positions, by_sliding = solver.energy(shape, moved)
+        parts = [np.zeros(0)]
+        if not self.held:
+            parts.append(self._allowed(solver.of_repeat(shape, by_positions, by_sliding)).ravel())
+        if self.free:
+            pull = np.append(self.load, 0.0) * solver.cell.area
+            slopes = (solver.slopes(shape, moved, by_positions) - pull) / solver.size
+            parts.append(np.array([slopes[PARAMETERS.index(name)] for name in self.free]))
+            energy -= float(sum(pull[k] * getattr(shape, name) for k, name in enumerate(PARAMETERS)))
+        return energy, np.concatenate(parts)
+
+    def _allowed(self, moved: Numbers) -> Numbers:
+        """Movements without their mean displacement, and without sliding where friction holds."""
+        mean = moved.mean(axis=0)
+        mean[3:] = 0.0
+        result: Numbers = (moved - mean) * self.solver.kept
+        return result
+
+    def _state(self, unknown: Numbers) -> CellState:
+        shape, moved = self._shaped(unknown)
+        energy, by_positions, _by_sliding = self.solver.energy(shape, moved)
+        area = self.solver.cell.area
+        return CellState(shape, moved.copy(), energy / area, self.solver.slopes(shape, moved, by_positions) / area)

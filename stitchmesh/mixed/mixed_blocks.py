@@ -1,0 +1,39 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Symmetric blocks on the diagonal of a matrix of the mixed system, one for each vertex and node."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import warp as wp
+
+from stitchmesh.compute.precision import matrix
+
+
+@dataclass(frozen=True, eq=False)
+class MixedBlocks:
+    """Diagonal blocks on a device; the layout follows ``MixedVector``."""
+
+    vertices: wp.array[Any]
+    """Blocks of the triangle vertices, 3 x 3; shape (V,)."""
+    nodes: wp.array[Any]
+    """Blocks of the world positions of the yarn nodes, 3 x 3; shape (N,)."""
+    sliding: wp.array[Any]
+    """Blocks of the Eulerian coordinates, 2 x 2; shape (N,)."""
+
+    @staticmethod
+    def zeros(vertex_count: int, node_count: int, scalar: Any, device: wp.Device) -> MixedBlocks:
+        """Blocks of zeros."""
+        three, two = matrix(3, scalar), matrix(2, scalar)
+        return MixedBlocks(
+            wp.zeros(vertex_count, dtype=three, device=device),
+            wp.zeros(node_count, dtype=three, device=device),
+            wp.zeros(node_count, dtype=two, device=device),
+        )
+
+    def clear(self) -> None:
+        """Set all blocks to zero."""
+        for part in (self.vertices, self.nodes, self.sliding):
+            part.zero_()

@@ -1,0 +1,165 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The triangles on which a budget of yarn nodes removes the most error.
+
+Triangles are added to the region one after the other, always the one with the most indicated error for each node that
+it adds to the simulation. The nodes that a triangle adds are those in itself and in the hybrid rings around it, as far
+as they are not simulated already. A triangle beside the region adds few, and a triangle far from it pays for a whole
+ring of its own. Regions therefore grow together, and a new one begins only where its error is worth a ring.
+
+The order does not depend on rounding of sums: equal triangles are taken by their numbers.
+"""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_array
+
+from stitchmesh.errors import ParameterError
+
+Integers = NDArray[np.int64]
+Numbers = NDArray[np.float64]
+LEAST_ERROR = 1e-3
+"""Indicated error, over the largest one, below which a triangle is not chosen."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NodeBudget:
+    """The largest number of yarn nodes that are simulated, with those of the hybrid rings.
+
+    Raises:
+        ParameterError: the number is negative.
+    """
+
+    nodes: int
+    """Number of nodes."""
+
+    def __post_init__(self) -> None:
+        if self.nodes < 0:
+            raise ParameterError(f"node budget: got {self.nodes} nodes; expected at least 0")
+
+    @staticmethod
+    def of_seconds(seconds: float, *, base: float, per_node: float) -> NodeBudget:
+        """The nodes that a time for each step pays for.
+
+        Args:
+            seconds: time of a step [s].
+            base: measured time of a step with triangles alone [s].
+            per_node: measured time that a node adds to a step [s].
+
+        Raises:
+            ParameterError: a time is negative or not finite, or a node costs no time.
+        """
+        times = {"seconds": seconds, "base": base, "per_node": per_node}
+        for name, value in times.items():
+            if not (np.isfinite(value) and value >= 0.0) or (name == "per_node" and value == 0.0):
+                raise ParameterError(f"node budget: {name} is {value}; expected a time in seconds")
+        return NodeBudget(nodes=max(0, int((seconds - base) / per_node)))
+
+
+def choose_triangles(
+    triangles: ArrayLike,
+    node_triangle: ArrayLike,
+    error: ArrayLike,
+    budget: NodeBudget,
+    *,
+    rings: int = 1,
+    least_error: float = LEAST_ERROR,
+) -> Integers:
+    """The full-yarn triangles of a region, ascending, shape (n,); none if no region pays or the budget holds none.
+
+    Args:
+        triangles: vertices of each triangle, shape (T, 3).
+        node_triangle: triangle of each yarn node of the layout, shape (N,).
+        error: indicated error of each triangle, at least 0, shape (T,).
+        budget: nodes that may be simulated.
+        rings: width of the hybrid region in rings of triangles, at least 1.
+        least_error: part of the largest error below which a triangle is not chosen.
+
+    Raises:
+        ParameterError: errors are negative, not finite or of another shape, or there are no rings.
+    """
+    corners, values = np.asarray(triangles, dtype=np.int64), np.asarray(error, dtype=np.float64)
+    if values.shape != (len(corners),) or not (np.isfinite(values) & (values >= 0.0)).all():
+        raise ParameterError(f"region: expected {len(corners)} errors, one a triangle, finite and at least 0")
+    if rings < 1:
+        raise ParameterError(f"region: got {rings} hybrid rings; expected at least 1")
+    nodes = np.bincount(np.asarray(node_triangle, dtype=np.int64), minlength=len(corners))
+    growth = _Growth(reach_of(corners, rings), nodes, values, budget.nodes)
+    return growth.run(least_error * float(values.max(initial=0.0)))
+
+
+def reach_of(triangles: Integers, rings: int) -> csr_array:
+    """Which triangles are simulated with yarns if one of them is full of yarns: itself and its rings, shape (T, T)."""
+    count = len(triangles)
+    rows = np.repeat(np.arange(count), 3)
+    shape = (count, int(triangles.max(initial=-1)) + 1)
+    touches = csr_array((np.ones(3 * count, dtype=np.int32), (rows, triangles.ravel())), shape=shape)
+    beside = csr_array(touches @ touches.T)
+    reached = beside
+    for _ in range(rings - 1):
+        reached = csr_array(reached @ beside)
+        reached.data[:] = 1
+    reached.sort_indices()
+    return reached
+
+
+def simulated_nodes(triangles: ArrayLike, node_triangle: ArrayLike, chosen: ArrayLike, *, rings: int = 1) -> int:
+    """Number of yarn nodes that a region simulates, with those of its rings; arguments as for ``choose_triangles``."""
+    corners = np.asarray(triangles, dtype=np.int64)
+    mask = np.zeros(len(corners), dtype=bool)
+    mask[np.asarray(chosen, dtype=np.int64)] = True
+    simulated = np.asarray(reach_of(corners, rings) @ mask.astype(np.int32)) > 0
+    nodes = np.bincount(np.asarray(node_triangle, dtype=np.int64), minlength=len(corners))
+    return int(nodes[simulated].sum())
+
+
+class _Growth:
+    """A region that grows triangle by triangle."""
+
+    def __init__(self, reach: csr_array, nodes: Integers, error: Numbers, budget: int) -> None:
+        self.reach, self.nodes, self.error, self.left = reach, nodes, error, budget
+        self.added = np.asarray(reach.astype(bool).astype(np.int64) @ nodes)
+        self.simulated = np.zeros(len(nodes), dtype=bool)
+        self.chosen = np.zeros(len(nodes), dtype=bool)
+
+    def run(self, least: float) -> Integers:
+        """Add triangles as long as one that is worth it fits."""
+        wanted = (self.error > 0.0) & (self.error >= least)
+        queue = [(self._rank(t), t) for t in np.flatnonzero(wanted).tolist()]
+        heapq.heapify(queue)
+        while queue:
+            rank, t = heapq.heappop(queue)
+            if self.chosen[t] or rank != self._rank(t) or self.added[t] > self.left:
+                continue  # chosen, or in the queue again with fewer nodes, or too large until its neighbours are chosen
+            for other in self._add(t):
+                if wanted[other] and not self.chosen[other]:
+                    heapq.heappush(queue, (self._rank(other), other))
+        return np.flatnonzero(self.chosen)
+
+    def _rank(self, t: int) -> float:
+        """Minus the error for each node; a triangle that adds no node comes first."""
+        return -float(self.error[t]) / float(max(self.added[t], 1e-9))
+
+    def _add(self, t: int) -> list[int]:
+        """Add a triangle; return those that now add fewer nodes."""
+        self.chosen[t] = True
+        self.left -= int(self.added[t])
+        new = self._reached(t)
+        new = new[~self.simulated[new]]
+        self.simulated[new] = True
+        changed: set[int] = set()
+        for s in new.tolist():
+            if self.nodes[s]:
+                around = self._reached(s)
+                self.added[around] -= self.nodes[s]
+                changed.update(around.tolist())
+        return sorted(changed)
+
+    def _reached(self, t: int) -> Integers:
+        row: Integers = self.reach.indices[self.reach.indptr[t] : self.reach.indptr[t + 1]]
+        return row

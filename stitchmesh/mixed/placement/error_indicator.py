@@ -1,0 +1,173 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How much energy triangles alone are wrong by, for each triangle of a cloth: where yarns are worth their time.
+
+Yarns and triangles of one fabric store different energies in three cases. The indicator is the area of a triangle times
+the sum of these differences of energy density [erg/cm^2].
+
+*The laws differ.* At the strains along both axes, the shear and both curvatures of the triangle, the difference of the
+energy densities of the two models, from the tests with which the triangles were matched to the yarns.
+
+*Wrinkles are missing.* Triangles of size h have no waves of half length h or less. A strip of the fabric of that length
+buckles at the compression (Euler)
+
+    e_c = B (pi / h)^2 / Y
+
+and carries the tension Y e_c from there on, while the triangle goes on to 1/2 Y e^2. The difference is
+1/2 Y (e - e_c)^2 for a compression e > e_c. Y, B and h are taken along the direction of the smallest principal strain.
+
+*Curves are polygons.* Along a curvature kappa, an arc of length h is replaced by its chord, which is shorter by
+(kappa h)^2 / 24 of it, and chords turn more than arcs: 2 asin(kappa h / 2) = kappa h (1 + (kappa h)^2 / 24). Yarns on
+the triangles therefore store too much by
+
+    1/2 Y ((kappa h)^2 / 24)^2 + 1/2 B kappa^2 (kappa h)^2 / 12,
+
+along the direction of the largest principal curvature.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.placement.triangle_deformation import TriangleDeformation, deformation_of
+from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
+from stitchmesh.mixed.triangles.weights import materials_of_panels
+
+Numbers = NDArray[np.float64]
+Differences = Mapping[str, tuple[ArrayLike, ArrayLike]]
+"""Strains (or angles, or curvatures) of tests and the differences of energy density there [erg/cm^2], by the names of
+tests ``course``, ``wale``, ``shear``, ``bend course`` and ``bend wale``; as ``ClothMatch.energy_differences``."""
+TESTS = ("course", "wale", "shear", "bend course", "bend wale")
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorIndicator:
+    """Energies by which T triangles alone are wrong [erg]; arrays are read-only and of shape (T,)."""
+
+    laws: Numbers
+    """Because the laws of yarns and triangles differ."""
+    wrinkles: Numbers
+    """Because triangles cannot wrinkle."""
+    curves: Numbers
+    """Because triangles are flat."""
+
+    def __post_init__(self) -> None:
+        for array in (self.laws, self.wrinkles, self.curves):
+            array.flags.writeable = False
+
+    @property
+    def total(self) -> Numbers:
+        """The sum."""
+        return self.laws + self.wrinkles + self.curves
+
+
+def indicate_errors(
+    cloth: Cloth,
+    vertices: Numbers,
+    materials: ClothMaterial | Sequence[ClothMaterial],
+    differences: Differences | None = None,
+) -> ErrorIndicator:
+    """The indicator of a run with triangles alone.
+
+    Args:
+        cloth: the cloth.
+        vertices: positions of the vertices [cm], shape (V, 3).
+        materials: one material for all panels, or one for each panel.
+        differences: differences of the laws of yarns and triangles; none if it is None.
+
+    Raises:
+        ParameterError: positions are not finite or of another shape, or the number of materials is wrong.
+    """
+    places = np.asarray(vertices, dtype=np.float64)
+    if places.shape != cloth.vertices.shape or not np.isfinite(places).all():
+        found = f"got positions of shape {places.shape}, or some that are not finite"
+        raise ParameterError(f"error indicator: {found}; expected finite ones of shape {cloth.vertices.shape}")
+    deformation = deformation_of(cloth, places)
+    chosen = materials_of_panels(materials, len(cloth.panel_names))
+    which = cloth.panel if len(chosen) > 1 else np.zeros(len(cloth.panel), dtype=np.int64)
+    moduli = np.array([material.moduli() for material in chosen])[which]
+    rigidities = np.array([material.rigidities() for material in chosen])[which]
+    return ErrorIndicator(
+        cloth.rest_area * _of_laws(deformation, differences or {}),
+        cloth.rest_area * _of_wrinkles(cloth, deformation, moduli, rigidities),
+        cloth.rest_area * _of_curves(cloth, deformation, moduli, rigidities),
+    )
+
+
+def _of_laws(deformation: TriangleDeformation, differences: Differences) -> Numbers:
+    """Difference of the laws [erg/cm^2]."""
+    unknown = [name for name in differences if name not in (*TESTS, "both", "bend across")]
+    if unknown:
+        raise ParameterError(f"error indicator: got the test {unknown[0]!r}; expected names of {', '.join(TESTS)}")
+    values = _test_values(deformation)
+    total = np.zeros(len(deformation.strain))
+    for name in TESTS:
+        if name in differences:
+            strain, energy = (np.asarray(part, dtype=np.float64) for part in differences[name])
+            total += _continued(values[name], strain, energy)
+    return total
+
+
+def _test_values(deformation: TriangleDeformation) -> dict[str, Numbers]:
+    """What each triangle has in the place of the strain of each test."""
+    strain, curvature = deformation.strain, deformation.curvature
+    stretch = np.sqrt(np.maximum(1.0 + 2.0 * np.einsum("tkk->tk", strain), np.finfo(np.float64).tiny))
+    cosine = 2.0 * strain[:, 0, 1] / stretch.prod(axis=1)
+    return {
+        "course": stretch[:, 0] - 1.0,
+        "wale": stretch[:, 1] - 1.0,
+        "shear": np.arcsin(np.clip(cosine, -1.0, 1.0)),
+        "bend course": curvature[:, 0, 0],
+        "bend wale": curvature[:, 1, 1],
+    }
+
+
+def _continued(values: Numbers, strain: Numbers, energy: Numbers) -> Numbers:
+    """Interpolated differences; beyond the tests they go on in proportion to the strain."""
+    inside = np.clip(values, strain[0], strain[-1])
+    beyond = np.where(inside != 0.0, values / np.where(inside != 0.0, inside, 1.0), 1.0)
+    result: Numbers = np.interp(inside, strain, energy) * np.maximum(beyond, 1.0)
+    return result
+
+
+def _of_wrinkles(cloth: Cloth, deformation: TriangleDeformation, moduli: Numbers, rigidities: Numbers) -> Numbers:
+    """Energy density of compression that wrinkles would release [erg/cm^2]."""
+    values, vectors = np.linalg.eigh(deformation.strain)
+    direction = vectors[:, :, 0]
+    stiffness, rigidity = _along(moduli, direction), _along(rigidities, direction)
+    buckling = rigidity * (np.pi / _extent(cloth, direction)) ** 2 / stiffness
+    excess = np.maximum(-values[:, 0] - buckling, 0.0)
+    result: Numbers = stiffness * excess**2 / 2.0
+    return result
+
+
+def _of_curves(cloth: Cloth, deformation: TriangleDeformation, moduli: Numbers, rigidities: Numbers) -> Numbers:
+    """Energy density of chords in the place of arcs [erg/cm^2]."""
+    values, vectors = np.linalg.eigh(deformation.curvature)
+    most = np.abs(values).argmax(axis=1)
+    row = np.arange(len(values))
+    direction, curvature = vectors[row, :, most], values[row, most]
+    turn = (curvature * _extent(cloth, direction)) ** 2
+    stiffness, rigidity = _along(moduli, direction), _along(rigidities, direction)
+    result: Numbers = stiffness * (turn / 24.0) ** 2 / 2.0 + rigidity * curvature**2 * turn / 24.0
+    return result
+
+
+def _along(matrix: Numbers, direction: Numbers) -> Numbers:
+    """Stiffness against a unit strain or curvature along a direction, shape (T,)."""
+    c, s = direction.T
+    unit = np.stack([c * c, s * s, 2.0 * c * s], axis=1)
+    result: Numbers = np.einsum("ta,tab,tb->t", unit, matrix, unit)
+    return result
+
+
+def _extent(cloth: Cloth, direction: Numbers) -> Numbers:
+    """Size of each triangle at rest along a direction [cm], shape (T,)."""
+    result: Numbers = np.ptp(np.einsum("tka,ta->tk", cloth.rest, direction), axis=1)
+    return result

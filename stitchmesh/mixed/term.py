@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What all energies of the mixed system have in common: membrane, bending, yarns, contact, weight.
+
+A term is an energy of the positions v of the triangle vertices, the world positions p of the yarn nodes and their
+Eulerian coordinates s. It does not know how p follows from the unknowns of the enriched region (``enrichment``). The
+weight of blending of each of its elements, alpha for yarns and 1 - alpha for triangles, is given when it is made
+(Casafranca et al. 2020, section 4.1).
+
+Functions that return launches may be called with a launcher that runs each kernel immediately (``launch``) or with one
+that prepares it (``prepare``), so that a solver can capture the launches. A term without elements returns none: a
+prepared launch has at least one thread.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
+from stitchmesh.mixed.mixed_vector import MixedVector
+
+
+class Term(ABC):
+    """An energy of the mixed system on a device."""
+
+    name: str
+    """Name of the term in reports."""
+    exact: float = 1.0
+    """Part of the exact Hessian in the products, in [0, 1]: 1 for the exact Hessian, 0 for the one that is never
+    negative (Gauss-Newton). Read when ``linearize`` is called."""
+
+    @abstractmethod
+    def energy(self, state: MixedVector) -> float:
+        """Energy [erg] at a state, summed in a fixed order."""
+
+    @abstractmethod
+    def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that add minus the gradient of the energy [dyn] at ``state`` to ``force``."""
+
+    @abstractmethod
+    def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that store what the products need at ``state``; none for a constant Hessian."""
+
+    @abstractmethod
+    def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that add H d to ``product``, with the Hessian H [dyn / cm] of the last ``linearize``."""
+
+    def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
+        """The launches that add the diagonal blocks of H of the last ``linearize``; none where H has none."""
+        return []
+
+    def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:  # noqa: B027 - most terms do not lag
+        """Prepare what stays constant within a time step: contact pairs, friction limits, places of moving bodies.
+
+        A step that fails begins again from the same state with a shorter time step. This function therefore leaves what
+        ``arrays`` names unchanged.
+
+        Args:
+            state: positions at the beginning of the step.
+            time: time at the beginning of the step [s].
+            time_step: length of the step [s]; 0 for a static equilibrium.
+        """
+
+    def end_step(self, state: MixedVector, time: float, time_step: float) -> None:  # noqa: B027 - most terms keep nothing
+        """Update what lasts from step to step, for example friction anchors, after a step that is accepted.
+
+        Args:
+            state: positions at the end of the step.
+            time: time at the end of the step [s].
+            time_step: length of the step [s]; 0 for a static equilibrium.
+        """
+
+    def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
+        """The part of a direction, in [0, 1], along which nothing can pass what it must not pass; 1 where nothing can.
+
+        A solver calls this function before it moves along a direction, also for a first guess, and moves by this part
+        at most. A term of contact lists its pairs again here where the direction leads beyond those that are listed.
+
+        Args:
+            state: positions at the start of the move.
+            direction: the move, as displacements.
+        """
+        return 1.0
+
+    @property
+    def generation(self) -> int:
+        """A number that changes when prepared launches of the term are stale, because its arrays have grown."""
+        return 0
+
+    def arrays(self) -> dict[str, Any]:
+        """Arrays on the device that last from step to step, by name, for stopping and resuming."""
+        return {}
+
+    def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Restore the contents of ``arrays``."""
+        for name, array in self.arrays().items():
+            array.assign(np.asarray(arrays[name]))

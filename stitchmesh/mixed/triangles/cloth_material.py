@@ -1,0 +1,190 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Materials of cloth: orthotropic moduli along courses and wales (wefts and warps).
+
+Axis 1 runs along the courses of a knit or the wefts of a weave, axis 2 along the wales or the warps. A material gives
+the moduli of a strip that is pulled along an axis with free sides. With the Green strains e = (E_11, E_22, 2 E_12) and
+the Poisson ratio nu, the geometric mean of the ratios of both directions,
+
+    C_11 = Y_1 / (1 - nu^2),   C_22 = Y_2 / (1 - nu^2),   C_12 = nu sqrt(Y_1 Y_2) / (1 - nu^2),   C_33 = shear
+
+A strip that is pulled along axis 1 contracts by nu sqrt(Y_1 / Y_2) times its strain. The matrix is positive definite
+exactly if the moduli are positive and |nu| < 1. Bending has the same form in the curvatures (kappa_11, kappa_22,
+2 kappa_12), with the rigidities of a strip and a stiffness against twist. An isotropic plate of flexural rigidity D and
+ratio nu has rigidities D (1 - nu^2), twist D (1 - nu) / 2, and a membrane has shear Y / (2 + 2 nu).
+
+A table of tensions replaces the linear law along an axis, C_11 E_11 or C_22 E_22: the tension [dyn per cm of cloth at
+rest] over the strain (length over rest length - 1) of a strip that keeps its width. A table of coupling replaces C_12
+by a stress over E_11 + E_22 that acts along both axes, and is therefore the tension across a strip that keeps its
+width. The coupling of a knit that stiffens may then exceed what C_12 may be at rest. ``measured_cloths`` holds named
+materials.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.triangles.tension_curve import TensionCurve
+
+Table = tuple[tuple[float, float], ...]
+"""Pairs of strain and tension [dyn / cm], ascending, through (0, 0)."""
+POSITIVE = ("stretch_course", "stretch_wale", "shear", "bending_course", "bending_wale", "density")
+NOT_NEGATIVE = ("damping", "mass_damping")
+
+
+@dataclass(frozen=True)
+class ClothMaterial:
+    """A material of cloth.
+
+    Raises:
+        ParameterError: a modulus, a rigidity or the density is not positive, a Poisson ratio is not inside -1 to 1, a
+            damping is negative, or a table of tensions does not rise or is too flat for the coupling of both axes.
+    """
+
+    name: str
+    """Name of the material."""
+    stretch_course: float
+    """Young's modulus times thickness along the courses or wefts [dyn / cm]."""
+    stretch_wale: float
+    """Young's modulus times thickness along the wales or warps [dyn / cm]."""
+    shear: float
+    """Shear modulus times thickness [dyn / cm]."""
+    poisson: float
+    """Geometric mean of the Poisson ratios of both directions."""
+    bending_course: float
+    """Bending rigidity of a strip along the courses or wefts [dyn cm]."""
+    bending_wale: float
+    """Bending rigidity of a strip along the wales or warps [dyn cm]."""
+    density: float
+    """Mass per area [g / cm^2]."""
+    bending_poisson: float = 0.0
+    """Geometric mean of the Poisson ratios of bending."""
+    twist: float | None = None
+    """Rigidity against twist [dyn cm], the energy per area over half the square of 2 kappa_12; by default that of an
+    isotropic plate, (B_1 B_2)^(1/2) / (2 + 2 nu) with the ratio nu of bending."""
+    damping: float = 0.0
+    """Rayleigh damping proportional to stiffness [s]."""
+    mass_damping: float = 0.0
+    """Rayleigh damping proportional to mass [1 / s]."""
+    tension_course: Table = ()
+    """Strain and tension [dyn / cm] along the courses or wefts; none for the linear law."""
+    tension_wale: Table = ()
+    """Strain and tension [dyn / cm] along the wales or warps; none for the linear law."""
+    shear_table: Table = ()
+    """Strain 2 E_12 and shear stress S_12 [dyn / cm] from (0, 0) upwards, the same for both signs; none for the linear
+    law. A strain of 2 E_12 between yarns of constant length turns them towards each other by its arc sine."""
+    coupling_table: Table = ()
+    """Sum of strains E_11 + E_22 and the stress that it adds along both axes [dyn / cm]; none for the linear law."""
+    source: str = ""
+    """Where the numbers come from."""
+
+    def __post_init__(self) -> None:
+        for name in POSITIVE + NOT_NEGATIVE + (("twist",) if self.twist is not None else ()):
+            value, least = getattr(self, name), "not negative" if name in NOT_NEGATIVE else "positive"
+            if not (np.isfinite(value) and (value > 0.0 or (value == 0.0 and name in NOT_NEGATIVE))):
+                raise ParameterError(f"material {self.name!r}: {name} is {value}; expected a {least} number")
+        for name in ("poisson", "bending_poisson"):
+            if not abs(getattr(self, name)) < 1.0:
+                found = f"{name} is {getattr(self, name)}"
+                raise ParameterError(f"material {self.name!r}: {found}; expected between -1 and 1, for a stable cloth")
+        for name in ("tension_course", "tension_wale", "shear_table", "coupling_table"):
+            object.__setattr__(self, name, tuple(tuple(map(float, point)) for point in getattr(self, name)))
+        self._check_tables()
+
+    @staticmethod
+    def isotropic(name: str, stretch: float, poisson: float, rigidity: float, density: float) -> ClothMaterial:
+        """An isotropic cloth.
+
+        Args:
+            name: its name.
+            stretch: Young's modulus times thickness [dyn / cm].
+            poisson: Poisson ratio of stretch and of bending.
+            rigidity: flexural rigidity D of a plate [dyn cm].
+            density: mass per area [g / cm^2].
+        """
+        strip = rigidity * (1.0 - poisson**2)
+        shear = stretch / (2.0 + 2.0 * poisson)
+        return ClothMaterial(name, stretch, stretch, shear, poisson, strip, strip, density, bending_poisson=poisson)
+
+    def moduli(self) -> NDArray[np.float64]:
+        """Moduli C of the linear law [dyn / cm], shape (3, 3), for E_11, E_22, 2 E_12."""
+        return _orthotropic(self.stretch_course, self.stretch_wale, self.poisson, self.shear)
+
+    def rigidities(self) -> NDArray[np.float64]:
+        """Rigidities of bending [dyn cm], shape (3, 3), for kappa_11, kappa_22, 2 kappa_12."""
+        course, wale = self.bending_course, self.bending_wale
+        isotropic = (course * wale) ** 0.5 / (2.0 + 2.0 * self.bending_poisson)
+        return _orthotropic(course, wale, self.bending_poisson, isotropic if self.twist is None else self.twist)
+
+    def curves(self) -> tuple[TensionCurve, TensionCurve, TensionCurve]:
+        """The laws of stress over strain along the courses, along the wales and in shear."""
+        moduli, place = self.moduli(), f"material {self.name!r}: "
+        course, wale, shear = (TensionCurve.linear(moduli[k, k]) for k in range(3))
+        if self.tension_course:
+            course = _tension_curve(self.tension_course, f"{place}tension_course")
+        if self.tension_wale:
+            wale = _tension_curve(self.tension_wale, f"{place}tension_wale")
+        if self.shear_table:
+            shear = _shear_curve(self.shear_table, f"{place}shear_table")
+        return course, wale, shear
+
+    @property
+    def coupling(self) -> float:
+        """The modulus C_12 [dyn / cm], zero with a table of coupling."""
+        return 0.0 if self.coupling_table else float(self.moduli()[0, 1])
+
+    def energies(self) -> tuple[TensionCurve, TensionCurve, TensionCurve, TensionCurve]:
+        """The laws of E_11, E_22, 2 E_12 and E_11 + E_22 whose energies, with C_12 E_11 E_22, add up to the whole.
+
+        With a table of coupling the first two are what the tensions of strips that keep their width leave.
+        """
+        course, wale, shear = self.curves()
+        if not self.coupling_table:
+            return course, wale, shear, TensionCurve.linear(0.0)
+        place = f"material {self.name!r}: coupling_table"
+        points = _points(self.coupling_table, place)
+        both = TensionCurve.through(points[:, 0], points[:, 1], place)
+        return course.without(both, f"{place} and course"), wale.without(both, f"{place} and wale"), shear, both
+
+    def _check_tables(self) -> None:
+        course, wale, _shear, _both = self.energies()
+        coupling, stiffness = abs(self.coupling), (course.least_slope * wale.least_slope) ** 0.5
+        if stiffness <= coupling:
+            raise ParameterError(
+                f"material {self.name!r}: tension tables: the smallest stiffness of both axes is {stiffness:g} dyn/cm "
+                f"and their coupling {coupling:g}; expected more, for a stable cloth; choose a smaller poisson"
+            )
+
+
+def _orthotropic(first: float, second: float, poisson: float, shear: float) -> NDArray[np.float64]:
+    """The matrix of a law with moduli of strips along two axes."""
+    scale = 1.0 / (1.0 - poisson**2)
+    coupling = poisson * (first * second) ** 0.5 * scale
+    return np.array([[first * scale, coupling, 0.0], [coupling, second * scale, 0.0], [0.0, 0.0, shear]])
+
+
+def _points(table: Table, place: str) -> NDArray[np.float64]:
+    """The points of a table, shape (n, 2)."""
+    if any(len(point) != 2 for point in table) or not all(point[0] > -1.0 for point in table):
+        raise ParameterError(f"{place}: expected pairs of strain (above -1) and tension, such as [[0, 0], [0.1, 500]]")
+    return np.array(table, dtype=np.float64)
+
+
+def _shear_curve(table: Table, place: str) -> TensionCurve:
+    """The law of a table of shear strains and stresses, and of the same with the other sign."""
+    points = _points(table, place)
+    if points[0].any():
+        raise ParameterError(f"{place}: begins with {tuple(map(float, points[0]))}; expected (0, 0)")
+    both = np.concatenate([-points[:0:-1], points])
+    return TensionCurve.through(both[:, 0], both[:, 1], place)
+
+
+def _tension_curve(table: Table, place: str) -> TensionCurve:
+    """The law in Green strain and second Piola-Kirchhoff stress of a table of strain and tension."""
+    points = _points(table, place)
+    stretch = 1.0 + points[:, 0]
+    return TensionCurve.through((stretch**2 - 1.0) / 2.0, points[:, 1] / stretch, place)

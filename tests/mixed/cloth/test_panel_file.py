@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Files of panels and seams: round trip, the cloth of a file, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.errors import FileError
+from stitchmesh.mixed.cloth.panel_file import PanelFile, PanelTable, read_panels, write_panels
+from stitchmesh.mixed.cloth.panel_position import PanelPosition
+from stitchmesh.mixed.cloth.seams import Border, Seam
+from tests.gallery import ROOT
+
+TEXT = """
+edge_length = 1.5
+
+[[panels]]
+name = "front"
+outline = [[0, 0], [12, 0], [12, 8], [0, 8.5]]
+position = { radius = 3.8197186342054885 }
+
+[[panels]]
+name = "back"
+outline = [[0, 0], [12, 0], [12, 8.5], [0, 8]]
+position = { origin = [0, 0, -7.6394372684109770], x_axis = [-1, 0, 0], radius = 3.8197186342054885 }
+
+[[seams]]
+first = { panel = "front", start = 1, end = 2 }
+second = { panel = "back", start = 3, end = 0 }
+angle = 15
+
+[[seams]]
+first = { panel = "back", start = 1, end = 2 }
+second = { panel = "front", start = 3, end = 0 }
+edges = 9
+"""
+
+
+def written(tmp_path, text: str = TEXT):
+    path = tmp_path / "shirt.toml"
+    path.write_text(text)
+    return path
+
+
+def test_the_cloth_of_a_file(tmp_path):
+    cloth = read_panels(written(tmp_path)).cloth()
+    assert cloth.panel_names == ("front", "back")
+    np.testing.assert_array_equal(np.diff(cloth.seam_start), [5, 9])  # 8 cm in edges of 1.5 cm, and as given
+    np.testing.assert_allclose(cloth.rest_area.sum(), 2 * 12 * 8.25, rtol=1e-12)
+    np.testing.assert_allclose(cloth.seam_angle, np.radians([15.0, 0.0]))
+
+
+def test_round_trip(tmp_path):
+    content = PanelFile(
+        edge_length=0.7,
+        evening_rounds=12,
+        panels=(
+            PanelTable(name='left "L"', outline=((0.0, 0.0), (4.0, 0.0), (4.0, 1 / 3)), side_edges=(4, 2, 4)),
+            PanelTable(
+                name="right",
+                outline=((0.0, 0.0), (4.0, 0.0), (0.0, 1.0)),
+                position=PanelPosition(origin=(1.0, 2.0, 3.0)),
+            ),
+        ),
+        seams=(
+            Seam(
+                first=Border(panel='left "L"', start=1, end=2), second=Border(panel="right", start=2, end=0), angle=-3.5
+            ),
+        ),
+    )
+    path = tmp_path / "panels.toml"
+    write_panels(path, content)
+    again = read_panels(path)
+    assert again == content
+    write_panels(path, again)
+    assert read_panels(path) == content
+
+
+def test_the_example_of_the_documentation_is_read(tmp_path):
+    from stitchmesh.mixed.cloth import panel_file
+
+    example = "\n".join(line[4:] for line in panel_file.__doc__.splitlines() if line.startswith("    "))
+    back = '\n[[panels]]\nname = "back"\noutline = [[0, 0], [50, 0], [50, 60], [0, 60]]\n'
+    assert len(read_panels(written(tmp_path, example + back)).panels) == 2
+
+
+REFUSED = {
+    "has no key 'edge_lenght'; did you mean 'edge_length'?": TEXT.replace("edge_length", "edge_lenght"),
+    r"panels\[0\].position has no key 'radios'; did you mean 'radius'?": TEXT.replace("{ radius", "{ radios"),
+    r"seams\[1\] has no key 'edge'; did you mean 'edges'?": TEXT.replace("edges = 9", "edge = 9"),
+    r"panels\[1\] needs 'outline'": TEXT.replace("outline = [[0, 0], [12, 0], [12, 8.5]", "#"),
+    r"panels\[0\].outline\[0\]\[0\] is \[0, 0\]; expected a number":
+        TEXT.replace("[[0, 0], [12, 0], [12, 8], [0, 8.5]]", "[[[0, 0], [9, 0]], [[1, 1], [2, 2]]]"),
+    "panel 'front': outline: sides 0-1 and 2-3: cross or touch":
+        TEXT.replace("[12, 8], [0, 8.5]", "[0, 8.5], [12, -8]"),
+    "there is no panel 'bag'; the panels are front, back":
+        TEXT.replace('panel = "back", start = 3', 'panel = "bag", start = 3'),
+    "got end 7; expected a corner from 0 to 3": TEXT.replace("start = 1, end = 2 }\nsecond = { panel = \"back\"",
+                                                               "start = 1, end = 7 }\nsecond = { panel = \"back\""),
+    r"seam 0 .*: got 6 and 7 edges; expected the same":
+        TEXT.replace('name = "front"', 'name = "front"\nside_edges = [8, 6, 8, 9]').replace("angle = 15", "edges = 7"),
+    "rounds of evening out: got -3": "evening_rounds = -3\n" + TEXT,
+    "edge length: got -1": TEXT.replace("edge_length = 1.5", "edge_length = -1"),
+    "is no TOML": TEXT + "[[",
+    "radius: got 0": TEXT.replace("3.8197186342054885", "0.0"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("message", REFUSED)
+def test_files_that_are_refused(message, tmp_path):
+    with pytest.raises(FileError, match=message) as caught:
+        read_panels(written(tmp_path, REFUSED[message])).cloth()
+    assert str(caught.value).startswith(str(tmp_path / "shirt.toml")) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "path", sorted((ROOT / "examples" / "mixed" / "panels").glob("*.toml")), ids=lambda path: path.stem
+)
+def test_the_files_of_the_examples(path):
+    cloth = read_panels(path).cloth()
+    assert cloth.seam_count >= 1
+    corners = cloth.vertices[cloth.triangles]
+    length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    at_rest = np.linalg.norm(np.roll(cloth.rest, -1, axis=1) - cloth.rest, axis=2)
+    assert 0.5 < (length / at_rest).min() and (length / at_rest).max() < 2.0  # no triangle begins in a wild shape
+
+
+def test_other_suffixes_are_refused(tmp_path):
+    with pytest.raises(FileError, match=r"expected one of \.toml"):
+        read_panels(tmp_path / "panels.json")

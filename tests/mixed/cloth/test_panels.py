@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Triangles of flat panels: areas, borders, shapes of triangles, and outlines that are refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.cloth.border_recovery import with_edges
+from stitchmesh.mixed.cloth.outline import inside, signed_area
+from stitchmesh.mixed.cloth.panels import Panel, PanelTriangles, triangulate
+from tests.mixed.cloth.panel_shapes import OUTLINES, rectangle
+
+
+def areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+
+
+def smallest_angle(made: PanelTriangles) -> float:
+    corners = made.points[made.triangles]
+    one, other = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    cosine = (one * other).sum(axis=2) / np.linalg.norm(one, axis=2) / np.linalg.norm(other, axis=2)
+    return float(np.degrees(np.arccos(cosine.max())))
+
+
+@pytest.mark.parametrize("edge_length", [0.7, 2.5])
+@pytest.mark.parametrize("name", OUTLINES)
+def test_triangles_fill_the_outline_and_keep_its_border(name, edge_length):
+    panel = Panel(name=name, outline=OUTLINES[name])
+    made = triangulate(panel, edge_length)
+    area = areas(made.points, made.triangles)
+    assert area.min() > 0.0
+    np.testing.assert_allclose(area.sum(), signed_area(panel.corners), rtol=1e-12)  # a sum of rounded areas
+    border = np.arange(made.corner_point[-1])
+    sides = {tuple(side) for t in made.triangles.tolist() for side in zip(t, t[1:] + t[:1], strict=True)}
+    assert all((k, (k + 1) % len(border)) in sides for k in border.tolist())
+    np.testing.assert_array_equal(made.points[made.corner_point[:-1]], panel.corners)
+
+
+@pytest.mark.parametrize("name", ["square", "corner", "shirt", "disc"])
+def test_triangles_have_no_small_angles(name):
+    made = triangulate(Panel(name=name, outline=OUTLINES[name]), 1.0)
+    assert smallest_angle(made) > 20.7  # the bound of Ruppert's refinement for outlines without sharp corners
+
+
+def test_edges_have_the_wanted_length():
+    made = triangulate(rectangle(30.0, 30.0), 1.0)
+    corners = made.points[made.triangles]
+    length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    assert abs(np.median(length) - 1.0) < 0.01  # most triangles are those of the grid
+    assert length.max() < 1.6 and length.min() > 0.5  # beside the border the clearance of 0.65 edges decides
+
+
+def test_the_same_outline_gives_the_same_triangles():
+    one, other = (triangulate(Panel(name="p", outline=OUTLINES["shirt"]), 2.0) for _ in range(2))
+    np.testing.assert_array_equal(one.points, other.points)
+    np.testing.assert_array_equal(one.triangles, other.triangles)
+
+
+def test_sides_are_divided_evenly_into_given_numbers_of_edges():
+    made = triangulate(rectangle(6.0, 4.0, side_edges=(3, 7, 5, 1)), 1.0)
+    np.testing.assert_array_equal(made.corner_point, [0, 3, 10, 15, 16])
+    for side, count in enumerate((3, 7, 5, 1)):
+        line = made.points[made.border_from(side, (side + 1) % 4)]
+        assert len(line) == count + 1
+        np.testing.assert_allclose(np.diff(line, 2, axis=0), 0.0, atol=1e-14)  # rounding of the places
+
+
+def test_a_missing_edge_is_recovered_by_flips():
+    # a fan whose long diagonals cross the wanted edge from 0 to 1; the points in between are near the edge
+    points = np.array(
+        [[0.0, 0.0], [10.0, 0.0], [5.0, 6.0], [5.0, -6.0], [2.0, 0.3], [4.0, -0.3], [6.0, 0.3], [8.0, -0.3]]
+    )
+    from scipy.spatial import Delaunay
+
+    triangles = Delaunay(points).simplices
+    triangles = np.where((areas(points, triangles) < 0)[:, None], triangles[:, ::-1], triangles)
+    made = with_edges(points, triangles, np.array([[0, 1]]))
+    assert any({0, 1} <= set(triangle) for triangle in made.tolist())
+    assert areas(points, made).min() > 0.0
+    np.testing.assert_allclose(areas(points, made).sum(), areas(points, triangles).sum(), rtol=1e-14)
+
+
+def test_inside_agrees_with_the_distance_of_a_disc():
+    corners = np.array(OUTLINES["disc"])
+    points = np.random.default_rng(1).uniform(-12, 12, (500, 2))
+    apothem = 10 * np.cos(np.pi / 40)
+    found = inside(points, corners, np.roll(corners, -1, axis=0))
+    distance = np.linalg.norm(points, axis=1)
+    assert found[distance < apothem].all() and not found[distance > 10].any()
+
+
+BAD = {
+    "cross or touch": [[0, 0], [10, 10], [10, 0], [0, 10]],
+    "sides 0-1 and 3-4: cross or touch": [[0, 0], [10, 0], [10, 5], [8, 5], [5, 0], [2, 5], [0, 5]],
+    "runs clockwise": [[0, 0], [0, 10], [10, 10], [10, 0]],
+    "sides 0-1 and 2-0: cross or touch": [[0, 0], [1, 0], [2, 0]],
+    "corners 1 and 2: lie at the same place": [[0, 0], [1, 0], [1, 0], [0, 1]],
+    "got 2 corners": [[0, 0], [1, 0]],
+    "two finite numbers": [[0, 0], [1, 0], [np.nan, 1]],
+    "got several rings": [[[0, 0], [9, 0], [9, 9], [0, 9]], [[1, 1], [2, 1], [1, 2]]],
+    "got 2 rings": [[[0, 0], [9, 0], [0, 9]], [[1, 1], [2, 1], [1, 2]]],
+    "expected corners": [1.0, 2.0, 3.0],
+}
+
+
+@pytest.mark.parametrize("message", BAD)
+def test_outlines_that_are_refused(message):
+    with pytest.raises(ParameterError, match=message) as caught:
+        Panel(name="front", outline=BAD[message])
+    assert "panel 'front'" in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("edge_length", [0.0, -1.0, np.nan, np.inf])
+def test_edge_lengths_that_are_refused(edge_length):
+    with pytest.raises(ParameterError, match="expected a positive number of cm"):
+        triangulate(rectangle(1.0, 1.0), edge_length)
+
+
+def test_an_edge_length_that_needs_too_many_points_is_refused_at_once():
+    with pytest.raises(ParameterError, match=r"needs .* points; expected at most"):
+        triangulate(rectangle(100.0, 100.0, side_edges=(1, 1, 1, 1)), 1e-4)
+
+
+@pytest.mark.parametrize("edges", [(1, 2, 3), (1, 2, 3, 0)])
+def test_numbers_of_edges_that_are_refused(edges):
+    with pytest.raises(ParameterError, match="side_edges"):
+        rectangle(1.0, 1.0, side_edges=edges)

@@ -1,0 +1,47 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The starting shape of sewn panels: strain is spread, nothing moves without strain, momentum stays."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.cloth.panel_position import PanelPosition
+from stitchmesh.mixed.cloth.seams import Border, Seam, cloth_from_panels
+from stitchmesh.mixed.cloth.starting_shape import evened_vertices
+from tests.mixed.cloth.panel_shapes import rectangle, side_by_side
+
+
+def largest_strain(cloth, vertices) -> float:
+    corners = vertices[cloth.triangles]
+    length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    at_rest = np.linalg.norm(np.roll(cloth.rest, -1, axis=1) - cloth.rest, axis=2)
+    return float(np.abs(length / at_rest - 1.0).max())
+
+
+def test_a_cloth_without_strain_stays_where_it_is():
+    cloth = side_by_side(8.0, 8.0)
+    np.testing.assert_allclose(evened_vertices(cloth, rounds=50), cloth.vertices, atol=1e-12)  # rounding of 50 rounds
+
+
+def test_panels_that_are_apart_come_together():
+    panels = [
+        rectangle(10.0, 10.0, "front", position=PanelPosition(origin=(0.0, 0.0, 6.0))),
+        rectangle(10.0, 10.0, "back", position=PanelPosition(origin=(10.0, 0.0, 0.0), x_axis=(-1.0, 0.0, 0.0))),
+    ]
+    seams = [
+        Seam(first=Border(panel="front", start=1, end=2), second=Border(panel="back", start=3, end=0)),
+        Seam(first=Border(panel="back", start=1, end=2), second=Border(panel="front", start=3, end=0)),
+    ]
+    cloth = cloth_from_panels(panels, seams, edge_length=1.0)
+    assert largest_strain(cloth, cloth.vertices) > 1.5
+    vertices = evened_vertices(cloth, rounds=300)
+    assert largest_strain(cloth, vertices) < 0.15
+    assert vertices[:, 2].max() - vertices[:, 2].min() > 3.0  # a tube, not a flat pair
+
+
+def test_the_number_of_rounds_is_checked():
+    with pytest.raises(ParameterError, match="got -1; expected a number of at least 0"):
+        evened_vertices(side_by_side(8.0, 8.0), rounds=-1)

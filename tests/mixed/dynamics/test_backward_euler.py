@@ -1,0 +1,242 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Motion in time: conservation laws, prescribed motion, the full-yarn run, adaptive steps, stopping and resuming."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import warp as wp
+
+from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
+from stitchmesh.mixed.dynamics.weight import Weight
+from stitchmesh.mixed.enrichment.region import Region, enriched_everywhere, region_around
+from tests.mixed.dynamics.scene import Scene, masses_of, spring_scene
+from tests.mixed.patch import square_patch
+
+PATCH = square_patch(6, 4)
+SQUARE = region_around(*PATCH.layout, PATCH.near((0.5, 0.5), 0.2))
+REGIONS = {
+    "square": SQUARE,
+    "two rings": region_around(*PATCH.layout, PATCH.near((0.5, 0.5), 0.2), rings=2),
+    "one triangle": region_around(*PATCH.layout, [30]),
+    "at the border": region_around(*PATCH.layout, PATCH.near((0.0, 0.5), 0.2)),
+    "everywhere": enriched_everywhere(*PATCH.layout),
+    "all yarns": region_around(*PATCH.layout, np.arange(len(PATCH.triangles))),
+    "none": region_around(*PATCH.layout, []),
+}
+TIGHT = DynamicsSettings(time_step=5e-3, velocity_tolerance=1e-10, solve_tolerance=1e-4)
+
+
+def swinging(points: np.ndarray) -> np.ndarray:
+    """Velocities of a motion that bends, stretches, turns and moves a patch [cm/s]."""
+    x, y, _ = points.T
+    return np.stack([1.0 + 2.0 * y, 3.0 * x, 2.0 + 4.0 * np.sin(3.0 * x) * y], axis=1)
+
+
+def moving(scene: Scene, settings: DynamicsSettings = TIGHT, **more) -> Dynamics:
+    velocities = scene.vector(swinging(PATCH.vertices), swinging(PATCH.nodes))
+    scene.system.make_motion(velocities)
+    return Dynamics(scene.system, scene.at_rest(), settings, velocities=velocities, **more)
+
+
+@pytest.mark.parametrize("name", REGIONS)
+def test_momentum_is_kept_and_energy_never_grows_without_loads(name):
+    scene = spring_scene(PATCH, REGIONS[name])
+    if not scene.region.unknown_vertices.any():
+        assert not scene.masses.vertices.any()
+    run = moving(scene)
+    momentum, energy = run.momentum(), sum(run.energies().values())
+    for _ in range(6):
+        run.step()
+        # The error of the velocities that the tolerance allows, times the mass; rounding of some 1,000 numbers.
+        np.testing.assert_allclose(run.momentum(), momentum, atol=1e-10 * scene.masses.total + 1e-14)
+        after = sum(run.energies().values())
+        assert after <= energy * (1 + 1e-12)
+        energy = after
+    v, p, _ = run.positions.numpy()
+    assert np.abs(scene.embedding.constraint(v, p)).max(initial=0.0) < 1e-12  # rounding of positions of size 1
+
+
+def test_enriched_everywhere_equals_the_full_yarn_run():
+    enriched = spring_scene(PATCH, REGIONS["everywhere"])
+    full = spring_scene(PATCH, REGIONS["all yarns"])
+    runs = []
+    for scene in (enriched, full):
+        velocities = scene.vector(swinging(PATCH.vertices), swinging(PATCH.nodes))
+        if scene is enriched:  # the triangles follow the yarns
+            basis = scene.embedding.basis.toarray()
+            of_vertices = np.linalg.lstsq(basis, swinging(PATCH.nodes), rcond=None)[0]
+            velocities = scene.vector(of_vertices, swinging(PATCH.nodes))
+        runs.append(Dynamics(scene.system, scene.at_rest(), TIGHT, velocities=velocities))
+    for step in range(1, 9):
+        nodes = []
+        for run in runs:
+            run.step()
+            nodes.append(run.positions.numpy()[1])
+        np.testing.assert_allclose(nodes[0], nodes[1], atol=1e-8 * step)  # 1e-8 a step, the tolerance of the solver
+
+
+@pytest.mark.parametrize("scalar", [wp.float32, wp.float64])
+def test_free_fall_has_the_positions_of_backward_euler(scalar):
+    scene = spring_scene(PATCH, SQUARE, scalar=scalar)
+    scene.system.add(Weight(scene.system.mass, (0.0, 0.0, -981.0)))
+    settings = DynamicsSettings(time_step=1e-3, velocity_tolerance=1e-3 if scalar is wp.float32 else 1e-9)
+    run = Dynamics(scene.system, scene.at_rest(), settings)
+    for _ in range(4):
+        run.step()
+    expected = -981.0 * 1e-6 * 4 * 5 / 2  # x_n = g h^2 n (n + 1) / 2
+    # Four steps with the tolerance of the velocities, which allows light nodes ten times more than the mean.
+    tolerance = 4e-5 if scalar is wp.float32 else 4e-11
+    for part, rest in zip(run.positions.numpy()[:2], scene.at_rest().numpy()[:2], strict=True):
+        unknown = scene.region.unknown_vertices if len(part) == len(PATCH.vertices) else slice(None)
+        np.testing.assert_allclose((part - rest)[unknown][:, 2], expected, atol=tolerance)
+        np.testing.assert_allclose((part - rest)[unknown][:, :2], 0.0, atol=tolerance)
+
+
+def test_a_rigid_translation_passes_unchanged():
+    scene = spring_scene(PATCH, SQUARE)
+    shift = np.array([1.0, 2.0, 3.0])
+    velocities = scene.vector(np.tile(shift, (49, 1)), np.tile(shift, (len(PATCH.nodes), 1)))
+    run = Dynamics(scene.system, scene.at_rest(), TIGHT, velocities=velocities)
+    for _ in range(3):
+        run.step()
+    for part, rest in zip(run.positions.numpy()[:2], scene.at_rest().numpy()[:2], strict=True):
+        unknown = scene.region.unknown_vertices if len(part) == len(PATCH.vertices) else slice(None)
+        np.testing.assert_allclose(part[unknown], (rest + 3 * TIGHT.time_step * shift)[unknown], atol=1e-12)
+
+
+def test_what_is_fixed_moves_as_prescribed():
+    vertices, nodes = [0, 1, 7], SQUARE.nodes[[3, 100]]
+    scene = spring_scene(PATCH, SQUARE, fixed_vertices=vertices, fixed_nodes=nodes)
+    numbers = SQUARE.node_number[nodes]
+
+    def prescribed(begin: float, end: float):
+        of_vertices, of_nodes = np.zeros((49, 3)), np.zeros((len(SQUARE.nodes), 3))
+        of_vertices[vertices], of_nodes[numbers] = [0.0, 0.0, 5.0 * (end**2 - begin**2)], [end - begin, 0.0, 0.0]
+        return of_vertices, of_nodes, np.zeros((len(SQUARE.nodes), 2))
+
+    run = Dynamics(scene.system, scene.at_rest(), TIGHT, prescribed=prescribed)
+    reports = [run.step() for _ in range(5)]
+    v, p, _ = run.positions.numpy()
+    rest_v, rest_p, _ = scene.at_rest().numpy()
+    assert run.time == reports[-1].time
+    np.testing.assert_allclose((v - rest_v)[vertices], np.tile([0, 0, 5.0 * run.time**2], (3, 1)), atol=1e-14)
+    np.testing.assert_allclose((p - rest_p)[numbers], np.tile([run.time, 0, 0], (2, 1)), atol=1e-14)
+    assert np.abs(scene.embedding.constraint(v, p)).max() < 1e-12  # rounding of positions of size 1
+    assert np.abs(v - rest_v)[8].max() > 0.0
+
+
+def test_rayleigh_damping_takes_the_energy_that_the_closed_form_says():
+    scene = spring_scene(PATCH, SQUARE)
+    shift = np.ones(3)
+    velocities = scene.vector(np.ones((49, 3)), np.ones((len(PATCH.nodes), 3)))
+    settings = replace(TIGHT, damping_mass=20.0, damping_stiffness=1e-2)
+    run = Dynamics(scene.system, scene.at_rest(), settings, velocities=velocities)
+    start = run.momentum()
+    for _ in range(3):
+        run.step()
+    # A translation is damped by mass alone: u_n+1 = u_n / (1 + a h).
+    np.testing.assert_allclose(run.momentum(), start / (1 + 20.0 * TIGHT.time_step) ** 3, rtol=1e-9)
+    assert shift @ run.momentum() > 0.0
+
+
+def test_damping_by_stiffness_lets_vibrations_fade_and_keeps_momentum():
+    scene = spring_scene(PATCH, SQUARE)
+    energies = []
+    for damping in (0.0, 0.05):
+        run = moving(scene, replace(TIGHT, damping_stiffness=damping))
+        momentum = run.momentum()
+        for _ in range(6):
+            run.step()
+        np.testing.assert_allclose(run.momentum(), momentum, atol=1e-10)
+        energies.append(sum(run.energies().values()))
+    assert energies[1] < energies[0]
+
+
+def test_a_run_that_is_stopped_and_resumed_has_the_same_bits():
+    scene = spring_scene(PATCH, SQUARE)
+    whole = moving(scene)
+    for _ in range(4):
+        whole.step()
+    first = moving(scene)
+    for _ in range(2):
+        first.step()
+    kept = {name: array.copy() for name, array in first.arrays().items()}
+    second = Dynamics(spring_scene(PATCH, SQUARE).system, scene.at_rest(), TIGHT)
+    second.resume(kept)
+    for _ in range(2):
+        second.step()
+    for name, array in whole.arrays().items():
+        np.testing.assert_array_equal(second.arrays()[name], array)
+
+
+def test_a_checkpoint_of_another_scene_is_refused():
+    run = moving(spring_scene(PATCH, SQUARE))
+    arrays = run.arrays()
+    with pytest.raises(ParameterError, match=r"resume: array 'positions' has the shape \(3,\)"):
+        run.resume({**arrays, "positions": np.zeros(3)})
+    del arrays["clock"]
+    with pytest.raises(ParameterError, match="resume: array 'clock' is missing"):
+        run.resume(arrays)
+
+
+def test_the_step_is_halved_where_newton_does_not_converge_and_grows_again():
+    scene = spring_scene(PATCH, SQUARE, stiffness=5e5)
+    run = moving(scene, replace(TIGHT, time_step=0.1, most_newton_iterations=8, velocity_tolerance=1e-6))
+    reports = [run.step() for _ in range(12)]
+    assert reports[0].halvings > 0
+    assert reports[0].time_step == 0.1 * 0.5 ** reports[0].halvings
+    steps = [report.time_step for report in reports]
+    assert max(steps) > steps[0]
+    assert max(steps) <= 0.1
+    assert np.isfinite(run.positions.values.numpy()).all()
+
+
+def test_a_step_that_never_converges_is_an_error():
+    scene = spring_scene(PATCH, SQUARE, stiffness=5e5)
+    settings = replace(TIGHT, time_step=0.1, smallest_time_step=0.09, most_newton_iterations=1)
+    with pytest.raises(SolverError, match=r"does not converge at time 0 s with time steps down to 0\.09 s"):
+        moving(scene, settings).step()
+
+
+@pytest.mark.parametrize("time_step", [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1])
+def test_time_steps_over_five_decades_stay_finite(time_step):
+    scene = spring_scene(PATCH, SQUARE)
+    run = moving(scene, replace(TIGHT, time_step=time_step))
+    before = sum(run.energies().values())
+    for _ in range(3):
+        run.step()
+    assert sum(run.energies().values()) <= before * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("ratio", [1e-6, 1e-3, 1e3, 1e6])
+@pytest.mark.parametrize("smallest_alpha", [1e-3, 1.0])
+def test_extreme_mass_ratios_and_weights_converge(ratio, smallest_alpha):
+    region = region_around(*PATCH.layout, PATCH.near((0.5, 0.5), 0.2), smallest_alpha=smallest_alpha)
+    masses = masses_of(PATCH, region)
+    masses = replace(masses, vertices=masses.vertices * np.sqrt(ratio), yarns=masses.yarns / np.sqrt(ratio))
+    run = moving(spring_scene(PATCH, region, masses=masses), replace(TIGHT, velocity_tolerance=1e-6))
+    momentum = run.momentum()
+    for _ in range(2):
+        run.step()
+    np.testing.assert_allclose(run.momentum(), momentum, rtol=1e-6)  # the tolerance of the velocities
+    assert np.isfinite(run.positions.values.numpy()).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("time_step", 0.0), ("damping_mass", -1.0), ("most_newton_iterations", 0), ("time_step", np.nan)],
+)
+def test_settings_out_of_range_are_refused(name, value):
+    with pytest.raises(ParameterError, match=f"dynamics: {name}: got {value}; expected a number"):
+        DynamicsSettings(**{name: value})
+
+
+def test_masses_of_another_region_are_refused():
+    other: Region = REGIONS["one triangle"]
+    with pytest.raises(ParameterError, match="mixed system: got masses of 49 vertices"):
+        spring_scene(PATCH, SQUARE, masses=masses_of(PATCH, other))

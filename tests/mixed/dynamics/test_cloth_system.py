@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Cloth of triangles with crossing yarns: the full-yarn run, masses, rigid motion, extremes of the region, resume."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import warp as wp
+
+from stitchmesh.mixed.cloth.panels import Panel
+from stitchmesh.mixed.cloth.seams import cloth_from_panels
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
+from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
+from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_system
+from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
+from stitchmesh.mixed.enrichment.region import Region, enriched_everywhere, region_around
+from stitchmesh.mixed.layout.weave import lay_weave
+from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
+from tests.mixed.dynamics.scene import CPU
+
+SIDE, ENDS = 3.0, 6.0
+OUTLINE = np.array([[0.0, 0.0], [SIDE, 0.0], [SIDE, SIDE], [0.0, SIDE]])
+CLOTH = cloth_from_panels([Panel(name="square", outline=OUTLINE)], [], edge_length=0.6)
+YARNS = lay_weave(CLOTH, np.eye(2, dtype=int), ends=ENDS, picks=ENDS)
+YARN = replace(CrossingMaterial.named(), radius=0.04)
+SHEET = ClothMaterial.isotropic(
+    "sheet", YARN.stretch_stiffness * ENDS, 0.1, YARN.bending_stiffness * ENDS, 2 * YARN.density * ENDS
+)
+LAYOUT: Any = (CLOTH.triangles, len(CLOTH.vertices), YARNS.triangle, YARNS.barycentric)
+MIDDLE = np.flatnonzero(np.abs(CLOTH.vertices[CLOTH.triangles].mean(axis=1)[:, :2] - SIDE / 2).max(axis=1) < 0.5)
+REGIONS = {
+    "middle": region_around(*LAYOUT, MIDDLE),
+    "one triangle": region_around(*LAYOUT, [0]),
+    "everywhere": enriched_everywhere(*LAYOUT),
+    "all yarns": region_around(*LAYOUT, np.arange(len(CLOTH.triangles))),
+    "none": region_around(*LAYOUT, []),
+}
+FALLING = (0.0, 0.0, -981.0)
+TIGHT = DynamicsSettings(time_step=2e-4, velocity_tolerance=1e-7, solve_tolerance=1e-4)
+
+
+def built(
+    region: Region, *, nodes: Sequence[int] = (), vertices: Sequence[int] = (), scalar: Any = wp.float64
+) -> ClothSystem:
+    model = ClothModel(SHEET, FabricMaterials.of(YARN), acceleration=FALLING)
+    return cloth_system(
+        CLOTH, YARNS, region, model, fixed_nodes=nodes, fixed_vertices=vertices, scalar=scalar, device=CPU
+    )
+
+
+def corner_nodes() -> list[int]:
+    return [int(np.argmin(np.abs(YARNS.position - corner).sum(axis=1))) for corner in ([0, 0], [SIDE, SIDE])]
+
+
+def test_enriched_everywhere_equals_the_full_yarn_run():
+    runs = [
+        Dynamics((scene := built(REGIONS[name], nodes=corner_nodes())).system, scene.positions, TIGHT)
+        for name in ("everywhere", "all yarns")
+    ]
+    for step in range(1, 6):
+        for run in runs:
+            assert run.step().halvings == 0
+        (_, p, s), (_, full_p, full_s) = (run.positions.numpy() for run in runs)
+        np.testing.assert_allclose(p, full_p, atol=1e-8 * step)  # 1e-8 a step, the tolerance of the solver
+        np.testing.assert_allclose(s, full_s, atol=1e-8 * step)
+
+
+@pytest.mark.parametrize("name", REGIONS)
+def test_masses_of_the_nodes_are_those_of_the_yarn_model_and_the_cloth_weighs_the_same(name):
+    scene = built(REGIONS[name])
+    scene.system.update_masses(scene.positions)
+    of_yarns = scene.system.mass.nodes.mass.numpy()
+    np.testing.assert_allclose(of_yarns, scene.masses.nodes, rtol=1e-12)
+    # Yarns end half a spacing before the border: at most one spacing along the four sides is missing.
+    assert scene.masses.total == pytest.approx(SHEET.density * SIDE**2, rel=4 / (SIDE * ENDS))
+
+
+@pytest.mark.parametrize("name", REGIONS)
+def test_a_cloth_in_free_fall_stays_as_it_is(name):
+    scene = built(REGIONS[name])
+    run = Dynamics(scene.system, scene.positions, replace(TIGHT, time_step=1e-3, velocity_tolerance=1e-6))
+    start = scene.positions.numpy()
+    for _ in range(3):
+        run.step()
+    fallen = -981.0 * 1e-6 * 3 * 4 / 2  # g h^2 n (n + 1) / 2
+    for part, rest, moves in zip(
+        run.positions.numpy()[:2], start[:2], (scene.region.unknown_vertices, slice(None)), strict=True
+    ):
+        np.testing.assert_allclose((part - rest)[moves], np.tile([0, 0, fallen], (len(part[moves]), 1)), atol=1e-7)
+    # The tolerance of the velocities, which allows light nodes more than the mean.
+    np.testing.assert_allclose(run.positions.numpy()[2], start[2], atol=1e-7)
+
+
+@pytest.mark.parametrize("name", ["middle", "one triangle"])
+def test_a_turned_cloth_has_no_forces(name):
+    scene = built(REGIONS[name])
+    c, s = np.cos(0.8), np.sin(0.8)
+    turn = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+    turned = cloth_system(
+        CLOTH, YARNS, REGIONS[name], ClothModel(SHEET, FabricMaterials.of(YARN), acceleration=(0, 0, 0)),
+        vertices=CLOTH.vertices @ turn.T + [1, 2, 3], device=CPU,
+    )  # fmt: skip
+    report = find_equilibrium(turned.system, turned.positions, EquilibriumSettings(force_tolerance=1e-5))
+    # Rounding of the stretch of yarns: 1e4 dyn times 1e-15 over the length of a segment, and more for angles.
+    assert (report.converged, report.iterations) == (True, 0)
+    assert scene.masses.total == pytest.approx(turned.masses.total, rel=1e-14)
+
+
+@pytest.mark.parametrize("scalar", [wp.float32, wp.float64])
+def test_a_swinging_cloth_loses_energy_only(scalar):
+    scene = built(REGIONS["middle"], vertices=[0, 5], scalar=scalar)
+    settings = DynamicsSettings(time_step=1e-3, velocity_tolerance=1e-2)
+    run = Dynamics(scene.system, scene.positions, settings)
+    energy = sum(run.energies().values())
+    for _ in range(15):
+        run.step()
+    assert np.isfinite(run.positions.values.numpy()).all()
+    # The error of the velocities times the momentum of some 1 g at 10 cm/s, at each step.
+    assert sum(run.energies().values()) < energy + 15 * 1e-2 * scene.masses.total * 10.0
+
+
+def test_a_run_with_friction_that_is_stopped_and_resumed_has_the_same_bits():
+    def run(steps: int, arrays: dict[str, Any] | None = None) -> dict[str, Any]:
+        scene = built(REGIONS["middle"], vertices=[0, 5])
+        dynamics = Dynamics(scene.system, scene.positions, replace(TIGHT, velocity_tolerance=1e-3, time_step=1e-3))
+        if arrays is not None:
+            dynamics.resume(arrays)
+        for _ in range(steps):
+            dynamics.step()
+        return {name: array.copy() for name, array in dynamics.arrays().items()}
+
+    whole, resumed = run(4), run(2, run(2))
+    for name, array in whole.items():
+        np.testing.assert_array_equal(resumed[name], array)
+
+
+def test_a_hanging_cloth_comes_to_rest():
+    scene = built(REGIONS["middle"], vertices=[0, 5])
+    report = find_equilibrium(
+        scene.system, scene.positions, EquilibriumSettings(force_tolerance=1.0, most_iterations=150)
+    )
+    assert report.converged, report

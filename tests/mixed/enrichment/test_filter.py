@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The kinematic filter is the projection onto what the triangles cannot represent."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pytest
+import warp as wp
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.compute.launch import launch
+from stitchmesh.mixed.enrichment.embedding import Embedding, basis_of, embed, independent_columns
+from stitchmesh.mixed.enrichment.filter import Filter
+from stitchmesh.mixed.enrichment.region import enriched_everywhere, region_around
+from stitchmesh.mixed.mixed_vector import MixedVector
+from tests.mixed.patch import square_patch
+
+CPU = device_named("cpu")
+RUN = partial(launch, device=CPU)
+PATCH = square_patch(6, 4)
+REGIONS = {
+    "square": region_around(*PATCH.layout, PATCH.near((0.5, 0.5), 0.2)),
+    "two rings": region_around(*PATCH.layout, PATCH.near((0.5, 0.5), 0.2), rings=2),
+    "one triangle": region_around(*PATCH.layout, [20]),
+    "everywhere": enriched_everywhere(*PATCH.layout),
+}
+
+
+def filtered(embedding: Embedding, displacement: np.ndarray, scalar=wp.float64) -> np.ndarray:
+    zeros = np.zeros((embedding.vertex_count, 3))
+    vector = MixedVector.from_numpy(zeros, displacement, displacement[:, :2], scalar, CPU)
+    Filter(embedding, scalar, CPU).launches(vector, RUN)
+    vertices, nodes, sliding = vector.numpy()
+    assert not vertices.any()
+    np.testing.assert_array_equal(sliding, displacement[:, :2].astype(np.float32 if scalar is wp.float32 else float))
+    return nodes
+
+
+def sparse_embedding(corners: list[list[int]], weight: list[list[float]], vertex_count: int) -> Embedding:
+    basis = basis_of(np.array(corners), np.array(weight), vertex_count)
+    count = len(corners)
+    return Embedding(vertex_count, count, np.arange(count), basis, independent_columns(basis))
+
+
+@pytest.mark.parametrize("name", REGIONS)
+@pytest.mark.parametrize("scalar", [wp.float32, wp.float64])
+def test_filtered_displacements_are_orthogonal_to_the_triangles_and_stay_when_filtered_again(name, scalar):
+    embedding = embed(REGIONS[name])
+    displacement = np.random.default_rng(3).normal(size=(embedding.node_count, 3))
+    once = filtered(embedding, displacement, scalar)
+    rounding = 2e-6 if scalar is wp.float32 else 1e-13  # sums of some 100 numbers of size 1
+    hybrid = embedding.nodes
+    assert np.abs(embedding.basis.T @ once[hybrid]).max() < rounding * 10
+    np.testing.assert_allclose(filtered(embedding, once, scalar), once, atol=rounding)
+    assert np.linalg.norm(once) <= np.linalg.norm(displacement)
+    free = np.setdiff1d(np.arange(embedding.node_count), hybrid)
+    np.testing.assert_allclose(once[free], displacement[free], atol=rounding)
+
+
+@pytest.mark.parametrize("name", REGIONS)
+def test_what_triangles_represent_is_removed_wholly(name):
+    embedding = embed(REGIONS[name])
+    motion = np.random.default_rng(4).normal(size=(embedding.vertex_count, 3))
+    displacement = np.zeros((embedding.node_count, 3))
+    displacement[embedding.nodes] = embedding.basis @ motion
+    assert np.abs(filtered(embedding, displacement)).max() < 1e-13  # rounding of numbers of size 1
+
+
+SINGULAR = {
+    "a triangle with a single node": sparse_embedding([[0, 1, 2]], [[0.2, 0.3, 0.5]], 3),
+    "a vertex without nodes": sparse_embedding(
+        [[0, 1, 2]] * 4, [[1, 0, 0], [0, 1, 0], [0.5, 0.5, 0], [0.3, 0.7, 0]], 5
+    ),
+    "nodes of one triangle on a line": sparse_embedding(
+        [[0, 1, 2]] * 4, [[0.8, 0.1, 0.1], [0.6, 0.2, 0.2], [0.4, 0.3, 0.3], [0.2, 0.4, 0.4]], 3
+    ),
+    "two nodes at one place": sparse_embedding([[0, 1, 2]] * 2, [[0.2, 0.3, 0.5]] * 2, 3),
+    "a node at the far end of a triangle": sparse_embedding(
+        [[0, 1, 2]] * 3, [[1e-6, 0.5, 0.499999], [0, 0.3, 0.7], [0, 0.6, 0.4]], 3
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SINGULAR)
+def test_a_singular_matrix_of_few_nodes_is_handled(name):
+    embedding = SINGULAR[name]
+    dense = embedding.basis.toarray()
+    assert len(embedding.columns) == np.linalg.matrix_rank(dense)
+    displacement = np.random.default_rng(5).normal(size=(embedding.node_count, 3))
+    once = filtered(embedding, displacement)
+    assert np.abs(dense.T @ once).max() < 1e-13  # rounding of numbers of size 1
+    np.testing.assert_allclose(filtered(embedding, once), once, atol=1e-13)
+    expected = displacement - dense @ (np.linalg.pinv(dense) @ displacement)
+    np.testing.assert_allclose(once, expected, atol=1e-9)  # 1e-6 is the smallest part of a column, twice in its square
+
+
+def test_without_hybrid_nodes_there_is_nothing_to_launch():
+    for chosen in ([], np.arange(len(PATCH.triangles))):
+        embedding = embed(region_around(*PATCH.layout, chosen))
+        zeros = MixedVector.zeros(embedding.vertex_count, embedding.node_count, wp.float64, CPU)
+        assert Filter(embedding, wp.float64, CPU).launches(zeros, RUN) == []

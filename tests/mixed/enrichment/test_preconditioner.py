@@ -1,0 +1,192 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The preconditioner is the inverse of P = S M + I - S on filtered vectors."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pytest
+import warp as wp
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.compute.launch import launch
+from stitchmesh.mixed.enrichment.embedding import Embedding, embed
+from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
+from stitchmesh.mixed.enrichment.preconditioner import Preconditioner
+from stitchmesh.mixed.enrichment.region import Region, enriched_everywhere, region_around
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
+from stitchmesh.mixed.mixed_vector import MixedVector
+from tests.mixed.patch import square_patch
+
+CPU = device_named("cpu")
+RUN = partial(launch, device=CPU)
+PATCH = square_patch(5, 3)
+REGIONS = {
+    "square": region_around(*PATCH.layout, PATCH.near((0.5, 0.5), 0.25)),
+    "one triangle": region_around(*PATCH.layout, [20]),
+    "everywhere": enriched_everywhere(*PATCH.layout),
+}
+
+
+def masses(region: Region, ratio: float) -> tuple[np.ndarray, np.ndarray]:
+    """Masses of vertices and nodes, with the largest ratio between a vertex and a node."""
+    random = np.random.default_rng(6)
+    vertices = np.exp(random.uniform(-0.5, 0.5, len(region.vertex_alpha)))
+    return vertices, np.exp(random.uniform(-0.5, 0.5, len(region.nodes))) / ratio
+
+
+def blocks_of(vertices: np.ndarray, nodes: np.ndarray, scalar) -> MixedBlocks:
+    blocks = MixedBlocks.zeros(len(vertices), len(nodes), scalar, CPU)
+    blocks.vertices.assign(vertices[:, None, None] * np.eye(3))
+    blocks.nodes.assign(nodes[:, None, None] * np.eye(3))
+    blocks.sliding.assign(nodes[:, None, None] * np.eye(2))
+    return blocks
+
+
+def forces_on(region: Region, scalar) -> MixedVector:
+    random = np.random.default_rng(7)
+    count = len(region.nodes)
+    parts = [random.normal(size=shape) for shape in ((len(region.vertex_alpha), 3), (count, 3), (count, 2))]
+    return MixedVector.from_numpy(*parts, scalar, CPU)
+
+
+def solved(region: Region, free: FreeUnknowns, mass: tuple, force: MixedVector) -> tuple[Embedding, MixedVector]:
+    embedding = embed(region)
+    preconditioner = Preconditioner(embedding, free, mass, force.scalar, CPU)
+    preconditioner.set_metric(blocks_of(*mass, force.scalar))
+    motion = force.like()
+    preconditioner.launches(force, motion, RUN)
+    return embedding, motion
+
+
+def dense_system(embedding: Embedding, mass: tuple) -> tuple[np.ndarray, np.ndarray]:
+    """S and M of equations 7 and 8 for the vertices and the hybrid nodes."""
+    basis = embedding.basis.toarray()
+    of_vertices, of_nodes = np.diag(mass[0]), np.diag(mass[1][embedding.nodes])
+    full = np.block([[of_vertices + basis.T @ of_nodes @ basis, basis.T @ of_nodes], [of_nodes @ basis, of_nodes]])
+    s = np.eye(len(full))
+    s[len(mass[0]) :, len(mass[0]) :] -= basis @ np.linalg.pinv(basis)
+    return s, full
+
+
+@pytest.mark.parametrize("name", REGIONS)
+@pytest.mark.parametrize("ratio", [1e-3, 1.0, 1e3, 1e6])
+def test_p_times_its_inverse_is_the_identity(name, ratio):
+    region = REGIONS[name]
+    mass, force = masses(region, ratio), forces_on(region, wp.float64)
+    given = force.copy()
+    embedding, motion = solved(region, FreeUnknowns.of(region), mass, force)
+    basis, hybrid, unknown = embedding.basis.toarray(), embedding.nodes, region.unknown_vertices
+    s, m = dense_system(embedding, mass)
+    p = s @ m + np.eye(len(s)) - s
+    (f_v, f_p, f_s), (v, nodes, sliding) = given.numpy(), motion.numpy()
+    f_v = np.where(unknown[:, None], f_v, 0.0)
+    r = s @ np.concatenate([f_v + basis.T @ f_p[hybrid], f_p[hybrid]])
+    z = np.concatenate([v, nodes[hybrid] - basis @ v])
+    # Rounding of float64, times the ratio of masses by which P enlarges differences of velocities.
+    tolerance = 1e-12 * max(ratio, 1 / ratio) * np.abs(r).max()
+    np.testing.assert_allclose((p @ z)[: len(v)][unknown], r[: len(v)][unknown], atol=tolerance)
+    np.testing.assert_allclose((p @ z)[len(v) :], r[len(v) :], atol=tolerance)
+    free = np.setdiff1d(np.arange(len(nodes)), hybrid)
+    np.testing.assert_allclose(nodes[free], f_p[free] / mass[1][free, None], rtol=1e-13)
+    slides = region.sliding_nodes
+    np.testing.assert_allclose(sliding[slides], f_s[slides] / mass[1][slides, None], rtol=1e-13)
+    assert not sliding[~slides].any()
+
+
+def test_the_dense_inverse_of_p_gives_the_same_motion():
+    region, ratio = REGIONS["square"], 1e3
+    mass, force = masses(region, ratio), forces_on(region, wp.float64)
+    f_v, f_p, _ = force.numpy()
+    f_v[~region.unknown_vertices] = 0.0
+    embedding, motion = solved(region, FreeUnknowns.of(region), mass, force)
+    basis, hybrid = embedding.basis.toarray(), embedding.nodes
+    s, m = dense_system(embedding, mass)
+    r = s @ np.concatenate([f_v + basis.T @ f_p[hybrid], f_p[hybrid]])
+    z = np.linalg.solve(s @ m + np.eye(len(s)) - s, r)
+    v, nodes, _ = motion.numpy()
+    # Rounding times the condition number of P, about the ratio of masses.
+    np.testing.assert_allclose(v, z[: len(v)], atol=1e-12 * ratio * np.abs(v).max())
+    expected = basis @ z[: len(v)] + z[len(v) :]
+    np.testing.assert_allclose(nodes[hybrid], expected, atol=1e-12 * ratio * np.abs(nodes).max())
+
+
+@pytest.mark.parametrize("scalar", [wp.float32, wp.float64])
+def test_the_result_is_symmetric_and_satisfies_the_constraint_and_the_rest_of_the_force_is_mass_times_motion(scalar):
+    region = REGIONS["square"]
+    mass = masses(region, 1e2)
+    first, second = forces_on(region, scalar), forces_on(region, scalar)
+    second.values.assign(second.values.numpy()[::-1].copy())
+    given = [first.copy(), second.copy()]
+    embedding, one = solved(region, FreeUnknowns.of(region), mass, first)
+    _, two = solved(region, FreeUnknowns.of(region), mass, second)
+    rounding = 1e-5 if scalar is wp.float32 else 1e-13  # sums of some 100 numbers
+    v, nodes, _ = one.numpy()
+    assert np.abs(embedding.constraint(v, nodes)).max() < 30 * rounding * np.abs(nodes).max()
+    left, right = (a.values.numpy().astype(float) @ b.values.numpy() for a, b in ((two, given[0]), (one, given[1])))
+    assert abs(left - right) < 10 * rounding * abs(left)
+    f_v, f_p, _ = first.numpy()
+    f_v[~region.unknown_vertices] = 0.0
+    np.testing.assert_allclose(f_v, mass[0][:, None] * v, atol=10 * rounding * np.abs(f_v).max())
+    np.testing.assert_allclose(f_p, mass[1][:, None] * nodes, atol=10 * rounding * np.abs(f_p).max())
+
+
+def test_fixed_vertices_and_nodes_do_not_move_and_the_rest_still_satisfies_the_constraint():
+    region = REGIONS["everywhere"]
+    fixed_vertices, fixed_nodes = [0, 1, 5], [3, 4, 60]
+    free = FreeUnknowns.of(region, fixed_vertices=fixed_vertices, fixed_nodes=fixed_nodes)
+    force = forces_on(region, wp.float64)
+    embedding, motion = solved(region, free, masses(region, 1e2), force)
+    v, nodes, _ = motion.numpy()
+    assert not v[fixed_vertices].any()
+    assert not nodes[fixed_nodes].any()
+    assert np.abs(embedding.constraint(v, nodes)).max() < 1e-11 * np.abs(nodes).max()  # rounding of float64
+
+
+def test_where_all_is_fixed_nothing_moves_and_all_is_finite():
+    region = REGIONS["square"]
+    free = FreeUnknowns.of(region, fixed_vertices=np.arange(36), fixed_nodes=np.arange(225))
+    _, motion = solved(region, free, masses(region, 1.0), forces_on(region, wp.float64))
+    assert not motion.values.numpy().any()
+
+
+def test_the_metric_of_the_masses_scales_with_its_factor_and_keeps_its_projection():
+    region = REGIONS["square"]
+    mass, embedding = masses(region, 1e2), embed(region)
+    preconditioner = Preconditioner(embedding, FreeUnknowns.of(region), mass, wp.float64, CPU)
+    results = []
+    for factor in (1.0, 1e6):
+        scaled = blocks_of(factor * mass[0], factor * mass[1], wp.float64)
+        for of_masses in (True, False, True):
+            preconditioner.set_metric(scaled, of_mass=factor, of_masses=of_masses)
+            force = forces_on(region, wp.float64)
+            motion = force.like()
+            preconditioner.launches(force, motion, RUN)
+            results.append((factor * motion.values.numpy(), force.values.numpy().copy()))
+    for motion, filtered in results[1:]:
+        np.testing.assert_allclose(motion, results[0][0], rtol=1e-9)  # rounding times the ratio of masses
+        np.testing.assert_allclose(filtered, results[0][1], atol=1e-11)
+
+
+@pytest.mark.parametrize("scalar", [wp.float32, wp.float64])
+def test_positions_and_eulerian_coordinates_of_free_nodes_are_solved_together(scalar):
+    region = region_around(*PATCH.layout, np.arange(50))
+    vertices, yarns = masses(region, 1.0)
+    random = np.random.default_rng(13)
+    along = random.normal(size=(2, len(yarns), 3))
+    blocks = blocks_of(vertices, 2 * yarns, scalar)
+    sliding = yarns[:, None] * (along**2).sum(axis=2).T * 1.01
+    blocks.sliding.assign(sliding[:, :, None] * np.eye(2))
+    coupling = [wp.array(-w * yarns[:, None], dtype=wp.types.vector(3, scalar), device=CPU) for w in along]
+    preconditioner = Preconditioner(embed(region), FreeUnknowns.of(region), (vertices, yarns), scalar, CPU)
+    preconditioner.set_metric(blocks, coupling)
+    force = forces_on(region, scalar)
+    (_, f_p, f_s), motion = force.numpy(), force.like()
+    preconditioner.launches(force, motion, RUN)
+    _, p, s = motion.numpy()
+    rounding = 1e-3 if scalar is wp.float32 else 1e-11  # times the condition number of a block, at most some 1,000
+    by_yarn = -np.einsum("kni,nk->ni", along, s * yarns[:, None])
+    np.testing.assert_allclose(2 * yarns[:, None] * p + by_yarn, f_p, atol=rounding)
+    np.testing.assert_allclose(sliding * s - np.einsum("kni,ni->nk", along, p) * yarns[:, None], f_s, atol=rounding)

@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Regions chosen by error within a budget, and their changes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, YARNS
+from stitchmesh.mixed.placement.changed_region import changed_triangles, detail_errors
+from stitchmesh.mixed.placement.chosen_region import NodeBudget, choose_triangles, simulated_nodes
+from tests.mixed.placement.sheets import WEAVE, sheet
+
+SHEET = sheet(10)
+CORNERS, HOME = SHEET.patch.triangles, SHEET.patch.node_triangle
+CENTRE = SHEET.cloth.rest.mean(axis=1)
+ALL = NodeBudget(nodes=len(HOME))
+
+
+def bump(x: float, y: float, width: float = 0.15) -> np.ndarray:
+    return np.exp(-((CENTRE[:, 0] - x) ** 2 + (CENTRE[:, 1] - y) ** 2) / (2.0 * width**2))
+
+
+def choose(error: np.ndarray, budget: int, **options: object) -> np.ndarray:
+    return choose_triangles(CORNERS, HOME, error, NodeBudget(nodes=budget), **options)
+
+
+@pytest.mark.parametrize("rings", [1, 2])
+@pytest.mark.parametrize("budget", [0, 40, 150, 400])
+def test_a_region_keeps_to_its_budget(budget: int, rings: int) -> None:
+    chosen = choose(bump(0.4, 0.5), budget, rings=rings)
+    region = SHEET.region(chosen, rings)
+    assert len(region.nodes) == simulated_nodes(CORNERS, HOME, chosen, rings=rings) <= budget
+
+
+def test_a_larger_budget_removes_more_error() -> None:
+    error = bump(0.4, 0.5)
+    removed = [error[choose(error, budget)].sum() for budget in (40, 100, 200, 400)]
+    assert (np.diff(removed) > 0.0).all()
+    assert len(choose_triangles(CORNERS, HOME, error, ALL, least_error=0.0)) == len(CORNERS)
+
+
+def test_no_error_needs_no_region() -> None:
+    assert len(choose(np.zeros(len(CORNERS)), 400)) == 0
+    assert len(choose(bump(0.5, 0.5), 0)) == 0
+
+
+def test_a_region_grows_around_its_first_triangle_before_another_begins() -> None:
+    error = bump(0.25, 0.25) + 0.9 * bump(0.75, 0.75)
+    small = CENTRE[choose(error, 120)]
+    assert (small.sum(axis=1) < 1.0).all()
+    large = CENTRE[choose(error, 360)]
+    assert (large.sum(axis=1) > 1.2).any()
+
+
+def test_triangles_of_equal_error_are_taken_by_their_numbers() -> None:
+    costs = np.array([simulated_nodes(CORNERS, HOME, [t]) for t in range(len(CORNERS))])
+    equal = costs == np.sort(costs)[10]
+    assert equal.sum() > 1
+    assert np.flatnonzero(equal)[0] in choose(equal.astype(float), int(costs[equal][0]))
+
+
+def test_a_region_grows_with_the_error_and_shrinks_behind_it() -> None:
+    first = choose(bump(0.3, 0.5), 200)
+    moved = changed_triangles(CORNERS, HOME, bump(0.8, 0.5), first, NodeBudget(nodes=200))
+    assert CENTRE[moved].mean(axis=0)[0] > 0.6 > CENTRE[first].mean(axis=0)[0]
+
+
+def test_a_small_change_of_the_error_leaves_the_region_as_it_is() -> None:
+    first = choose(bump(0.5, 0.5), 200)
+    again = changed_triangles(CORNERS, HOME, bump(0.53, 0.5), first, NodeBudget(nodes=200))
+    assert np.array_equal(again, first)
+    eager = changed_triangles(CORNERS, HOME, bump(0.53, 0.5), first, NodeBudget(nodes=200), kept=1.0, worth=1.0)
+    assert not np.array_equal(eager, first)
+
+
+def test_a_smaller_budget_shrinks_the_region_at_once() -> None:
+    first = choose(bump(0.5, 0.5), 200)
+    smaller = changed_triangles(CORNERS, HOME, bump(0.5, 0.5), first, NodeBudget(nodes=100))
+    assert simulated_nodes(CORNERS, HOME, smaller) <= 100
+    assert set(smaller) < set(first)
+
+
+def test_a_budget_of_seconds_is_one_of_nodes() -> None:
+    assert NodeBudget.of_seconds(0.5, base=0.1, per_node=1e-3).nodes in (399, 400)  # rounding of 0.4 / 0.001
+    assert NodeBudget.of_seconds(0.05, base=0.1, per_node=1e-3).nodes == 0
+
+
+def test_wrinkled_yarns_count_as_the_compression_that_they_take_up() -> None:
+    region = SHEET.region(choose(bump(0.5, 0.5), 200))
+    vertices = SHEET.patch.vertices
+    flat = SHEET.patch.nodes[region.nodes]
+    amplitude, squared_size = 0.01, 2.0 * SHEET.cloth.rest_area[0]
+    wavy = flat + np.array([0.0, 0.0, amplitude])
+    found = detail_errors(SHEET.cloth, region, WEAVE, vertices, wavy)
+    strain = np.pi**2 * amplitude**2 / (2.0 * squared_size)
+    stiffness = np.sqrt(WEAVE.stretch_course * WEAVE.stretch_wale)
+    with_yarns = region.triangle_kind != TRIANGLES
+    assert np.allclose(found[with_yarns], stiffness * strain**2 / 2.0 * SHEET.cloth.rest_area[0], rtol=1e-10)
+    assert np.array_equal(found[~with_yarns], np.zeros((~with_yarns).sum()))
+    # squares of rounding of positions; yarns on the triangles need no yarns
+    assert detail_errors(SHEET.cloth, region, WEAVE, vertices, flat).max() < 1e-40
+    assert set(np.unique(region.triangle_kind)) == {TRIANGLES, HYBRID, YARNS}
+
+
+@pytest.mark.parametrize("error", [-np.ones(200), np.full(200, np.nan), np.ones(3)])
+def test_impossible_errors_are_refused(error: np.ndarray) -> None:
+    with pytest.raises(ParameterError, match="expected 200 errors"):
+        choose(error, 100)
+
+
+def test_impossible_budgets_rings_and_factors_are_refused() -> None:
+    with pytest.raises(ParameterError, match="got -1 nodes"):
+        NodeBudget(nodes=-1)
+    with pytest.raises(ParameterError, match="per_node is 0"):
+        NodeBudget.of_seconds(1.0, base=0.0, per_node=0.0)
+    with pytest.raises(ParameterError, match="hybrid rings"):
+        choose(np.ones(200), 100, rings=0)
+    with pytest.raises(ParameterError, match="factors"):
+        changed_triangles(CORNERS, HOME, np.ones(200), [0], ALL, kept=0.5)

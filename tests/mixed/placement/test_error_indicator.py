@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Strain and curvature of triangles, and the error that they indicate, against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.placement.error_indicator import indicate_errors
+from stitchmesh.mixed.placement.triangle_deformation import deformation_of
+from tests.mixed.placement.sheets import WEAVE, sheet
+
+SHEET = sheet(4)
+CLOTH = SHEET.cloth
+
+
+def stretched(gradient: list[list[float]]) -> np.ndarray:
+    return np.column_stack([CLOTH.vertices[:, :2] @ np.array(gradient).T, np.zeros(len(CLOTH.vertices))])
+
+
+def test_the_strain_of_an_affine_motion_is_exact_and_ignores_rotations() -> None:
+    gradient = np.array([[1.1, 0.2], [0.0, 0.9]])
+    expected = (gradient.T @ gradient - np.eye(2)) / 2.0
+    angle = 0.7
+    turn = np.array([[np.cos(angle), 0.0, np.sin(angle)], [0.0, 1.0, 0.0], [-np.sin(angle), 0.0, np.cos(angle)]])
+    found = deformation_of(CLOTH, stretched(gradient) @ turn.T)
+    assert np.abs(found.strain - expected).max() < 1e-14  # rounding
+    assert np.abs(found.curvature).max() < 1e-12  # rounding, over the size of a triangle
+
+
+@pytest.mark.parametrize("direction", [0.0, np.pi / 2.0, 0.6])
+def test_a_roll_has_its_curvature_on_inner_triangles(direction: float) -> None:
+    fine = sheet(16)
+    found = deformation_of(fine.cloth, fine.rolled(0.4, direction)).curvature
+    along = np.array([np.cos(direction), np.sin(direction)])
+    inner = (np.abs(fine.cloth.rest.mean(axis=1) - 0.5) < 0.4).all(axis=1)
+    # chords instead of arcs: (kappa h)^2 = 6e-4
+    assert np.abs(found[inner] - 0.4 * np.outer(along, along)).max() < 2e-3
+
+
+def test_a_cloth_at_rest_has_no_error() -> None:
+    indicator = indicate_errors(CLOTH, CLOTH.vertices, WEAVE)
+    assert np.abs(indicator.total).max() < 1e-20  # squares of rounding, times moduli of 1e5
+
+
+def test_tension_is_no_error_of_wrinkles() -> None:
+    indicator = indicate_errors(CLOTH, stretched([[1.1, 0.0], [0.0, 1.05]]), WEAVE)
+    assert np.array_equal(indicator.wrinkles, np.zeros(32))
+
+
+def test_compression_beyond_buckling_is_the_energy_that_wrinkles_release() -> None:
+    indicator = indicate_errors(CLOTH, stretched([[0.9, 0.0], [0.0, 1.0]]), WEAVE)
+    modulus, compression = WEAVE.stretch_course, (1.0 - 0.9**2) / 2.0
+    buckling = WEAVE.bending_course * (np.pi / 0.25) ** 2 / modulus
+    expected = 0.5 * modulus * (compression - buckling) ** 2 * 0.5 * 0.25**2
+    assert np.allclose(indicator.wrinkles, expected, rtol=1e-10)  # rounding
+
+
+def test_a_curve_costs_what_its_chords_cost() -> None:
+    fine, curvature = sheet(16), 0.8
+    indicator = indicate_errors(fine.cloth, fine.rolled(curvature), WEAVE)
+    turn = (curvature / 16.0) ** 2
+    density = 0.5 * WEAVE.stretch_course * (turn / 24.0) ** 2 + 0.5 * WEAVE.bending_course * curvature**2 * turn / 12.0
+    inner = (np.abs(fine.cloth.rest.mean(axis=1) - 0.5) < 0.4).all(axis=1)
+    # the curvature of the polygon differs from that of the arc by (kappa h)^2 / 24 = 1e-4, which enters up to 4 times
+    assert np.allclose(indicator.curves[inner], density * 0.5 / 256.0, rtol=1e-2)
+
+
+def test_different_laws_count_by_their_energy_at_the_strain() -> None:
+    differences = {"course": ([-0.2, 0.0, 0.2], [4.0, 0.0, 8.0]), "shear": ([-0.5, 0.0, 0.5], [1.0, 0.0, 1.0])}
+    areas = CLOTH.rest_area
+    found = indicate_errors(CLOTH, stretched([[1.1, 0.0], [0.0, 1.0]]), WEAVE, differences)
+    assert np.allclose(found.laws, 4.0 * areas, rtol=1e-12)
+    beyond = indicate_errors(CLOTH, stretched([[1.4, 0.0], [0.0, 1.0]]), WEAVE, differences)
+    assert np.allclose(beyond.laws, 16.0 * areas, rtol=1e-12)  # twice the largest strain, in proportion
+    half = 0.25 / 2.0
+    turned = stretched([[np.cos(half), np.sin(half)], [np.sin(half), np.cos(half)]])
+    assert np.allclose(indicate_errors(CLOTH, turned, WEAVE, differences).laws, 0.5 * areas, rtol=1e-10)
+
+
+def test_positions_that_are_not_finite_and_unknown_tests_are_refused() -> None:
+    with pytest.raises(ParameterError, match="not finite"):
+        indicate_errors(CLOTH, CLOTH.vertices * np.nan, WEAVE)
+    with pytest.raises(ParameterError, match="'twist'"):
+        indicate_errors(CLOTH, CLOTH.vertices, WEAVE, {"twist": ([0.0, 1.0], [0.0, 1.0])})

@@ -1,0 +1,60 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Slots of elements are added up at their vertices, in the order of the slots."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pytest
+import warp as wp
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.compute.launch import launch, prepare
+from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.gather import GatherTable
+
+CPU = device_named("cpu")
+
+
+def test_the_sums_are_those_of_a_loop_over_elements():
+    random = np.random.default_rng(2)
+    index = random.integers(-1, 6, size=(40, 3))
+    values, before = random.normal(size=(120, 3)), random.normal(size=(6, 3))
+    expected = before.copy()
+    flat = index.ravel()
+    np.add.at(expected, flat[flat >= 0], values[flat >= 0])
+    target = wp.array(before, dtype=wp.vec3d, device=CPU)
+    table = GatherTable.of(index, 6, CPU)
+    prepared = table.launches(wp.array(values, dtype=wp.vec3d, device=CPU), target, partial(prepare, device=CPU))
+    for each in prepared:
+        each.launch()
+    # sums of some 20 numbers of size 1 in another order: a few units in the last place
+    np.testing.assert_allclose(target.numpy(), expected, rtol=0, atol=1e-14)
+
+
+def test_scalars_and_pairs_are_added_too_and_targets_without_slots_stay():
+    for kind, width in ((wp.float32, 1), (wp.vec2f, 2)):
+        values = wp.array(np.arange(3 * width).reshape(3, width).squeeze(), dtype=kind, device=CPU)
+        target = wp.full(4, value=kind(1.0), dtype=kind, device=CPU)
+        GatherTable.of([2, 0, 2], 4, CPU).launches(values, target, partial(launch, device=CPU))
+        sums = values.numpy()[0] + values.numpy()[2]
+        np.testing.assert_array_equal(
+            target.numpy(), np.stack([1 + values.numpy()[1], 1 + 0 * sums, 1 + sums, 1 + 0 * sums])
+        )
+
+
+def test_no_elements_launch_nothing():
+    empty, target = wp.empty(0, dtype=wp.vec3f, device=CPU), wp.zeros(5, dtype=wp.vec3f, device=CPU)
+    table = GatherTable.of(np.zeros((0, 3), dtype=int), 5, CPU)
+    assert table.launches(empty, target, partial(prepare, device=CPU)) == []
+
+
+def test_wrong_indices_and_lengths_are_refused():
+    with pytest.raises(ParameterError, match="slot 1 has the target 4; expected -1 to 3"):
+        GatherTable.of([0, 4], 4, CPU)
+    table = GatherTable.of([0, 1], 4, CPU)
+    zeros = wp.zeros(2, dtype=wp.vec3f, device=CPU)
+    with pytest.raises(ParameterError, match="got 2 slots and 2 targets; expected 2 and 4"):
+        table.launches(zeros, zeros, partial(launch, device=CPU))

@@ -1,0 +1,50 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Imports inside the mixed system run in one direction: from the driver down to what all terms have in common."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from tests.gallery import ROOT
+
+PACKAGE = ROOT / "stitchmesh" / "mixed"
+LAYERS = [
+    {"mixed_vector", "mixed_blocks", "gather"},
+    {"term"},
+    {"cloth"},
+    {"layout"},
+    {"triangles", "crossings", "splines"},
+    {"contact"},
+    {"enrichment"},
+    {"dynamics"},
+    {"output", "placement", "matching"},
+    {"drape", "scene"},
+]
+"""Folders and files from the bottom up; members of one layer do not import one another."""
+LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
+
+
+def files() -> list[Path]:
+    return [path for path in sorted(PACKAGE.rglob("*.py")) if path.parent != PACKAGE or path.stem != "__init__"]
+
+
+def imported(path: Path) -> set[str]:
+    """Members of the package that a file imports, including imports that only type annotations need."""
+    names = []
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names += [f"{node.module}.{alias.name}" for alias in node.names]
+    return {name.split(".")[2] for name in names if name.startswith("stitchmesh.mixed.")}
+
+
+@pytest.mark.parametrize("path", files(), ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_imports_run_down_only(path: Path) -> None:
+    own = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+    for other in imported(path) - {own}:
+        assert LEVEL[other] < LEVEL[own], f"{own} imports {other}"
