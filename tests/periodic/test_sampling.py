@@ -27,13 +27,12 @@ def sizes(pattern: str, quality: str) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("quality", ["draft", "standard"])
-@pytest.mark.parametrize("pattern", ["stockinette", "garter", "seed", "linen-stitch", "half-cardigan", "plain"])
+@pytest.mark.parametrize("pattern", ["stockinette", "garter", "seed", "linen-stitch", "plain"])
 def test_each_quality_keeps_its_promise(pattern: str, quality: str) -> None:
     np.testing.assert_allclose(sizes(pattern, quality), sizes(pattern, "reference"), rtol=PROMISE[quality])
 
 
-SLACK = [("rib1x1", 20.0), ("cartridge-belt-rib", 20.0), ("slip-stitch-honeycomb", 16.67),
-         ("slip-stitch-honeycomb", 24.0), ("moss", 16.67)]  # fmt: skip
+SLACK = [("rib1x1", 20.0), ("cartridge-belt-rib", 20.0), ("slip-stitch-honeycomb", 16.67), ("moss", 16.67)]
 """Repeats with several states of rest, and their loops in yarn diameters."""
 
 
