@@ -39,14 +39,14 @@ from stitchmesh.compute.reduction import minimum, ordered_sum
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.contact.body import Body, PlacedBody, to_body
-from stitchmesh.mixed.contact.body_stiffness import body_block, without_negative
+from stitchmesh.mixed.contact.body_stiffness import body_block, outside_block, without_negative
 from stitchmesh.mixed.contact.contact_points import ContactPoints
 from stitchmesh.mixed.contact.point_map import PointMap
 from stitchmesh.mixed.contact.self_collision import PRESSURE
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
-from stitchmesh.yarnrelax.energies.body_penalty import push_of
+from stitchmesh.yarnrelax.energies.body_penalty import push_of, push_outside
 from stitchmesh.yarnrelax.energies.body_surface import gap_to
 
 DEPTH = 1.0
@@ -68,8 +68,14 @@ def least_distance(here: Any, measured: Any) -> Any:
 def body_push(surface: Any, here: Any, measured: Any, reach: Any, depth: Any) -> tuple[Any, Any]:
     """Minus the gradient of the penalty in the frame of the body [1 / cm], and the penalty."""
     force, energy = here - here, reach - reach
-    if least_distance(here, measured) < reach:
-        push, penalty = push_of(surface, type(measured)(here[0], here[1], here[2], reach), reach, depth)
+    least = least_distance(here, measured)
+    sample = type(measured)(here[0], here[1], here[2], reach)
+    if least < reach:
+        push, penalty = measured - measured, reach - reach
+        if least > reach - reach:  # outside for certain
+            push, penalty = push_outside(surface, sample, reach)
+        else:
+            push, penalty = push_of(surface, sample, reach, depth)
         force = type(here)(push[0], push[1], push[2])
         energy = penalty
     return force, energy
@@ -136,10 +142,15 @@ def body_blocks(
     """Hessian of each point by its place [dyn / cm]."""
     i = wp.tid()
     here = to_body(frame[0], origin[0], place[i])
-    if least_distance(here, measured[i]) > reach[i]:
+    least = least_distance(here, measured[i])
+    if least > reach[i]:
         block[i] = type(block[i])()
         return
-    own = body_block(surface, here, reach[i], depth)
+    own = block[i] - block[i]
+    if least > depth - depth:  # outside for certain
+        own = outside_block(surface, here, reach[i])
+    else:
+        own = body_block(surface, here, reach[i], depth)
     turned = frame[0] * without_negative(own, exact[0]) * wp.transpose(frame[0])
     block[i] = turned * size[i]
 
