@@ -34,11 +34,12 @@ import numpy as np
 
 import stitchmesh as sm
 from stitchmesh.errors import StitchMeshError
+from stitchmesh.periodic.contact_samples import close_contacts
 from stitchmesh.periodic.continuation import size_of
 from stitchmesh.periodic.even_sampling import sample_evenly
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.sampling import refined
-from stitchmesh.periodic.swatch import PreparedSwatch, close_contacts, draw_swatch, prepare_swatch, relax_prepared
+from stitchmesh.periodic.swatch import PreparedSwatch, draw_swatch, prepare_swatch, relax_prepared
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.library import weave_names
 from stitchmesh.quality import PRESETS

@@ -12,7 +12,6 @@ the rest lengths of stitches and parts of stitches by factors, also in steps (se
 from __future__ import annotations
 
 import logging
-import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -27,6 +26,7 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.patterns import Pattern
+from stitchmesh.periodic.contact_samples import with_contacts
 from stitchmesh.periodic.continuation import change_period, change_radius, change_rest_length, size_of
 from stitchmesh.periodic.even_sampling import even_lengths, sample_evenly
 from stitchmesh.periodic.fabric_shape import FlatFabric
@@ -34,11 +34,11 @@ from stitchmesh.periodic.gauge import swatch_report
 from stitchmesh.periodic.off_needles import Release, chosen_release, let_go, needle_size
 from stitchmesh.periodic.repeat_checks import check_floats, check_loops_begin
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
-from stitchmesh.periodic.sampling import GENERATED, SMALL_CELL, path_to, with_smooth_contacts
+from stitchmesh.periodic.sampling import GENERATED, path_to
 from stitchmesh.periodic.smallest_cell import SmallestCell
 from stitchmesh.periodic.support import blocking, planes, refuse_tearing, remedy_of, tearing
 from stitchmesh.periodic.swatch_budget import plan_swatch
-from stitchmesh.periodic.swatch_options import COMPACT_LOOP, TAKE_UP, KnitState, SwatchOptions
+from stitchmesh.periodic.swatch_options import TAKE_UP, KnitState, SwatchOptions
 from stitchmesh.periodic.torus import torus_mesh
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.weave import Weave
@@ -62,12 +62,6 @@ LOOP_OVER_WIDTH = 4.07
 """Yarn length of a generated plain loop over the stitch width, for a yarn radius of an eighth of the width."""
 LARGEST_RADIUS_OVER_WIDTH = 0.16
 """Largest yarn radius over the stitch width for which loops are generated; thicker yarn grows from this radius."""
-CLOSER = 1.5
-"""Exponent of the looseness in the number of contact samples. Contact spheres that interlock hold a loop back. In a
-looser loop the bends of the yarn are further apart, so both this force and the forces that straighten the yarn are
-smaller (docs/validation.md)."""
-LOOSEST = 4.0
-"""Looseness above which the number of contact samples stays constant."""
 SIZES = (0.1, 10.0)
 """Smallest and largest period over the period of the generated repeat."""
 ROUNDING = 1e-12
@@ -394,34 +388,6 @@ def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tup
         return fabric, even_rest_lengths(yarns, fabric)
     yarns = apply_rest_lengths(yarns, RestLengths(loop_length=loop_length), fabric=fabric)
     return fabric, even_rest_lengths(yarns, fabric)
-
-
-def with_contacts(
-    quality: Quality, options: SwatchOptions, fabric: StitchMesh | None, smallest: SmallestCell, cell: RelaxCell | None
-) -> Quality:
-    """Return a quality with as many contact samples as a repeat needs: more in small free cells and for loose loops.
-
-    Args:
-        quality: a quality of the path to rest.
-        options: options of the swatch.
-        fabric: the stitch mesh of the repeat; None for a weave.
-        smallest: the cell that comes to rest.
-        cell: its degrees of freedom; None for constant periods.
-    """
-    is_free = cell is not None and cell.free.any()
-    is_small = fabric is not None and fabric.face_count <= SMALL_CELL * smallest.copies
-    return close_contacts(with_smooth_contacts(quality) if is_free and is_small else quality, options)
-
-
-def close_contacts(quality: Quality, options: SwatchOptions) -> Quality:
-    """Return the quality with more contact samples if loops are looser than compact ones.
-
-    The number of control points of a stitch is the same for long and short loops, so the contact spheres of a segment
-    are further apart in long loops. Such spheres interlock, and the loops stay narrower than in equilibrium.
-    """
-    looseness = options.plain_loop / (2 * COMPACT_LOOP * options.yarn_radius * options.gamma)
-    closer = min(max(looseness, 1.0), LOOSEST) ** CLOSER
-    return replace(quality, contact_samples=math.ceil(quality.contact_samples * closer * (1.0 - ROUNDING)))
 
 
 def take_up_rest_lengths(drawn: YarnSet, fabric: StitchMesh | None, options: SwatchOptions) -> FloatArray:

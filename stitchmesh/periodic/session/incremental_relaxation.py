@@ -16,12 +16,12 @@ from dataclasses import replace
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import SolverError
+from stitchmesh.periodic.contact_samples import with_contacts
 from stitchmesh.periodic.continuation import ITERATIONS
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.increments import SwatchInProgress, increment, increments_left
 from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.session.target import GeneratedRepeat, Target, generate_repeat, make_target
-from stitchmesh.periodic.swatch import with_contacts
 from stitchmesh.quality import Quality
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.saddle import MOST_MOVES, SMALLEST_FALL, leave_saddle
