@@ -44,6 +44,7 @@ from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
 from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.crossings.sliding_friction import SlidingFriction
+from stitchmesh.mixed.crossings.yarn_gravity import YarnGravity
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.embedding import world_positions
 from stitchmesh.mixed.layout.weave import lay_weave
@@ -107,7 +108,13 @@ def terms_of(cloth: Cloth, yarns: CrossingYarns, scalar: Any, device: wp.Device)
     elements = crossing_elements(yarns, FabricMaterials.of(CrossingMaterial.named("gong-1")))
     elasticity = CrossingTerm(elements, scalar, device)
     yield elasticity, elements.count
+    again = CrossingTerm(elements, scalar, device, stored=False)
+    again.name = "yarns, no blocks"
+    yield again, elements.count
     yield SlidingFriction(elements, elasticity), elements.count
+    weight = YarnGravity(elements, scalar, device)
+    weight.name = "weight of yarns"
+    yield weight, elements.count
 
 
 def contact_terms(count: int, scalar: Any, device: wp.Device) -> tuple[MixedVector, list[Term]]:

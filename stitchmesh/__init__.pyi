@@ -40,12 +40,17 @@ from .meshrelax import relax_mesh_around_edit as relax_mesh_around_edit
 from .meshrelax.evenness import evenness_verdict as evenness_verdict
 from .mixed.crossings.crossing_material import CrossingMaterial as CrossingMaterial
 from .mixed.crossings.fabric_materials import FabricMaterials as FabricMaterials
+from .mixed.drape import Draped as Draped
+from .mixed.drape import drape as drape
 from .mixed.matching.cloth_match import ClothMatch as ClothMatch
 from .mixed.matching.cloth_match import match_cloth as match_cloth
 from .mixed.matching.cloth_match import write_match as write_match
 from .mixed.matching.yarn_cell import YarnCell as YarnCell
 from .mixed.matching.yarn_cell import knit_cell as knit_cell
 from .mixed.matching.yarn_cell import weave_cell as weave_cell
+from .mixed.scene.scene import Scene as Scene
+from .mixed.scene.scene_file import read_scene as read_scene
+from .mixed.scene.scene_file import write_scene as write_scene
 from .patterns import LaidPattern as LaidPattern
 from .patterns import LeftOut as LeftOut
 from .patterns import Pattern as Pattern

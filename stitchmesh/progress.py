@@ -30,6 +30,7 @@ STAGE_TEXTS = {
     "meshrelax": "relaxing the stitch mesh",
     "yarngen": "generating yarns",
     "yarnrelax": "relaxing yarns",
+    "drape": "draping",
     "picture": "drawing the picture",
 }
 """Text for each stage."""

@@ -16,6 +16,7 @@ from stitchmesh.cli.budget_options import mark_start
 from stitchmesh.cli.commands.app import App
 from stitchmesh.cli.commands.check import Check
 from stitchmesh.cli.commands.convert import Convert
+from stitchmesh.cli.commands.drape import Drape
 from stitchmesh.cli.commands.edit import Edit
 from stitchmesh.cli.commands.info import Info
 from stitchmesh.cli.commands.instructions import Instructions
@@ -40,7 +41,7 @@ INTERRUPTED = 130
 """Exit status after an interrupt from the keyboard."""
 DESCRIPTION = "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --version` prints the version."
 COMMANDS = (
-    Knit, Label, Tessellate, Pattern, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Swatch, Stretch,
+    Knit, Label, Tessellate, Pattern, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Swatch, Stretch, Drape,
     Info, Select, Check, Patterns, Instructions, Convert, Render, View, App,
 )  # fmt: skip
 """The commands, in the order in which the help lists them."""

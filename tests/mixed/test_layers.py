@@ -21,8 +21,12 @@ LAYERS = [
     {"contact"},
     {"enrichment"},
     {"dynamics"},
+    {"assembly"},
     {"output", "placement", "matching"},
-    {"drape", "scene"},
+    {"scene"},
+    {"memory", "simulation"},
+    {"run_checkpoint"},
+    {"drape"},
 ]
 """Folders and files from the bottom up; members of one layer do not import one another."""
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}

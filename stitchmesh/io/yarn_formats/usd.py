@@ -91,14 +91,14 @@ def write_usd(path: FilePath, yarns: YarnSet, places: FloatArray | None = None) 
     UsdGeom.SetStageMetersPerUnit(stage, METRES_PER_UNIT)
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
     stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/yarns").GetPrim())
-    wool = _define_wool(stage, "/yarns/wool")
+    wool = define_wool(stage, "/yarns/wool")
     widths = to_float32(path, "the widths", 2.0 * yarns.drawn_radius)
     points = to_float32(path, "the coordinates", yarns.points)
     above = "/yarns" if places is None else PERIOD
     for name, closed in (("closed", True), ("open", False)):
         chosen = np.flatnonzero(yarns.closed == closed)
         if len(chosen):
-            curves = _define_curves(stage, f"{above}/{name}", yarns, chosen, points, widths[chosen])
+            curves = define_curves(stage, f"{above}/{name}", yarns, chosen, points, widths[chosen])
             UsdShade.MaterialBindingAPI.Apply(curves).Bind(wool)
     if places is not None:
         _define_instances(stage, to_float32(path, "the places", places))
@@ -135,7 +135,7 @@ def read_usd(path: FilePath) -> list[UsdCurve]:
     return sorted(curves, key=lambda curve: curve.yarn or 0)
 
 
-def _define_curves(
+def define_curves(
     stage: Usd.Stage,
     path: str,
     yarns: YarnSet,
@@ -180,7 +180,7 @@ def _define_curves(
     return curves.GetPrim()
 
 
-def _define_wool(stage: Usd.Stage, path: str) -> Any:
+def define_wool(stage: Usd.Stage, path: str) -> Any:
     """Define and return a rough material whose colour is the primvar ``displayColor`` of the curves."""
     from pxr import Gf, Sdf, UsdShade
 

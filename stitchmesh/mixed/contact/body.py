@@ -94,6 +94,15 @@ class PlacedBody:
             self._deform(self.body.motion, time)
         self._time = time
 
+    def largest_motion(self, begin: float, end: float) -> float:
+        """Bound of the distance that a point of the body moves between two times [cm]."""
+        motion = self.body.motion
+        if isinstance(motion, VertexMotion):
+            return float(np.linalg.norm(motion.vertices_at(end) - motion.vertices_at(begin), axis=1).max())
+        low, high = self.body.mesh.vertices.min(axis=0), self.body.mesh.vertices.max(axis=0)
+        corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(-1, 3)
+        return float(np.linalg.norm(motion.places_at(corners, end) - motion.places_at(corners, begin), axis=1).max())
+
     def _deform(self, motion: VertexMotion, time: float) -> None:
         features = features_at(self._topology, motion.vertices_at(time))
         corners = features.corners.reshape(-1, 3)

@@ -19,7 +19,8 @@ The distance of each point is measured at the beginning of a step. A point that 
 R since then feels nothing, without a search; this changes no bit of the result.
 
 No move takes a point deeper than half that depth (``step_limit``): a point does not meet the surface on a path shorter
-than its distance. A point that the body itself has overtaken is an error that a shorter step avoids.
+than its distance. A step in which the body moves by more than the depth, or overtakes a point by more, is an error that
+a shorter step avoids.
 """
 
 from __future__ import annotations
@@ -38,14 +39,14 @@ from stitchmesh.compute.reduction import minimum, ordered_sum
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.contact.body import Body, PlacedBody, to_body
-from stitchmesh.mixed.contact.body_stiffness import body_block, without_negative
+from stitchmesh.mixed.contact.body_stiffness import body_block, outside_block, without_negative
 from stitchmesh.mixed.contact.contact_points import ContactPoints
 from stitchmesh.mixed.contact.point_map import PointMap
 from stitchmesh.mixed.contact.self_collision import PRESSURE
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
-from stitchmesh.yarnrelax.energies.body_penalty import push_of
+from stitchmesh.yarnrelax.energies.body_penalty import push_of, push_outside
 from stitchmesh.yarnrelax.energies.body_surface import gap_to
 
 DEPTH = 1.0
@@ -67,8 +68,14 @@ def least_distance(here: Any, measured: Any) -> Any:
 def body_push(surface: Any, here: Any, measured: Any, reach: Any, depth: Any) -> tuple[Any, Any]:
     """Minus the gradient of the penalty in the frame of the body [1 / cm], and the penalty."""
     force, energy = here - here, reach - reach
-    if least_distance(here, measured) < reach:
-        push, penalty = push_of(surface, type(measured)(here[0], here[1], here[2], reach), reach, depth)
+    least = least_distance(here, measured)
+    sample = type(measured)(here[0], here[1], here[2], reach)
+    if least < reach:
+        push, penalty = measured - measured, reach - reach
+        if least > reach - reach:  # outside for certain
+            push, penalty = push_outside(surface, sample, reach)
+        else:
+            push, penalty = push_of(surface, sample, reach, depth)
         force = type(here)(push[0], push[1], push[2])
         energy = penalty
     return force, energy
@@ -135,10 +142,15 @@ def body_blocks(
     """Hessian of each point by its place [dyn / cm]."""
     i = wp.tid()
     here = to_body(frame[0], origin[0], place[i])
-    if least_distance(here, measured[i]) > reach[i]:
+    least = least_distance(here, measured[i])
+    if least > reach[i]:
         block[i] = type(block[i])()
         return
-    own = body_block(surface, here, reach[i], depth)
+    own = block[i] - block[i]
+    if least > depth - depth:  # outside for certain
+        own = outside_block(surface, here, reach[i])
+    else:
+        own = body_block(surface, here, reach[i], depth)
     turned = frame[0] * without_negative(own, exact[0]) * wp.transpose(frame[0])
     block[i] = turned * size[i]
 
@@ -256,8 +268,10 @@ class BodyContact(Term):
         """Move the body to the end of the step.
 
         Raises:
-            SolverError: a point is deeper inside the body than points are found.
+            SolverError: a point is deeper inside the body than points are found, or the body moves by more than this
+                depth in the step and could pass over points.
         """
+        self._check_motion(time, time_step)
         self.placed.move_to(time + time_step)
         if not len(self.points):
             return
@@ -334,6 +348,12 @@ class BodyContact(Term):
         if len(self.points):
             run(measure_distances, len(self.points), inputs, [self._measured, self._numbers])
         return self._numbers
+
+    def _check_motion(self, time: float, time_step: float) -> None:
+        moved = self.placed.largest_motion(time, time + time_step) if self.placed.moves and time_step else 0.0
+        if moved > self.depth:
+            found = f"got a motion of {moved:.3g} cm in a step of {time_step:.3g} s"
+            raise SolverError(f"{self.name}: {found}; expected at most {self.depth:.3g} cm; take shorter steps")
 
     def _too_deep(self, distance: FloatArray) -> str:
         worst = int(distance.argmin())

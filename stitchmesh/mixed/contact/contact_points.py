@@ -42,7 +42,10 @@ class ContactPoints:
     area: FloatArray
     """Area of cloth that each point stands for, times its weight of blending [cm^2]; shape (M,)."""
     radius: FloatArray
-    """Radius of the sphere at each point, half the thickness of the cloth [cm]; shape (M,)."""
+    """Distance that each point keeps from a body, half the thickness of the cloth [cm]; shape (M,)."""
+    layer_radius: FloatArray
+    """Radius of the sphere at each point in contact with other layers [cm]: half the thickness, or half the distance of
+    neighbouring points where this is larger, so that no layer fits through the holes of another one; shape (M,)."""
     panel: IntArray
     """Panel of each point; shape (M,)."""
     rest: FloatArray
@@ -51,14 +54,15 @@ class ContactPoints:
     def __post_init__(self) -> None:
         for name in ("index", "panel"):
             object.__setattr__(self, name, frozen_array(getattr(self, name), np.int64))
-        for name in ("share", "area", "radius", "rest"):
+        for name in ("share", "area", "radius", "layer_radius", "rest"):
             object.__setattr__(self, name, frozen_array(getattr(self, name), np.float64))
         self._check_shapes()
         self._check_numbers()
 
     def _check_shapes(self) -> None:
         count = len(self.area)
-        expected = {"index": (count, 3), "share": (count, 3), "radius": (count,), "panel": (count,), "rest": (count, 2)}
+        flat = dict.fromkeys(("radius", "layer_radius", "panel"), (count,))
+        expected = {"index": (count, 3), "share": (count, 3), "rest": (count, 2), **flat}
         for name, shape in expected.items():
             found = getattr(self, name).shape
             if found != shape:
@@ -70,7 +74,7 @@ class ContactPoints:
         if len(wrong):
             found = f"got the positions {self.index[wrong[0]].tolist()}"
             raise ParameterError(f"contact points: point {int(wrong[0])}: {found}; expected 0 to {most - 1}")
-        for name in ("area", "radius"):
+        for name in ("area", "radius", "layer_radius"):
             values = getattr(self, name)
             wrong = np.flatnonzero(~((values > 0.0) & np.isfinite(values)))
             if len(wrong):
@@ -121,6 +125,7 @@ def points_at_nodes(
         np.tile([1.0, 0.0, 0.0], (len(kept), 1)),
         areas[kept],
         np.full(len(kept), 0.5 * checked_thickness(thickness)),
+        np.full(len(kept), 0.5 * thickness),
         panels[kept],
         np.reshape(rest, (-1, 2))[kept],
     )
@@ -152,7 +157,7 @@ def join_points(parts: Sequence[ContactPoints]) -> ContactPoints:
         raise ParameterError(f"contact points: got sets for {found} vertices; expected sets for one cloth")
     arrays = {
         name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("index", "share", "area", "radius", "panel", "rest")
+        for name in ("index", "share", "area", "radius", "layer_radius", "panel", "rest")
     }
     return ContactPoints(parts[0].vertex_count, max(part.node_count for part in parts), **arrays)
 

@@ -4,11 +4,11 @@
 
 The lists are made for a motion: at places X with displacements d, a pair is listed if
 
-    |X_i - X_j| - |d_i - d_j| < h_ij + margin,       h_ij the sum of the radii
+    |X_i - X_j| - |d_i - d_j| < (1 + margin) (r_i + r_j),       r the radii
 
 so that a layer that falls on another one is listed without the neighbours within the layers. The lists contain all
-pairs that touch as long as, for a t in [0, 1] that is the same for all points, no point is farther than half a margin
-from X + t d (``cover``). Along the straight line between two such states this holds, too.
+pairs that touch as long as, for a t in [0, 1] that is the same for all points, no point is farther from X + t d than
+the margin times its radius (``cover``). Along the straight line between two such states this holds, too.
 
 Neighbours at rest are not listed (``rest_neighbours``). Lists are ascending, and a pair that does not touch adds
 nothing: forces do not depend on when the lists were made.
@@ -82,7 +82,7 @@ def list_pairs(
     for j in wp.hash_grid_query(grid, place[i], search_radius):
         apart = wp.length(place[i] - place[j]) - wp.length(move[i] - move[j])
         reach = radius[i] + radius[j]
-        if i != j and apart < reach + margin:
+        if i != j and apart < reach * margin:
             if not rest_neighbours(panel, rest, seam_start, seam_point, i, j, reach * type(reach)(ARC_LENGTH)):
                 slot = found
                 found += 1
@@ -127,6 +127,7 @@ def motion_parts(
 def drifts(
     # model
     part: Any,
+    radius: wp.array[Any],
     # state in
     listed: wp.array[Any],
     sweep: wp.array[Any],
@@ -135,9 +136,9 @@ def drifts(
     # state out
     drift: wp.array[Any],
 ) -> None:
-    """Distance of each point, after a move, from a part of the motion that the lists are for."""
+    """Distance of each point, after a move, from a part of the motion that the lists are for, over its radius."""
     i = wp.tid()
-    drift[i] = wp.length(place[i] + move[i] - listed[i] - sweep[i] * part)
+    drift[i] = wp.length(place[i] + move[i] - listed[i] - sweep[i] * part) / radius[i]
 
 
 @kernel
@@ -163,12 +164,12 @@ class PairLists:
         Args:
             points: the contact points on their device.
             seams: their neighbours across seams.
-            margin: how much farther than contact the lists reach [cm].
+            margin: how much farther than contact the lists reach, over the distance of contact.
         """
         self.points, self.margin = points, margin
         device = points.device
-        self.longest = 2.0 * float(points.points.radius.max(initial=0.0))
-        self.radius = points.scalars(points.points.radius)
+        self.longest = 2.0 * float(points.points.layer_radius.max(initial=0.0))
+        self.radius = points.scalars(points.points.layer_radius)
         rest_type = wp.types.vector(length=2, dtype=points.scalar)
         self.rest = wp.array(points.points.rest, dtype=rest_type, device=device)
         integers = [np.asarray(a, dtype=np.int32) for a in (points.points.panel, seams.start, seams.point)]
@@ -198,24 +199,24 @@ class PairLists:
         Raises:
             SolverError: places that are not finite, or too many pairs.
         """
-        if len(self.points) < 2 or (self._made and 2.0 * self._drift(place, move) <= self.margin):
+        if len(self.points) < 2 or (self._made and self._drift(place, move) <= self.margin):
             return 1.0
         return self._make(place, move)
 
     def _drift(self, place: wp.array[Any], move: wp.array[Any]) -> float:
-        """Largest distance of a point, after a move, from the motion that the lists are for."""
+        """Largest distance of a point, after a move, from the motion that the lists are for, over its radius."""
         state = [self.listed, self.sweep, place, move]
         self._run(motion_parts, state, self._numbers)
         along, square = (ordered_sum(numbers) for numbers in self._numbers)
         part = float(np.clip(along / square, 0.0, 1.0)) if square > 0.0 else 0.0
-        self._run(drifts, [self.points.scalar(part), *state], self._numbers[:1])
+        self._run(drifts, [self.points.scalar(part), self.radius, *state], self._numbers[:1])
         return maximum(self._numbers[0])
 
     def _make(self, place: wp.array[Any], move: wp.array[Any]) -> float:
         swept = self._extent(move)
         if not np.isfinite(swept + self._extent(place)):
             raise SolverError("self-collision: got places that are not finite; expected numbers; take a shorter step")
-        near = self.longest + self.margin
+        near = self.longest * (1.0 + self.margin)
         part = min(1.0, LONGEST_SWEEP * near / swept) if swept > 0.0 else 1.0
         wp.copy(self.listed, place)
         self._run(scale_vectors, [self.points.scalar(part), move], [self.sweep])
@@ -233,7 +234,7 @@ class PairLists:
     def _list(self, radius: float) -> None:
         scalar = self.points.scalar
         model = [self.radius, self.panel, self.rest, self.seam_start, self.seam_point]
-        numbers = [scalar(self.margin), scalar(radius), wp.uint64(self._grid.id)]
+        numbers = [scalar(1.0 + self.margin), scalar(radius), wp.uint64(self._grid.id)]
         self._run(list_pairs, [*model, *numbers, self.listed, self.sweep], [self.count, self.lists])
 
     def _extent(self, vectors: wp.array[Any]) -> float:

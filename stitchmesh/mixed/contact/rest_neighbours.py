@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contact points that are neighbours in the cloth at rest, and therefore do not collide.
 
-Two points of one panel are neighbours if their distance at rest is below a reach; the search for pairs compares the
-distance where it lists them. Two points on different sides of a seam are neighbours if a path over the seam is shorter
-than the reach,
+Two points of one panel are neighbours if their distance at rest is below ``ARC`` times the sum of their radii; the
+search for pairs compares the distance where it lists them. Two points on different sides of a seam are neighbours if a
+path over the seam is shorter,
 
-    |X_i - A| + |B - X_j| < reach,       A = B a place of the seam, in the panels of i and j
+    |X_i - A| + |B - X_j| < ARC (r_i + r_j),       A = B a place of the seam, in the panels of i and j
 
 Their pairs are listed here, once and for all.
 """
@@ -23,8 +23,8 @@ from stitchmesh.mixed.contact.contact_points import ContactPoints
 from stitchmesh.mixed.contact.triangle_points import SeamLinks
 
 ARC = 2.0
-"""Reach over the thickness. A fold of cloth as sharp as its thickness allows has layers one thickness apart, and joins
-them by an arc of pi / 2 thicknesses; the rest is for cloth that is compressed."""
+"""Largest distance of neighbours over that of contact. A fold of cloth as sharp as its thickness allows has layers one
+thickness apart, and joins them by an arc of pi / 2 thicknesses; the rest is for cloth that is compressed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,19 +37,19 @@ class SeamNeighbours:
     """Neighbours, ascending in each row."""
 
 
-def seam_neighbours(points: ContactPoints, links: SeamLinks, reach: float) -> SeamNeighbours:
+def seam_neighbours(points: ContactPoints, links: SeamLinks) -> SeamNeighbours:
     """The pairs of points that a path over a seam joins.
 
     Args:
         points: the contact points.
         links: the places where panels meet.
-        reach: longest path [cm].
     """
+    reach = 2.0 * ARC * float(points.layer_radius.max(initial=0.0))
     pairs = [np.zeros((0, 2), dtype=np.int64)]
     near = [_near(points, links.panel[:, side], links.rest[:, side], reach) for side in (0, 1)]
     for link, (here, there) in enumerate(zip(*near, strict=True)):
         if here and there:
-            pairs.append(_joined(points, links.rest[link], here, there, reach))
+            pairs.append(_joined(points, links.rest[link], here, there))
     both = np.concatenate(pairs)
     both = np.unique(np.concatenate([both, both[:, ::-1]]), axis=0)
     both = both[both[:, 0] != both[:, 1]]
@@ -64,10 +64,10 @@ def _near(points: ContactPoints, panel: IntArray, place: FloatArray, reach: floa
     return found
 
 
-def _joined(points: ContactPoints, rest: FloatArray, here: list[int], there: list[int], reach: float) -> IntArray:
-    """Pairs whose path over one link is shorter than the reach, shape (n, 2)."""
+def _joined(points: ContactPoints, rest: FloatArray, here: list[int], there: list[int]) -> IntArray:
+    """Pairs whose path over one link is short enough, shape (n, 2)."""
     one, other = np.array(here), np.array(there)
     path = np.linalg.norm(points.rest[one] - rest[0], axis=1)[:, None]
     path = path + np.linalg.norm(points.rest[other] - rest[1], axis=1)[None, :]
-    i, j = np.nonzero(path < reach)
+    i, j = np.nonzero(path < ARC * (points.layer_radius[one][:, None] + points.layer_radius[other][None, :]))
     return np.stack([one[i], other[j]], axis=1)

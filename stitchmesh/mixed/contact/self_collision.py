@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Self-collision: layers of cloth keep a distance, the thickness, by spheres at contact points (C section 6.1).
+"""Self-collision: layers of cloth keep a distance by spheres at contact points (C section 6.1).
 
+The distance is the thickness, or the distance of neighbouring points where the points are coarser (``layer_radius``).
 The energy is that of ``pair_penalty``, summed over all pairs of points that touch and are not neighbours at rest. Each
 point sums its own list, in ascending order, so the forces of a pair are computed twice and are opposite to rounding.
 
@@ -36,7 +37,7 @@ from stitchmesh.mixed.contact.pair_penalty import (
     times_stiffness,
 )
 from stitchmesh.mixed.contact.point_map import PointMap
-from stitchmesh.mixed.contact.rest_neighbours import ARC, seam_neighbours
+from stitchmesh.mixed.contact.rest_neighbours import seam_neighbours
 from stitchmesh.mixed.contact.triangle_points import SeamLinks
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
@@ -44,6 +45,8 @@ from stitchmesh.mixed.term import Term
 
 PRESSURE = 2000.0
 """Default of P [dyn / cm^2]; the pressure at 0.7 thicknesses, 740 dyn / cm^2, is that of 25 layers of 30 mg / cm^2."""
+MARGIN = 0.5
+"""Default of the margin of the lists."""
 STOP = wp.constant(0.7)
 """Distance over the contact distance below which no single move brings a pair that approaches."""
 APPROACH = wp.constant(0.8)
@@ -193,8 +196,8 @@ class SelfCollision(Term):
     """The contact of a cloth with itself, on a device.
 
     Prepared launches are stale after ``generation`` has changed: lists have grown. ``begin_step`` and ``step_limit``
-    make lists where they are needed; if a solver does not call ``step_limit``, no point may move farther than half a
-    margin in a step.
+    make lists where they are needed; if a solver does not call ``step_limit``, no point may move farther in a
+    step than the margin times its radius.
     """
 
     name = "self-collision"
@@ -205,7 +208,7 @@ class SelfCollision(Term):
         links: SeamLinks | None,
         *,
         pressure: float = PRESSURE,
-        margin: float | None = None,
+        margin: float = MARGIN,
         scalar: Any,
         device: wp.Device,
     ) -> None:
@@ -215,23 +218,20 @@ class SelfCollision(Term):
             points: the contact points, with the thickness of the cloth and their weights.
             links: where panels meet (``points_on_triangles``); None for a cloth without seams.
             pressure: P, the scale of the pressure between layers [dyn / cm^2].
-            margin: how much farther than contact the lists of pairs reach [cm]; half the thickness where not given.
+            margin: how much farther than contact the lists of pairs reach, over the distance of contact.
             scalar: Warp's floating-point type.
             device: where the term runs.
 
         Raises:
             ParameterError: a pressure or a margin that is not positive.
         """
-        thickness = 2.0 * float(points.radius.max(initial=0.0))
-        reach = 0.5 * thickness if margin is None else margin
-        if not (np.isfinite(pressure) and pressure > 0.0):
-            raise ParameterError(f"self-collision: got a pressure of {pressure}; expected a positive number")
-        if not (np.isfinite(reach) and (reach > 0.0 or not len(points))):
-            raise ParameterError(f"self-collision: got a margin of {margin}; expected a positive number")
+        for name, value in (("pressure", pressure), ("margin", margin)):
+            if not (np.isfinite(value) and value > 0.0):
+                raise ParameterError(f"self-collision: got a {name} of {value}; expected a positive number")
         none = SeamLinks(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2, 2)))
-        seams = seam_neighbours(points, none if links is None else links, ARC * thickness)
+        seams = seam_neighbours(points, none if links is None else links)
         self.points = PointMap.of(points, scalar, device)
-        self.pairs = PairLists(self.points, seams, reach)
+        self.pairs = PairLists(self.points, seams, margin)
         self._model = [self.pairs.radius, self.points.scalars(points.area), scalar(pressure)]
         self._exact = wp.ones(1, dtype=scalar, device=device)
         self._place, self._linear, self._move = (self.points.vectors() for _ in range(3))

@@ -42,8 +42,8 @@ from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
 
-SLIP_SHARE = 0.01
-"""Smallest slip length as a share of the radius of the yarn."""
+SLIP_SHARE = 0.05
+"""Smallest slip length as a share of the radius of the yarn. A smaller one costs Newton's method more iterations."""
 
 
 @wp.func

@@ -126,6 +126,7 @@ class Dynamics:
         self.velocities = positions.like() if velocities is None else velocities.copy()
         self.time, self.time_step, self.calm_steps = 0.0, self.settings.time_step, 0
         self._prescribed = prescribed
+        self._refusal: SolverError | None = None
         self._newton = Newton(system)
         self._state = NewtonState(*(system.zeros() for _ in range(4)))
         self._product, self._still = system.zeros(), system.zeros()
@@ -134,7 +135,8 @@ class Dynamics:
         """Advance by one time step.
 
         Raises:
-            SolverError: the time step has become smaller than its lower bound.
+            SolverError: the time step has become smaller than its lower bound; if a term refuses even such a step, the
+                error is that of the term.
         """
         halvings, products = 0, 0
         while True:
@@ -145,6 +147,8 @@ class Dynamics:
             halvings, self.calm_steps = halvings + 1, 0
             self.time_step *= 0.5
             if self.time_step < self.settings.smallest_time_step:
+                if self._refusal is not None:
+                    raise self._refusal
                 found = f"Newton's method does not converge at time {self.time:.6g} s"
                 least = self.settings.smallest_time_step
                 raise SolverError(f"dynamics: {found} with time steps down to {least:.3g} s: check loads and contacts")
@@ -193,11 +197,15 @@ class Dynamics:
 
     def _attempt(self, products: int, halvings: int) -> StepReport:
         """Solve a step of the current length, and accept it if it converges."""
-        h = self.time_step
+        h, self._refusal = self.time_step, None
         self.system.update_masses(self.positions)
-        for term in self.system.terms:
-            term.begin_step(self.positions, self.time, h)
-        iterations, solves, error = self._solve(h)
+        iterations, solves, error = 0, 0, np.inf
+        try:
+            for term in self.system.terms:
+                term.begin_step(self.positions, self.time, h)
+            iterations, solves, error = self._solve(h)
+        except SolverError as refusal:  # for example a body that moves too far in this step
+            self._refusal = refusal
         report = StepReport(self.time + h, h, iterations, products + solves, halvings, error)
         if error <= self.settings.velocity_tolerance:
             self._accept(report)

@@ -26,8 +26,8 @@ from stitchmesh.mixed.mixed_vector import MixedVector
 
 NEAR = 1e-2
 """Part of the first unbalanced force below which the exact Hessian is used."""
-LONGER, SHORTER = 4.0, 0.25
-"""Factors of the pseudo time step after a whole step and after a shortened one."""
+LONGER, SHORTER, KEEPS = 4.0, 0.25, 0.25
+"""Factors of the pseudo time step after a whole step and after a short one; part of a step that is not short."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,10 @@ class EquilibriumSettings:
     """First pseudo time step [s]."""
     longest_time_step: float = 1e3
     """Largest pseudo time step [s]."""
-    solve_tolerance: float = 1e-3
-    """Relative tolerance of the linear solves."""
+    solve_tolerance: float = 5e-2
+    """Relative tolerance of the linear solves far from the equilibrium."""
+    near_solve_tolerance: float = 1e-3
+    """Relative tolerance of the linear solves with the exact Hessian."""
     most_solve_iterations: int = 2000
     """Largest number of products of a linear solve."""
     most_updates: int = 20
@@ -147,15 +149,16 @@ class _Search:
         self.system.set_factors(self._quadratic.mass, 1.0, self.positions, stiffness_in_metric=True)
         self.system.linearize(self.positions, self.exact)
         self.iterations += 1
-        tolerances = self.settings.solve_tolerance, self.settings.most_solve_iterations
-        report = self.newton.iterate(self.state, self.positions, self._quadratic, *tolerances)
+        tolerance = self.settings.near_solve_tolerance if self.exact else self.settings.solve_tolerance
+        most = self.settings.most_solve_iterations
+        report = self.newton.iterate(self.state, self.positions, self._quadratic, tolerance, most)
         self.products += report.solve.iterations
         return report
 
     def _follow(self, report: IterationReport) -> None:
         """Choose the pseudo time step and the matrix of the next iteration."""
         good = report.whole and not report.solve.negative
-        factor = LONGER if good else SHORTER
+        factor = LONGER if good else (1.0 if report.step >= KEEPS and not report.solve.negative else SHORTER)
         self.time_step = min(self.time_step * factor, self.settings.longest_time_step)
         self.exact = 1.0 if good else 0.0
 

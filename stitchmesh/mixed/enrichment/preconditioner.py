@@ -14,9 +14,9 @@ of equations 13 to 15, after the elimination of two of its three blocks: Casafra
 times the hybrid vertices that is not symmetric, here Sigma of one times these vertices is symmetric and positive.
 
 The metric may contain stiffness too, D = M / h^2 + K with K from the diagonal of the Hessian. Vertices and nodes
-outside the hybrid region then have blocks of 3 x 3 and 2 x 2. Free nodes with Eulerian coordinates have one of 5 x 5, in
-which both are coupled by the mass of the yarns. In the hybrid region D is one number for each vertex and node, the mean
-of its diagonal, so that the three coordinates keep one Sigma. What does not move has a D^-1 of zero.
+outside the hybrid region then have blocks of 3 x 3 and 2 x 2. Free nodes with Eulerian coordinates have one of 5 x 5,
+in which both are coupled by the mass of the yarns. In the hybrid region D is one number for each vertex and node, the
+mean of its diagonal, so that the three coordinates keep one Sigma. What does not move has a D^-1 of zero.
 
 The forces f are replaced by f - E' mu, so that the part of f that E balances does not grow during an iteration and does
 not round the rest away. This is the filter of the search direction of Ascher and Boxerman (2003): every direction that
@@ -244,7 +244,7 @@ class Preconditioner:
         Raises:
             ParameterError: the hybrid region has too many vertices.
         """
-        self._projection = Projection(embedding, scalar, device)
+        self._embedding, self._projection = embedding, Projection(embedding, scalar, device)
         self._scalar, self._device = scalar, device
         self._projects_by_masses = False
         least = least_masses(embedding, masses[1])
@@ -297,7 +297,20 @@ class Preconditioner:
         if of_masses:
             vertices = np.where(vertices > 0.0, self._by_masses[: len(vertices)], 0.0)
             nodes = np.where(nodes > 0.0, self._by_masses[len(vertices) :], 0.0)
+        else:
+            vertices = np.minimum(vertices, self._largest_vertex_inverse(nodes))
+            blocks = self.inverse.vertices.numpy()
+            blocks[vertices > 0.0] = vertices[vertices > 0.0, None, None] * np.eye(3)
+            self.inverse.vertices.assign(blocks)
         return vertices, nodes
+
+    def _largest_vertex_inverse(self, node_inverse: Numbers) -> Numbers:
+        """Upper bound of D^-1 of each vertex: D is at least a part of what the nodes have on it, shape (V,)."""
+        hybrid = node_inverse[self._embedding.nodes]
+        of_nodes = np.divide(1.0, hybrid, out=np.zeros_like(hybrid), where=hybrid > 0.0)
+        on_vertices = LEAST_VERTEX * (self._embedding.basis.power(2).T @ of_nodes)
+        bound = np.full(len(on_vertices), np.inf)
+        return np.divide(1.0, on_vertices, out=bound, where=on_vertices > 0.0)
 
     def launches(self, force: MixedVector, motion: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that find the motion z of P z = r.

@@ -65,12 +65,13 @@ def test_a_ball_that_is_pushed_slowly_into_a_cloth_does_not_pass_it():
     assert motion.vertices[:, 2].max() > 0.4
 
 
+@pytest.mark.parametrize("spacing", [THICKNESS, np.inf], ids=["fine", "coarse"])
 @pytest.mark.parametrize("speed", [100.0, 1000.0])
-def test_a_sheet_that_falls_fast_on_another_one_does_not_pass_it(speed):
+def test_a_sheet_that_falls_fast_on_another_one_does_not_pass_it(speed, spacing):
     """Steps of up to twenty thicknesses, whose energy the lower sheet, which is held at its border, can take up."""
     cloth = together(sheet(6, 0.8), sheet(3, 0.4, height=0.5, shift=0.02))
     lower = 49
-    points, links = cloth.points(THICKNESS)
+    points, links = cloth.points(THICKNESS, spacing=spacing)
     contact = SelfCollision(points, links, pressure=2e5, scalar=FLOAT64, device=cpu())
     border = np.flatnonzero(np.abs(cloth.vertices[:lower, :2]).max(axis=1) > 0.39)
     held = AttachmentSprings(

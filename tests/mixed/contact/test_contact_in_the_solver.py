@@ -186,6 +186,22 @@ def test_a_cloth_that_is_dragged_over_a_body_wraps_it_and_one_that_is_dragged_in
                     run.step()
 
 
+def test_a_body_that_moves_too_far_in_a_step_makes_the_step_shorter():
+    """A ball that rises by 2.5 cm in a step of 5 ms, below a patch that it can be found 0.2 cm deep in."""
+    scene = spring_scene(PATCH, HYBRID, stiffness=2e3)
+    rising = RigidMotion(np.array([0.0, 0.01]), np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 5.0]]))
+    body = Body(ball(0.6, 2, (0.5, 0.5, -0.9)), rising)
+    contact = BodyContact(points_of(HYBRID), body, depth=0.2, scalar=wp.float64, device=cpu())
+    scene.system.add(contact)
+    run = Dynamics(scene.system, scene.at_rest(), DynamicsSettings(time_step=5e-3, velocity_tolerance=1.0))
+    reports = [run.step() for _ in range(3)]
+    assert max(report.halvings for report in reports) > 0
+    while run.time < 0.004:
+        reports.append(run.step())
+    assert contact.distances(run.positions).min() > -0.2
+    assert run.positions.numpy()[0][12, 2] > 1.0  # the middle of the patch is carried along
+
+
 def test_self_collision_of_a_flat_mixed_patch_changes_nothing():
     """Vertices and nodes at the same places are neighbours at rest: they do not push each other."""
     term = SelfCollision(points_of(HYBRID), None, scalar=wp.float64, device=cpu())

@@ -30,7 +30,7 @@ def test_areas_add_up_to_the_cloth_whatever_the_spacing():
 
 def test_every_place_of_a_divided_cloth_is_near_a_point():
     cloth = sheet(3, 2.0)
-    points, _links = cloth.points(0.1)
+    points, _links = cloth.points(0.1, most_parts=16)
     grid = np.stack(np.meshgrid(*[np.linspace(-1, 1, 37)] * 2), axis=-1).reshape(-1, 2)
     nearest = np.linalg.norm(grid[:, None] - points.rest[None], axis=2).min(axis=1)
     # in a right triangle the middle of the longest side, the spacing, is half of it from all corners
@@ -51,6 +51,15 @@ def test_triangles_of_different_sizes_share_the_points_of_their_sides():
     assert points.area.sum() == pytest.approx(1.0)
 
 
+def test_coarse_points_have_large_spheres_against_layers():
+    cloth = sheet(2, 2.0)  # sides of 1 and 1.41 cm
+    for options, parts in (({}, 4), ({"most_parts": 1}, 1), ({"spacing": 0.8}, 2)):
+        points, _links = cloth.points(0.1, **options)
+        assert points.layer_radius == pytest.approx(0.5 * np.sqrt(2.0) / parts)
+        assert points.radius == pytest.approx(0.05)
+    assert cloth.points(0.1, most_parts=32)[0].layer_radius == pytest.approx(0.05)
+
+
 def test_weights_leave_triangles_out():
     cloth = sheet(4, 1.0)
     weight = (cloth.rest[:, :, 0].mean(axis=1) < 0.0).astype(float)
@@ -65,11 +74,12 @@ def test_panels_that_share_vertices_are_linked():
     # the border x = 1/2 of the first panel is sewn to the border x = -1/2 of the second one
     sewn = cloth.triangles.copy()
     sewn[(sewn >= 25) & (sewn < 30)] -= 5
-    points, links = replace(cloth, triangles=sewn).points(0.1)
+    points, links = replace(cloth, triangles=sewn).points(0.1, most_parts=4)
+    assert points.layer_radius == pytest.approx(0.05)  # sides of 0.25 and 0.35 cm in 4 parts
     assert (links.panel == [0, 1]).all()
     assert links.rest[:, 0, 0] == pytest.approx(0.5) and links.rest[:, 1, 0] == pytest.approx(-0.5)
     assert links.rest[:, 0, 1] == pytest.approx(links.rest[:, 1, 1])
-    pairs = seam_neighbours(points, links, 0.2)
+    pairs = seam_neighbours(points, links)
     row = np.repeat(np.arange(len(points)), np.diff(pairs.start))
     # a path over the seam, on a line across it, is as long as the difference of the places along both panels
     along = points.rest + np.column_stack([points.panel, np.zeros(len(points))])

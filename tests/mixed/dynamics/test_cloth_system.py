@@ -145,4 +145,9 @@ def test_a_hanging_cloth_comes_to_rest():
     report = find_equilibrium(
         scene.system, scene.positions, EquilibriumSettings(force_tolerance=1.0, most_iterations=150)
     )
-    assert report.converged, report
+    assert report.converged
+    v, p, _ = scene.positions.numpy()
+    unknown = scene.region.unknown_vertices
+    # Rounding of the longest pseudo time steps, whose metric has the smallest masses.
+    assert np.abs(scene.system.embedding.constraint(v, p)).max() < 1e-6
+    assert v[unknown][:, 2].min() > -2 * SIDE

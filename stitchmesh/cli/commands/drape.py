@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``drape``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from tyro.conf import Positional
+
+from stitchmesh.cli.arguments import Flag, help_entry
+from stitchmesh.cli.options import Device, Threads
+from stitchmesh.cli.output_folder import draw_if_possible, output_folder
+from stitchmesh.cli.summary import AsJson, files_to_open, print_result
+from stitchmesh.errors import FileError, ParameterError
+
+if TYPE_CHECKING:
+    from stitchmesh.mixed.drape import Draped
+    from stitchmesh.mixed.scene.scene import Scene
+    from stitchmesh.progress import Progress
+
+COMPARED: dict[str, Literal["none", "chosen", "all"]] = {"triangles": "none", "mixed": "chosen", "yarns": "all"}
+"""Folders of the runs that ``--compare`` makes, and where each of them has yarns."""
+NOT_CONVERGED = 1
+"""Exit status after a run that did not converge."""
+
+
+@dataclass(frozen=True)
+class Drape:
+    """Simulate a cloth with yarns where they are needed, and triangles elsewhere."""
+
+    scene: Annotated[Positional[str], help_entry("SCENE")]
+    """scene file (.toml)"""
+    output: Annotated[str | None, help_entry("DIR", "none", short="-o")] = None
+    """output folder for yarns, surface, animation, maps, a picture and a report"""
+    init: Flag = False
+    """write an example scene to SCENE, with comments, and do nothing else"""
+    region: Annotated[
+        Literal["none", "chosen", "all"] | None,
+        help_entry("none|chosen|all", "that of the scene", help="where yarns are simulated"),
+    ] = None
+    mode: Annotated[
+        Literal["static", "dynamic"] | None,
+        help_entry("static|dynamic", "that of the scene", help="equilibrium, or motion in time"),
+    ] = None
+    duration: Annotated[float | None, help_entry("S", "that of the scene")] = None
+    """time of the motion [s]"""
+    compare: Flag = False
+    """run the scene with triangles alone, as it is, and with yarns alone, and draw all three side by side"""
+    checkpoint_every: Annotated[int | None, help_entry("N", "no checkpoints")] = None
+    """write a checkpoint into the output folder every N steps"""
+    resume: Flag = False
+    """continue from the checkpoint in the output folder; the result has the same bits"""
+    device: Device = None
+    threads: Threads = None
+    no_picture: Flag = False
+    """do not write preview.png"""
+    json: AsJson = False
+
+    def run(self) -> int | None:
+        """Run the scene, write its files, and print a summary.
+
+        Returns:
+            The exit status if the run did not converge, otherwise None.
+
+        Raises:
+            ParameterError: there is no output folder.
+        """
+        if self.init:
+            _write_example(Path(self.scene))
+            return None
+        if self.output is None:
+            raise ParameterError("drape: needs -o DIR for its files, or --init for an example scene")
+        from stitchmesh.cli.progress import show_progress
+
+        scene = self._scene()
+        with output_folder(self.output) as folder, show_progress() as progress:
+            runs = self._runs(scene, folder, progress)
+            draws = not self.no_picture and (scene.output.picture or self.compare)
+            drawn = draws and draw_if_possible(lambda: _draw(runs, folder / "preview.png"))
+        report = runs["mixed"].report if not self.compare else {name: run.report for name, run in runs.items()}
+        lines = [line for name, run in runs.items() for line in _summary(name if self.compare else "", run)]
+        print_result(report, [*lines, files_to_open(folder, bool(drawn))], as_json=self.json)
+        return None if all(run.report["mixed"]["converged"] for run in runs.values()) else NOT_CONVERGED
+
+    def _scene(self) -> Scene:
+        """Return the scene with the changes of the options."""
+        from stitchmesh.mixed.scene.scene_file import read_scene
+
+        scene = read_scene(self.scene)
+        if self.region is not None:
+            scene = replace(scene, region=replace(scene.region, yarns=self.region))
+        if self.device is not None:
+            scene = replace(scene, solver=replace(scene.solver, device=self.device))
+        changes: dict[str, Any] = {"mode": self.mode, "duration": self.duration}
+        return replace(scene, **{name: value for name, value in changes.items() if value is not None})
+
+    def _runs(self, scene: Scene, folder: Path, progress: Progress) -> dict[str, Draped]:
+        """Run the scene, or its three forms, and write the files of each."""
+        if not self.compare:
+            return {"mixed": self._one(scene, folder, progress)}
+        forms = {name: replace(scene, region=replace(scene.region, yarns=kind)) for name, kind in COMPARED.items()}
+        return {name: self._one(form, folder / name, progress) for name, form in forms.items()}
+
+    def _one(self, scene: Scene, folder: Path, progress: Progress) -> Draped:
+        from stitchmesh.mixed.drape import drape
+
+        made = drape(
+            scene, folder, progress=progress, checkpoint_every=self.checkpoint_every, resume=self.resume
+        )  # fmt: skip
+        made.write(folder)
+        return made
+
+
+def _write_example(path: Path) -> None:
+    """Write the example scene, unless the file is there already."""
+    from stitchmesh.io.atomic import write_text
+    from stitchmesh.mixed.scene.scene_file import example_scene
+
+    if path.suffix.lower() != ".toml":
+        raise FileError(f"{path}: got the suffix {path.suffix!r}; expected .toml")
+    if path.exists():
+        raise FileError(f"{path}: is there already; choose another name")
+    write_text(path, example_scene())
+    print(f"Wrote {path}; stitchmesh drape {path} -o DIR runs it.")
+
+
+def _draw(runs: dict[str, Draped], path: Path) -> None:
+    from stitchmesh.render.mixed_picture import render_draped
+
+    names = list(runs) if len(runs) > 1 else [""]
+    render_draped(list(zip(names, runs.values(), strict=True)), path)
+
+
+def _summary(name: str, run: Draped) -> list[str]:
+    """The lines about one run."""
+    mixed = run.report["mixed"]
+    nodes = f"{mixed['yarn_nodes_full']:,} + {mixed['yarn_nodes_hybrid']:,} of {mixed['yarn_nodes']:,} yarn nodes"
+    vertices = f"{mixed['vertices_triangle_only']:,} + {mixed['vertices_hybrid']:,} vertices"
+    work = f"{mixed['steps']} steps, {mixed['newton_iterations']} Newton iterations, {mixed['seconds']:.1f} s"
+    state = "converged" if mixed["converged"] else f"did not converge (error {mixed['error']:.2g})"
+    prefix = f"{name}: " if name else ""
+    return [f"{prefix}{nodes} (full + hybrid), {vertices} (triangles + hybrid).", f"{prefix}{work}; {state}."]

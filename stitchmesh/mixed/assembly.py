@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A fabric and what acts on it: the mixed system with attachments, bodies and contact.
+
+``dynamics.cloth_system`` makes the system of cloth and yarns; contact is added here. Contact points lie on triangles,
+with the weight 1 - alpha, and at yarn nodes, with the weight alpha, so that all of the cloth counts once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.mesh import FloatArray
+from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.contact.attachments import Attachment, at_simulated_nodes
+from stitchmesh.mixed.contact.body import Body
+from stitchmesh.mixed.contact.body_distance import BodyContact
+from stitchmesh.mixed.contact.body_friction import BodyFriction
+from stitchmesh.mixed.contact.contact_points import ContactPoints, join_points, points_at_nodes
+from stitchmesh.mixed.contact.self_collision import PRESSURE, SelfCollision
+from stitchmesh.mixed.contact.triangle_points import SeamLinks, points_on_triangles
+from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.dynamics.cloth_system import ClothModel, cloth_system
+from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
+from stitchmesh.mixed.enrichment.region import Region
+from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MixedFabric:
+    """A cloth with yarns laid out on it, and the materials of both."""
+
+    cloth: Cloth
+    """The triangles."""
+    yarns: CrossingYarns
+    """The yarns, everywhere on the cloth."""
+    cloth_material: ClothMaterial
+    """Material of the triangles."""
+    yarn_materials: FabricMaterials
+    """Materials of the yarns."""
+
+    @property
+    def yarn_radius(self) -> FloatArray:
+        """Radius of each yarn [cm], shape (Y,)."""
+        return np.array([material.radius for material in self.yarn_materials.by_family])[self.yarns.yarn_family]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LoadedBody:
+    """A body with the numbers of its contact."""
+
+    body: Body
+    friction: float = 0.0
+    """Coefficient of friction."""
+    thickness: float = 0.0
+    """Thickness of a layer on the body [cm]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Loads:
+    """What acts on a fabric."""
+
+    gravity: tuple[float, float, float] = (0.0, -981.0, 0.0)
+    """Acceleration [cm/s^2]."""
+    held: Sequence[Attachment] = ()
+    """Vertices and nodes of the layout that are held or moved."""
+    bodies: Sequence[LoadedBody] = ()
+    """Bodies."""
+    self_collision: bool = False
+    """Whether the cloth collides with itself."""
+    thickness: float = 0.1
+    """Thickness of the cloth in contact [cm]."""
+    pressure: float = PRESSURE
+    """Scale of the pressure of contact [dyn/cm^2]."""
+
+
+def loaded_system(
+    fabric: MixedFabric, region: Region, loads: Loads, vertices: FloatArray, *, scalar: Any, device: wp.Device
+) -> MixedSystem:
+    """Return the system of a fabric with yarns in a region, with everything that acts on it.
+
+    Args:
+        fabric: cloth, yarns and materials.
+        region: where yarns are simulated.
+        loads: gravity, attachments, bodies and contact.
+        vertices: positions of the vertices at the start [cm], shape (V, 3).
+        scalar: Warp's floating-point type.
+        device: where the terms run.
+
+    Raises:
+        ParameterError: an attachment holds what does not exist, or a load is not possible.
+    """
+    none = np.zeros(0, dtype=np.int64)
+    held = [each for each in loads.held if each.stiffness is None]
+    model = ClothModel(fabric.cloth_material, fabric.yarn_materials, acceleration=loads.gravity)
+    made = cloth_system(
+        fabric.cloth, fabric.yarns, region, model,
+        fixed_vertices=np.concatenate([none, *(each.vertices for each in held)]),
+        fixed_nodes=np.concatenate([none, *(each.nodes for each in held)]),
+        vertices=vertices, scalar=scalar, device=device,
+    )  # fmt: skip
+    for term in _contact_terms(fabric, region, loads, scalar, device):
+        made.system.add(term)
+    return made.system
+
+
+def held_in_state(region: Region, held: Sequence[Attachment]) -> list[Attachment]:
+    """Return attachments with the numbers that simulated nodes have in a state."""
+    return at_simulated_nodes(held, region.node_number)
+
+
+def _contact_terms(fabric: MixedFabric, region: Region, loads: Loads, scalar: Any, device: wp.Device) -> list[Term]:
+    if not loads.bodies and not loads.self_collision:
+        return []
+    points, links = contact_points(fabric, region, loads.thickness)
+    terms: list[Term] = []
+    for each in loads.bodies:
+        contact = BodyContact(
+            points, each.body, thickness=each.thickness, pressure=loads.pressure, scalar=scalar, device=device
+        )
+        terms += [contact, BodyFriction(contact, each.friction)] if each.friction else [contact]
+    if loads.self_collision:
+        terms.append(SelfCollision(points, links, pressure=loads.pressure, scalar=scalar, device=device))
+    return terms
+
+
+def contact_points(fabric: MixedFabric, region: Region, thickness: float) -> tuple[ContactPoints, SeamLinks]:
+    """Return contact points on triangles and at nodes, weighted by alpha, and the links of seams."""
+    cloth, yarns, simulated = fabric.cloth, fabric.yarns, region.nodes
+    on_triangles, links = points_on_triangles(
+        cloth.triangles, cloth.rest, cloth.panel, vertex_count=len(cloth.vertices), node_count=len(simulated),
+        weight=1.0 - region.triangle_alpha, thickness=thickness,
+    )  # fmt: skip
+    at_nodes = points_at_nodes(
+        len(cloth.vertices), panel=yarns.panel[simulated], rest=yarns.position[simulated],
+        area=float(cloth.rest_area.sum()) / yarns.node_count, weight=region.node_alpha[simulated], thickness=thickness,
+    )  # fmt: skip
+    return join_points([on_triangles, at_nodes]), links

@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Memory that a scene needs, estimated before anything large is allocated, and how many yarn nodes fit.
+
+The dense inverse of the hybrid region grows with the square of its vertices, and everything else with the numbers of
+nodes, vertices and contact points. The constants are measured on scenes of 10^4 to 10^6 nodes and rounded up.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.enrichment.region import HYBRID, Region
+
+BASE = 300e6
+"""Memory of the program with its libraries [bytes]."""
+PER_LAID_NODE, PER_NODE, PER_VERTEX = 900.0, 6_000.0, 9_000.0
+"""Memory for each node of the layout, for each simulated node, and for each vertex with its triangles [bytes]."""
+PER_NODE_IN_CONTACT, PER_VERTEX_IN_CONTACT = 1_200.0, 12_000.0
+"""Additional memory with contact [bytes]."""
+PER_PAIR = 40.0
+"""Memory for each pair of hybrid vertices [bytes]."""
+
+
+@dataclass(frozen=True)
+class MemoryEstimate:
+    """Memory that a scene needs [bytes]."""
+
+    total: float
+    """All of it."""
+    each_node: float
+    """Memory of one more simulated node."""
+
+    def nodes_within(self, available: float, nodes: int) -> int:
+        """Return how many nodes fit into a memory, if a scene of ``nodes`` nodes needs ``total``."""
+        return max(int(nodes - (self.total - available) / self.each_node), 0)
+
+
+def estimate_memory(region: Region, *, contact: bool) -> MemoryEstimate:
+    """Estimate the memory of a region, with or without contact."""
+    vertices, nodes = len(region.vertex_alpha), len(region.nodes)
+    hybrid = len(np.unique(region.triangles[region.triangle_kind == HYBRID]))
+    each = PER_NODE + PER_NODE_IN_CONTACT * contact
+    of_vertices = vertices * (PER_VERTEX + PER_VERTEX_IN_CONTACT * contact)
+    total = BASE + PER_LAID_NODE * len(region.node_triangle) + each * nodes + of_vertices + PER_PAIR * hybrid**2
+    return MemoryEstimate(total, each)
+
+
+def available_memory(device: wp.Device) -> float:
+    """Return the memory that is free on a device [bytes]."""
+    if device.is_cuda:
+        return float(device.free_memory)
+    try:
+        with open("/proc/meminfo", encoding="ascii") as file:
+            lines = dict(line.split(":", 1) for line in file)
+        return 1024.0 * float(lines["MemAvailable"].split()[0])
+    except (OSError, KeyError, ValueError):
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+
+
+def check_memory(region: Region, available: float, *, contact: bool) -> MemoryEstimate:
+    """Check that a scene fits into a memory, and return what it needs.
+
+    Raises:
+        ParameterError: it does not; the message says how much it needs and what region would fit.
+    """
+    needed = estimate_memory(region, contact=contact)
+    if needed.total <= available:
+        return needed
+    fit = needed.nodes_within(available, len(region.nodes))
+    found = f"needs about {needed.total / 1e9:.3g} GB for {len(region.nodes):,} yarn nodes"
+    remedy = f"a region of at most {fit:,} yarn nodes" if fit else "longer edges of triangles and a smaller cloth"
+    raise ParameterError(f"scene: {found}, and {available / 1e9:.3g} GB are free; expected {remedy}")

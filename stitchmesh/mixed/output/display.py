@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Positions of everything for display: smooth triangles outside the region, and yarns everywhere.
+
+Outside the full-yarn region the triangles are subdivided (``loop_subdivision``), and the yarn nodes that are not
+simulated lie on the subdivided surface (Casafranca et al. 2020, section 6.1). Loop's rules need two corrections. They
+leave the vertices on the inner side of a curved surface: L is their matrix times 2 - L_v, with the rows L_v of the
+vertices, which undoes most of this. And they move points of a flat but irregular mesh within its plane, and straight
+yarns with them: points are moved along the interpolated normal n of the surface only,
+
+    x = B v + n (n . (L v - B v))        with the place B v on the triangles.
+
+In the hybrid region, alpha times the simulated place of a node and 1 - alpha times its place on the surface are shown,
+so that nothing jumps where the full-yarn region (alpha = 1) or the triangles (alpha = 0) begin.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.enrichment.embedding import basis_of
+from stitchmesh.mixed.enrichment.region import YARNS, Region
+from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.layout.curves import yarn_curves
+from stitchmesh.mixed.output.covered_vertices import CoveredVertices
+from stitchmesh.mixed.output.loop_subdivision import Subdivision, loop_subdivision
+from stitchmesh.yarn import YarnSet
+
+ROUNDS = 2
+"""Default number of rounds of subdivision."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """A state for display."""
+
+    vertices: FloatArray
+    """Vertices of the cloth, those of the full-yarn region placed by its nodes [cm], shape (V, 3)."""
+    nodes: FloatArray
+    """Yarn nodes [cm], shape (N, 3)."""
+    surface: FloatArray
+    """Vertices of the subdivided triangles outside the full-yarn region [cm], shape (W, 3)."""
+
+
+class Display:
+    """The maps from a state to what is shown, for one cloth and one region."""
+
+    def __init__(self, cloth: Cloth, yarns: CrossingYarns, region: Region, rounds: int = ROUNDS) -> None:
+        """Make the maps.
+
+        Args:
+            cloth: the cloth.
+            yarns: yarns laid out everywhere on the cloth.
+            region: the region of interest.
+            rounds: number of rounds of subdivision.
+        """
+        self.cloth, self.yarns, self.region = cloth, yarns, region
+        self._covered = CoveredVertices(cloth, region)
+        outside = np.flatnonzero(region.triangle_kind != YARNS)
+        divided = loop_subdivision(region.triangles[outside], len(cloth.vertices), rounds)
+        used, triangles = np.unique(divided.triangles, return_inverse=True)
+        self.triangles: IntArray = triangles.reshape(-1, 3)
+        """Vertices of the subdivided triangles, as rows of ``Shown.surface``, shape (4^rounds n, 3)."""
+        self.parent: IntArray = np.repeat(outside, 4**rounds)
+        """Triangle of the cloth of each subdivided triangle."""
+        self._linear = csr_array(divided.linear[used])
+        smooth = _sharpened(divided.matrix, len(cloth.vertices))
+        self._change = csr_array(smooth[used] - self._linear)
+        self._basis = basis_of(region.triangles[region.node_triangle], region.node_weight, len(cloth.vertices))
+        self._node_change = self._changes_at_nodes(outside, divided, smooth)
+
+    @property
+    def surface_alpha(self) -> FloatArray:
+        """The blending field at the vertices of the surface, shape (W,)."""
+        alpha: FloatArray = self._linear @ self.region.vertex_alpha
+        return alpha
+
+    def at_surface(self, values: FloatArray) -> FloatArray:
+        """Return values of the triangles of the cloth, shape (T,), at the vertices of the surface, shape (W,)."""
+        corners, repeated = self.triangles.ravel(), np.repeat(values[self.parent], 3)
+        count = np.maximum(np.bincount(corners, minlength=self._linear.shape[0]), 1)
+        means: FloatArray = np.bincount(corners, repeated, self._linear.shape[0]) / count
+        return means
+
+    def show(self, vertices: FloatArray, simulated: FloatArray) -> Shown:
+        """Return positions for display.
+
+        Args:
+            vertices: positions of the triangle vertices [cm], shape (V, 3).
+            simulated: positions of the simulated nodes [cm], shape (n, 3).
+        """
+        places = self._basis @ vertices
+        places[self.region.nodes] = simulated
+        corners = self._covered.placed(vertices, places)
+        normals = vertex_normals(self.cloth.triangles, corners)
+        smooth = self._basis @ corners + _along_normals(self._basis @ normals, self._node_change @ corners)
+        nodes = smooth + self.region.node_alpha[:, None] * (places - smooth)
+        linear = self._linear @ corners
+        change = _along_normals(self._linear @ normals, self._change @ corners)
+        return Shown(corners, nodes, linear + (1.0 - self.surface_alpha)[:, None] * change)
+
+    def curves(self, shown: Shown, radius: float | FloatArray) -> YarnSet:
+        """Return the yarns as curves in space; ``radius`` is that of all yarns, or of each yarn [cm], shape (Y,)."""
+        return yarn_curves(self.cloth, self.yarns, radius=radius, nodes=shown.nodes, vertices=shown.vertices)
+
+    def _changes_at_nodes(self, outside: IntArray, divided: Subdivision, smooth: csr_array) -> csr_array:
+        """L - B at the nodes outside the full-yarn region, zero rows elsewhere, shape (N, V)."""
+        number = np.full(len(self.region.triangles), -1)
+        number[outside] = np.arange(len(outside))
+        own = number[self.region.node_triangle]
+        moved = np.flatnonzero(own >= 0)
+        child, weight = divided.children(own[moved], self.region.node_weight[moved])
+        within = basis_of(divided.triangles[child], weight, divided.matrix.shape[0])
+        change = csr_array(within @ smooth - self._basis[moved]).tocoo()
+        return csr_array((change.data, (moved[change.row], change.col)), shape=self._basis.shape)
+
+
+def _sharpened(matrix: csr_array, vertex_count: int) -> csr_array:
+    """The weights L of subdivided vertices that stay near the V vertices, shape (W, V)."""
+    at_vertices = csr_array(matrix[:vertex_count])
+    return csr_array(2.0 * matrix - matrix @ at_vertices)
+
+
+def vertex_normals(triangles: IntArray, vertices: FloatArray) -> FloatArray:
+    """Return the sums of the area vectors of the triangles at each vertex, of unit length, shape (V, 3)."""
+    corners = vertices[triangles]
+    areas = np.repeat(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), 3, axis=0)
+    sums = [np.bincount(triangles.ravel(), areas[:, axis], len(vertices)) for axis in range(3)]
+    return _units(np.stack(sums, axis=1))
+
+
+def _along_normals(normals: FloatArray, change: FloatArray) -> FloatArray:
+    """The part of displacements along normals."""
+    unit = _units(normals)
+    part: FloatArray = unit * (unit * change).sum(axis=1, keepdims=True)
+    return part
+
+
+def _units(vectors: FloatArray) -> FloatArray:
+    """Unit vectors; zero where there is no length."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    units: FloatArray = vectors / np.where(length > 0.0, length, 1.0)
+    return units

@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The files of a run: yarns, surface, maps and animation. Each is written beside its target and then renamed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
+from stitchmesh.io.yarn_formats.animated_usd import UsdFrame, write_animated_usd
+from stitchmesh.mesh import Mesh
+from stitchmesh.mixed.assembly import MixedFabric
+from stitchmesh.mixed.output.display import Display
+from stitchmesh.mixed.output.frames import Frame
+from stitchmesh.mixed.output.maps import StateMaps, triangle_tension, yarn_tension
+
+YARNS, SURFACE, MAPS, ANIMATION = "yarns", "cloth.obj", "maps.h5", "animation.usdc"
+"""Names of files in the output folder; that of the yarns without its suffix."""
+FORMAT = "stitchmesh mixed maps"
+"""Attribute ``format`` of the file of maps."""
+
+
+class RunFiles:
+    """Writes the files of one run."""
+
+    def __init__(self, folder: Path, fabric: MixedFabric, display: Display) -> None:
+        """Write into a folder, which is made if it is missing."""
+        self.folder, self.fabric, self.display = folder, fabric, display
+
+    def write_state(self, frame: Frame, formats: Sequence[str]) -> None:
+        """Write yarns, surface and maps of a state.
+
+        Args:
+            frame: the state.
+            formats: suffixes of the files of yarns, without a dot.
+
+        Raises:
+            FileError: a file cannot be written.
+        """
+        from stitchmesh.io import write_mesh, write_yarns
+
+        shown = self.display.show(frame.vertices, frame.nodes)
+        curves = self.display.curves(shown, self.fabric.yarn_radius)
+        for suffix in formats:
+            write_yarns(self.folder / f"{YARNS}.{suffix}", curves)
+        if len(shown.surface):
+            write_mesh(self.folder / SURFACE, Mesh.from_polygons(shown.surface, self.display.triangles.tolist()))
+        write_dataclass(self.folder / MAPS, state_maps(self.fabric, self.display, frame), FORMAT)
+
+    def write_animation(self, frames: Iterable[Frame], frames_per_second: float) -> int:
+        """Write all frames as USD, and return their number.
+
+        Raises:
+            FileError: the file cannot be written.
+        """
+        path = self.folder / ANIMATION
+        return write_animated_usd(
+            path, self._animated(frames), self.display.triangles, frames_per_second=frames_per_second
+        )
+
+    def _animated(self, frames: Iterable[Frame]) -> Iterator[UsdFrame]:
+        for frame in frames:
+            shown = self.display.show(frame.vertices, frame.nodes)
+            tension = triangle_tension(self.fabric.cloth, self.fabric.cloth_material, shown.vertices)
+            values = {"alpha": self.display.surface_alpha, "tension": self.display.at_surface(tension)}
+            curves = self.display.curves(shown, self.fabric.yarn_radius)
+            yield UsdFrame(frame.time, curves, shown.surface, values)
+
+
+def state_maps(fabric: MixedFabric, display: Display, frame: Frame) -> StateMaps:
+    """Return weights and stress of a state."""
+    shown = display.show(frame.vertices, frame.nodes)
+    cloth, yarns, region = fabric.cloth, fabric.yarns, display.region
+    sliding = np.array(yarns.rest_sliding)
+    sliding[region.nodes] = frame.sliding
+    return StateMaps(
+        vertices=shown.vertices,
+        triangles=cloth.triangles,
+        vertex_alpha=region.vertex_alpha,
+        triangle_kind=region.triangle_kind,
+        triangle_tension=triangle_tension(cloth, fabric.cloth_material, shown.vertices),
+        nodes=shown.nodes,
+        yarn_start=yarns.yarn_start,
+        yarn_node=yarns.yarn_node,
+        yarn_tension=yarn_tension(yarns, fabric.yarn_materials, shown.nodes, sliding),
+    )
+
+
+def read_maps(path: Path) -> StateMaps:
+    """Read the maps of a run.
+
+    Raises:
+        FileError: the file cannot be read, or is something else.
+    """
+    return read_dataclass(path, StateMaps, FORMAT)

@@ -1,0 +1,120 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Maps of stress: tension in the triangles and in the yarns.
+
+The tension of a triangle is the larger principal value of the Cauchy stress times thickness [dyn/cm] of its membrane,
+sigma = F S F^T / det F with the deformation gradient F and the second Piola-Kirchhoff stress S. In the full-yarn region
+it is that of triangles that follow the yarns, with the stiffness of the cloth. The tension of the yarns themselves is
+
+    k_s (|w| - 1) [dyn],    w = dx / du on each segment (Cirio et al. 2014).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
+from stitchmesh.mixed.triangles.tension_curve import TensionCurve
+
+
+def triangle_tension(cloth: Cloth, material: ClothMaterial, vertices: FloatArray) -> FloatArray:
+    """Return the larger principal tension of each triangle [dyn/cm], shape (T,).
+
+    Args:
+        cloth: the cloth.
+        material: its material.
+        vertices: positions of the vertices [cm], shape (V, 3).
+    """
+    gradient = deformation_gradients(cloth, vertices)
+    strain = 0.5 * (np.swapaxes(gradient, 1, 2) @ gradient - np.eye(2))
+    course, wale, shear = material.curves()
+    coupling = float(material.moduli()[0, 1])
+    stress = np.empty_like(strain)
+    stress[:, 0, 0] = _stress(course, strain[:, 0, 0]) + coupling * strain[:, 1, 1]
+    stress[:, 1, 1] = _stress(wale, strain[:, 1, 1]) + coupling * strain[:, 0, 0]
+    stress[:, 0, 1] = stress[:, 1, 0] = _stress(shear, 2.0 * strain[:, 0, 1])
+    area = np.sqrt(np.maximum(np.linalg.det(np.swapaxes(gradient, 1, 2) @ gradient), 1e-30))
+    cauchy = gradient @ stress @ np.swapaxes(gradient, 1, 2) / area[:, None, None]
+    return _largest_in_plane(gradient, cauchy)
+
+
+def _stress(curve: TensionCurve, strain: FloatArray) -> FloatArray:
+    """Stress of a curve at some strains; beyond its ends the curve is straight."""
+    if len(curve.strain) == 1:
+        linear: FloatArray = curve.stress[0] + curve.slope[0] * (strain - curve.strain[0])
+        return linear
+    from scipy.interpolate import CubicHermiteSpline
+
+    inside = np.clip(strain, curve.strain[0], curve.strain[-1])
+    beyond = np.where(strain > inside, curve.slope[-1], curve.slope[0]) * (strain - inside)
+    stress: FloatArray = CubicHermiteSpline(curve.strain, curve.stress, curve.slope)(inside) + beyond
+    return stress
+
+
+def deformation_gradients(cloth: Cloth, vertices: FloatArray) -> FloatArray:
+    """Return F of each triangle, shape (T, 3, 2)."""
+    corners = vertices[cloth.triangles]
+    edges = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
+    rest = np.swapaxes(cloth.rest[:, 1:] - cloth.rest[:, :1], 1, 2)
+    gradients: FloatArray = edges @ np.linalg.inv(rest)
+    return gradients
+
+
+def _largest_in_plane(gradient: FloatArray, cauchy: FloatArray) -> FloatArray:
+    """The larger eigenvalue of a stress within the plane of each triangle, shape (T,)."""
+    first, _ = np.linalg.qr(gradient)
+    within = np.swapaxes(first, 1, 2) @ cauchy @ first
+    values: FloatArray = np.linalg.eigvalsh(within)[:, 1]
+    return values
+
+
+def yarn_tension(
+    yarns: CrossingYarns, materials: FabricMaterials, nodes: FloatArray, sliding: FloatArray
+) -> FloatArray:
+    """Return the tension of the segment after each passage [dyn], 0 at the end of a yarn, shape (M,).
+
+    Args:
+        yarns: the layout.
+        materials: materials of the yarns.
+        nodes: positions of all nodes [cm], shape (N, 3).
+        sliding: Eulerian coordinates of all nodes [cm], shape (N, 2).
+    """
+    place = nodes[yarns.yarn_node]
+    along = sliding[yarns.yarn_node, yarns.yarn_coordinate]
+    stiffness = np.array([material.stretch_stiffness for material in materials.by_family])
+    inner = np.flatnonzero(yarns.passage_yarn[1:] == yarns.passage_yarn[:-1])
+    length = np.linalg.norm(place[inner + 1] - place[inner], axis=1)
+    tension = np.zeros(len(yarns.yarn_node))
+    rest = np.maximum(along[inner + 1] - along[inner], 1e-12)
+    tension[inner] = stiffness[yarns.yarn_family[yarns.passage_yarn[inner]]] * (length / rest - 1.0)
+    return tension
+
+
+@dataclass(frozen=True, eq=False)
+class StateMaps:
+    """Weights and stress of a state, on the cloth and along the yarns; the content of ``maps.h5``."""
+
+    vertices: FloatArray
+    """Positions of the vertices [cm], shape (V, 3)."""
+    triangles: IntArray
+    """Vertices of the triangles, shape (T, 3)."""
+    vertex_alpha: FloatArray
+    """The blending field at the vertices, shape (V,)."""
+    triangle_kind: IntArray
+    """0 where triangles are simulated, 1 in the hybrid region, 2 where yarns are; shape (T,)."""
+    triangle_tension: FloatArray
+    """Larger principal tension of the triangles [dyn/cm], shape (T,)."""
+    nodes: FloatArray
+    """Positions of all yarn nodes [cm], shape (N, 3)."""
+    yarn_start: IntArray
+    """First passage of each yarn, and M at the end, shape (Y + 1,)."""
+    yarn_node: IntArray
+    """Node of each passage, shape (M,)."""
+    yarn_tension: FloatArray
+    """Tension of the segment after each passage [dyn], shape (M,); 0 at the end of a yarn."""

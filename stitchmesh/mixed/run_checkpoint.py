@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Checkpoints of a run of the mixed system, and what a resumed run needs to end with the same bits.
+
+A checkpoint is written between two steps. It holds what the simulation carries from step to step, the sums of the
+report, the number of frames, and a fingerprint of everything that decides the run. Output and tolerances of processors
+do not count: pictures and formats may differ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from os import fspath
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh import __version__
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.checkpoint_file import CheckpointFile, read_checkpoint, write_checkpoint
+from stitchmesh.mixed.output.report import RunTotals
+from stitchmesh.mixed.scene.scene_fabric import PreparedScene
+from stitchmesh.yarnrelax.fingerprint import fingerprint
+
+NAME = "checkpoint.smc"
+"""Name of the newest checkpoint in the output folder."""
+
+
+@dataclass(frozen=True, eq=False)
+class RunCheckpoint:
+    """A run between two steps."""
+
+    totals: RunTotals
+    frames: int
+    """Number of frames so far."""
+    arrays: Mapping[str, NDArray[Any]]
+    """What the simulation carries."""
+
+
+def run_inputs(prepared: PreparedScene, device: wp.Device) -> dict[str, str]:
+    """Return everything that decides a run, as short strings."""
+    found = {"stitchmesh": __version__, "device": "cuda" if device.is_cuda else "cpu"}
+    found |= fingerprint("scene", prepared.scene, without=("output", "cloth", "yarns", "region"))
+    cloth, yarns, region = prepared.fabric.cloth, prepared.fabric.yarns, prepared.region
+    found |= fingerprint("cloth", cloth) | fingerprint("yarns", yarns) | fingerprint("region", region)
+    found |= fingerprint("cloth material", prepared.fabric.cloth_material, without=("name", "source"))
+    return found | fingerprint("yarn materials", prepared.fabric.yarn_materials)
+
+
+def write_run(folder: Path, inputs: Mapping[str, str], state: RunCheckpoint) -> None:
+    """Write a checkpoint into the output folder; the one before it is kept.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    header = {"inputs": dict(inputs), "totals": asdict(state.totals), "frames": state.frames}
+    arrays = {name: np.asarray(array) for name, array in state.arrays.items()}
+    write_checkpoint(folder / NAME, CheckpointFile(header, arrays))
+
+
+def read_run(path: Path, inputs: Mapping[str, str]) -> RunCheckpoint:
+    """Read a checkpoint.
+
+    Raises:
+        FileError: it is missing, damaged, or of something else.
+        ParameterError: it is of a run of another scene; the message says what differs.
+    """
+    content = read_checkpoint(path)
+    if "totals" not in content.header:
+        raise FileError(f"{fspath(path)}: is a checkpoint of yarns that relax; expected one of stitchmesh drape")
+    written = content.header["inputs"]
+    differing = [key for key in {**written, **inputs} if written.get(key) != inputs.get(key)]
+    if differing:
+        key, more = differing[0], f", and {len(differing) - 1} more" if len(differing) > 1 else ""
+        found = f"{key} is {inputs.get(key, 'absent')} and was {written.get(key, 'absent')}{more}"
+        raise ParameterError(f"{fspath(path)}: is of a run of another scene: {found}; give it the same scene")
+    return RunCheckpoint(RunTotals(**content.header["totals"]), int(content.header["frames"]), content.arrays)

@@ -1,0 +1,135 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where a scene has yarns: nowhere, everywhere, or in boxes and faces of the cloth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.errors import ParameterError, first_few
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.enrichment.region import Region, region_around
+from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+
+ROUNDING = 1e-9
+"""Distance from a box within which a point still lies in it [cm]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoxSection:
+    """A box, in space at the start or in the coordinates of a panel.
+
+    Raises:
+        ParameterError: the numbers of coordinates differ from 3, or from 2 in a panel, or the box is empty.
+    """
+
+    low: tuple[float, ...]
+    """Smallest coordinates [cm]: x, y, z in space at the start; x, y in a panel."""
+    high: tuple[float, ...]
+    """Largest coordinates [cm]."""
+    panel: str | None = None
+    """Name of the panel in whose coordinates the box lies; in space by default."""
+
+    def __post_init__(self) -> None:
+        expected = 3 if self.panel is None else 2
+        if len(self.low) != expected or len(self.high) != expected:
+            where = "in space" if self.panel is None else "in a panel"
+            raise ParameterError(f"box: got {len(self.low)} and {len(self.high)} numbers; expected {expected} {where}")
+        if any(low > high for low, high in zip(self.low, self.high, strict=True)):
+            raise ParameterError(f"box: got low {list(self.low)} above high {list(self.high)}; expected low below high")
+
+    def __str__(self) -> str:
+        """Return the box in words."""
+        where = "in space" if self.panel is None else f"in panel {self.panel!r}"
+        return f"box from {list(self.low)} to {list(self.high)} cm {where}"
+
+    def holds(self, space: FloatArray, panel: IntArray, flat: FloatArray, names: tuple[str, ...]) -> NDArray[np.bool_]:
+        """Return whether points lie in the box, shape (n,).
+
+        Args:
+            space: points in space [cm], shape (n, 3).
+            panel: panel of each point, shape (n,).
+            flat: points in their panel [cm], shape (n, 2).
+            names: names of the panels.
+
+        Raises:
+            ParameterError: no panel has the name.
+        """
+        if self.panel is None:
+            return _between(space, self.low, self.high)
+        if self.panel not in names:
+            raise ParameterError(f"box: panel: got {self.panel!r}; expected one of {', '.join(names)}")
+        return _between(flat, self.low, self.high) & (panel == names.index(self.panel))
+
+
+@dataclass(frozen=True, kw_only=True)
+class RegionSection:
+    """The region of interest: all boxes and faces together.
+
+    Raises:
+        ParameterError: the number of rings is below 1.
+    """
+
+    yarns: Literal["none", "chosen", "all"] = "chosen"
+    """Whether yarns are simulated nowhere, in the boxes and faces, or everywhere."""
+    boxes: tuple[BoxSection, ...] = ()
+    """Boxes; a triangle is chosen if its middle lies in one."""
+    faces: tuple[int, ...] = ()
+    """Numbers of triangles."""
+    rings: int = 1
+    """Width of the hybrid region around the chosen triangles, in rings of triangles."""
+
+    def __post_init__(self) -> None:
+        if self.rings < 1:
+            raise ParameterError(f"region.rings: got {self.rings}; expected at least 1")
+
+    def triangles(self, cloth: Cloth) -> IntArray:
+        """Return the numbers of the triangles that have yarns alone, ascending.
+
+        Raises:
+            ParameterError: a box holds no triangle, or a triangle does not exist.
+        """
+        if self.yarns != "chosen":
+            return np.arange(len(cloth.triangles) if self.yarns == "all" else 0)
+        wrong = [face for face in self.faces if not 0 <= face < len(cloth.triangles)]
+        if wrong:
+            found = f"got triangle {first_few(wrong)}"
+            raise ParameterError(f"region.faces: {found}; expected 0 to {len(cloth.triangles) - 1}")
+        parts = [np.array(self.faces, dtype=np.int64)]
+        middle, flat = cloth.vertices[cloth.triangles].mean(axis=1), cloth.rest.mean(axis=1)
+        for number, box in enumerate(self.boxes):
+            held = np.flatnonzero(box.holds(middle, cloth.panel, flat, cloth.panel_names))
+            if not len(held):
+                low, high = _extent(cloth, box, middle, flat)
+                raise ParameterError(
+                    f"region.boxes[{number}]: {box}: holds no triangle of the cloth, whose triangles lie from "
+                    f"{low} to {high} cm; expected a box that overlaps it"
+                )
+            parts.append(held)
+        return np.unique(np.concatenate(parts))
+
+    def region(self, cloth: Cloth, yarns: CrossingYarns) -> Region:
+        """Return the region.
+
+        Raises:
+            ParameterError: as for ``triangles``.
+        """
+        chosen = self.triangles(cloth)
+        return region_around(
+            cloth.triangles, len(cloth.vertices), yarns.triangle, yarns.barycentric, chosen, rings=self.rings
+        )
+
+
+def _extent(cloth: Cloth, box: BoxSection, middle: FloatArray, flat: FloatArray) -> tuple[list[float], list[float]]:
+    points = middle if box.panel is None else flat[cloth.panel == cloth.panel_names.index(box.panel)]
+    return points.min(axis=0).round(3).tolist(), points.max(axis=0).round(3).tolist()
+
+
+def _between(points: FloatArray, low: tuple[float, ...], high: tuple[float, ...]) -> NDArray[np.bool_]:
+    between: NDArray[np.bool_] = np.logical_and(points >= np.array(low) - ROUNDING, points <= np.array(high) + ROUNDING)
+    return np.logical_and.reduce(between, axis=1)

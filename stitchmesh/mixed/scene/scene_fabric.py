@@ -1,0 +1,182 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From a scene to what is simulated: the fabric, its region, its loads and where everything begins."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mixed.assembly import LoadedBody, Loads, MixedFabric
+from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.contact.attachments import Attachment
+from stitchmesh.mixed.contact.self_collision import PRESSURE
+from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial
+from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.enrichment.region import Region
+from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.output.display import vertex_normals
+from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_knit, cloth_of_weave
+from stitchmesh.mixed.scene.motion_section import AttachmentSection
+from stitchmesh.mixed.scene.scene import Scene
+from stitchmesh.mixed.scene.yarns_section import YarnsSection
+from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
+from stitchmesh.mixed.triangles.material_file import material_of
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PreparedScene:
+    """What a scene simulates."""
+
+    scene: Scene
+    fabric: MixedFabric
+    region: Region
+    vertices: FloatArray
+    """Positions of the vertices at the start [cm], shape (V, 3)."""
+    held: tuple[Attachment, ...]
+    """The attachments of the scene; nodes are numbered as in the layout."""
+    bodies: tuple[LoadedBody, ...]
+
+    @property
+    def nodes(self) -> FloatArray:
+        """Positions of the simulated nodes at the start [cm], shape (n, 3)."""
+        return self.fabric.yarns.world(self.fabric.cloth, self.vertices)[self.region.nodes]
+
+    @property
+    def sliding(self) -> FloatArray:
+        """Eulerian coordinates of the simulated nodes at the start [cm], shape (n, 2)."""
+        return self.fabric.yarns.rest_sliding[self.region.nodes]
+
+    def loads(self, time: float) -> Loads:
+        """Return what acts at a time [s]: attachments are held until they are released."""
+        sections = zip(self.scene.attachments, self.held, strict=True)
+        contact = self.scene.contact
+        radius = max(material.radius for material in self.fabric.yarn_materials.by_family)
+        return Loads(
+            gravity=self.scene.gravity,
+            held=[held for section, held in sections if section.release is None or time < section.release],
+            bodies=self.bodies,
+            self_collision=contact.self_collision,
+            thickness=contact.thickness or 4.0 * radius,
+            pressure=contact.pressure or PRESSURE,
+        )
+
+    @property
+    def releases(self) -> list[float]:
+        """Times at which attachments are released [s], ascending."""
+        return sorted({one.release for one in self.scene.attachments if one.release is not None})
+
+
+def prepare(scene: Scene, *, cloth: Cloth | None = None, yarns: CrossingYarns | None = None) -> PreparedScene:
+    """Make what a scene simulates.
+
+    Args:
+        scene: the scene.
+        cloth: a cloth in the place of that of the scene.
+        yarns: yarns laid out on it in the place of those of the scene.
+
+    Raises:
+        ParameterError: a name is unknown, a box holds nothing, or something is not possible.
+        FileError: a file cannot be read.
+        MeshError: panels or a body are not a surface as expected.
+    """
+    surface = scene.cloth.cloth() if cloth is None else cloth
+    laid = scene.yarns.layout(surface) if yarns is None else yarns
+    materials = yarn_materials(scene.yarns)
+    fabric = MixedFabric(
+        cloth=surface,
+        yarns=laid,
+        cloth_material=_cloth_material(scene, surface, laid, materials),
+        yarn_materials=materials,
+    )
+    region = scene.region.region(surface, laid)
+    held = tuple(_attachment(number, one, surface, laid) for number, one in enumerate(scene.attachments))
+    _check_simulated(held, region)
+    return PreparedScene(
+        scene=scene,
+        fabric=fabric,
+        region=region,
+        vertices=_disturbed(surface, scene.disturbance),
+        held=held,
+        bodies=tuple(
+            LoadedBody(body=one.body(), friction=one.friction, thickness=one.thickness) for one in scene.bodies
+        ),
+    )
+
+
+def yarn_materials(section: YarnsSection) -> FabricMaterials:
+    """Return the materials of the yarns of a scene.
+
+    Raises:
+        ParameterError: no material has the name.
+        FileError: the file of materials cannot be read.
+    """
+    weft = _yarn_material(section, section.material)
+    warp = weft if section.warp_material is None else _yarn_material(section, section.warp_material)
+    return FabricMaterials(weft, warp, weft)
+
+
+def _yarn_material(section: YarnsSection, name: str | None) -> CrossingMaterial:
+    chosen = name or DEFAULT
+    if section.material_file is None:
+        material = CrossingMaterial.named(chosen)
+    else:
+        material = CrossingMaterial.read(section.material_file, chosen)
+    return material if section.radius is None else replace(material, radius=section.radius)
+
+
+def _cloth_material(scene: Scene, cloth: Cloth, yarns: CrossingYarns, materials: FabricMaterials) -> ClothMaterial:
+    if scene.cloth.material is not None:
+        return material_of(scene.cloth.material)
+    if yarns.kind == "weave":
+        return cloth_of_weave(materials, scene.yarns.ends, scene.yarns.picks)
+    along = yarns.rest_sliding[yarns.yarn_node, yarns.yarn_coordinate]
+    length = float(np.sum(along[yarns.yarn_start[1:] - 1] - along[yarns.yarn_start[:-1]]))
+    return cloth_of_knit(materials.weft, length / float(cloth.rest_area.sum()))
+
+
+def _attachment(number: int, section: AttachmentSection, cloth: Cloth, yarns: CrossingYarns) -> Attachment:
+    """The vertices and the nodes of the layout in the boxes of an attachment."""
+    name = f"attachments[{number}]"
+    wrong = [vertex for vertex in section.vertices if not 0 <= vertex < len(cloth.vertices)]
+    if wrong:
+        raise ParameterError(f"{name}: got vertex {wrong[0]}; expected 0 to {len(cloth.vertices) - 1}")
+    vertices, nodes = _in_boxes(section, cloth, yarns)
+    vertices = np.union1d(vertices, np.array(section.vertices, dtype=np.int64))
+    if not len(vertices) + len(nodes):
+        raise ParameterError(f"{name}: {section.boxes[0]}: holds nothing of the cloth; expected a box that overlaps it")
+    return Attachment(vertices, nodes, section.motion(), None, name)
+
+
+def _check_simulated(held: tuple[Attachment, ...], region: Region) -> None:
+    """Refuse attachments that hold nothing where yarns or triangles are simulated."""
+    for each in held:
+        if not region.unknown_vertices[each.vertices].any() and (region.node_number[each.nodes] < 0).all():
+            raise ParameterError(
+                f"{each.name}: holds {len(each.vertices)} vertices within the region of yarns and none of its yarn "
+                "nodes; expected boxes that hold crossings of yarns too"
+            )
+
+
+def _in_boxes(section: AttachmentSection, cloth: Cloth, yarns: CrossingYarns) -> tuple[IntArray, IntArray]:
+    """Vertices and nodes in any of the boxes; a vertex lies wherever one of its triangles has it."""
+    corners, panel = cloth.triangles.ravel(), np.repeat(cloth.panel, 3)
+    of_vertices, of_nodes = np.zeros(len(corners), dtype=bool), np.zeros(yarns.node_count, dtype=bool)
+    for box in section.boxes:
+        flat = cloth.rest.reshape(-1, 2)
+        of_vertices |= box.holds(cloth.vertices[corners], panel, flat, cloth.panel_names)
+        of_nodes |= box.holds(yarns.world(cloth), yarns.panel, yarns.position, cloth.panel_names)
+    return np.unique(corners[of_vertices]), np.flatnonzero(of_nodes)
+
+
+def _disturbed(cloth: Cloth, size: float) -> FloatArray:
+    """The vertices, moved along the normals of their triangles by random parts of a size."""
+    if size == 0.0:
+        return cloth.vertices
+    normals = vertex_normals(cloth.triangles, cloth.vertices)
+    part = np.random.default_rng(0).uniform(-1.0, 1.0, len(normals))
+    moved: FloatArray = cloth.vertices + size * part[:, None] * normals
+    return moved

@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The yarns of a scene: a weave or a knit, its densities, and the material of its yarns."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.layout.knit import lay_knit
+from stitchmesh.mixed.layout.weave import lay_weave
+
+Matrix = NDArray[np.int64]
+WEAVES = "plain, basket-NxN, twill-AxB, satin-2x3, satin-3x2"
+"""Names of weaves, in words."""
+DEFAULT_DENSITY = 5.0
+"""Yarns, wales or courses for each cm."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class YarnsSection:
+    """Yarns that are laid out on the panels: ``weave`` or ``knit``.
+
+    Raises:
+        ParameterError: both or neither are given, or a density is not positive.
+    """
+
+    weave: str | tuple[str, ...] | None = None
+    """Name of a weave, or its matrix as rows from the top, such as ``["10", "01"]``: 1 where the weft lies above."""
+    knit: str | tuple[str, ...] | None = None
+    """Name or file of a pattern of knit and purl stitches, or its chart as rows from the top, such as
+    ``["kp", "kp"]``."""
+    ends: float = DEFAULT_DENSITY
+    """Warps for each cm."""
+    picks: float = DEFAULT_DENSITY
+    """Wefts for each cm."""
+    wales: float = DEFAULT_DENSITY
+    """Wales for each cm."""
+    courses: float = DEFAULT_DENSITY
+    """Courses for each cm."""
+    material: str | None = None
+    """Name of the yarns' material, of the named ones or in ``material_file``."""
+    warp_material: str | None = None
+    """Name of the material of warps; that of the wefts by default."""
+    material_file: str | None = None
+    """A file of materials (``.toml``)."""
+    radius: float | None = None
+    """Radius of the yarns [cm]; that of the material by default."""
+
+    def __post_init__(self) -> None:
+        if (self.weave is None) == (self.knit is None):
+            found = "neither" if self.weave is None else "both"
+            raise ParameterError(f"yarns: got {found} of weave and knit; expected one of them")
+        for name in ("ends", "picks", "wales", "courses", "radius"):
+            value = getattr(self, name)
+            if value is not None and not (np.isfinite(value) and value > 0.0):
+                raise ParameterError(f"yarns.{name}: got {value}; expected a positive number")
+
+    def layout(self, cloth: Cloth) -> CrossingYarns:
+        """Lay the yarns out on a cloth.
+
+        Raises:
+            ParameterError: the weave or the pattern is unknown, or no panel holds a crossing.
+            PatternError: a file does not describe a pattern.
+        """
+        if self.weave is not None:
+            return lay_weave(cloth, weave_matrix(self.weave), ends=self.ends, picks=self.picks)
+        assert self.knit is not None  # the constructor has checked it
+        chart = knit_chart(self.knit)
+        return lay_knit(cloth, chart, wale_spacing=1.0 / self.wales, course_spacing=1.0 / self.courses)
+
+
+def weave_matrix(weave: str | tuple[str, ...]) -> Matrix:
+    """Return the matrix of a weave: 1 where the weft of a row passes over the warp of a column.
+
+    Names: ``plain``, ``basket-NxN`` (groups of N yarns), ``twill-AxB`` (over A and under B, one yarn further in each
+    row), and ``satin-2x3`` and ``satin-3x2`` (over 2 or 3 of five yarns, two yarns further in each row).
+
+    Raises:
+        ParameterError: the name is unknown, or rows are of different lengths or contain other characters.
+    """
+    if not isinstance(weave, str):
+        return _rows("yarns.weave", weave, "01")
+    i, j = np.arange(64)[:, None], np.arange(64)[None, :]
+    if weave == "plain":
+        return ((i + j) % 2 == 0)[:2, :2].astype(np.int64)
+    found = re.fullmatch(r"(basket|twill|satin)-([1-9])x([1-9])", weave)
+    kind, over, under = (found[1], int(found[2]), int(found[3])) if found else ("", 0, 0)
+    repeat = over + under
+    if kind == "basket" and over == under:
+        return ((i // over + j // over) % 2 == 0)[:repeat, :repeat].astype(np.int64)
+    if kind == "twill" or (kind == "satin" and (over, under) in ((2, 3), (3, 2))):
+        step = 1 if kind == "twill" else 2
+        return ((j - step * i) % repeat < over)[:repeat, :repeat].astype(np.int64)
+    raise ParameterError(f"yarns.weave: got {weave!r}; expected {WEAVES}, or rows such as ['10', '01']")
+
+
+def knit_chart(knit: str | tuple[str, ...]) -> Matrix:
+    """Return the chart of a knit: 1 for a knit stitch and 0 for a purl stitch, the last row knitted first.
+
+    Raises:
+        ParameterError: the pattern is unknown or has other stitches, or rows are of different lengths.
+        FileError: a file cannot be read.
+        PatternError: a file does not describe a pattern.
+    """
+    if not isinstance(knit, str):
+        return _rows("yarns.knit", tuple(row.lower() for row in knit), "pk")
+    from stitchmesh.patterns import read_pattern
+    from stitchmesh.patterns.pattern import Loop
+
+    pattern = read_pattern(knit)
+    rows = [[cell.stitch for cell in row.sections[1]] for row in reversed(pattern.rows)]
+    found = {stitch for row in rows for stitch in row} - {Stitch.KNIT, Stitch.PURL}
+    if found:
+        name = sorted(stitch.name.lower() for stitch in found)[0]
+        raise ParameterError(f"yarns.knit: {knit!r} has {name} stitches; expected knit and purl stitches alone")
+    if any(loop != Loop() for row in pattern.rows for loop in row.loops):
+        raise ParameterError(f"yarns.knit: {knit!r} has cables or twists; expected knit and purl stitches alone")
+    if len({len(row) for row in rows}) != 1:
+        raise ParameterError(f"yarns.knit: {knit!r} has rows of different lengths; expected equal ones")
+    return np.array([[int(stitch == Stitch.KNIT) for stitch in row] for row in rows])
+
+
+def _rows(name: str, rows: tuple[str, ...], letters: str) -> Matrix:
+    """The matrix of rows of two letters; the second one is 1."""
+    wrong = [row for row in rows if not row or set(row) - set(letters)]
+    if wrong or not rows:
+        found = repr(wrong[0]) if wrong else "no row"
+        raise ParameterError(f"{name}: got {found}; expected rows of {letters[0]} and {letters[1]}")
+    if len({len(row) for row in rows}) > 1:
+        raise ParameterError(f"{name}: got rows of {len(rows[0])} and other numbers of letters; expected equal ones")
+    return np.array([[letters.index(letter) for letter in row] for row in rows])
+
+
+def is_file(name: str) -> bool:
+    """Return whether a text names a file rather than something of a library."""
+    return bool(Path(name).suffix) or Path(name).name != name

@@ -1,0 +1,139 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of runs of mixed yarns and triangles: yarns everywhere, one run alone or several side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from stitchmesh.io.contents import FilePath
+from stitchmesh.mesh import FloatArray, Mesh
+from stitchmesh.mixed.drape import Draped
+from stitchmesh.mixed.output.files import state_maps
+from stitchmesh.render.camera import camera_around
+from stitchmesh.render.colour_scale import ColourScale, sequential_scale
+from stitchmesh.render.colouring import Coloured, colour_yarns
+from stitchmesh.render.options import PictureOptions
+from stitchmesh.render.picture import detail_for, yarn_tubes
+from stitchmesh.render.stage import KEY_LEFT, Viewport, add_body, add_tubes, dim_colours, look, picture, shade_hollows
+from stitchmesh.yarn import YarnSet
+
+if TYPE_CHECKING:
+    import pyvista
+
+LEAST_TENSION = 1.0
+"""Smallest tension of the last colour [dyn]."""
+ALPHA_SCALE = ColourScale(np.array([[128, 152, 184], [200, 176, 130], [196, 84, 60]]), 0.0, 1.0)
+"""Colours of the blending field: triangles, hybrid region, yarns."""
+
+
+def render_draped(
+    runs: Sequence[tuple[str, Draped]], path: FilePath, *, colour: str | None = None,
+    view: tuple[float, float] | None = None, size: tuple[int, int] | None = None,
+) -> None:  # fmt: skip
+    """Draw the ends of runs of one scene side by side, seen by the same camera.
+
+    Args:
+        runs: name and result of each run.
+        path: a ``.png`` file; missing folders are created.
+        colour: ``yarn``, ``alpha`` or ``tension``; that of the first scene by default.
+        view: azimuth and elevation of the camera [degrees]; those of the first scene by default.
+        size: width and height of each run in the picture [pixels]; that of the first scene by default.
+
+    Raises:
+        DisplayError: this machine cannot draw pictures.
+        FileError: the suffix is not ``.png``, or the file cannot be written.
+    """
+    output = runs[0][1].prepared.scene.output
+    width, height = size or output.size
+    options = PictureOptions(size=(width * len(runs), height))
+    curves = [run.yarns for _name, run in runs]
+    coloured = colours_of_runs([run for _name, run in runs], curves, colour or output.colour)
+    bodies = bodies_at_end(runs[0][1])
+    towards, up = camera_directions(*(view or output.view))
+    framed = np.concatenate([*(each.points for each in curves), *(body.vertices for body in bodies)])
+    part = (KEY_LEFT if coloured[0].key and len(runs) == 1 else 1.0, 0.94)
+    camera = camera_around(framed, towards, up, width / height, part=part)
+    caption = "     ".join(name for name, _run in runs if name)
+    panels = [_panel(number, len(runs)) for number in range(len(runs))]
+    key = coloured[0].key if len(runs) == 1 else ()
+    with picture(path, options, panels=tuple(panels), caption=caption, key=key) as plotter:
+        for number, (yarns, own) in enumerate(zip(curves, coloured, strict=True)):
+            plotter.subplot(0, number)
+            _draw(plotter, yarns, own.points)
+            for body in bodies:
+                add_body(plotter, body)
+            look(plotter, camera)
+            plotter.camera.SetWindowCenter(1.0 - part[0], 0.0)
+            shade_hollows(plotter, 4.0 * float(np.median(yarns.drawn_radius)), options)
+
+
+def _panel(number: int, count: int) -> Viewport:
+    return number / count, 0.0, (number + 1) / count, 1.0
+
+
+def _draw(plotter: pyvista.Plotter, yarns: YarnSet, colours: NDArray[np.uint8]) -> None:
+    segments = np.arange(len(yarns.segment_points))
+    tubes, control_point = yarn_tubes(yarns, segments, detail_for(len(segments)), 1)
+    add_tubes(plotter, tubes, dim_colours(colours)[control_point])
+
+
+def camera_directions(azimuth: float, elevation: float) -> tuple[FloatArray, FloatArray]:
+    """Return the direction towards the camera and the vertical direction of the picture; y points up.
+
+    Args:
+        azimuth: 0 from the side of z, 90 from the side of x [degrees].
+        elevation: 90 from above [degrees].
+    """
+    around, above = np.radians([azimuth, elevation])
+    towards = np.array([np.sin(around) * np.cos(above), np.sin(above), np.cos(around) * np.cos(above)])
+    steep = abs(np.cos(above)) < 1e-6
+    up = np.array([-np.sin(around), 0.0, -np.cos(around)]) * np.sign(above) if steep else np.array([0.0, 1.0, 0.0])
+    return towards, up
+
+
+def bodies_at_end(run: Draped) -> list[Mesh]:
+    """Return the bodies of a run where they are at its end."""
+    moved = []
+    for each in run.prepared.bodies:
+        mesh, motion = each.body.mesh, each.body.motion
+        place = motion.places_at(mesh.vertices, run.end.time) if hasattr(motion, "places_at") else mesh.vertices
+        moved.append(Mesh(place, mesh.face_start, mesh.face_vertex, mesh.twin))
+    return moved
+
+
+def colours_of_runs(runs: Sequence[Draped], curves: Sequence[YarnSet], colour: str) -> list[Coloured]:
+    """Return the colours of the control points of each run, on a common scale.
+
+    Args:
+        runs: the runs.
+        curves: their yarns.
+        colour: ``yarn`` for the colours of the families, ``alpha`` or ``tension``.
+    """
+    if colour == "yarn":
+        return [colour_yarns(each, "yarn") for each in curves]
+    values = [_values_at_points(run, each, colour) for run, each in zip(runs, curves, strict=True)]
+    if colour == "alpha":
+        scale, text = ALPHA_SCALE, "alpha {:.2f}"
+    else:
+        scale, text = sequential_scale(np.concatenate(values), LEAST_TENSION, low=0.0), "{:.3g} dyn"
+    key = scale.key(text.format)
+    return [Coloured(scale.of(each), key, scale) for each in values]
+
+
+def _values_at_points(run: Draped, curves: YarnSet, colour: str) -> FloatArray:
+    """Alpha or tension at the node that is nearest to each control point, shape (P,)."""
+    nodes = run.shown.nodes
+    if colour == "alpha":
+        values = run.prepared.region.node_alpha
+    else:
+        maps = state_maps(run.prepared.fabric, run.display, run.end)
+        values = np.zeros(len(nodes))
+        np.maximum.at(values, maps.yarn_node, maps.yarn_tension)
+    nearest: NDArray[np.int64] = cKDTree(nodes).query(curves.points)[1]
+    return values[nearest]

@@ -1,0 +1,161 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Scene files: what is written is read again, every key is checked, and bad input is one line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stitchmesh.errors import StitchMeshError
+from stitchmesh.mixed.cloth.panel_file import PanelTable
+from stitchmesh.mixed.cloth.panel_position import PanelPosition
+from stitchmesh.mixed.cloth.seams import Border, Seam
+from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_weave
+from stitchmesh.mixed.scene.cloth_section import ClothSection
+from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
+from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
+from stitchmesh.mixed.scene.scene import ContactSection, OutputSection, Scene, SolverSection
+from stitchmesh.mixed.scene.scene_fabric import prepare
+from stitchmesh.mixed.scene.scene_file import example_scene, read_scene, write_scene
+from stitchmesh.mixed.scene.yarns_section import YarnsSection, knit_chart, weave_matrix
+
+BASE = """
+[cloth]
+rectangle = [4, 4]
+edge_length = 1
+[yarns]
+weave = "plain"
+ends = 4
+picks = 4
+"""
+
+
+def scene_of(tmp_path: Path, text: str) -> Scene:
+    path = tmp_path / "scene.toml"
+    path.write_text(text)
+    return read_scene(path)
+
+
+def two_panels() -> ClothSection:
+    square = ((0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (0.0, 3.0))
+    right = PanelTable(name="right", outline=square, position=PanelPosition(origin=(3.0, 0.0, 0.0)))
+    seam = Seam(first=Border(panel="left", start=1, end=2), second=Border(panel="right", start=3, end=0), angle=10.0)
+    return ClothSection(panels=(PanelTable(name="left", outline=square), right), seams=(seam,), edge_length=1.0)
+
+
+def test_a_scene_is_read_as_it_was_written(tmp_path):
+    scene = Scene(
+        cloth=two_panels(),
+        yarns=YarnsSection(weave=("10", "01"), ends=4.0, picks=3.0, material="gong-2"),
+        region=RegionSection(boxes=(BoxSection(low=(1.0, 1.0), high=(2.0, 2.0), panel="right"),), rings=2),
+        mode="dynamic",
+        duration=0.5,
+        attachments=(
+            AttachmentSection(
+                boxes=(BoxSection(low=(-1.0, 2.9, -1.0), high=(9.0, 9.0, 1.0)),),
+                keyframes=(Keyframe(time=0.0), Keyframe(time=1.0, displacement=(0.0, 1.0, 0.0))),
+                release=0.4,
+            ),
+        ),
+        bodies=(BodySection(shape="box", size=(1.0, 2.0, 3.0), friction=0.1),),
+        contact=ContactSection(self_collision=True, thickness=0.2),
+        solver=SolverSection(precision="float32"),
+        output=OutputSection(yarns=("usda", "h5"), colour="alpha", view=(30.0, 10.0)),
+    )
+    write_scene(tmp_path / "scene.toml", scene)
+    assert read_scene(tmp_path / "scene.toml") == scene
+
+
+def test_paths_are_relative_to_the_file(tmp_path):
+    (tmp_path / "inner").mkdir()
+    text = BASE.replace("rectangle = [4, 4]", 'file = "../panels.toml"') + '[[bodies]]\nfile = "body.obj"\n'
+    scene = scene_of(tmp_path / "inner", text)
+    assert Path(scene.cloth.file) == tmp_path / "inner" / "../panels.toml"
+    assert Path(scene.bodies[0].file) == tmp_path / "inner" / "body.obj"
+    write_scene(tmp_path / "moved.toml", scene)
+    again = read_scene(tmp_path / "moved.toml")
+    assert Path(again.bodies[0].file).resolve() == (tmp_path / "inner" / "body.obj").resolve()
+
+
+def test_the_example_is_a_scene(tmp_path):
+    prepared = prepare(scene_of(tmp_path, example_scene()))
+    assert len(prepared.region.nodes) > 0
+    assert [len(held.vertices) > 0 and len(held.nodes) > 0 for held in prepared.held] == [True]
+
+
+WRONG = {
+    "unknown key": (BASE + "[regions]\n", "did you mean 'region'"),
+    "unknown key inside": (BASE + "[region]\nrngs = 2\n", "did you mean 'rings'"),
+    "no cloth": ("[cloth]\n[yarns]\nweave = 'plain'\n", "expected exactly one of rectangle, panels and file"),
+    "two fabrics": (BASE + "knit = ['k']\n", "got both of weave and knit"),
+    "unknown weave": (BASE.replace('"plain"', '"plane"'), "expected plain, basket-NxN"),
+    "uneven rows": (BASE.replace('"plain"', '["10", "0"]'), "expected equal ones"),
+    "unknown yarn": (BASE + 'material = "gong-9"\n', "did you mean 'gong-"),
+    "unknown cloth": (BASE.replace("[yarns]", 'material = "denin"\n[yarns]'), "did you mean 'denim'"),
+    "region outside": (BASE + "[[region.boxes]]\nlow = [8, 8, 8]\nhigh = [9, 9, 9]\n", "holds no triangle"),
+    "box with two numbers": (BASE + "[[region.boxes]]\nlow = [8, 8]\nhigh = [9, 9]\n", "expected 3 in space"),
+    "face outside": (BASE + "[region]\nfaces = [999]\n", "expected 0 to"),
+    "attached to nothing": (BASE + "[[attachments]]\nboxes = [{ low = [8, 8, 8], high = [9, 9, 9] }]", "holds nothing"),
+    "empty attachment": (BASE + "[[attachments]]\n", "expected boxes or vertices"),
+    "times that fall": (
+        BASE + "[[attachments]]\nvertices = [0]\nkeyframes = [{ time = 1 }, { time = 0 }]\n", "times that increase"
+    ),
+    "body without size": (BASE + '[[bodies]]\nshape = "ball"\n', "expected 1 positive numbers"),
+    "missing body": (BASE + '[[bodies]]\nfile = "nowhere.obj"\n', "nowhere.obj"),
+    "crossed panel": (
+        BASE.replace("rectangle = [4, 4]", "panels = [{ name = 'a', outline = [[0,0],[2,2],[2,0],[0,2]] }]"), "cross"
+    ),
+    "negative duration": ("duration = -1\n" + BASE, "expected a positive number"),
+    "no TOML": ("duration = \n", "is no TOML"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_bad_input_is_one_line(tmp_path, name):
+    text, expected = WRONG[name]
+    with pytest.raises(StitchMeshError) as caught:
+        prepare(scene_of(tmp_path, text))
+    assert expected in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_region_none_and_all(tmp_path):
+    for word, share in (("none", 0.0), ("all", 1.0)):
+        prepared = prepare(scene_of(tmp_path, BASE + f'[region]\nyarns = "{word}"\n'))
+        assert len(prepared.region.nodes) == share * prepared.fabric.yarns.node_count
+
+
+def test_an_attachment_to_covered_vertices_alone_is_refused(tmp_path):
+    text = BASE + '[region]\nyarns = "all"\n[[attachments]]\nboxes = [{ low = [-1, 3.99, -1], high = [9, 9, 1] }]\n'
+    with pytest.raises(StitchMeshError, match="none of its yarn nodes"):
+        prepare(scene_of(tmp_path, text))
+
+
+def test_weaves_by_name():
+    assert weave_matrix("plain").tolist() == [[1, 0], [0, 1]]
+    assert weave_matrix("twill-2x1").tolist() == [[1, 1, 0], [0, 1, 1], [1, 0, 1]]
+    basket, satin = weave_matrix("basket-2x2"), weave_matrix("satin-2x3")
+    assert basket.sum(axis=0).tolist() == [2] * 4
+    assert basket[0].tolist() == basket[1].tolist()
+    assert satin.sum(axis=0).tolist() == satin.sum(axis=1).tolist() == [2] * 5
+
+
+def test_knits_by_name_and_chart():
+    assert knit_chart(("KP", "kp")).tolist() == [[1, 0], [1, 0]]
+    assert np.ptp(knit_chart("rib1x1"), axis=0).tolist() == [0, 0]  # wales of one kind, next to one another
+    assert knit_chart("rib1x1")[0].sum() == 1
+    with pytest.raises(StitchMeshError, match="expected knit and purl stitches alone"):
+        knit_chart("rope-cable")
+
+
+def test_the_cloth_of_a_weave_weighs_what_its_yarns_weigh(tmp_path):
+    """Exact for an endless fabric; here yarns end half a spacing before the border."""
+    prepared = prepare(scene_of(tmp_path, BASE))
+    material = prepared.fabric.yarn_materials
+    cloth = cloth_of_weave(material, 4.0, 4.0)
+    assert cloth.density == pytest.approx(8.0 * material.weft.density)
+    along = np.diff(prepared.fabric.yarns.rest_sliding[prepared.fabric.yarns.yarn_node[:2], 0])[0]
+    assert along == pytest.approx(0.25)

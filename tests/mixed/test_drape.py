@@ -1,0 +1,197 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes from end to end: a hanging patch in three forms, files, stopping and resuming, memory."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stitchmesh.cli.main import main
+from stitchmesh.errors import ParameterError
+from stitchmesh.io import read_mesh, read_yarns
+from stitchmesh.mixed.drape import Draped, drape
+from stitchmesh.mixed.memory import check_memory, estimate_memory
+from stitchmesh.mixed.output.files import read_maps
+from stitchmesh.mixed.run_checkpoint import NAME
+from stitchmesh.mixed.scene.cloth_section import ClothSection
+from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
+from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
+from stitchmesh.mixed.scene.scene import OutputSection, Scene, SolverSection
+from stitchmesh.mixed.scene.scene_fabric import prepare
+from stitchmesh.mixed.scene.scene_file import write_scene
+from stitchmesh.mixed.scene.yarns_section import YarnsSection
+from stitchmesh.run_control import RunControl
+
+FORMS = ("none", "chosen", "all")
+TOP = AttachmentSection(boxes=(BoxSection(low=(-1.0, 2.8, -1.0), high=(9.0, 9.0, 1.0)),))
+HANGING = Scene(
+    cloth=ClothSection(rectangle=(3.0, 3.0), edge_length=0.6),
+    yarns=YarnsSection(weave="plain", ends=5.0, picks=5.0),
+    region=RegionSection(boxes=(BoxSection(low=(0.8, 0.8, -1.0), high=(2.2, 2.2, 1.0)),)),
+    attachments=(TOP,),
+    solver=SolverSection(device="cpu"),
+    output=OutputSection(picture=False, yarns=("bcc", "h5", "usda")),
+)
+"""A patch of 3 cm that hangs from its upper side."""
+
+
+def form(kind: str, **changes: object) -> Scene:
+    return replace(HANGING, region=replace(HANGING.region, yarns=kind), **changes)
+
+
+@pytest.fixture(scope="module")
+def hanging() -> dict[str, Draped]:
+    return {kind: drape(form(kind)) for kind in FORMS}
+
+
+@pytest.mark.parametrize("kind", FORMS)
+def test_a_patch_hangs_by_its_weight(hanging, kind):
+    """The lower end of a strip of length L, density d and stiffness k sags by d g L^2 / 2 k under its own weight."""
+    run = hanging[kind]
+    mixed = run.report["mixed"]
+    assert mixed["converged"]
+    simulated = mixed["yarn_nodes_full"] + mixed["yarn_nodes_hybrid"]
+    assert (simulated > 0, simulated == 225) == (kind != "none", kind == "all")
+    shown, start = run.shown.nodes, run.prepared.fabric.yarns.world(run.prepared.fabric.cloth)
+    sag = start[:, 1] - shown[:, 1]
+    lowest = np.abs(start[:, 1] - 0.3) < 0.05  # above the last weft, which may slide on the ends of the warps
+    assert sag[lowest].mean() == pytest.approx(0.0044, rel=0.2)  # a strip of 0.2 g/cm^2, 1.96e5 dyn/cm and 3 cm
+    assert np.abs(shown[:, 2]).max() < 1e-9  # nothing pushes it out of its plane
+
+
+def test_the_three_forms_hang_alike(hanging):
+    """The default cloth has the stiffness and the weight of the yarns but for their loose ends."""
+    sags = [hanging[kind].shown.nodes[15:30, 1].mean() for kind in FORMS]
+    assert np.ptp(sags) < 0.001
+
+
+def test_results_are_written_and_read_again(tmp_path, hanging):
+    run = hanging["chosen"]
+    run.write(tmp_path)
+    curves = run.yarns
+    for name in ("yarns.h5", "yarns.usda"):
+        assert np.allclose(read_yarns(tmp_path / name).points, curves.points, atol=1e-6)  # USD has float32
+    assert read_yarns(tmp_path / "yarns.bcc", radius=0.05).yarn_count == curves.yarn_count
+    assert np.allclose(read_mesh(tmp_path / "cloth.obj").vertices, run.shown.surface, atol=1e-6)
+    maps = read_maps(tmp_path / "maps.h5")
+    assert np.array_equal(maps.nodes, run.shown.nodes)
+    assert maps.yarn_tension.max() > 0.0
+    assert json.loads((tmp_path / "report.json").read_text())["mixed"]["yarn_nodes"] == 225
+
+
+def test_tension_at_the_top_carries_the_weight(hanging):
+    """In the full-yarn form the warps at the top carry the weight of all nodes below them."""
+    from stitchmesh.mixed.output.files import state_maps
+
+    run = hanging["all"]
+    maps = state_maps(run.prepared.fabric, run.display, run.end)
+    yarns = run.prepared.fabric.yarns
+    upper = np.flatnonzero((yarns.position[yarns.yarn_node, 1] > 2.5) & (yarns.yarn_coordinate == 1))
+    tension = maps.yarn_tension[upper][maps.yarn_tension[upper] > 0.0].max()
+    length = (2.6 + 0.1) + 14 * 2.8 / 15  # of the warp below the last segment, and of fourteen wefts for each warp
+    assert tension == pytest.approx(0.02 * 981.0 * length, rel=0.05)  # warps at the sides carry less than those inside
+
+
+def test_frames_of_a_motion_are_at_their_times_and_in_the_animation(tmp_path):
+    swing = form("none", mode="dynamic", duration=0.1, gravity=(0.0, -981.0, 300.0), largest_step=0.007)
+    run = drape(swing, tmp_path)
+    run.write(tmp_path)
+    times = [frame.time for frame in run.frames]
+    assert times[:4] == pytest.approx([0.0, 1 / 30, 2 / 30, 0.1])
+    assert run.end.vertices[:, 2].max() > 0.1  # it swings towards the pull
+    assert read_yarns(tmp_path / "animation.usdc").yarn_count == run.yarns.yarn_count
+    from pxr import Usd, UsdGeom
+
+    stage = Usd.Stage.Open(str(tmp_path / "animation.usdc"))
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/yarns/cloth"))
+    assert mesh.GetPointsAttr().GetNumTimeSamples() == len(times)
+    last = np.array(mesh.GetPointsAttr().Get(stage.GetEndTimeCode()))
+    assert np.allclose(last, run.shown.surface, atol=1e-5)  # float32
+
+
+@pytest.mark.parametrize("kind", ["none", "chosen"])
+def test_a_stopped_run_resumes_to_the_same_bits(tmp_path, kind):
+    moving = replace(
+        TOP, keyframes=(Keyframe(time=0.0), Keyframe(time=0.02, displacement=(0.0, 0.0, 0.02))), release=0.006
+    )
+    loose = replace(HANGING.solver, velocity_tolerance=1.0)
+    changes = {"mode": "dynamic", "duration": 0.008, "largest_step": 0.002, "attachments": (moving,), "solver": loose}
+    scene = form(kind, **changes)
+    whole = drape(scene, tmp_path / "whole")
+    control: RunControl[Draped] = RunControl(lambda seen: control.stop(), seconds=0.0)
+    stopped = drape(scene, tmp_path / "cut", control=control)
+    assert not stopped.report["mixed"]["converged"]
+    assert stopped.end.time < whole.end.time
+    again = drape(scene, tmp_path / "cut", resume=True)
+    assert len(again.frames) == len(whole.frames)
+    for mine, theirs in zip(again.frames, whole.frames, strict=True):
+        assert np.array_equal(mine.vertices, theirs.vertices)
+        assert np.array_equal(mine.nodes, theirs.nodes)
+    numbers = ("steps", "newton_iterations", "solve_iterations", "energy")
+    assert [again.report["mixed"][name] for name in numbers] == [whole.report["mixed"][name] for name in numbers]
+
+
+def test_a_released_attachment_lets_the_patch_fall(tmp_path):
+    scene = form("none", mode="dynamic", duration=0.05, attachments=(replace(TOP, release=0.01),), largest_step=0.005)
+    fallen = drape(scene).end.vertices
+    top = fallen[fallen[:, 1].argmax(), 1]
+    assert 3.0 - top == pytest.approx(0.5 * 981.0 * 0.04**2, rel=0.25)  # free fall for 0.04 s, in steps of 0.005 s
+
+
+def test_a_checkpoint_of_another_scene_is_refused(tmp_path):
+    scene = form("none", mode="dynamic", duration=0.01, largest_step=0.005)
+    drape(scene, tmp_path, checkpoint_every=1)
+    assert (tmp_path / NAME).exists()
+    with pytest.raises(ParameterError, match=r"scene\.gravity"):
+        drape(replace(scene, gravity=(0.0, -1.0, 0.0)), tmp_path, resume=True)
+
+
+def test_a_static_path_moves_attachments_and_bodies(tmp_path):
+    lifted = replace(TOP, keyframes=(Keyframe(time=0.0), Keyframe(time=1.0, displacement=(0.0, 0.5, 0.0))))
+    run = drape(form("none", attachments=(lifted,), load_steps=2))
+    assert run.end.vertices[:, 1].max() == pytest.approx(3.5)
+    assert len(run.frames) == 3
+
+
+def test_memory_grows_with_the_region_and_the_message_says_what_fits():
+    region = prepare(form("all")).region
+    few, many = estimate_memory(prepare(form("none")).region, contact=False), estimate_memory(region, contact=False)
+    assert few.total < many.total
+    enough = check_memory(region, many.total, contact=False)
+    assert enough.nodes_within(many.total, len(region.nodes)) == len(region.nodes)
+    short = many.total - 60 * many.each_node
+    with pytest.raises(ParameterError, match=r"needs about .* GB for 225 yarn nodes.* at most 165 yarn nodes"):
+        check_memory(region, short, contact=False)
+
+
+def test_the_command_writes_its_files(tmp_path, capsys):
+    write_scene(tmp_path / "scene.toml", form("chosen"))
+    folder = tmp_path / "out"
+    assert main(["drape", str(tmp_path / "scene.toml"), "-o", str(folder), "--region", "none", "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["mixed"]["yarn_nodes_full"] == 0
+    names = {path.name for path in folder.iterdir()}
+    assert {"yarns.bcc", "cloth.obj", "maps.h5", "report.json", "scene.toml", "animation.usdc"} <= names
+
+
+def test_the_command_refuses_in_one_line_and_writes_nothing(tmp_path, capsys):
+    scene = replace(HANGING, bodies=(BodySection(file="nowhere.obj"),))
+    write_scene(tmp_path / "scene.toml", scene)
+    assert main(["drape", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "nowhere.obj" in error
+    assert not (tmp_path / "out").exists()
+    assert main(["drape", str(tmp_path / "scene.toml")]) == 2
+
+
+def test_the_command_writes_an_example_once(tmp_path, capsys):
+    path = Path(tmp_path / "mine.toml")
+    assert main(["drape", str(path), "--init"]) == 0
+    assert main(["drape", str(path), "--init"]) == 2
+    assert "is there already" in capsys.readouterr().err
