@@ -7,7 +7,8 @@ Strip and corner are as wide as a triangle, so that triangles and yarns are held
 Yarns pass the pull on along themselves; triangles spread it out. The part that is measured is a square beside the
 corner. Each run is compared with the run with yarns everywhere: root mean square distance of the nodes of the measured
 part and of all nodes in yarn spacings, stored energy, and spectrum of the heights of the wefts in the measured part.
-A second full run, which begins with other random displacements, shows how far two equilibria of the same model are apart.
+A second full run, which begins with other random displacements, shows how far two equilibria of the same model are
+apart.
 
 The last rows compare, for each region made by hand, one of the same number of nodes that is chosen from the run with
 triangles alone by the error indicator. Triangles are matched to the yarns first.
