@@ -24,6 +24,7 @@ from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.contents import FilePath
+from stitchmesh.mixed.automatic_region import place_yarns
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.memory import available_memory, check_memory
@@ -131,8 +132,11 @@ def drape(
     target = _checked_folder(folder, checkpoint_every, resume)
     prepared = prepare(given, cloth=cloth, yarns=yarns)
     device = device_named(given.solver.device)
-    check_memory(prepared.region, available_memory(device), contact=bool(given.bodies) or given.contact.self_collision)
+    contact = bool(given.bodies) or given.contact.self_collision
     with alone():
+        if given.region.yarns == "automatic":
+            prepared = place_yarns(prepared, scalar_named(given.solver.precision), device, progress=progress)
+        check_memory(prepared.region, available_memory(device), contact=contact)
         run = _Run(prepared, target, device)
         if resume and target is not None:
             run.resume(target / NAME)

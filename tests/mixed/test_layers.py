@@ -25,7 +25,7 @@ LAYERS = [
     {"output", "placement", "matching"},
     {"scene"},
     {"memory", "simulation"},
-    {"run_checkpoint"},
+    {"run_checkpoint", "automatic_region"},
     {"drape"},
 ]
 """Folders and files from the bottom up; members of one layer do not import one another."""

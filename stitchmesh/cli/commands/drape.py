@@ -102,6 +102,8 @@ class Drape:
         if not self.compare:
             return {"mixed": self._one(scene, folder, progress)}
         forms = {name: replace(scene, region=replace(scene.region, yarns=kind)) for name, kind in COMPARED.items()}
+        if scene.region.yarns == "automatic":
+            forms["mixed"] = scene
         return {name: self._one(form, folder / name, progress) for name, form in forms.items()}
 
     def _one(self, scene: Scene, folder: Path, progress: Progress) -> Draped:

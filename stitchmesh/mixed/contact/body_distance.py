@@ -15,8 +15,9 @@ flat body is e = 1/x^2 + x^2 - 2, and the pressure is
 depth in which points are found. Outside, all features of the surface within R push, so the force is continuous where
 the nearest feature changes; inside it is that of the nearest feature.
 
-The distance of each point is measured at the beginning of a step. A point that has moved less than its distance beyond
-R since then feels nothing, without a search; this changes no bit of the result.
+The distance of each point is measured at the beginning of a step, unless the point has moved by less than half of its
+distance since it was measured last. A point that has moved less than its distance beyond R since then feels nothing,
+without a search; this changes no bit of the result.
 
 No move takes a point deeper than half that depth (``step_limit``): a point does not meet the surface on a path shorter
 than its distance. A step in which the body moves by more than the depth, or overtakes a point by more, is an error that
@@ -39,14 +40,14 @@ from stitchmesh.compute.reduction import minimum, ordered_sum
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.contact.body import Body, PlacedBody, to_body
-from stitchmesh.mixed.contact.body_stiffness import body_block, without_negative
+from stitchmesh.mixed.contact.body_stiffness import body_block, outside_block, without_negative
 from stitchmesh.mixed.contact.contact_points import ContactPoints
 from stitchmesh.mixed.contact.point_map import PointMap
 from stitchmesh.mixed.contact.self_collision import PRESSURE
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
-from stitchmesh.yarnrelax.energies.body_penalty import push_of
+from stitchmesh.yarnrelax.energies.body_penalty import push_of, push_outside
 from stitchmesh.yarnrelax.energies.body_surface import gap_to
 
 DEPTH = 1.0
@@ -68,8 +69,14 @@ def least_distance(here: Any, measured: Any) -> Any:
 def body_push(surface: Any, here: Any, measured: Any, reach: Any, depth: Any) -> tuple[Any, Any]:
     """Minus the gradient of the penalty in the frame of the body [1 / cm], and the penalty."""
     force, energy = here - here, reach - reach
-    if least_distance(here, measured) < reach:
-        push, penalty = push_of(surface, type(measured)(here[0], here[1], here[2], reach), reach, depth)
+    least = least_distance(here, measured)
+    sample = type(measured)(here[0], here[1], here[2], reach)
+    if least < reach:
+        push, penalty = measured - measured, reach - reach
+        if least > reach - reach:  # outside for certain
+            push, penalty = push_outside(surface, sample, reach)
+        else:
+            push, penalty = push_of(surface, sample, reach, depth)
         force = type(here)(push[0], push[1], push[2])
         energy = penalty
     return force, energy
@@ -136,10 +143,15 @@ def body_blocks(
     """Hessian of each point by its place [dyn / cm]."""
     i = wp.tid()
     here = to_body(frame[0], origin[0], place[i])
-    if least_distance(here, measured[i]) > reach[i]:
+    least = least_distance(here, measured[i])
+    if least > reach[i]:
         block[i] = type(block[i])()
         return
-    own = body_block(surface, here, reach[i], depth)
+    own = block[i] - block[i]
+    if least > depth - depth:  # outside for certain
+        own = outside_block(surface, here, reach[i])
+    else:
+        own = body_block(surface, here, reach[i], depth)
     turned = frame[0] * without_negative(own, exact[0]) * wp.transpose(frame[0])
     block[i] = turned * size[i]
 
@@ -166,13 +178,22 @@ def measure_distances(
     frame: wp.array[Any],
     origin: wp.array[Any],
     place: wp.array[Any],
-    # state out
+    # state in and out
     measured: wp.array[Any],
+    # state out
     distance: wp.array[Any],
 ) -> None:
-    """Signed distance of each point from the surface [cm], at most ``limit``, also after its place in the body."""
+    """Signed distance of each point from the surface [cm], also after its place in the body.
+
+    It is measured again, up to ``limit``, where the last one says less than half of the distance then; otherwise it is
+    a lower bound.
+    """
     i = wp.tid()
     here = to_body(frame[0], origin[0], place[i])
+    least = least_distance(here, measured[i])
+    if least > limit - limit and least > measured[i][3] * type(limit)(0.5):
+        distance[i] = least
+        return
     sample = type(measured[i])(here[0], here[1], here[2], limit)
     distance[i] = gap_to(surface, sample, limit)[3]
     measured[i] = type(sample)(here[0], here[1], here[2], distance[i])
@@ -264,6 +285,8 @@ class BodyContact(Term):
         self.placed.move_to(time + time_step)
         if not len(self.points):
             return
+        if self.placed.deforms:
+            self.forget_distances()
         distance = self._distances(state)
         if minimum(distance) < -self.depth:
             raise SolverError(self._too_deep(distance.numpy()))
@@ -327,6 +350,7 @@ class BodyContact(Term):
 
     def distances(self, state: MixedVector) -> FloatArray:
         """Signed distance of each contact point from the body where it is placed now [cm], shape (M,)."""
+        self.forget_distances()
         found: FloatArray = self._distances(state).numpy().astype(np.float64)
         return found
 

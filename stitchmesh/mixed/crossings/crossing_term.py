@@ -43,7 +43,15 @@ class CrossingTerm(Term):
 
     name = "crossing yarns"
 
-    def __init__(self, elements: CrossingElements, scalar: Any, device: wp.Device, *, stored: bool = True) -> None:
+    def __init__(
+        self,
+        elements: CrossingElements,
+        scalar: Any,
+        device: wp.Device,
+        *,
+        stored: bool = True,
+        block_scalar: Any = wp.float32,
+    ) -> None:
         """Put the elements on a device.
 
         Args:
@@ -52,6 +60,8 @@ class CrossingTerm(Term):
             device: where the term lies.
             stored: whether the blocks of the Hessian are stored, 160 scalars for each node (640 bytes in single
                 precision). Products are then several times as fast on a CPU; diagonal blocks need them.
+            block_scalar: floating-point type of the stored blocks. Newton's method does not need more than single
+                precision: the forces that it brings to zero have the precision of ``scalar``.
         """
         self.stored = stored
         self.model = CrossingModel.of(elements, scalar, device)
@@ -60,7 +70,7 @@ class CrossingTerm(Term):
         self._yields = bool(np.isfinite(elements.yield_curvature[elements.bending > 0.0]).any())
         self._yield_curvature = wp.array(elements.yield_curvature, dtype=scalar, device=device)
         self._slots = wp.zeros(4 * count, dtype=vector(4, scalar), device=device)
-        self._block = wp.zeros((len(PAIRS), count if stored else 0), dtype=matrix(4, scalar), device=device)
+        self._block = wp.zeros((len(PAIRS), count if stored else 0), dtype=matrix(4, block_scalar), device=device)
         kept = 0 if stored else count
         self._nodes = wp.zeros(kept, dtype=vector(3, scalar), device=device)
         self._sliding = wp.zeros(kept, dtype=vector(2, scalar), device=device)

@@ -3,7 +3,9 @@
 """The Hessian of the star of each crossing node: blocks of 4 x 4 for each pair of legs, and their products.
 
 A star has ten blocks (``PAIRS``); the others are their transposes. They are found once for a state and stored, which
-takes 160 scalars for each node, or found again in each product, which takes none.
+takes 160 scalars for each node, or found again in each product, which takes none. Stored blocks may have less precision
+than the state: they are found in the precision of the state and rounded, and so are the changes of legs that they
+multiply, so that a direction that moves nothing has no product.
 """
 
 from __future__ import annotations
@@ -18,6 +20,25 @@ from stitchmesh.mixed.crossings.star_kernels import HALF_TURN
 
 PAIRS = ((0, 0), (1, 1), (2, 2), (3, 3), (1, 0), (3, 2), (0, 2), (0, 3), (1, 2), (1, 3))
 """The pairs of legs whose blocks are stored, in this order."""
+
+
+@wp.func
+def rounded_block(block: Any, like: Any) -> Any:
+    """A 4 x 4 block in the precision of another one."""
+    return type(like)(
+        type(like[0, 0])(block[0, 0]), type(like[0, 0])(block[0, 1]), type(like[0, 0])(block[0, 2]),
+        type(like[0, 0])(block[0, 3]), type(like[0, 0])(block[1, 0]), type(like[0, 0])(block[1, 1]),
+        type(like[0, 0])(block[1, 2]), type(like[0, 0])(block[1, 3]), type(like[0, 0])(block[2, 0]),
+        type(like[0, 0])(block[2, 1]), type(like[0, 0])(block[2, 2]), type(like[0, 0])(block[2, 3]),
+        type(like[0, 0])(block[3, 0]), type(like[0, 0])(block[3, 1]), type(like[0, 0])(block[3, 2]),
+        type(like[0, 0])(block[3, 3]),
+    )  # fmt: skip
+
+
+@wp.func
+def rounded_leg(leg: Any, one: Any) -> Any:
+    """A leg in the precision of a scalar."""
+    return wp.vector(type(one)(leg[0]), type(one)(leg[1]), type(one)(leg[2]), type(one)(leg[3]))
 
 
 @kernel
@@ -43,31 +64,31 @@ def find_star_blocks(
     c, d = leg_of(link, nodes, sliding, i, 2), leg_of(link, nodes, sliding, i, 3)
     aa, ba, bb = yarn_blocks(k0, k1, a, b, segment[i, 0], bend[i, 0], turn[i, 0], exact)
     cc, dc, dd = yarn_blocks(k2, k3, c, d, segment[i, 1], bend[i, 1], turn[i, 1], exact)
-    block[4, i] = ba
-    block[5, i] = dc
+    block[4, i] = rounded_block(ba, block[4, i])
+    block[5, i] = rounded_block(dc, block[5, i])
     stiffness, angle = shear[i], shear_rest[i]
     other = type(angle)(HALF_TURN) - angle
     if wp.max(stiffness) > type(angle)(0.0):
         own, both, far = quadrant_blocks(k0, k2, a, c, angle, stiffness[0], exact)
         aa += own
         cc += far
-        block[6, i] = both
+        block[6, i] = rounded_block(both, block[6, i])
         own, both, far = quadrant_blocks(k0, k3, a, d, other, stiffness[1], exact)
         aa += own
         dd += far
-        block[7, i] = both
+        block[7, i] = rounded_block(both, block[7, i])
         own, both, far = quadrant_blocks(k1, k2, b, c, other, stiffness[2], exact)
         bb += own
         cc += far
-        block[8, i] = both
+        block[8, i] = rounded_block(both, block[8, i])
         own, both, far = quadrant_blocks(k1, k3, b, d, angle, stiffness[3], exact)
         bb += own
         dd += far
-        block[9, i] = both
-    block[0, i] = aa
-    block[1, i] = bb
-    block[2, i] = cc
-    block[3, i] = dd
+        block[9, i] = rounded_block(both, block[9, i])
+    block[0, i] = rounded_block(aa, block[0, i])
+    block[1, i] = rounded_block(bb, block[1, i])
+    block[2, i] = rounded_block(cc, block[2, i])
+    block[3, i] = rounded_block(dd, block[3, i])
 
 
 @kernel
@@ -85,8 +106,11 @@ def multiply_star_blocks(
 ) -> None:
     """Products of the stored blocks with a direction [dyn]; slot 4 i + k for leg k."""
     i = wp.tid()
-    a, b = leg_change(link, slides, d_nodes, d_sliding, i, 0), leg_change(link, slides, d_nodes, d_sliding, i, 1)
-    c, d = leg_change(link, slides, d_nodes, d_sliding, i, 2), leg_change(link, slides, d_nodes, d_sliding, i, 3)
+    one = block[0, i][0, 0]
+    a = rounded_leg(leg_change(link, slides, d_nodes, d_sliding, i, 0), one)
+    b = rounded_leg(leg_change(link, slides, d_nodes, d_sliding, i, 1), one)
+    c = rounded_leg(leg_change(link, slides, d_nodes, d_sliding, i, 2), one)
+    d = rounded_leg(leg_change(link, slides, d_nodes, d_sliding, i, 3), one)
     # a vector times a matrix is the transpose of the matrix times the vector
     of_a, of_b = block[0, i] * a + b * block[4, i], block[1, i] * b + block[4, i] * a
     of_c, of_d = block[2, i] * c + d * block[5, i], block[3, i] * d + block[5, i] * c
@@ -95,10 +119,10 @@ def multiply_star_blocks(
         of_b += block[8, i] * c + block[9, i] * d
         of_c += a * block[6, i] + b * block[8, i]
         of_d += a * block[7, i] + b * block[9, i]
-    slots[4 * i] = of_a
-    slots[4 * i + 1] = of_b
-    slots[4 * i + 2] = of_c
-    slots[4 * i + 3] = of_d
+    slots[4 * i] = rounded_leg(of_a, slots[0][0])
+    slots[4 * i + 1] = rounded_leg(of_b, slots[0][0])
+    slots[4 * i + 2] = rounded_leg(of_c, slots[0][0])
+    slots[4 * i + 3] = rounded_leg(of_d, slots[0][0])
 
 
 @kernel
@@ -173,13 +197,20 @@ def keep_state(
 
 
 @wp.func
-def positions_of(block: Any) -> Any:
-    """The part of a 4 x 4 block that belongs to positions."""
-    return wp.matrix_from_rows(
-        wp.vector(block[0, 0], block[0, 1], block[0, 2]),
-        wp.vector(block[1, 0], block[1, 1], block[1, 2]),
-        wp.vector(block[2, 0], block[2, 1], block[2, 2]),
-    )
+def column_of(block: Any, zero: Any) -> Any:
+    """Rows of the position and column of the coordinate of a block of legs, in the precision of ``zero``."""
+    kind = zero[0] - zero[0]
+    return type(zero)(type(kind)(block[0, 3]), type(kind)(block[1, 3]), type(kind)(block[2, 3]))
+
+
+@wp.func
+def positions_of(block: Any, like: Any) -> Any:
+    """The part of a 4 x 4 block that belongs to positions, in the precision of another block."""
+    return type(like)(
+        type(like[0, 0])(block[0, 0]), type(like[0, 0])(block[0, 1]), type(like[0, 0])(block[0, 2]),
+        type(like[0, 0])(block[1, 0]), type(like[0, 0])(block[1, 1]), type(like[0, 0])(block[1, 2]),
+        type(like[0, 0])(block[2, 0]), type(like[0, 0])(block[2, 1]), type(like[0, 0])(block[2, 2]),
+    )  # fmt: skip
 
 
 @kernel
@@ -217,7 +248,8 @@ def add_star_diagonal(
             else:
                 vv += there[3, 3]
                 column_v += there
-    of_nodes[i] += positions_of(whole)
-    of_sliding[i] += wp.diag(type(slides[i])(uu * slides[i][0], vv * slides[i][1]))
-    coupling_u[i] += type(coupling_u[i])(column_u[0, 3], column_u[1, 3], column_u[2, 3]) * slides[i][0]
-    coupling_v[i] += type(coupling_v[i])(column_v[0, 3], column_v[1, 3], column_v[2, 3]) * slides[i][1]
+    of_nodes[i] += positions_of(whole, of_nodes[i])
+    u, v = type(slides[i][0])(uu), type(slides[i][0])(vv)
+    of_sliding[i] += wp.diag(wp.cw_mul(type(slides[i])(u, v), slides[i]))
+    coupling_u[i] += column_of(column_u, coupling_u[i]) * slides[i][0]
+    coupling_v[i] += column_of(column_v, coupling_v[i]) * slides[i][1]

@@ -37,6 +37,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.placement.triangle_deformation import TriangleDeformation, deformation_of
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
+from stitchmesh.mixed.triangles.slope_shares import SlopeShares
 from stitchmesh.mixed.triangles.weights import materials_of_panels
 
 Numbers = NDArray[np.float64]
@@ -72,6 +73,8 @@ def indicate_errors(
     vertices: Numbers,
     materials: ClothMaterial | Sequence[ClothMaterial],
     differences: Differences | None = None,
+    *,
+    shares: SlopeShares | None = None,
 ) -> ErrorIndicator:
     """The indicator of a run with triangles alone.
 
@@ -80,6 +83,7 @@ def indicate_errors(
         vertices: positions of the vertices [cm], shape (V, 3).
         materials: one material for all panels, or one for each panel.
         differences: differences of the laws of yarns and triangles; none if it is None.
+        shares: ``shares_of(cloth)``, which are the same for all positions; computed if it is None.
 
     Raises:
         ParameterError: positions are not finite or of another shape, or the number of materials is wrong.
@@ -88,7 +92,7 @@ def indicate_errors(
     if places.shape != cloth.vertices.shape or not np.isfinite(places).all():
         found = f"got positions of shape {places.shape}, or some that are not finite"
         raise ParameterError(f"error indicator: {found}; expected finite ones of shape {cloth.vertices.shape}")
-    deformation = deformation_of(cloth, places)
+    deformation = deformation_of(cloth, places, shares)
     chosen = materials_of_panels(materials, len(cloth.panel_names))
     which = cloth.panel if len(chosen) > 1 else np.zeros(len(cloth.panel), dtype=np.int64)
     moduli = np.array([material.moduli() for material in chosen])[which]

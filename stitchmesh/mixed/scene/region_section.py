@@ -72,11 +72,14 @@ class RegionSection:
     """The region of interest: all boxes and faces together.
 
     Raises:
-        ParameterError: the number of rings is below 1.
+        ParameterError: the number of rings or of nodes is below 1, or ``automatic`` has no number of nodes.
     """
 
-    yarns: Literal["none", "chosen", "all"] = "chosen"
-    """Whether yarns are simulated nowhere, in the boxes and faces, or everywhere."""
+    yarns: Literal["none", "chosen", "all", "automatic"] = "chosen"
+    """Whether yarns are simulated nowhere, in the boxes and faces, everywhere, or where a run with triangles alone has
+    the largest errors; in the last case only in the boxes and faces, if there are any."""
+    nodes: int | None = None
+    """Largest number of yarn nodes that are simulated, with those of the hybrid region; for ``automatic``."""
     boxes: tuple[BoxSection, ...] = ()
     """Boxes; a triangle is chosen if its middle lies in one."""
     faces: tuple[int, ...] = ()
@@ -87,15 +90,26 @@ class RegionSection:
     def __post_init__(self) -> None:
         if self.rings < 1:
             raise ParameterError(f"region.rings: got {self.rings}; expected at least 1")
+        if (self.nodes is None and self.yarns == "automatic") or (self.nodes is not None and self.nodes < 1):
+            found = "nothing" if self.nodes is None else str(self.nodes)
+            raise ParameterError(f"region.nodes: got {found}; expected a number of yarn nodes of at least 1")
 
     def triangles(self, cloth: Cloth) -> IntArray:
-        """Return the numbers of the triangles that have yarns alone, ascending.
+        """Return the numbers of the triangles that have yarns alone, ascending; none yet for ``automatic``.
 
         Raises:
             ParameterError: a box holds no triangle, or a triangle does not exist.
         """
         if self.yarns != "chosen":
             return np.arange(len(cloth.triangles) if self.yarns == "all" else 0)
+        return self.named_triangles(cloth)
+
+    def named_triangles(self, cloth: Cloth) -> IntArray:
+        """Return the numbers of the triangles in the boxes, and of the faces, ascending.
+
+        Raises:
+            ParameterError: a box holds no triangle, or a triangle does not exist.
+        """
         wrong = [face for face in self.faces if not 0 <= face < len(cloth.triangles)]
         if wrong:
             found = f"got triangle {first_few(wrong)}"

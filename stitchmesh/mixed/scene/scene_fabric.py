@@ -94,7 +94,7 @@ def prepare(scene: Scene, *, cloth: Cloth | None = None, yarns: CrossingYarns | 
     )
     region = scene.region.region(surface, laid)
     held = tuple(_attachment(number, one, surface, laid) for number, one in enumerate(scene.attachments))
-    _check_simulated(held, region)
+    check_simulated(held, region)
     return PreparedScene(
         scene=scene,
         fabric=fabric,
@@ -151,8 +151,12 @@ def _attachment(number: int, section: AttachmentSection, cloth: Cloth, yarns: Cr
     return Attachment(vertices, nodes, section.motion(), None, name)
 
 
-def _check_simulated(held: tuple[Attachment, ...], region: Region) -> None:
-    """Refuse attachments that hold nothing where yarns or triangles are simulated."""
+def check_simulated(held: tuple[Attachment, ...], region: Region) -> None:
+    """Check that all attachments hold something where yarns or triangles are simulated.
+
+    Raises:
+        ParameterError: one does not.
+    """
     for each in held:
         if not region.unknown_vertices[each.vertices].any() and (region.node_number[each.nodes] < 0).all():
             raise ParameterError(

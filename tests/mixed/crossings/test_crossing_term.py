@@ -41,7 +41,7 @@ ONLY = {
 
 
 def term_of(fabric, material=YARN, scalar=wp.float64, stored=True, **changes):
-    return CrossingTerm(fabric.elements(material, **changes), scalar, CPU, stored=stored)
+    return CrossingTerm(fabric.elements(material, **changes), scalar, CPU, stored=stored, block_scalar=scalar)
 
 
 @pytest.mark.parametrize("energy", ONLY)
@@ -316,6 +316,21 @@ def test_stored_blocks_and_products_without_them_agree(exact):
     stored = hessian_at(term_of(fabric, slides=slides), state, exact)
     other = hessian_at(term_of(fabric, slides=slides, stored=False), state, exact)
     np.testing.assert_allclose(other, stored, rtol=0, atol=1e-13 * np.abs(stored).max())  # sums in another order
+
+
+def test_rounded_blocks_have_the_products_of_single_precision_and_none_for_a_translation():
+    fabric = plain_weave(3, 4, spacing=0.19)
+    state = disturbed(fabric)
+    exact = hessian_at(term_of(fabric), state)
+    term = CrossingTerm(fabric.elements(), wp.float64, CPU)
+    rounded = hessian_at(term, state)
+    # a block is rounded by 6e-8 of its largest entry, and a few of them are added up
+    np.testing.assert_allclose(rounded, exact, rtol=0, atol=5e-7 * np.abs(exact).max())
+    np.testing.assert_array_equal(rounded[:36].reshape(12, 3, -1).sum(axis=0) != 0, False)
+    np.testing.assert_allclose(rounded, rounded.T, rtol=0, atol=5e-7 * np.abs(exact).max())
+    blocks = MixedBlocks.zeros(0, 12, wp.float64, CPU)
+    term.diagonal(blocks, RUN)
+    np.testing.assert_allclose(blocks.nodes.numpy()[4], exact[12:15, 12:15], rtol=0, atol=5e-7 * np.abs(exact).max())
 
 
 def test_diagonal_blocks_are_those_of_the_matrix():

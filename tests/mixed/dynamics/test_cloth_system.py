@@ -165,7 +165,7 @@ def test_the_blocks_of_the_metric_are_those_of_the_products(kind):
             moved.assign(MixedVector.from_numpy(v, p, s, wp.float64, CPU))
             system.set_hessian_product(moved, product)
             _, force, pull = product.numpy()
-            rounding = 1e-10 * np.abs(of_nodes[node]).max()
+            rounding = 1e-6 * np.abs(of_nodes[node]).max()  # blocks are stored in single precision
             np.testing.assert_allclose(force[node], of_nodes[node][:, axis], atol=rounding)
             # The weight of yarn couples heights and coordinates too, and is left out of the metric.
             weight = 981.0 * YARN.density
