@@ -3,9 +3,9 @@
 """Masses of vertices and nodes from the masses of yarn segments (Casafranca et al. 2020, section 4.2).
 
 Each segment gives the part alpha of its mass to its two nodes, half of it to each, with alpha at the centroid of the
-segment. The part 1 - alpha goes to the vertices of the hybrid triangles of its ends, by barycentric coordinates. This
-is all of it where a segment leaves the hybrid region. Triangles without yarns, and hybrid triangles that hold no node,
-get their mass from the density of the cloth, times 1 - alpha, a third for each vertex.
+segment. The part 1 - alpha goes to the vertices of the triangles of those ends whose alpha is between 0 and 1, by
+barycentric coordinates. This is all of it where a segment leaves the hybrid region. Triangles without yarns, and hybrid
+triangles that hold no node, get their mass from the density of the cloth, times 1 - alpha, a third for each vertex.
 
 Masses are lumped: the mass matrix then is diagonal but for the Eulerian coordinates, the preconditioner inverts it
 exactly, and a product with it reads no neighbours. The consistent matrix of a segment (Cirio et al. 2014) differs from
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, Region, numbers_below
+from stitchmesh.mixed.enrichment.region import HYBRID, ROUNDING, TRIANGLES, Region, numbers_below
 
 Numbers = NDArray[np.float64]
 
@@ -85,7 +85,8 @@ def blend_masses(
     half = np.broadcast_to((mass * alpha / 2.0)[:, None], ends.shape)
     np.add.at(yarns, (region.node_number[ends[kept]], coordinate[kept]), half[kept])
     vertices = _cloth_masses(region, of_triangles)
-    hybrid = kind == HYBRID
+    # Nodes at alpha = 1 lie on the border of the yarns, and keep their mass.
+    hybrid = (kind == HYBRID) & (region.node_alpha[ends] < 1.0 - ROUNDING)
     # A segment that leaves the hybrid region for a triangle without yarns has half of its mass there already.
     inside = mass * (1.0 - alpha) * np.where((kind == TRIANGLES).any(axis=1), 0.5, 1.0)
     share = np.where(hybrid, (inside / np.maximum(hybrid.sum(axis=1), 1))[:, None], 0.0)

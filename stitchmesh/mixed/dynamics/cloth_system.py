@@ -143,9 +143,15 @@ def cloth_masses(cloth: Cloth, yarns: CrossingYarns, region: Region, model: Clot
 
 
 def _edge_weights(cloth: Cloth, region: Region) -> NDArray[np.float64]:
-    """Weight 1 - alpha of each edge of a seam, shape (S,)."""
-    weights: NDArray[np.float64] = 1.0 - region.vertex_alpha[cloth.seam_edges].mean(axis=1)
-    return weights
+    """Weight 1 - alpha of each edge of a seam, shape (S,).
+
+    A rod element reads the edge after it too. Edges beside one whose vertices are not unknown therefore have no rod:
+    the yarns carry the seam there.
+    """
+    edges, known = cloth.seam_edges, ~region.unknown_vertices
+    beside = np.zeros(len(known), dtype=bool)
+    beside[edges[known[edges].any(axis=1)]] = True
+    return np.where(beside[edges].any(axis=1), 0.0, 1.0 - region.vertex_alpha[edges].mean(axis=1))
 
 
 def _triangle_terms(cloth: Cloth, region: Region, model: ClothModel, scalar: Any, device: wp.Device) -> list[Term]:

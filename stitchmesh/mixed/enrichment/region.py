@@ -8,9 +8,6 @@ and has a filtered displacement of its own. The hybrid triangles are the rings a
 a vertex falls linearly with the number of rings between the vertex and the yarns, and alpha within a triangle is the
 linear interpolation of its vertices.
 
-A triangle with alpha = 1 that touches a ring is HYBRID too. The energies of the ring depend on its vertices, through
-the angles at its edges, so that they have to follow the yarns; its own energies are those of the yarns alone.
-
 Small weights would make masses and stiffnesses that differ by many orders of magnitude. A yarn element of the hybrid
 region therefore weighs at least ``SMALLEST_ALPHA``: alpha of its nodes has this lower bound.
 """
@@ -148,10 +145,7 @@ def region_around(
         raise ParameterError(f"region: got the smallest weight {smallest_alpha}; expected a number in (0, 1]")
     distance = _ring_of_vertices(corners, vertex_count, chosen, rings)
     kind = np.where((distance[corners] < rings).any(axis=1), HYBRID, TRIANGLES)
-    within = (distance[corners] == 0).all(axis=1)
-    touched = np.zeros(vertex_count, dtype=bool)
-    touched[corners[(kind == HYBRID) & ~within]] = True
-    kind[within & ~touched[corners].any(axis=1)] = YARNS
+    kind[(distance[corners] == 0).all(axis=1)] = YARNS
     return Region(corners, home, weight, kind, np.maximum(0.0, 1.0 - distance / rings), smallest_alpha)
 
 

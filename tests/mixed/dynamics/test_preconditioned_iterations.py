@@ -52,6 +52,7 @@ def filtered_by(scene: Scene, *, diagonal: bool) -> Map:
     free = np.eye(embedding.node_count) - basis @ np.linalg.pinv(basis)
     moves = scene.system.moves.numpy().astype(float)
     of_vertices = scene.masses.vertices + (basis**2).T @ scene.masses.nodes
+    of_vertices = np.where(of_vertices > 0.0, of_vertices, 1.0)  # vertices among yarns do not move
     of_vertices, of_nodes = (
         (of_vertices, scene.masses.nodes) if diagonal else (np.ones_like(of_vertices), np.ones_like(scene.masses.nodes))
     )
