@@ -4,9 +4,9 @@
 
 A square weave is held along its upper border, and stretched by its lower border, except for the last quarter of it. The
 lower right corner there, as large as a triangle, is pulled up, inwards and out of the plane, so that the cloth buckles
-and folds beside it. The part that is measured is a square beside the corner. Each run is compared with the run with yarns
-everywhere: root mean square distance of the nodes of the measured part and of all nodes in yarn spacings, stored energy,
-and spectrum of the heights of the wefts in the measured part. A second full run, which begins with other random
+and folds beside it. The part that is measured is a square beside the corner. Each run is compared with the run with
+yarns everywhere: root mean square distance of the nodes of the measured part and of all nodes in yarn spacings, stored
+energy, and spectrum of the heights of the wefts in the measured part. A second full run, which begins with other random
 displacements, shows how far two equilibria of the same model are apart.
 
 Each region made by hand, a square at the corner, is followed by one of the same number of nodes that the error of the
