@@ -34,10 +34,12 @@ import numpy as np
 
 import stitchmesh as sm
 from stitchmesh.errors import StitchMeshError
+from stitchmesh.periodic.contact_samples import close_contacts
+from stitchmesh.periodic.continuation import size_of
 from stitchmesh.periodic.even_sampling import sample_evenly
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.sampling import refined
-from stitchmesh.periodic.swatch import PreparedSwatch, close_contacts, draw_swatch, prepare_swatch, relax_prepared
+from stitchmesh.periodic.swatch import PreparedSwatch, draw_swatch, prepare_swatch, relax_prepared
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.library import weave_names
 from stitchmesh.quality import PRESETS
@@ -181,33 +183,34 @@ def by_newton(start: PreparedSwatch, yarns: YarnSet, device: str | None) -> dict
     fine, shared = start_of_truth(start, yarns, device)
     began = time.perf_counter()
     relaxed = relax_yarns(fine, progress=False, **shared)
-    return result_of(relaxed.yarns, relaxed.report, time.perf_counter() - began)
+    return result_of(relaxed.yarns, relaxed.report, time.perf_counter() - began, start.smallest.copies)
 
 
 def by_lbfgs(start: PreparedSwatch, yarns: YarnSet, device: str | None) -> dict[str, Any]:
     """Return the true rest near a relaxed swatch, as L-BFGS alone finds it."""
     fine, shared = start_of_truth(start, yarns, device)
     began = time.perf_counter()
-    return result_of(relax_partly(fine, iterations=OTHER_ITERATIONS, **shared), {}, time.perf_counter() - began)
+    yarns = relax_partly(fine, iterations=OTHER_ITERATIONS, **shared)
+    return result_of(yarns, {}, time.perf_counter() - began, start.smallest.copies)
 
 
 def start_of_truth(start: PreparedSwatch, yarns: YarnSet, device: str | None) -> tuple[YarnSet, dict[str, Any]]:
-    """Return a relaxed swatch, sampled with ``TRUE``, and the arguments with which it relaxes."""
-    fine = sample_evenly(yarns, draw_swatch(start.source, start.options, TRUE)[1])
+    """Return the smallest cell of a relaxed swatch, sampled with ``TRUE``, and the arguments with which it relaxes."""
+    fine = sample_evenly(start.smallest.part_of(yarns), start.smallest.part_of(start.drawn_with(TRUE)))
     return fine, {
         "material": start.similar, "device": device, "cell": start.cell, "terms": start.terms,
         "quality": close_contacts(TRUE, start.options),
     }  # fmt: skip
 
 
-def result_of(yarns: YarnSet, report: dict[str, Any], seconds: float) -> dict[str, Any]:
-    """Return the sizes of a relaxed repeat and what its report says."""
+def result_of(yarns: YarnSet, report: dict[str, Any], seconds: float, copies: int = 1) -> dict[str, Any]:
+    """Return the sizes of a relaxed repeat of ``copies`` smallest cells, and what its report says."""
     assert yarns.lattice is not None
     names = ("iterations", "converged", "remaining_change", "energy", "residual", "shape")
-    sizes = np.linalg.norm(yarns.lattice.periods, axis=1).tolist()
-    return {"size": sizes, "seconds": seconds, "points": len(yarns.points)} | {
-        name: report[name] for name in names if name in report
-    }  # fmt: skip
+    width, height = size_of(yarns.lattice)
+    found = {"size": [width, copies * height], "seconds": seconds, "points": copies * len(yarns.points)}
+    found |= {name: report[name] for name in names if name in report}
+    return found if copies == 1 or "energy" not in found else found | {"energy": copies * found["energy"]}
 
 
 def error_of(found: dict[str, Any], true: dict[str, Any]) -> float:

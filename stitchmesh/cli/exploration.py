@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from stitchmesh.periodic.states.explore import Exploration
 
 HEAD = "state  starts  erg/stitch    wales x courses [cm]  thickness [cm]  shape     posture   lean"
+OWN = "  (the state of a swatch)"
 
 
 def write_exploration(folder: Path, found: Exploration, head: dict[str, Any], *, draw: bool) -> bool:
@@ -48,7 +49,7 @@ def exploration_lines(found: Exploration, folder: Path, *, drawn: bool) -> list[
         size = f"{row['wale_spacing']:10.3f} x {row['course_spacing']:.3f}"
         lines.append(
             f"{number:5d}  {row['count']:6d}  {row['energy_per_stitch']:10.2f}  {size:>24}  {row['thickness']:14.2f}  "
-            f"{row['shape']:8}  {row['posture']:8}  {row['lean']:+.2f}"
+            f"{row['shape']:8}  {row['posture']:8}  {row['lean']:+.2f}{OWN if row['usual'] else ''}"
         )
     states = "1 state" if len(found.rests) == 1 else f"{len(found.rests)} states"
     resting = f"Found {states} of rest from {found.starts} starts"

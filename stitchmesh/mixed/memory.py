@@ -3,7 +3,8 @@
 """Memory that a scene needs, estimated before anything large is allocated, and how many yarn nodes fit.
 
 The dense inverse of the hybrid region grows with the square of its vertices, and everything else with the numbers of
-nodes, vertices and contact points. The constants are measured on scenes of 10^4 to 10^6 nodes and rounded up.
+nodes, vertices and contact points. The constants are measured in float64 on patches of 10^4 and 4 10^4 nodes, with the
+maps for display, and rounded up.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ from stitchmesh.mixed.enrichment.region import HYBRID, Region
 
 BASE = 300e6
 """Memory of the program with its libraries [bytes]."""
-PER_LAID_NODE, PER_NODE, PER_VERTEX = 900.0, 6_000.0, 9_000.0
+PER_LAID_NODE, PER_NODE, PER_VERTEX = 2_500.0, 3_500.0, 25_000.0
 """Memory for each node of the layout, for each simulated node, and for each vertex with its triangles [bytes]."""
-PER_NODE_IN_CONTACT, PER_VERTEX_IN_CONTACT = 1_200.0, 12_000.0
+PER_NODE_IN_CONTACT, PER_VERTEX_IN_CONTACT = 1_500.0, 45_000.0
 """Additional memory with contact [bytes]."""
 PER_PAIR = 40.0
 """Memory for each pair of hybrid vertices [bytes]."""

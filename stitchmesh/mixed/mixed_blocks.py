@@ -9,7 +9,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.compute.precision import matrix
+from stitchmesh.compute.precision import matrix, vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +22,10 @@ class MixedBlocks:
     """Blocks of the world positions of the yarn nodes, 3 x 3; shape (N,)."""
     sliding: wp.array[Any]
     """Blocks of the Eulerian coordinates, 2 x 2; shape (N,)."""
+    coupling_u: wp.array[Any]
+    """Columns between the position of each yarn node and its first Eulerian coordinate, three-vectors; shape (N,)."""
+    coupling_v: wp.array[Any]
+    """Columns between the position of each yarn node and its second Eulerian coordinate, three-vectors; shape (N,)."""
 
     @staticmethod
     def zeros(vertex_count: int, node_count: int, scalar: Any, device: wp.Device) -> MixedBlocks:
@@ -31,9 +35,10 @@ class MixedBlocks:
             wp.zeros(vertex_count, dtype=three, device=device),
             wp.zeros(node_count, dtype=three, device=device),
             wp.zeros(node_count, dtype=two, device=device),
+            *(wp.zeros(node_count, dtype=vector(3, scalar), device=device) for _ in range(2)),
         )
 
     def clear(self) -> None:
         """Set all blocks to zero."""
-        for part in (self.vertices, self.nodes, self.sliding):
+        for part in (self.vertices, self.nodes, self.sliding, self.coupling_u, self.coupling_v):
             part.zero_()

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.mixed.assembly import held_in_state, loaded_system
+from stitchmesh.mixed.assembly import Loads, held_in_state, loaded_system
 from stitchmesh.mixed.contact.prescribed_motion import PrescribedMotion
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
@@ -102,9 +102,13 @@ class Simulation(ABC):
         vertices, nodes = self.start
         return MixedVector.from_numpy(vertices, nodes, self.prepared.sliding, self.scalar, self.device)
 
+    def loads_at(self, time: float) -> Loads:
+        """Return what acts at a time [s]."""
+        return self.prepared.loads(time)
+
     def system_at(self, time: float) -> tuple[MixedSystem, PrescribedMotion]:
         """Return the system with the attachments at a time, and their motion."""
-        loads = self.prepared.loads(time)
+        loads = self.loads_at(time)
         prepared, (vertices, _nodes) = self.prepared, self.start
         system = loaded_system(
             prepared.fabric, prepared.region, loads, vertices, scalar=self.scalar, device=self.device
@@ -181,6 +185,12 @@ class StaticSimulation(Simulation):
         self._done, self._positions = 0, self.begin()
         self._system, self._motion = self.system_at(0.0)
         self._built = 0.0
+        self._moves = any(len(each.body.motion.times) > 1 for each in prepared.bodies)
+
+    def loads_at(self, time: float) -> Loads:
+        """Return what acts at a time [s]; bodies stand where they are then."""
+        loads = super().loads_at(time)
+        return replace(loads, bodies=[each.at(time) for each in loads.bodies])
 
     @property
     def time(self) -> float:
@@ -197,7 +207,7 @@ class StaticSimulation(Simulation):
         """Move attachments and bodies to their next places, and find the equilibrium."""
         scene, begin = self.prepared.scene, self.time
         end = scene.duration * (self._done + 1) / scene.load_steps
-        if any(self._built < release <= end for release in self.prepared.releases):
+        if self._moves or any(self._built < release <= end for release in self.prepared.releases):
             self._renew(end, self.arrays())
         self._move(begin, end)
         settings = EquilibriumSettings(

@@ -11,6 +11,13 @@ take the same path, and only the last of its steps are missing in a coarser one.
 The spacing of a sampled repeat differs from that of the fabric. The error falls with about the third power of the
 number of control points; ``Quality.refinement`` makes it smaller than what a preset promises (docs/accuracy.md). The
 contact samples and quadrature points of a segment fall as the segments become shorter, but not below ``FEWEST``.
+
+Contacts between samples of yarn are not quite smooth: the samples of one yarn lie between those of the other one. Such
+small hollows hold soft fabrics in places from which they slide with a finer sampling, sometimes to another state. A
+segment of a small cell (``SMALL_CELL``) therefore has at least ``CONTACTS`` samples, and a free repeat is at rest at a
+residual of at most ``RESIDUAL``. With three samples the size of slack ribs and of garter was up to 1.4 % off at
+``standard``, and slack honeycomb, moss stitch and cartridge belt rib came to other states at ``draft`` than with every
+finer sampling. Larger cells, which take longest, keep three.
 """
 
 from __future__ import annotations
@@ -25,17 +32,31 @@ GENERATED = PRESETS["reference"]
 """Quality with which the curves of every repeat are generated."""
 FEWEST = 3
 """Contact samples and quadrature points of a segment below which refinement does not reduce them."""
+CONTACTS = 5
+"""Smallest number of contact samples of a segment of a small cell."""
+SMALL_CELL = 16
+"""Stitches of the largest cell that is small."""
+RESIDUAL = 0.002
+"""Largest residual of a refined repeat at rest."""
 ROUNDING = 1e-9
 """Relative rounding error of a number of control points."""
 
 
 def refined(quality: Quality) -> Quality:
-    """Return the quality with which a free repeat is relaxed."""
+    """Return the quality with which a free repeat is relaxed; a quality without refinement is kept."""
+    if quality.refinement == 1.0:
+        return quality
     points = math.ceil(quality.control_points_per_stitch * quality.refinement * (1.0 - ROUNDING))
     return replace(
-        quality, control_points_per_stitch=points, contact_samples=_fewer(quality.contact_samples, quality.refinement),
+        quality, control_points_per_stitch=points, tolerance=min(quality.tolerance, RESIDUAL),
+        contact_samples=_fewer(quality.contact_samples, quality.refinement),
         quadrature_points=_fewer(quality.quadrature_points, quality.refinement), refinement=1.0,
     )  # fmt: skip
+
+
+def with_smooth_contacts(quality: Quality) -> Quality:
+    """Return the quality with which a small cell is relaxed."""
+    return replace(quality, contact_samples=max(CONTACTS, quality.contact_samples))
 
 
 def path_to(quality: Quality, cell: RelaxCell | None) -> tuple[Quality, ...]:

@@ -12,7 +12,6 @@ the rest lengths of stitches and parts of stitches by factors, also in steps (se
 from __future__ import annotations
 
 import logging
-import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -27,6 +26,7 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.patterns import Pattern
+from stitchmesh.periodic.contact_samples import with_contacts
 from stitchmesh.periodic.continuation import change_period, change_radius, change_rest_length, size_of
 from stitchmesh.periodic.even_sampling import even_lengths, sample_evenly
 from stitchmesh.periodic.fabric_shape import FlatFabric
@@ -35,9 +35,10 @@ from stitchmesh.periodic.off_needles import Release, chosen_release, let_go, nee
 from stitchmesh.periodic.repeat_checks import check_floats, check_loops_begin
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.sampling import GENERATED, path_to
+from stitchmesh.periodic.smallest_cell import SmallestCell
 from stitchmesh.periodic.support import blocking, planes, refuse_tearing, remedy_of, tearing
 from stitchmesh.periodic.swatch_budget import plan_swatch
-from stitchmesh.periodic.swatch_options import COMPACT_LOOP, TAKE_UP, KnitState, SwatchOptions
+from stitchmesh.periodic.swatch_options import TAKE_UP, KnitState, SwatchOptions
 from stitchmesh.periodic.torus import torus_mesh
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.weave import Weave
@@ -61,12 +62,6 @@ LOOP_OVER_WIDTH = 4.07
 """Yarn length of a generated plain loop over the stitch width, for a yarn radius of an eighth of the width."""
 LARGEST_RADIUS_OVER_WIDTH = 0.16
 """Largest yarn radius over the stitch width for which loops are generated; thicker yarn grows from this radius."""
-CLOSER = 1.5
-"""Exponent of the looseness in the number of contact samples. Contact spheres that interlock hold a loop back. In a
-looser loop the bends of the yarn are further apart, so both this force and the forces that straighten the yarn are
-smaller (docs/validation.md)."""
-LOOSEST = 4.0
-"""Looseness above which the number of contact samples stays constant."""
 SIZES = (0.1, 10.0)
 """Smallest and largest period over the period of the generated repeat."""
 ROUNDING = 1e-12
@@ -155,7 +150,8 @@ def swatch(
 class PreparedSwatch:
     """A repeat whose yarns have their radii, lengths and given size, before it comes to rest.
 
-    Lengths are gamma times those of the fabric, and ``similar`` is the material that belongs to them.
+    Lengths are gamma times those of the fabric, and ``similar`` is the material that belongs to them. The yarns are
+    those of the smallest cell.
     """
 
     source: Source
@@ -170,6 +166,8 @@ class PreparedSwatch:
     """Device of the kernels."""
     fabric: StitchMesh | None
     """The stitch mesh; None for a weave."""
+    smallest: SmallestCell
+    """The cell that comes to rest, of which the repeat is made."""
     drawn: YarnSet
     """The yarns as they are generated, with the first resolution of the path."""
     yarns: YarnSet
@@ -193,6 +191,10 @@ class PreparedSwatch:
         """The material scaled by gamma."""
         return self.material.scaled(self.options.gamma)
 
+    def drawn_with(self, quality: Quality) -> YarnSet:
+        """The yarns of the whole repeat as they are generated with a resolution."""
+        return draw_swatch(self.source, self.options, quality)[1]
+
 
 def prepare_swatch(
     pattern: str | Pattern | Weave,
@@ -203,9 +205,13 @@ def prepare_swatch(
     relax_cell: bool | RelaxCell,
     relaxation: KnitState | None = None,
     friction: float | None = None,
+    smallest: bool = True,
     **options: Any,
 ) -> PreparedSwatch:
-    """Generate a repeat, and change its radii, lengths and size to those asked for; arguments as for ``swatch``."""
+    """Generate a repeat, and change its radii, lengths and size to those asked for; arguments as for ``swatch``.
+
+    Whether a free repeat comes to rest in its smallest cell is given by ``smallest``.
+    """
     chosen, quality = SwatchOptions(**options), quality_named(quality)
     release = chosen_release(relaxation, friction, relax_cell, chosen)
     relax_cell = relax_cell or release is not None
@@ -218,8 +224,7 @@ def prepare_swatch(
     fabric, generated = draw_swatch(source, chosen, GENERATED)
     cell, flat = free_cell(relax_cell, chosen, generated, material), FlatFabric.of(generated, fabric, source)
     steps = path_to(quality, cell if release is None else None)
-    path = tuple(close_contacts(step, chosen) for step in steps)
-    quality, first = path[0], draw_swatch(source, chosen, path[0])[1]
+    first = draw_swatch(source, chosen, steps[0])[1]
     # friction holds the yarn of a stitch in its place
     wanted = take_up_rest_lengths(first if release is not None else generated, fabric, chosen)
     if release is None:
@@ -230,12 +235,38 @@ def prepare_swatch(
     # wefts and warps are nearly straight, so their relaxation starts with their generated lengths as rest lengths
     straight = even_lengths(first, generated.lengths, generated.segment_start)
     natural = first if fabric is not None else replace(first, rest_length=straight)
-    yarns = change_radius(natural, thicker, similar, quality, device)
     period = period_to_reach(first, chosen)
-    terms = planes(relax_cell, chosen, flat, yarns.radius)
-    yarns = change_rest_length(yarns, wanted, similar, quality, device, cell, terms)
-    yarns = change_period(yarns, period, similar, quality, device)
-    return PreparedSwatch(source, chosen, material, path, device, fabric, first, yarns, cell, flat, terms, release)
+    terms = planes(relax_cell, chosen, flat, natural.radius * thicker)
+    lies_alike = smallest and bool(terms) and fabric is not None and release is None
+    own = smallest_cell(generated, first, wanted, chosen, lies_alike=lies_alike)
+    path = tuple(with_contacts(step, chosen, fabric, own, cell if release is None else None) for step in steps)
+    quality = path[0]
+    cell = None if cell is None else own.cell_of(cell)
+    yarns = change_radius(own.part_of(natural), thicker, similar, quality, device)
+    lengths = own.part_of(replace(first, rest_length=wanted)).rest_length
+    yarns = change_rest_length(yarns, lengths, similar, quality, device, cell, terms)
+    yarns = change_period(yarns, own.period_of(period), similar, quality, device)
+    drawn = own.part_of(first)
+    return PreparedSwatch(
+        source, chosen, material, path, device, fabric, own, drawn, yarns, cell, flat, terms, release
+    )
+
+
+def smallest_cell(
+    generated: YarnSet, first: YarnSet, wanted: FloatArray, options: SwatchOptions, *, lies_alike: bool
+) -> SmallestCell:
+    """Return the cell that comes to rest: the whole repeat if its stitches may lie differently.
+
+    Args:
+        generated: the yarns as generated with ``GENERATED``.
+        first: the same yarns with other control points.
+        wanted: rest lengths of the segments of these [cm].
+        options: options of the swatch; several repeats in one cell may lie differently.
+        lies_alike: whether stitches that are alike in the pattern lie alike.
+    """
+    if not lies_alike or (options.columns, options.rows) != (1, 1):
+        return SmallestCell.whole(generated.yarn_count)
+    return SmallestCell.of(generated, np.add.reduceat(wanted, first.segment_start[:-1]))
 
 
 def relax_prepared(
@@ -256,9 +287,13 @@ def relax_prepared(
             )
         else:
             relaxed = relax_along(prepared, yarns, progress)
+    own = prepared.smallest
     drawn = prepared.drawn if len(prepared.path) == 1 else sample_evenly(prepared.drawn, relaxed.yarns)
     refuse_pull_through(drawn, relaxed.yarns, device)
     refuse_tearing(relaxed.report["max_strain"], chosen)
+    if own.copies > 1:
+        like = prepared.drawn_with(prepared.quality)
+        drawn, relaxed = own.repeated(drawn, like), whole_repeat(relaxed, own, like)
     result = scale_yarns(relaxed.yarns, 1.0 / chosen.gamma)
     measures = swatch_report(
         result, prepared.fabric, prepared.material, prepared.quality, relaxed.report["energy"], device
@@ -271,6 +306,20 @@ def relax_prepared(
         logger.warning("%s; %s", shape.text, remedy_of(prepared.cell, lies=bool(prepared.terms)))
     report = measures | shape.report() | relaxed.report | {"solver_seconds": relaxed.report["seconds"]}
     return Swatch(result, report, prepared.fabric, relaxed.history)
+
+
+def whole_repeat(relaxed: Relaxation, smallest: SmallestCell, like: YarnSet) -> Relaxation:
+    """Return the relaxation of a repeat from that of its smallest cell: its yarns, and the energies of all of them."""
+    copies = smallest.copies
+    history = [
+        entry | {"energies": {name: copies * energy for name, energy in entry["energies"].items()}}
+        for entry in relaxed.history
+    ]
+    report = {
+        "energy": copies * relaxed.report["energy"],
+        "energies": {name: copies * energy for name, energy in relaxed.report["energies"].items()},
+    }
+    return Relaxation(smallest.repeated(relaxed.yarns, like), relaxed.report | report, history)
 
 
 def relax_along(
@@ -289,7 +338,7 @@ def relax_along(
         done = 0 if found is None else found.report["iterations"]
         quality = replace(step, max_iterations=max(min(step.max_iterations, most - done), 0))
         if found is not None:
-            yarns = sample_evenly(found.yarns, draw_swatch(prepared.source, prepared.options, quality)[1])
+            yarns = sample_evenly(found.yarns, prepared.smallest.part_of(prepared.drawn_with(quality)))
         relaxed = relax(
             yarns, material=prepared.similar, quality=quality, device=prepared.device, cell=prepared.cell,
             terms=prepared.terms, progress=progress,
@@ -339,17 +388,6 @@ def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tup
         return fabric, even_rest_lengths(yarns, fabric)
     yarns = apply_rest_lengths(yarns, RestLengths(loop_length=loop_length), fabric=fabric)
     return fabric, even_rest_lengths(yarns, fabric)
-
-
-def close_contacts(quality: Quality, options: SwatchOptions) -> Quality:
-    """Return the quality with more contact samples if loops are looser than compact ones.
-
-    The number of control points of a stitch is the same for long and short loops, so the contact spheres of a segment
-    are further apart in long loops. Such spheres interlock, and the loops stay narrower than in equilibrium.
-    """
-    looseness = options.plain_loop / (2 * COMPACT_LOOP * options.yarn_radius * options.gamma)
-    closer = min(max(looseness, 1.0), LOOSEST) ** CLOSER
-    return replace(quality, contact_samples=math.ceil(quality.contact_samples * closer * (1.0 - ROUNDING)))
 
 
 def take_up_rest_lengths(drawn: YarnSet, fabric: StitchMesh | None, options: SwatchOptions) -> FloatArray:

@@ -18,6 +18,7 @@ from stitchmesh.mixed.output.files import state_maps
 from stitchmesh.render.camera import camera_around
 from stitchmesh.render.colour_scale import ColourScale, sequential_scale
 from stitchmesh.render.colouring import Coloured, colour_yarns
+from stitchmesh.render.lettering import INK
 from stitchmesh.render.options import PictureOptions
 from stitchmesh.render.picture import detail_for, yarn_tubes
 from stitchmesh.render.stage import KEY_LEFT, Viewport, add_body, add_tubes, dim_colours, look, picture, shade_hollows
@@ -26,6 +27,8 @@ from stitchmesh.yarn import YarnSet
 if TYPE_CHECKING:
     import pyvista
 
+NAME_HEIGHT = 0.03
+"""Size of the letters of names, divided by the height of the picture."""
 LEAST_TENSION = 1.0
 """Smallest tension of the last colour [dyn]."""
 ALPHA_SCALE = ColourScale(np.array([[128, 152, 184], [200, 176, 130], [196, 84, 60]]), 0.0, 1.0)
@@ -59,13 +62,13 @@ def render_draped(
     framed = np.concatenate([*(each.points for each in curves), *(body.vertices for body in bodies)])
     part = (KEY_LEFT if coloured[0].key and len(runs) == 1 else 1.0, 0.94)
     camera = camera_around(framed, towards, up, width / height, part=part)
-    caption = "     ".join(name for name, _run in runs if name)
     panels = [_panel(number, len(runs)) for number in range(len(runs))]
     key = coloured[0].key if len(runs) == 1 else ()
-    with picture(path, options, panels=tuple(panels), caption=caption, key=key) as plotter:
+    with picture(path, options, panels=tuple(panels), key=key) as plotter:
         for number, (yarns, own) in enumerate(zip(curves, coloured, strict=True)):
             plotter.subplot(0, number)
             _draw(plotter, yarns, own.points)
+            _write_name(plotter, runs[number][0], height)
             for body in bodies:
                 add_body(plotter, body)
             look(plotter, camera)
@@ -75,6 +78,13 @@ def render_draped(
 
 def _panel(number: int, count: int) -> Viewport:
     return number / count, 0.0, (number + 1) / count, 1.0
+
+
+def _write_name(plotter: pyvista.Plotter, name: str, height: int) -> None:
+    """Write the name of a run into the lower left corner of its panel."""
+    if name:
+        size = max(round(NAME_HEIGHT * height), 1)
+        plotter.add_text(name, position="lower_left", font_size=size, color=INK)
 
 
 def _draw(plotter: pyvista.Plotter, yarns: YarnSet, colours: NDArray[np.uint8]) -> None:

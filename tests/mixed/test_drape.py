@@ -13,7 +13,8 @@ import pytest
 
 from stitchmesh.cli.main import main
 from stitchmesh.errors import ParameterError
-from stitchmesh.io import read_mesh, read_yarns
+from stitchmesh.io import read_mesh, read_yarns, write_stitches
+from stitchmesh.labeling import label
 from stitchmesh.mixed.drape import Draped, drape
 from stitchmesh.mixed.memory import check_memory, estimate_memory
 from stitchmesh.mixed.output.files import read_maps
@@ -26,6 +27,8 @@ from stitchmesh.mixed.scene.scene_fabric import prepare
 from stitchmesh.mixed.scene.scene_file import write_scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.run_control import RunControl
+from stitchmesh.tessellate import tessellate
+from tests.gallery import grid
 
 FORMS = ("none", "chosen", "all")
 TOP = AttachmentSection(boxes=(BoxSection(low=(-1.0, 2.8, -1.0), high=(9.0, 9.0, 1.0)),))
@@ -156,6 +159,26 @@ def test_a_static_path_moves_attachments_and_bodies(tmp_path):
     run = drape(form("none", attachments=(lifted,), load_steps=2))
     assert run.end.vertices[:, 1].max() == pytest.approx(3.5)
     assert len(run.frames) == 3
+
+
+def test_a_stitch_mesh_is_a_cloth_with_its_own_yarns(tmp_path):
+    fabric = tessellate(label(grid(4, 3)), stitch_width=0.5)
+    write_stitches(tmp_path / "fabric.h5", fabric)
+    top = float(fabric.vertices[:, 1].max())
+    section = AttachmentSection(boxes=(BoxSection(low=(-99.0, top - 0.1, -99.0), high=(99.0, 99.0, 99.0)),))
+    scene = form(
+        "none",
+        cloth=ClothSection(file=str(tmp_path / "fabric.h5")),
+        yarns=YarnsSection(knit="stitches"),
+        attachments=(section,),
+    )
+    run = drape(scene)
+    assert run.report["mixed"]["converged"]
+    assert run.prepared.fabric.yarns.kind == "knit"
+    assert len(run.prepared.fabric.cloth.vertices) == len(fabric.vertices)
+    assert run.yarns.yarn_count == run.prepared.fabric.yarns.yarn_count
+    with pytest.raises(ParameterError, match=r"expected a cloth\.file"):
+        prepare(replace(scene, cloth=HANGING.cloth))
 
 
 def test_memory_grows_with_the_region_and_the_message_says_what_fits():

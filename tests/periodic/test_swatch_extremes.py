@@ -12,13 +12,14 @@ import pytest
 from stitchmesh.errors import ParameterError, PatternError, SolverError
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import parse_pattern
+from stitchmesh.periodic.contact_samples import with_contacts
 from stitchmesh.periodic.continuation import change_radius, size_of
 from stitchmesh.periodic.even_sampling import sample_evenly
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.sampling import GENERATED, refined
 from stitchmesh.periodic.support import planes
-from stitchmesh.periodic.swatch import Swatch, draw_swatch, scale_yarns, swatch
+from stitchmesh.periodic.swatch import Swatch, draw_swatch, scale_yarns, smallest_cell, swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.weave import Thread, Weave
 from stitchmesh.quality import quality_named
@@ -169,19 +170,21 @@ def test_gamma_is_an_exact_similarity(name, gamma, tolerance):
     quality = replace(quality_named("draft"), precision="float64", tolerance=1e-4)
     material = YarnMaterial.named("stitchmesh").scaled(RADIUS / REFERENCE_RADIUS)
     made = swatch(name, gamma=gamma, material=material, quality=quality, device="cpu", relax_cell=True)
-    source = resolve_pattern(name)
+    source, cell = resolve_pattern(name), RelaxCell(shear=False)
     fabric, generated = draw_swatch(source, SwatchOptions(), GENERATED)
-    quality = refined(quality)
-    first = sample_evenly(generated, draw_swatch(source, SwatchOptions(), quality)[1])
-    small = change_radius(scale_yarns(first, 1.0 / gamma), gamma, material, quality, "cpu")
+    first = sample_evenly(generated, draw_swatch(source, SwatchOptions(), refined(quality))[1])
+    own = smallest_cell(generated, first, first.rest_length, SwatchOptions(), lies_alike=fabric is not None)
+    quality = with_contacts(refined(quality), SwatchOptions(gamma=gamma), fabric, own, cell)
+    small = change_radius(own.part_of(scale_yarns(first, 1.0 / gamma)), gamma, material, quality, "cpu")
     np.testing.assert_allclose(small.radius, RADIUS, rtol=1e-12)  # three roundings
-    flat, cell = FlatFabric.of(scale_yarns(generated, 1.0 / gamma), fabric, source), RelaxCell(shear=False)
+    flat = FlatFabric.of(scale_yarns(generated, 1.0 / gamma), fabric, source)
     terms = planes(True, SwatchOptions(), flat, small.radius)
     direct = relax_to_minimum(small, material=material, quality=quality, device="cpu", cell=cell, terms=terms)
-    np.testing.assert_allclose(made.yarns.points, direct.yarns.points, rtol=0, atol=tolerance * RADIUS)
+    repeat = own.repeated(direct.yarns, first)
+    np.testing.assert_allclose(made.yarns.points, repeat.points, rtol=0, atol=tolerance * RADIUS)
     # the error is of second order in the positions
-    assert made.report["energy"] == pytest.approx(direct.report["energy"], rel=1e-6)
-    np.testing.assert_allclose(made.yarns.rest_length, direct.yarns.rest_length, rtol=1e-12)  # three roundings
+    assert made.report["energy"] == pytest.approx(own.copies * direct.report["energy"], rel=1e-6)
+    np.testing.assert_allclose(made.yarns.rest_length, repeat.rest_length, rtol=1e-12)  # three roundings
 
 
 def test_a_scaled_cell_of_curved_yarn_has_the_same_bending_energy():

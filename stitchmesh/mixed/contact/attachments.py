@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray, frozen_array
@@ -162,7 +163,7 @@ def chosen_on_border(
     ends = cloth.side_rest[sides]
     kept = _at_side(ends, side, width)
     own = np.flatnonzero(nodes.panel == number)
-    near = _distance(nodes.position[own], ends[kept]) <= width
+    near = _within(nodes.position[own], ends[kept], width)
     return np.unique(cloth.side_vertices[sides[kept]]), own[near]
 
 
@@ -176,11 +177,15 @@ def _at_side(ends: FloatArray, side: str, width: float) -> IntArray:
     return np.flatnonzero((np.abs(coordinate - extreme) <= width + rounding).all(axis=1))
 
 
-def _distance(points: FloatArray, edges: FloatArray) -> FloatArray:
-    """Least distance of each point from straight edges, shapes (n, 2) and (m, 2, 2) to (n,)."""
-    least = np.full(len(points), np.inf)
-    for start, end in edges:
-        along = end - start
-        part = np.clip((points - start) @ along / (along @ along), 0.0, 1.0)
-        least = np.minimum(least, np.linalg.norm(points - start - part[:, None] * along, axis=1))
-    return least
+def _within(points: FloatArray, edges: FloatArray, width: float) -> NDArray[np.bool_]:
+    """Whether each point is within a width of one of some straight edges, shapes (n, 2) and (m, 2, 2) to (n,)."""
+    near: NDArray[np.bool_] = np.zeros(len(points), dtype=np.bool_)
+    if not len(points) or not len(edges):
+        return near
+    middle, half = edges.mean(axis=1), 0.5 * np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
+    candidates = cKDTree(points).query_ball_point(middle, (half + width) * (1.0 + 1e-9))
+    for (start, end), found in zip(edges, candidates, strict=True):
+        along, apart = end - start, points[found] - start
+        part = np.clip(apart @ along / (along @ along), 0.0, 1.0)
+        near[found] |= np.linalg.norm(apart - part[:, None] * along, axis=1) <= width
+    return near

@@ -82,6 +82,11 @@ class PlacedBody:
         """Whether the body is not at rest."""
         return len(self.body.motion.times) > 1
 
+    @property
+    def deforms(self) -> bool:
+        """Whether the shape of the body changes."""
+        return self.moves and isinstance(self.body.motion, VertexMotion)
+
     def move_to(self, time: float) -> None:
         """Put the body where it is at a time [s]."""
         if time == self._time or (self._time is not None and not self.moves):

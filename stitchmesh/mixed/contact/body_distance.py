@@ -15,8 +15,9 @@ flat body is e = 1/x^2 + x^2 - 2, and the pressure is
 depth in which points are found. Outside, all features of the surface within R push, so the force is continuous where
 the nearest feature changes; inside it is that of the nearest feature.
 
-The distance of each point is measured at the beginning of a step. A point that has moved less than its distance beyond
-R since then feels nothing, without a search; this changes no bit of the result.
+The distance of each point is measured at the beginning of a step, unless the point has moved by less than half of its
+distance since it was measured last. A point that has moved less than its distance beyond R since then feels nothing,
+without a search; this changes no bit of the result.
 
 No move takes a point deeper than half that depth (``step_limit``): a point does not meet the surface on a path shorter
 than its distance. A step in which the body moves by more than the depth, or overtakes a point by more, is an error that
@@ -177,13 +178,22 @@ def measure_distances(
     frame: wp.array[Any],
     origin: wp.array[Any],
     place: wp.array[Any],
-    # state out
+    # state in and out
     measured: wp.array[Any],
+    # state out
     distance: wp.array[Any],
 ) -> None:
-    """Signed distance of each point from the surface [cm], at most ``limit``, also after its place in the body."""
+    """Signed distance of each point from the surface [cm], also after its place in the body.
+
+    It is measured again, up to ``limit``, where the last one says less than half of the distance then; otherwise it is
+    a lower bound.
+    """
     i = wp.tid()
     here = to_body(frame[0], origin[0], place[i])
+    least = least_distance(here, measured[i])
+    if least > limit - limit and least > measured[i][3] * type(limit)(0.5):
+        distance[i] = least
+        return
     sample = type(measured[i])(here[0], here[1], here[2], limit)
     distance[i] = gap_to(surface, sample, limit)[3]
     measured[i] = type(sample)(here[0], here[1], here[2], distance[i])
@@ -275,6 +285,8 @@ class BodyContact(Term):
         self.placed.move_to(time + time_step)
         if not len(self.points):
             return
+        if self.placed.deforms:
+            self.forget_distances()
         distance = self._distances(state)
         if minimum(distance) < -self.depth:
             raise SolverError(self._too_deep(distance.numpy()))
@@ -338,6 +350,7 @@ class BodyContact(Term):
 
     def distances(self, state: MixedVector) -> FloatArray:
         """Signed distance of each contact point from the body where it is placed now [cm], shape (M,)."""
+        self.forget_distances()
         found: FloatArray = self._distances(state).numpy().astype(np.float64)
         return found
 

@@ -77,16 +77,16 @@ def angle_of(a: Any, b: Any) -> Any:
 
 
 @wp.func
-def angle_frame(a: Any, b: Any) -> tuple[Any, Any, Any, Any]:
-    """Unit vectors p and q, their unit normal z, and the sine of the angle."""
-    p, _by_a = unit_of(a)
-    q, _by_b = unit_of(b)
+def angle_frame(a: Any, b: Any) -> tuple[Any, Any, Any, Any, Any, Any, Any]:
+    """The angle, its sine, unit vectors p and q, their unit normal z, 1 / |a| and 1 / |b|."""
+    p, by_a = unit_of(a)
+    q, by_b = unit_of(b)
     across = wp.cross(p, q)
     sine = wp.length(across)
     z = across / wp.max(sine, type(sine)(NO_SINE))
     if sine <= type(sine)(NO_SINE):
         z = any_normal(p)
-    return p, q, z, sine
+    return wp.atan2(sine, wp.dot(p, q)), sine, p, q, z, by_a, by_b
 
 
 @wp.func
@@ -96,21 +96,23 @@ def paired(a: Any, b: Any) -> Any:
 
 
 @wp.func
-def angle_blocks(a: Any, b: Any, slope: Any, side: Any, stiffness: Any, exact: Any) -> tuple[Any, Any, Any]:
+def angle_blocks(
+    p3: Any, q3: Any, z3: Any, by_a: Any, by_b: Any, slope: Any, side: Any, stiffness: Any, exact: Any
+) -> tuple[Any, Any, Any]:
     """Blocks aa, ab and bb of the Hessian of E(t) at given D, as 4 x 4 matrices with a last row and column of zeros.
 
     Args:
-        a: first vector, of three components.
-        b: second vector.
+        p3: p, with z and 1 / |a| as ``angle_frame`` finds them.
+        q3: q.
+        z3: z.
+        by_a: 1 / |a|.
+        by_b: 1 / |b|.
         slope: E_t [erg].
         side: E_t / sin t [erg], its limit where the sine is zero.
         stiffness: E_tt [erg].
         exact: share of the exact Hessian.
     """
     one = type(exact)(1.0)
-    p3, q3, z3, _sine = angle_frame(a, b)
-    _p, by_a = unit_of(a)
-    _q, by_b = unit_of(b)
     p, q, z = lifted(p3), lifted(q3), lifted(z3)
     m, n = lifted(wp.cross(z3, p3)), lifted(wp.cross(q3, z3))
     kept, level = wp.max(side, side * exact), slope * exact

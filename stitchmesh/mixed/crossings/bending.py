@@ -23,9 +23,9 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.mixed.crossings.angle import (
+    NO_SINE,
     angle_blocks,
     angle_frame,
-    angle_gradient,
     lifted,
     over_sine,
     paired,
@@ -72,17 +72,18 @@ def bending_blocks(before: Any, after: Any, bend: Any, rest: Any, exact: Any) ->
     """
     zero, one, two = type(rest)(0.0), type(rest)(1.0), type(rest)(2.0)
     a, b = -place_of(before), place_of(after)
-    angle, by_a, by_b = angle_gradient(a, b)
-    _p, _q, _z, sine = angle_frame(a, b)
+    angle, sine, p, q, z, by_a, by_b = angle_frame(a, b)
     inverse, slope, curve = guarded_inverse(after[3] - before[3], bend[1])
     straight, bent = two * bend[0] * inverse, angle - rest
     mixed, along = two * bend[0] * bent * slope, bend[0] * bent * bent * curve
     if along * straight < mixed * mixed:  # only below the merging distance
         along += (mixed * mixed / straight - along) * (one - exact)
     side = straight * (turn_over_sine(angle, sine) - over_sine(rest, sine))
-    aa, ab, bb = angle_blocks(a, b, straight * bent, side, straight, exact)
+    aa, ab, bb = angle_blocks(p, q, z, by_a, by_b, straight * bent, side, straight, exact)
+    if sine <= type(sine)(NO_SINE):
+        mixed = zero * mixed  # a straight yarn has no direction in which its angle grows
     # the leg before is -a, and the span grows with the coordinate after and shrinks with the coordinate before
-    by_before, by_after = lifted(-by_a), lifted(by_b)
+    by_before, by_after = lifted(wp.cross(z, p) * by_a), lifted(wp.cross(z, q) * by_b)
     span = wp.vector(zero, zero, zero, one)
     along_span = wp.outer(span, span) * along
     of_before = aa + along_span - paired(by_before, span) * mixed

@@ -121,7 +121,8 @@ class CrossingTerm(Term):
         if self.model.count == 0 or not self.stored:
             return []
         inputs = [self.model.link, self.model.slides, self._block]
-        return [launcher(add_star_diagonal, self.model.count, inputs, [blocks.nodes, blocks.sliding])]
+        outputs = [blocks.nodes, blocks.sliding, blocks.coupling_u, blocks.coupling_v]
+        return [launcher(add_star_diagonal, self.model.count, inputs, outputs)]
 
     def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
         """The part of a direction along which no segment loses more than half of its rest length."""

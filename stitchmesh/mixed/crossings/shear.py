@@ -15,7 +15,7 @@ from typing import Any
 
 import warp as wp
 
-from stitchmesh.mixed.crossings.angle import angle_blocks, angle_frame, angle_gradient, over_sine, place_of
+from stitchmesh.mixed.crossings.angle import angle_blocks, angle_frame, over_sine, place_of
 
 
 @wp.func
@@ -27,9 +27,7 @@ def shear_energy(angle: Any, rest: Any, stiffness: Any) -> Any:
 @wp.func
 def shear_blocks(warp: Any, weft: Any, rest: Any, stiffness: Any, exact: Any) -> tuple[Any, Any, Any]:
     """Blocks of the Hessian of the leg of the warp, of both legs, and of the leg of the weft."""
-    a, b = place_of(warp), place_of(weft)
-    angle, _by_a, _by_b = angle_gradient(a, b)
-    _p, _q, _z, sine = angle_frame(a, b)
+    angle, sine, p, q, z, by_a, by_b = angle_frame(place_of(warp), place_of(weft))
     slope = stiffness * (angle - rest)
-    aa, ab, bb = angle_blocks(a, b, slope, over_sine(slope, sine), stiffness, exact)
+    aa, ab, bb = angle_blocks(p, q, z, by_a, by_b, slope, over_sine(slope, sine), stiffness, exact)
     return aa, ab, bb

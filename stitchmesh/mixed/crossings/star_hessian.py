@@ -197,6 +197,13 @@ def keep_state(
 
 
 @wp.func
+def column_of(block: Any, zero: Any) -> Any:
+    """Rows of the position and column of the coordinate of a block of legs, in the precision of ``zero``."""
+    kind = zero[0] - zero[0]
+    return type(zero)(type(kind)(block[0, 3]), type(kind)(block[1, 3]), type(kind)(block[2, 3]))
+
+
+@wp.func
 def positions_of(block: Any, like: Any) -> Any:
     """The part of a 4 x 4 block that belongs to positions, in the precision of another block."""
     return type(like)(
@@ -216,6 +223,8 @@ def add_star_diagonal(
     # state out
     of_nodes: wp.array[Any],
     of_sliding: wp.array[Any],
+    coupling_u: wp.array[Any],
+    coupling_v: wp.array[Any],
 ) -> None:
     """Add the diagonal blocks of the Hessian, from the stored blocks of each node's star and of its neighbours."""
     i = wp.tid()
@@ -225,6 +234,8 @@ def add_star_diagonal(
     both = block[6, i] + block[7, i] + block[8, i] + block[9, i]
     whole = along + across + both + wp.transpose(both)
     uu, vv = along[3, 3], across[3, 3]
+    # columns of the coordinates: rows of all legs, and columns of the legs of one yarn
+    column_u, column_v = along + wp.transpose(both), across + both
     n = int(4)
     for k in range(n):
         if link[i, k] >= 0:
@@ -233,8 +244,12 @@ def add_star_diagonal(
             whole += there
             if k < 2:
                 uu += there[3, 3]
+                column_u += there
             else:
                 vv += there[3, 3]
+                column_v += there
     of_nodes[i] += positions_of(whole, of_nodes[i])
     u, v = type(slides[i][0])(uu), type(slides[i][0])(vv)
     of_sliding[i] += wp.diag(wp.cw_mul(type(slides[i])(u, v), slides[i]))
+    coupling_u[i] += column_of(column_u, coupling_u[i]) * slides[i][0]
+    coupling_v[i] += column_of(column_v, coupling_v[i]) * slides[i][1]

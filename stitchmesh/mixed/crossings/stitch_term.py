@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
-from stitchmesh.compute.precision import vector
+from stitchmesh.compute.precision import matrix, vector
 from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.mixed.crossings.crossing_elements import SMALLEST_WEIGHT, CrossingElements
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
@@ -38,6 +38,7 @@ from stitchmesh.mixed.crossings.stitch_length import stitch_length_energy, stitc
 from stitchmesh.mixed.crossings.wrapping import wrapping_energy, wrapping_force, wrapping_product
 from stitchmesh.mixed.gather import GatherTable
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
 
@@ -175,6 +176,42 @@ def find_stitch_products(
 
 
 @kernel
+def find_stitch_blocks(
+    # model
+    index: wp.array2d[wp.int32],
+    stitch: wp.array[Any],
+    # state in
+    nodes: wp.array[Any],
+    share: wp.array[Any],
+    # state out
+    slots: wp.array[Any],
+) -> None:
+    """Diagonal block of each of the four nodes of each element, column by column."""
+    slot = wp.tid()
+    e, m = slot // 4, slot % 4
+    start, values, exact = nodes[index[e, 1]], stitch[e], share[0]
+    axis, a, b = nodes[index[e, 2]] - start, nodes[index[e, 0]] - start, nodes[index[e, 3]] - start
+    zero, one = start - start, exact - exact + type(exact)(1.0)
+    block = slots[slot] - slots[slot]
+    columns = int(3)
+    for k in range(columns):
+        unit = zero * one
+        unit[k] = one
+        moved = wp.where(m == 1, unit, zero)
+        d_axis, da, db = wp.where(m == 2, unit, zero), wp.where(m == 0, unit, zero), wp.where(m == 3, unit, zero)
+        of_axis, of_a, of_b = wrapping_product(
+            axis, a, b, d_axis - moved, da - moved, db - moved, values[1], values[0], exact
+        )
+        of_axis += stitch_length_product(axis, d_axis - moved, values[3], values[2], exact)
+        column = wp.where(m == 0, of_a, wp.where(m == 3, of_b, of_axis))
+        if m == 1:
+            column = -(of_axis + of_a + of_b)
+        for r in range(3):
+            block[r, k] = column[r]
+    slots[slot] = block
+
+
+@kernel
 def keep_nodes(
     # state in
     exact: Any,
@@ -205,6 +242,7 @@ class StitchTerm(Term):
         self._stitch = wp.array(values, dtype=vector(4, scalar), device=device)
         self._gather = GatherTable.of(elements.nodes, node_count, device)
         self._slots = wp.zeros(4 * self.count, dtype=vector(3, scalar), device=device)
+        self._blocks = wp.zeros(4 * self.count, dtype=matrix(3, scalar), device=device)
         self._nodes = wp.zeros(node_count, dtype=vector(3, scalar), device=device)
         self._share = wp.zeros(1, dtype=scalar, device=device)
 
@@ -235,3 +273,11 @@ class StitchTerm(Term):
         inputs = [self._index, self._stitch, self._nodes, self._share, direction.nodes]
         own = launcher(find_stitch_products, self.count, inputs, [self._slots])
         return [own, *self._gather.launches(self._slots, product.nodes, launcher)]
+
+    def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
+        """The diagonal blocks of all elements, and their sums at the nodes."""
+        if self.count == 0:
+            return []
+        inputs = [self._index, self._stitch, self._nodes, self._share]
+        own = launcher(find_stitch_blocks, 4 * self.count, inputs, [self._blocks])
+        return [own, *self._gather.launches(self._blocks, blocks.nodes, launcher)]

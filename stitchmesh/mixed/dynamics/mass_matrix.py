@@ -73,6 +73,8 @@ def combine_blocks(
     vertex_blocks: wp.array[Any],
     node_blocks: wp.array[Any],
     sliding_blocks: wp.array[Any],
+    block_u: wp.array[Any],
+    block_v: wp.array[Any],
 ) -> None:
     """Replace diagonal blocks of H by factor 1 times the block plus factor 0 times that of M."""
     i = wp.tid()
@@ -91,6 +93,8 @@ def combine_blocks(
             pair[k, k] = pair[k, k] + sliding_mass[j][k] * of_mass
         node_blocks[j] = node_block
         sliding_blocks[j] = pair
+        block_u[j] = block_u[j] * of_stiffness + coupling_u[j] * of_mass
+        block_v[j] = block_v[j] * of_stiffness + coupling_v[j] * of_mass
 
 
 class NodeMasses(Protocol):
@@ -161,7 +165,7 @@ class MassMatrix:
 
     def combine_blocks(self, factors: wp.array[Any], blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
         """The launches that replace diagonal blocks of H by factor 1 times the block plus factor 0 times that of M."""
-        outputs = [blocks.vertices, blocks.nodes, blocks.sliding]
+        outputs = [blocks.vertices, blocks.nodes, blocks.sliding, blocks.coupling_u, blocks.coupling_v]
         return [launcher(combine_blocks, self._count, self._constants(factors), outputs)]
 
     def _constants(self, factors: wp.array[Any]) -> list[Any]:

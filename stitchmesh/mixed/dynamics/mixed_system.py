@@ -165,20 +165,21 @@ class MixedSystem:
             of_mass: factor 0 [1/s^2].
             of_hessian: factor 1.
             at: positions at which the Hessian of the metric is linearized.
-            stiffness_in_metric: whether the metric of positions contains the diagonal of that Hessian too; otherwise it
-                is the metric of the masses alone, as Casafranca et al. have it.
+            stiffness_in_metric: whether the metric of positions contains the diagonal of that Hessian too, and its
+                blocks between positions and Eulerian coordinates; otherwise it is the metric of the masses alone, as
+                Casafranca et al. have it.
         """
         self._factors.assign([[of_mass, of_hessian]])
-        self._blocks.clear()
+        blocks = self._blocks
+        blocks.clear()
         self.linearize(at, 0.0)
         for term in self.terms:
             term.diagonal(self._blocks, self.launch)
         if not stiffness_in_metric:
-            self._blocks.vertices.zero_()
-            self._blocks.nodes.zero_()
+            for part in (blocks.vertices, blocks.nodes, blocks.coupling_u, blocks.coupling_v):
+                part.zero_()
         self.mass.combine_blocks(self._factors, self._blocks, self.launch)
-        coupling = self.mass.nodes.coupling
-        self.preconditioner.set_metric(self._blocks, coupling, of_mass, of_masses=not stiffness_in_metric)
+        self.preconditioner.set_metric(self._blocks, of_mass, of_masses=not stiffness_in_metric)
 
     @property
     def solver(self) -> ConjugateGradients:

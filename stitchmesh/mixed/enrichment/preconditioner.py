@@ -15,7 +15,7 @@ times the hybrid vertices that is not symmetric, here Sigma of one times these v
 
 The metric may contain stiffness too, D = M / h^2 + K with K from the diagonal of the Hessian. Vertices and nodes
 outside the hybrid region then have blocks of 3 x 3 and 2 x 2. Free nodes with Eulerian coordinates have one of 5 x 5,
-in which both are coupled by the mass of the yarns. In the hybrid region D is one number for each vertex and node, the
+in which both are coupled. In the hybrid region D is one number for each vertex and node, the
 mean of its diagonal, so that the three coordinates keep one Sigma. What does not move has a D^-1 of zero.
 
 The forces f are replaced by f - E' mu, so that the part of f that E balances does not grow during an iteration and does
@@ -25,7 +25,6 @@ is a sum of results satisfies E (v, p) = 0.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -122,12 +121,12 @@ def invert_metric(
     inverse_mass: wp.array[Any],
     by_masses: int,
     of_mass: Any,
-    coupling_u: wp.array[Any],
-    coupling_v: wp.array[Any],
     # state in
     vertex_blocks: wp.array[Any],
     node_blocks: wp.array[Any],
     sliding_blocks: wp.array[Any],
+    coupling_u: wp.array[Any],
+    coupling_v: wp.array[Any],
     # state out
     vertex_inverse: wp.array[Any],
     node_inverse: wp.array[Any],
@@ -166,7 +165,7 @@ def invert_metric(
             )
         node_inverse[j] = result
         node_scalar[j] = wp.where(node_kind[j] == wp.static(COUPLED), result[0, 0], one - one)
-        by_u, by_v = result * coupling_u[j] * of_mass, result * coupling_v[j] * of_mass
+        by_u, by_v = result * coupling_u[j], result * coupling_v[j]
         if node_kind[j] != wp.static(FREE):
             by_u, by_v = by_u - by_u, by_v - by_v
         if slides[j][0] == 0:
@@ -176,9 +175,9 @@ def invert_metric(
         across_u[j] = by_u
         across_v[j] = by_v
         pair = sliding_blocks[j]
-        mixed = wp.dot(by_u, coupling_v[j]) * of_mass
-        pair[0, 0] = pair[0, 0] - wp.dot(by_u, coupling_u[j]) * of_mass
-        pair[1, 1] = pair[1, 1] - wp.dot(by_v, coupling_v[j]) * of_mass
+        mixed = wp.dot(by_u, coupling_v[j])
+        pair[0, 0] = pair[0, 0] - wp.dot(by_u, coupling_u[j])
+        pair[1, 1] = pair[1, 1] - wp.dot(by_v, coupling_v[j])
         if slides[j][1] != 0:
             pair[0, 1] = pair[0, 1] - mixed
             pair[1, 0] = pair[1, 0] - mixed
@@ -257,32 +256,22 @@ class Preconditioner:
         self._slides = wp.array(free.sliding.astype(np.int32), dtype=wp.vec2i, device=device)
         self.inverse = MixedBlocks.zeros(embedding.vertex_count, embedding.node_count, scalar, device)
         three = vector(3, scalar)
-        self._still, *self._across = (wp.zeros(embedding.node_count, dtype=three, device=device) for _ in range(3))
+        self._across = [wp.zeros(embedding.node_count, dtype=three, device=device) for _ in range(2)]
         kinds = self._vertex_kind, self._node_kind
         self._scalars = [wp.zeros(len(kind), dtype=scalar, device=device) for kind in kinds]
 
-    def set_metric(
-        self,
-        metric: MixedBlocks,
-        coupling: Sequence[wp.array[Any]] | None = None,
-        of_mass: float = 1.0,
-        *,
-        of_masses: bool = False,
-    ) -> None:
+    def set_metric(self, metric: MixedBlocks, of_mass: float = 1.0, *, of_masses: bool = False) -> None:
         """Invert the metric D of motions.
 
         Args:
             metric: diagonal blocks of D.
-            coupling: masses c_u and c_v between the position of each node and its Eulerian coordinates [g], shape (n,)
-                each; none by default.
             of_mass: factor of the masses in D [1/s^2].
             of_masses: whether D in the hybrid region is ``of_mass`` times the masses alone, instead of the given
                 blocks. Sigma is then found once.
         """
-        given = [metric.vertices, metric.nodes, metric.sliding]
+        given = [metric.vertices, metric.nodes, metric.sliding, metric.coupling_u, metric.coupling_v]
         kinds = [self._vertex_kind, self._node_kind, self._slides, self._least]
         kinds += [self._inverse_mass, int(of_masses), self._scalar(of_mass)]
-        kinds += [self._still, self._still] if coupling is None else coupling
         outputs = [self.inverse.vertices, self.inverse.nodes, self.inverse.sliding, *self._across, *self._scalars]
         count = len(self._vertex_kind) + len(self._node_kind)
         launch(invert_metric, count, [*kinds, *given], outputs, self._device)

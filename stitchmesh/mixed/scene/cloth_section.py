@@ -7,14 +7,19 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.mesh import BOTTOM, TOP, StitchMesh
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.panel_file import PanelTable, read_panels
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import Seam, cloth_from_panels
 
+STITCH_SUFFIXES = (".h5", ".smobj")
+"""Suffixes of stitch meshes."""
 EDGE_LENGTH = 1.0
 """Length of the edges of triangles if none is given [cm]."""
 
@@ -36,8 +41,12 @@ class ClothSection:
     seams: tuple[Seam, ...] = ()
     """Seams between them: ``first`` and ``second`` (``panel``, ``start``, ``end``), ``angle``, ``edges``."""
     file: str | None = None
-    """A file of panels and seams (``.toml``), or a polygon mesh whose texture coordinates are its rest shape
-    (``.obj``)."""
+    """A file of panels and seams (``.toml``), a polygon mesh whose texture coordinates are its rest shape (``.obj``),
+    or a stitch mesh (``.h5``, ``.smobj``), whose yarns are those of its stitches with ``knit = "stitches"``."""
+    stitch_width: float | None = None
+    """Wale spacing of a stitch mesh at rest [cm]; the median of its sides by default."""
+    course_height: float | None = None
+    """Course spacing of a stitch mesh at rest [cm]; the median of its sides by default."""
     unit: str = DEFAULT_UNIT
     """Unit of the coordinates in an OBJ file."""
     edge_length: float | None = None
@@ -81,4 +90,30 @@ class ClothSection:
             from stitchmesh.mixed.cloth.from_obj import cloth_from_obj
 
             return cloth_from_obj(path, unit=self.unit)
-        raise FileError(f"{path}: got the suffix {suffix!r}; expected .toml (panels) or .obj (texture coordinates)")
+        if suffix in STITCH_SUFFIXES:
+            from stitchmesh.mixed.cloth.from_stitches import cloth_from_stitches
+
+            fabric = self.stitches()
+            width, height = self.stitch_size(fabric)
+            return cloth_from_stitches(fabric, stitch_width=width, course_height=height)
+        expected = ".toml (panels), .obj (texture coordinates), .h5 or .smobj (stitches)"
+        raise FileError(f"{path}: got the suffix {suffix!r}; expected {expected}")
+
+    def stitches(self) -> StitchMesh:
+        """Return the stitch mesh of the file.
+
+        Raises:
+            FileError: the file cannot be read.
+            ParameterError: the file is none of stitches.
+        """
+        from stitchmesh.io import read_stitches
+
+        if self.file is None or Path(self.file).suffix.lower() not in STITCH_SUFFIXES:
+            raise ParameterError("yarns.knit: got 'stitches' without any; expected a cloth.file of .h5 or .smobj")
+        return read_stitches(self.file)
+
+    def stitch_size(self, fabric: StitchMesh) -> tuple[float, float]:
+        """Return the wale and course spacing of a stitch mesh at rest [cm]."""
+        across = (fabric.side_role == BOTTOM) | (fabric.side_role == TOP)
+        found = [float(np.median(fabric.side_length[chosen])) for chosen in (across, ~across)]
+        return self.stitch_width or found[0], self.course_height or found[1]

@@ -57,7 +57,7 @@ class SolverSection:
     """Floating-point type of the simulation."""
     device: str | None = None
     """Processor, ``cpu`` or ``cuda:0``; the first GPU by default, or the CPU without a GPU."""
-    velocity_tolerance: float = 0.05
+    velocity_tolerance: float = 0.5
     """Root mean square error of the velocities of a step of a dynamic run [cm/s]."""
     force_tolerance: float = 0.01
     """Largest unbalanced force on a vertex or a node at a static equilibrium [dyn]."""

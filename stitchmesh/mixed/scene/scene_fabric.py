@@ -18,6 +18,7 @@ from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMateri
 from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.layout.from_stitches import lay_stitches
 from stitchmesh.mixed.output.display import vertex_normals
 from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_knit, cloth_of_weave
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
@@ -25,6 +26,9 @@ from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.material_file import material_of
+
+STITCHES = "stitches"
+"""Name of the knit whose loops are the stitches of the cloth."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -84,7 +88,7 @@ def prepare(scene: Scene, *, cloth: Cloth | None = None, yarns: CrossingYarns | 
         MeshError: panels or a body are not a surface as expected.
     """
     surface = scene.cloth.cloth() if cloth is None else cloth
-    laid = scene.yarns.layout(surface) if yarns is None else yarns
+    laid = _layout(scene, surface) if yarns is None else yarns
     materials = yarn_materials(scene.yarns)
     fabric = MixedFabric(
         cloth=surface,
@@ -105,6 +109,15 @@ def prepare(scene: Scene, *, cloth: Cloth | None = None, yarns: CrossingYarns | 
             LoadedBody(body=one.body(), friction=one.friction, thickness=one.thickness) for one in scene.bodies
         ),
     )
+
+
+def _layout(scene: Scene, cloth: Cloth) -> CrossingYarns:
+    """The yarns of a scene on its cloth."""
+    if scene.yarns.knit != STITCHES:
+        return scene.yarns.layout(cloth)
+    fabric = scene.cloth.stitches()
+    width, height = scene.cloth.stitch_size(fabric)
+    return lay_stitches(cloth, fabric, stitch_width=width, course_height=height, divisions=scene.yarns.divisions)
 
 
 def yarn_materials(section: YarnsSection) -> FabricMaterials:

@@ -37,7 +37,9 @@ class YarnsSection:
     """Name of a weave, or its matrix as rows from the top, such as ``["10", "01"]``: 1 where the weft lies above."""
     knit: str | tuple[str, ...] | None = None
     """Name or file of a pattern of knit and purl stitches, or its chart as rows from the top, such as
-    ``["kp", "kp"]``."""
+    ``["kp", "kp"]``; ``stitches`` for the stitches of the cloth, if it is a stitch mesh."""
+    divisions: int = 1
+    """Number of loops along each side of a stitch of the cloth, with ``stitches``."""
     ends: float = DEFAULT_DENSITY
     """Warps for each cm."""
     picks: float = DEFAULT_DENSITY
@@ -59,7 +61,7 @@ class YarnsSection:
         if (self.weave is None) == (self.knit is None):
             found = "neither" if self.weave is None else "both"
             raise ParameterError(f"yarns: got {found} of weave and knit; expected one of them")
-        for name in ("ends", "picks", "wales", "courses", "radius"):
+        for name in ("ends", "picks", "wales", "courses", "radius", "divisions"):
             value = getattr(self, name)
             if value is not None and not (np.isfinite(value) and value > 0.0):
                 raise ParameterError(f"yarns.{name}: got {value}; expected a positive number")

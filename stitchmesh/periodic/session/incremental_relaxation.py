@@ -16,12 +16,12 @@ from dataclasses import replace
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import SolverError
+from stitchmesh.periodic.contact_samples import with_contacts
 from stitchmesh.periodic.continuation import ITERATIONS
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.increments import SwatchInProgress, increment, increments_left
 from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.session.target import GeneratedRepeat, Target, generate_repeat, make_target
-from stitchmesh.periodic.swatch import close_contacts
 from stitchmesh.quality import Quality
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.saddle import MOST_MOVES, SMALLEST_FALL, leave_saddle
@@ -78,7 +78,7 @@ class LiveSwatch:
         self.device, self.stopped = device, stopped
         self.generated = generate_repeat(settings)
         self.target = make_target(settings, self.generated)
-        self.sampled = close_contacts(settings.sampled, settings.options)
+        self.sampled = sampled_for(settings, self.generated, self.target)
         self.error: Exception | None = None
         self.iteration, self.requested_at, self.number = 0, requested_at, 0
         self._start_again()
@@ -101,7 +101,8 @@ class LiveSwatch:
         """
         self.iteration, self.requested_at, self.balances = 0, requested_at, []
         generated = generate_repeat(settings)
-        target, sampled = make_target(settings, generated), close_contacts(settings.sampled, settings.options)
+        target = make_target(settings, generated)
+        sampled = sampled_for(settings, generated, target)
         continues = not restart and generated.has_same_yarns(self.first)
         before, enlargement = self.target, generated.width / self.generated.width
         needs_frame = self.error is not None or (continues and (target.colour != before.colour).any())
@@ -114,6 +115,9 @@ class LiveSwatch:
         self.generated, self.target, self.sampled, self.error = generated, target, sampled, None
         if not continues:
             return self._start_again()
+        if not target.smallest.is_that_of(before.smallest):
+            self.state = self.state.in_cell(before.smallest, target.smallest, generated.yarns)
+            self.loop = self.previous = None
         if enlargement != 1.0:
             self.state = self.state.enlarged(enlargement)
             self.loop = self.previous = None
@@ -224,7 +228,7 @@ class LiveSwatch:
         """Check that no yarn passed through another; if one did, start again from the generated yarns."""
         assert self.loop is not None
         try:
-            refuse_pull_through(self.first.yarns, self.state.yarns, self.device)
+            refuse_pull_through(self.target.smallest.part_of(self.first.yarns), self.state.yarns, self.device)
         except SolverError:
             self._start_again()
             raise
@@ -268,16 +272,22 @@ class LiveSwatch:
         report = {
             "iteration": self.iteration,
             "residual": None if last is None else last.residual,
-            "energy": None if last is None else last.energy,
+            "energy": None if last is None else self.target.smallest.copies * last.energy,
             "gamma": self.state.gamma,
             "at_rest": self.finished and self._is_at_rest(),
             "running": not (self.idle or self.stopped),
             "seconds": time.perf_counter() - self.requested_at,
         }
-        relaxed, target = self._state_now().in_fabric, self.target
+        target = self.target
+        relaxed = target.smallest.repeated(self._state_now().in_fabric, self.generated.yarns)
         yarns = replace(
             relaxed, colour=target.colour, palette=target.palette,
             drawn_radius=relaxed.radius * target.drawn_over_contact,
         )  # fmt: skip
         material = target.material.scaled(1.0 / target.gamma)
         return Frame(self.number, yarns, self.generated.fabric, report, material, self.error)
+
+
+def sampled_for(settings: SwatchSettings, generated: GeneratedRepeat, target: Target) -> Quality:
+    """Return the quality with which a repeat relaxes to a target."""
+    return with_contacts(settings.sampled, settings.options, generated.fabric, target.smallest, target.cell)

@@ -20,6 +20,7 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.periodic.continuation import GROWTH, LENGTHENING, STRETCH, size_of, stretch_cell
 from stitchmesh.periodic.even_sampling import even_lengths
 from stitchmesh.periodic.session.target import GeneratedRepeat, Target, lean_of
+from stitchmesh.periodic.smallest_cell import SmallestCell
 from stitchmesh.periodic.swatch import scale_yarns
 from stitchmesh.yarn import YarnSet
 
@@ -31,10 +32,10 @@ SMALLEST_PART = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class SwatchInProgress:
-    """A repeat that moves to a target."""
+    """The smallest cell of a repeat, which moves to a target."""
 
     yarns: YarnSet
-    """The yarns in their current state, ``scale`` times as large as in the fabric."""
+    """The yarns of that cell in their current state, ``scale`` times as large as in the fabric."""
     scale: float
     """Size of the yarns over their size in the fabric; it equals the gamma of the target once the target is reached."""
     gamma: float
@@ -48,8 +49,13 @@ class SwatchInProgress:
             # generated wefts and warps are nearly straight, so their rest lengths can equal their lengths at the start
             curves = generated.curves
             yarns = replace(yarns, rest_length=even_lengths(yarns, curves.lengths, curves.segment_start))
+        yarns = target.smallest.part_of(yarns)
         reached = target.gamma * float(yarns.radius[0] / target.radius[0])
         return cls(yarns, reached, reached)
+
+    def in_cell(self, before: SmallestCell, after: SmallestCell, like: YarnSet) -> SwatchInProgress:
+        """Return the same fabric in another cell; ``like`` are the yarns of the whole repeat, at any places."""
+        return replace(self, yarns=after.part_of(before.repeated(self.yarns, like)))
 
     def enlarged(self, factor: float) -> SwatchInProgress:
         """Return the same fabric at a scale that is larger by a factor."""
@@ -65,13 +71,14 @@ def increments_left(state: SwatchInProgress, target: Target) -> int:
     """Number of increments to the target; 0 at the target."""
     yarns = state.yarns
     assert yarns.lattice is not None
+    lean = lean_of(target.smallest.whole_lattice(yarns.lattice))
     sides = zip(target.size, size_of(yarns.lattice), strict=True)
     counts = [
         _increment_count(target.radius / yarns.radius, GROWTH),
         _increment_count(np.array([target.gamma / state.scale, target.gamma / state.gamma]), GROWTH),
         _increment_count(np.array([1.0 if size is None else size / now for size, now in sides]), STRETCH),
         _increment_count(target.rest_length / yarns.rest_length, LENGTHENING),
-        0.0 if target.lean is None else abs(target.lean - lean_of(yarns)) / LARGEST_LEAN_CHANGE,
+        0.0 if target.lean is None else abs(target.lean - lean) / LARGEST_LEAN_CHANGE,
     ]
     return math.ceil(max(counts) - SMALLEST_PART)
 
@@ -81,6 +88,7 @@ def increment(state: SwatchInProgress, target: Target) -> SwatchInProgress:
     part = 1.0 / increments_left(state, target)
     yarns = state.yarns
     assert yarns.lattice is not None
+    lean = lean_of(target.smallest.whole_lattice(yarns.lattice))
     sides = zip(target.size, size_of(yarns.lattice), strict=True)
     along, across = (1.0 if size is None else (size / now) ** part for size, now in sides)
     yarns = replace(
@@ -88,7 +96,7 @@ def increment(state: SwatchInProgress, target: Target) -> SwatchInProgress:
         rest_length=yarns.rest_length * (target.rest_length / yarns.rest_length) ** part,
     )
     if target.lean is not None:
-        yarns = _shear_cell(yarns, part * (target.lean - lean_of(yarns)))
+        yarns = _shear_cell(yarns, part * (target.lean - lean))
     scale, gamma = (reached * (target.gamma / reached) ** part for reached in (state.scale, state.gamma))
     return SwatchInProgress(yarns, scale, gamma)
 

@@ -9,10 +9,11 @@ new target. The yarns are the same if the pattern is the same, or if the generat
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.palette import Palette
 from stitchmesh.periodic.continuation import size_of
@@ -21,8 +22,9 @@ from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.sampling import GENERATED
 from stitchmesh.periodic.session.settings import SwatchSettings
+from stitchmesh.periodic.smallest_cell import SmallestCell
 from stitchmesh.periodic.support import planes
-from stitchmesh.periodic.swatch import draw_swatch, free_cell, period_to_reach, take_up_rest_lengths
+from stitchmesh.periodic.swatch import draw_swatch, free_cell, period_to_reach, smallest_cell, take_up_rest_lengths
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.energies.term import TermChoice
@@ -67,12 +69,14 @@ class GeneratedRepeat:
 class Target:
     """The values that a live swatch moves to; lengths are gamma times the lengths in the fabric."""
 
+    smallest: SmallestCell
+    """The cell that relaxes, of which the repeat is made."""
     radius: FloatArray
-    """Radius of each yarn [cm], shape (Y,)."""
+    """Radius of each yarn of that cell [cm], shape (Y,)."""
     rest_length: FloatArray
-    """Rest length of each segment [cm], shape (S,)."""
+    """Rest length of each segment of that cell [cm], shape (S,)."""
     size: tuple[float | None, float | None]
-    """Width and height of the repeat [cm]; None for a free size."""
+    """Width and height of that cell [cm]; None for a free size."""
     lean: float | None
     """Displacement of the wales along the courses over the height of the repeat; None if it is free."""
     gamma: float
@@ -84,11 +88,11 @@ class Target:
     terms: tuple[TermChoice, ...]
     """What the cell lies on."""
     colour: IntArray
-    """Colour number of each yarn, shape (Y,)."""
+    """Colour number of each yarn of the repeat."""
     palette: Palette
     """Colour of each colour number (sRGB), shape (P, 3)."""
     drawn_over_contact: FloatArray
-    """Apparent radius over contact radius of each yarn, shape (Y,)."""
+    """Apparent radius over contact radius of each yarn of the repeat."""
 
 
 def generate_repeat(settings: SwatchSettings) -> GeneratedRepeat:
@@ -122,24 +126,29 @@ def make_target(settings: SwatchSettings, generated: GeneratedRepeat) -> Target:
     wanted = take_up_rest_lengths(generated.curves, generated.fabric, options)
     full = 1.0 if generated.fabric is None else options.yarn_radius / float(yarns.radius[0])
     radius = yarns.radius * full * options.gamma
+    terms = tuple(planes(settings.relax_cell, options, flat, radius))
+    lengths = even_lengths(yarns, wanted, generated.curves.segment_start)
+    lies_alike = bool(terms) and generated.fabric is not None
+    own = smallest_cell(generated.curves, yarns, lengths, options, lies_alike=lies_alike)
+    width, height = own.period_of(size)
     return Target(
-        radius=radius,
-        rest_length=even_lengths(yarns, wanted, generated.curves.segment_start),
-        size=(size[0], size[1]),
-        lean=None if free[2] else lean_of(yarns),
+        smallest=own,
+        radius=radius[own.kept],
+        rest_length=own.part_of(replace(yarns, rest_length=lengths)).rest_length,
+        size=(width, height),
+        lean=None if free[2] else lean_of(yarns.lattice),
         gamma=options.gamma,
         material=material.scaled(options.gamma),
-        cell=cell,
-        terms=tuple(planes(settings.relax_cell, options, flat, radius)),
+        cell=None if cell is None else own.cell_of(cell),
+        terms=terms,
         colour=yarns.colour,
         palette=yarns.palette,
         drawn_over_contact=yarns.drawn_radius / yarns.radius,
     )
 
 
-def lean_of(yarns: YarnSet) -> float:
+def lean_of(lattice: Lattice) -> float:
     """Displacement of the second period along the first period, over the height of the lattice."""
-    assert yarns.lattice is not None
-    width, height = size_of(yarns.lattice)
-    first, second = yarns.lattice.periods
+    width, height = size_of(lattice)
+    first, second = lattice.periods
     return float(first @ second) / (width * height)

@@ -38,7 +38,7 @@ class Exploration:
     rests: tuple[Rest, ...]
     """The distinct states, in ascending order of energy."""
     starts: int
-    """Number of starts, the unperturbed one included."""
+    """Number of starts, that of ``swatch`` included."""
     not_at_rest: int
     """Number of starts that did not come to rest; their states are not among the rests."""
 
@@ -63,9 +63,10 @@ def explore(
     on_start: Callable[[int], None] | None = None,
     **options: Any,
 ) -> Exploration:
-    """Relax a free swatch from its generated yarns and from perturbed ones, and list the distinct states of rest.
+    """List the distinct states of rest of a free swatch: that of ``swatch``, and those that perturbed starts reach.
 
-    The cell may also lean, between planes unless ``unsupported``. Equal seeds give equal starts.
+    From perturbed starts the whole repeat relaxes, so that stitches which are alike in the pattern may lie differently;
+    the cell may also lean, between planes unless ``unsupported``. Equal seeds give equal starts.
 
     Args:
         pattern: as for ``swatch``.
@@ -75,7 +76,7 @@ def explore(
         quality: as for ``swatch``.
         device: as for ``swatch``.
         progress: as for ``swatch``, for each relaxation.
-        on_start: called with the number of each start, 0 for the generated yarns.
+        on_start: called with the number of each start, 0 for that of ``swatch``.
         options: fields of ``SwatchOptions``.
 
     Raises:
@@ -85,22 +86,26 @@ def explore(
     """
     if starts < 1:
         raise ParameterError(f"explore: got {starts} starts; expected at least 1")
-    prepared = prepare_swatch(pattern, material=material, quality=quality, device=device, relax_cell=True, **options)
+    given: dict[str, Any] = {"material": material, "quality": quality, "device": device, "relax_cell": True} | options
+    usual, prepared = prepare_swatch(pattern, **given), prepare_swatch(pattern, smallest=False, **given)
     assert prepared.cell is not None
     prepared = replace(prepared, cell=replace(prepared.cell, shear=True))
-    made, last_error = [], None
+    made, own, last_error = [], None, None
     for number, random in enumerate([None, *(np.random.default_rng([seed, k]) for k in range(starts))]):
         if on_start is not None:
             on_start(number)
         try:
-            begin = prepared.yarns if random is None else perturbed_start(prepared, random)
-            made.append(relax_prepared(prepared, begin, progress))
+            if random is None:
+                own = relax_prepared(usual, usual.yarns, progress)
+                made.append(own)
+            else:
+                made.append(relax_prepared(prepared, perturbed_start(prepared, random), progress))
         except SolverError as error:
             logger.warning("explore: start %d: %s", number, error)
             last_error = error
     if not made and last_error is not None:
         raise last_error
-    return _exploration(made, starts + 1)
+    return _exploration(made, own, starts + 1)
 
 
 def perturbed_start(prepared: PreparedSwatch, random: np.random.Generator) -> YarnSet:
@@ -119,6 +124,6 @@ def perturbed_start(prepared: PreparedSwatch, random: np.random.Generator) -> Ya
     return yarns
 
 
-def _exploration(made: list[Swatch], starts: int) -> Exploration:
+def _exploration(made: list[Swatch], own: Swatch | None, starts: int) -> Exploration:
     rested = [swatch for swatch in made if swatch.report["converged"]]
-    return Exploration(tuple(distinct_rests(rested)), starts, starts - len(rested))
+    return Exploration(tuple(distinct_rests(rested, own)), starts, starts - len(rested))

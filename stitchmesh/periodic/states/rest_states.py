@@ -45,6 +45,8 @@ class Rest:
     """The swatch of the lowest energy that was found in this state."""
     count: int
     """Number of starts that came to this state."""
+    usual: bool = False
+    """Whether ``swatch`` comes to this state."""
 
     @property
     def energy(self) -> float:
@@ -59,6 +61,7 @@ class Rest:
         leaned = abs(report["shear"]) >= LEANED
         return {name: report[name] for name in names} | {
             "lean": report["shear"], "posture": "leaned" if leaned else "upright", "count": self.count,
+            "usual": self.usual,
         }  # fmt: skip
 
 
@@ -69,8 +72,13 @@ def distance(first: YarnSet, second: YarnSet) -> float:
     return max(float(sizes), abs(abs(one[2]) - abs(two[2])), _relief_distance(first, second))
 
 
-def distinct_rests(swatches: Sequence[Swatch]) -> list[Rest]:
-    """Group relaxed swatches by state, in ascending order of energy."""
+def distinct_rests(swatches: Sequence[Swatch], usual: Swatch | None = None) -> list[Rest]:
+    """Group relaxed swatches by state, in ascending order of energy.
+
+    Args:
+        swatches: the relaxed swatches.
+        usual: the one of these to whose state ``swatch`` comes.
+    """
     groups: list[list[Swatch]] = []
     for made in sorted(swatches, key=lambda made: float(made.report["energy_per_stitch"])):
         near = [group for group in groups if distance(group[0].yarns, made.yarns) < SAME]
@@ -78,7 +86,7 @@ def distinct_rests(swatches: Sequence[Swatch]) -> list[Rest]:
             near[0].append(made)
         else:
             groups.append([made])
-    return [Rest(group[0], len(group)) for group in groups]
+    return [Rest(group[0], len(group), any(made is usual for made in group)) for group in groups]
 
 
 def _size(yarns: YarnSet) -> FloatArray:

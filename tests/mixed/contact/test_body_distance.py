@@ -226,6 +226,11 @@ def test_measured_distances_change_no_bit():
     assert (forces_of(term, state) == forces_of(fresh, state)).all()
     assert (products_of(term, state, direction) == products_of(fresh, state, direction)).all()
     assert term.energy(state) == fresh.energy(state)
+    for k in range(5):  # small moves, most of which need no new measurement
+        moved = moved + 0.004 * rng.normal(size=start.shape)
+        term.begin_step(nodes_at(moved), 0.0, 1e-3)
+        fresh.forget_distances()
+        assert (forces_of(term, nodes_at(moved)) == forces_of(fresh, nodes_at(moved))).all(), k
     assert term.step_limit(state, nodes_at(0.1 * start)) <= fresh.step_limit(state, nodes_at(0.1 * start)) == 1.0
 
 

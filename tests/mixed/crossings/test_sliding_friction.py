@@ -106,7 +106,7 @@ def test_forces_and_products_are_derivatives_on_both_sides_of_the_limit():
     assert np.unique(np.abs(force[27:]).round(6)).size > 2
 
 
-def pulled(material, amounts, feed=0.0):
+def pulled(material, amounts, feed=0.0, residual=1e-7):
     """A weave whose nodes are held, with its middle yarn pulled at its last node by amounts, one after the other.
 
     A share of each amount is fed at the first node.
@@ -119,7 +119,7 @@ def pulled(material, amounts, feed=0.0):
         loaded = values.copy()
         loaded[entry_of(PULLED[-1], 0)] = fabric.sliding[PULLED[-1], 0] - amount
         loaded[entry_of(PULLED[0], 0)] = fabric.sliding[PULLED[0], 0] - feed * amount
-        values = take_step([yarns, friction], values, free, loaded)
+        values = take_step([yarns, friction], values, free, loaded, residual)
     return fabric, friction, values, free
 
 
@@ -179,6 +179,15 @@ def test_a_snag_stays_with_friction_and_goes_without():
         moved[friction] = np.abs(split(values)[1][PULLED, 0] - fabric.sliding[PULLED, 0]).max()
     assert moved[0.0] < 1e-12
     assert moved[0.5] > 1e-4
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.5])
+def test_a_yarn_that_is_pulled_out_until_hardly_any_is_left_keeps_the_order_of_its_nodes(mu):
+    """Of 2 cm of yarn between held ends 1 mm is left, half a merging distance for each segment."""
+    amounts = np.linspace(0.1, 1.9, 19)
+    _fabric, _friction, values, _free = pulled(replace(SOFT, friction=mu), amounts, residual=1.0)
+    rest = np.diff(split(values)[1][PULLED, 0])
+    assert (rest > 0.0).all() and rest.sum() == pytest.approx(0.1, rel=1e-12)
 
 
 def test_an_elastic_mark_goes():

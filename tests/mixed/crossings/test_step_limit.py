@@ -10,6 +10,7 @@ import warp as wp
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_model import CrossingModel
+from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
 from stitchmesh.mixed.crossings.step_limit import sliding_step_limit
 from tests.mixed.crossings.small_fabrics import CPU, plain_weave, vector_of
 
@@ -40,6 +41,13 @@ def test_the_segment_that_loses_most_keeps_its_share(share):
         step = limit_of(FABRIC.sliding, change, share=share)
         assert 0 < step < 1
         assert shortest_part(FABRIC.sliding, change, step) == pytest.approx(1 - share, rel=1e-12)
+
+
+def test_the_term_of_the_yarns_limits_a_solver_by_half_of_a_segment():
+    term = CrossingTerm(FABRIC.elements(), wp.float64, CPU)
+    change = np.random.default_rng(0).normal(size=FABRIC.sliding.shape)
+    state, direction = vector_of(FABRIC.position, FABRIC.sliding), vector_of(0 * FABRIC.position, change)
+    assert term.step_limit(state, direction) == limit_of(FABRIC.sliding, change, share=0.5)
 
 
 def test_short_steps_and_common_sliding_are_not_limited():

@@ -18,9 +18,11 @@ from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.crossings.normal_forces import contact_axes
 from stitchmesh.mixed.crossings.stitch_term import StitchTerm, stitch_elements
 from stitchmesh.mixed.layout.knit import lay_knit
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from tests.mixed.cloth.panel_shapes import rectangle
 from tests.mixed.crossings.small_fabrics import (
     CPU,
+    RUN,
     differences,
     energy_at,
     flat,
@@ -122,6 +124,17 @@ def test_single_precision_has_the_forces_of_double_precision():
     rounded = force_at(term_of(scalar=wp.float32), state, wp.float32)
     # some ten operations of relative error 6e-8 on lengths and angles near 1
     np.testing.assert_allclose(rounded, exact, rtol=0, atol=1e-5 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize("exact", [0.0, 1.0])
+def test_diagonal_blocks_are_those_of_the_matrix(exact):
+    term, state = term_of(), state_of(0.03)
+    matrix = hessian_at(term, state, exact)
+    blocks = MixedBlocks.zeros(0, COUNT, wp.float64, CPU)
+    term.diagonal(blocks, RUN)
+    for i in range(COUNT):
+        own = slice(3 * i, 3 * i + 3)
+        np.testing.assert_allclose(blocks.nodes.numpy()[i], matrix[own, own], rtol=0, atol=1e-12 * np.abs(matrix).max())
 
 
 def test_the_weight_of_blending_scales_and_contacts_with_nodes_outside_are_left_out():

@@ -20,7 +20,10 @@ from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_system
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import Region, enriched_everywhere, region_around
+from stitchmesh.mixed.layout.knit import lay_knit
 from stitchmesh.mixed.layout.weave import lay_weave
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
+from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from tests.mixed.dynamics.scene import CPU
 
@@ -138,6 +141,36 @@ def test_a_run_with_friction_that_is_stopped_and_resumed_has_the_same_bits():
     whole, resumed = run(4), run(2, run(2))
     for name, array in whole.items():
         np.testing.assert_array_equal(resumed[name], array)
+
+
+@pytest.mark.parametrize("kind", ["weave", "knit"])
+def test_the_blocks_of_the_metric_are_those_of_the_products(kind):
+    yarns = YARNS if kind == "weave" else lay_knit(CLOTH, np.ones((1, 1)), wale_spacing=0.25, course_spacing=0.2)
+    region = region_around(CLOTH.triangles, len(CLOTH.vertices), yarns.triangle, yarns.barycentric, MIDDLE)
+    scene = cloth_system(CLOTH, yarns, region, ClothModel(SHEET, FabricMaterials.of(YARN)), device=CPU)
+    system, state = scene.system, scene.positions
+    bent = np.random.default_rng(15).normal(scale=0.01, size=len(state.values)) * system.moves.numpy()
+    state.values.assign(state.values.numpy() + bent)
+    system.linearize(state, 0.4)
+    blocks = MixedBlocks.zeros(state.vertex_count, state.node_count, wp.float64, CPU)
+    for term in system.terms:
+        term.diagonal(blocks, system.launch)
+    of_nodes, of_sliding = blocks.nodes.numpy(), blocks.sliding.numpy()
+    columns = np.stack([blocks.coupling_u.numpy(), blocks.coupling_v.numpy()], axis=2)
+    product, moved = state.like(), state.like()
+    for node in range(0, state.node_count, 9):
+        for axis in range(3):
+            v, p, s = (np.zeros_like(part) for part in state.numpy())
+            p[node, axis] = 1.0
+            moved.assign(MixedVector.from_numpy(v, p, s, wp.float64, CPU))
+            system.set_hessian_product(moved, product)
+            _, force, pull = product.numpy()
+            rounding = 1e-6 * np.abs(of_nodes[node]).max()  # blocks are stored in single precision
+            np.testing.assert_allclose(force[node], of_nodes[node][:, axis], atol=rounding)
+            # The weight of yarn couples heights and coordinates too, and is left out of the metric.
+            weight = 981.0 * YARN.density
+            np.testing.assert_allclose(pull[node], columns[node][axis], atol=rounding + weight)
+    assert np.isfinite(of_sliding).all()
 
 
 def test_a_hanging_cloth_comes_to_rest():

@@ -179,9 +179,10 @@ def test_positions_and_eulerian_coordinates_of_free_nodes_are_solved_together(sc
     blocks = blocks_of(vertices, 2 * yarns, scalar)
     sliding = yarns[:, None] * (along**2).sum(axis=2).T * 1.01
     blocks.sliding.assign(sliding[:, :, None] * np.eye(2))
-    coupling = [wp.array(-w * yarns[:, None], dtype=wp.types.vector(3, scalar), device=CPU) for w in along]
+    for array, w in ((blocks.coupling_u, along[0]), (blocks.coupling_v, along[1])):
+        array.assign(-w * yarns[:, None])
     preconditioner = Preconditioner(embed(region), FreeUnknowns.of(region), (vertices, yarns), scalar, CPU)
-    preconditioner.set_metric(blocks, coupling)
+    preconditioner.set_metric(blocks)
     force = forces_on(region, scalar)
     (_, f_p, f_s), motion = force.numpy(), force.like()
     preconditioner.launches(force, motion, RUN)

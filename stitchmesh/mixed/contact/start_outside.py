@@ -1,0 +1,119 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Cloth that starts partly inside a body, moved out of it.
+
+Panels that are placed round a body often cut it, in armpits for example. A contact point that is nearer to the surface
+than a clearance, or inside, asks for a move along the direction to the nearest place of the surface,
+
+    m = (clearance - d) n,       d the signed distance, n its gradient
+
+and each vertex moves by the mean of what its points ask for, weighted by their shares, until no point is left inside.
+The triangles that this stretches contract in the first steps of the simulation.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.device import alone
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import launch
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import FloatArray
+from stitchmesh.mixed.contact.body import Body, PlacedBody, to_body
+from stitchmesh.mixed.contact.contact_points import ContactPoints
+from stitchmesh.yarnrelax.energies.body_surface import gap_to
+
+ROUNDS = 100
+"""Largest number of moves."""
+ENOUGH = 0.25
+"""Part of the clearance at which points may stay: the last moves are small and many."""
+FAR = 1e15
+"""A distance beyond that of any point [cm]."""
+
+
+@kernel
+def move_out(
+    # model
+    surface: Any,
+    clearance: Any,
+    limit: Any,
+    # state in
+    frame: wp.array[Any],
+    origin: wp.array[Any],
+    # state in and out
+    place: wp.array[Any],
+    # state out
+    distance: wp.array[Any],
+) -> None:
+    """Move each place that is nearer than the clearance; its signed distance before."""
+    i = wp.tid()
+    here = to_body(frame[0], origin[0], place[i])
+    gap = gap_to(surface, wp.vec4d(here[0], here[1], here[2], limit), limit)
+    distance[i] = gap[3]
+    if gap[3] < clearance:
+        place[i] += frame[0] * wp.vec3d(gap[0], gap[1], gap[2]) * (clearance - gap[3])
+
+
+@alone()
+def moved_outside(
+    points: ContactPoints, vertices: FloatArray, body: Body, clearance: float, device: wp.Device
+) -> tuple[FloatArray, float]:
+    """Vertices of a cloth moved out of a body at time 0.
+
+    Args:
+        points: contact points on all triangles of the cloth (``points_on_triangles`` without weights).
+        vertices: positions [cm], shape (V, 3).
+        body: the body.
+        clearance: wanted distance of the points from its surface [cm].
+        device: where the distances are found.
+
+    Returns:
+        The positions [cm], shape (V, 3), and how deep the deepest point was inside [cm], zero without any inside.
+
+    Raises:
+        ParameterError: a clearance that is not positive, or points that find no way out.
+    """
+    if not (np.isfinite(clearance) and clearance > 0.0):
+        raise ParameterError(f"{body.name}: got a clearance of {clearance} cm; expected a positive number")
+    placed = PlacedBody(body, wp.float64, device)
+    moved, depth = np.array(vertices, dtype=np.float64), 0.0
+    for round_number in range(ROUNDS):
+        wanted, distance = _wanted(points, moved, placed, clearance, device)
+        least = float(distance.min(initial=clearance))
+        depth = max(-least, 0.0) if round_number == 0 else depth
+        if least >= ENOUGH * clearance:
+            return moved, depth
+        moved += _mean_at_vertices(points, wanted, distance < clearance)
+    deep = int((distance < 0.0).sum())
+    found = f"{deep} of {len(points)} points, up to {max(-least, 0.0):.3g} cm deep, find no way out"
+    raise ParameterError(f"{body.name}: {found}; expected a cloth around it; place the cloth farther out")
+
+
+def _wanted(
+    points: ContactPoints, vertices: FloatArray, placed: PlacedBody, clearance: float, device: wp.Device
+) -> tuple[FloatArray, FloatArray]:
+    """The move that each point asks for [cm], (M, 3), and its signed distance [cm], (M,)."""
+    before = points.places(vertices, np.zeros((points.node_count, 3)))
+    place = wp.array(before, dtype=wp.vec3d, device=device)
+    distance = wp.zeros(len(points), dtype=wp.float64, device=device)
+    inputs = [placed.surface, wp.float64(clearance), wp.float64(FAR), placed.frame, placed.origin]
+    launch(move_out, len(points), inputs, [place, distance], device)
+    return place.numpy() - before, distance.numpy()
+
+
+def _mean_at_vertices(points: ContactPoints, wanted: FloatArray, near: NDArray[np.bool_]) -> FloatArray:
+    """Mean of the wanted moves of the near points of each vertex, weighted by their shares, shape (V, 3)."""
+    share = (points.share * near[:, None]).ravel()
+    index = points.index.ravel()
+    total = np.bincount(index, weights=share, minlength=points.vertex_count)
+    sums = [
+        np.bincount(index, weights=share * np.repeat(wanted[:, axis], 3), minlength=points.vertex_count)
+        for axis in range(3)
+    ]
+    moves: FloatArray = np.stack(sums, axis=1) / np.maximum(total, 1e-12)[:, None]
+    return moves

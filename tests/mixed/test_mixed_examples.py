@@ -1,0 +1,42 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Every scene of ``examples/mixed`` can be prepared in its three forms, and the ball dents its patch."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stitchmesh.mixed.drape import drape
+from stitchmesh.mixed.scene.scene_fabric import prepare
+from stitchmesh.mixed.scene.scene_file import read_scene
+from tests.gallery import ROOT
+
+SCENES = sorted((ROOT / "examples" / "mixed").glob("*.toml"))
+
+
+def test_there_are_scenes():
+    assert len(SCENES) >= 5
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+def test_a_scene_has_yarns_in_a_part_of_the_cloth(path):
+    scene = read_scene(path)
+    nodes = []
+    for kind in ("none", "chosen", "all"):
+        prepared = prepare(replace(scene, region=replace(scene.region, yarns=kind)))
+        nodes.append(len(prepared.region.nodes))
+    assert nodes[0] == 0 < nodes[1] < nodes[2] == prepared.fabric.yarns.node_count
+
+
+def test_the_ball_dents_its_patch():
+    """The cloth stays out of the ball, which moves 0.9 cm while it begins 0.1 cm above the cloth."""
+    scene = read_scene(ROOT / "examples" / "mixed" / "ball.toml")
+    run = drape(replace(scene, region=replace(scene.region, yarns="none"), solver=replace(scene.solver, device="cpu")))
+    assert run.report["mixed"]["converged"]
+    centre = np.array([2.5, 2.5, 0.4])
+    distance = np.linalg.norm(run.shown.vertices - centre, axis=1)
+    assert distance.min() > 1.2 * 0.97  # the facets of the ball lie inside its sphere
+    assert run.shown.vertices[:, 2].min() < -0.5

@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of runs of mixed yarns and triangles: one camera for all panels, colours by alpha and tension."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from stitchmesh.mixed.drape import Draped, drape
+from stitchmesh.mixed.scene.cloth_section import ClothSection
+from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
+from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
+from stitchmesh.mixed.scene.scene import Scene, SolverSection
+from stitchmesh.mixed.scene.yarns_section import YarnsSection
+from stitchmesh.render.mixed_picture import (
+    ALPHA_SCALE,
+    bodies_at_end,
+    camera_directions,
+    colours_of_runs,
+    render_draped,
+)
+from tests.render.test_pictures import display  # noqa: F401 - a fixture
+
+SCENE = Scene(
+    cloth=ClothSection(rectangle=(3.0, 3.0), edge_length=0.6),
+    yarns=YarnsSection(weave="plain", ends=5.0, picks=5.0),
+    region=RegionSection(boxes=(BoxSection(low=(1.0, 1.0, -1.0), high=(2.0, 2.0, 1.0)),)),
+    attachments=(AttachmentSection(boxes=(BoxSection(low=(-1.0, 2.8, -1.0), high=(9.0, 9.0, 1.0)),)),),
+    solver=SolverSection(device="cpu"),
+)
+
+
+@pytest.fixture(scope="module")
+def runs() -> list[tuple[str, Draped]]:
+    forms = [replace(SCENE, region=replace(SCENE.region, yarns=kind)) for kind in ("none", "chosen")]
+    return [(name, drape(form)) for name, form in zip(("triangles", "mixed"), forms, strict=True)]
+
+
+def test_colours_by_alpha_are_those_of_triangles_and_of_yarns(runs):
+    curves = [run.yarns for _name, run in runs]
+    triangles, mixed = colours_of_runs([run for _name, run in runs], curves, "alpha")
+    ends = ALPHA_SCALE.of(np.array([0.0, 1.0]))
+    assert (triangles.points == ends[0]).all()
+    assert (mixed.points == ends[0]).all(axis=1).any()
+    assert (mixed.points == ends[1]).all(axis=1).any()
+
+
+def test_colours_by_tension_have_one_scale(runs):
+    """Tension of yarns is known where they are simulated and where they follow the triangles."""
+    curves = [run.yarns for _name, run in runs]
+    triangles, mixed = colours_of_runs([run for _name, run in runs], curves, "tension")
+    assert triangles.scale == mixed.scale or triangles.scale.high == mixed.scale.high > 0.0
+
+
+@pytest.mark.parametrize(("azimuth", "elevation"), [(0, 0), (90, 0), (30, 40), (0, 90), (120, -90)])
+def test_cameras_look_from_unit_directions(azimuth, elevation):
+    towards, up = camera_directions(azimuth, elevation)
+    assert np.linalg.norm(towards) == pytest.approx(1.0)
+    assert abs(towards @ up) < 0.999  # never along the vertical of the picture
+    if (azimuth, elevation) == (90, 0):
+        assert towards == pytest.approx([1.0, 0.0, 0.0], abs=1e-12)
+
+
+def test_bodies_are_drawn_where_they_end():
+    moves = (Keyframe(time=0.0), Keyframe(time=1.0, displacement=(0.0, -1.0, 0.0)))
+    ball = BodySection(shape="ball", size=(0.5,), centre=(1.5, -3.0, 0.0), keyframes=moves)
+    run = drape(replace(SCENE, region=RegionSection(yarns="none"), bodies=(ball,)))
+    (mesh,) = bodies_at_end(run)
+    assert mesh.vertices.mean(axis=0) == pytest.approx([1.5, -4.0, 0.0], abs=1e-9)
+
+
+@pytest.mark.usefixtures("display")
+def test_runs_are_drawn_side_by_side(tmp_path, runs):
+    render_draped(runs, tmp_path / "both.png", colour="alpha", size=(160, 120))
+    image = np.asarray(Image.open(tmp_path / "both.png").convert("RGB")).astype(int)
+    assert image.shape == (120, 320, 3)
+    red = image[..., 0] - image[..., 2] > 60
+    assert red[:, 160:].sum() > 100 > red[:, :160].sum()  # yarns are simulated on the right only
