@@ -69,8 +69,8 @@ class DynamicsSettings:
     exact_hessian: bool = True
     """Whether the matrix is the exact Hessian where no direction of negative curvature is met."""
     stiffness_in_metric: bool = True
-    """Whether the preconditioner contains the diagonal of the Hessian for positions too. The first Newton iteration of
-    a short step takes fewer products without it, all others more."""
+    """Whether the preconditioner contains the diagonal of the Hessian for positions too, after the first Newton
+    iteration of a step. Loads make forces that are smooth, for which the metric of the masses takes fewer products."""
 
     def __post_init__(self) -> None:
         positive = ("time_step", "smallest_time_step", "velocity_tolerance", "solve_tolerance")
@@ -224,10 +224,9 @@ class Dynamics:
                 return iteration, solves, error
             if not np.isfinite(error):
                 return iteration, solves, np.inf
-            if iteration == 0:
+            if iteration == 0 or (iteration == 1 and settings.stiffness_in_metric):
                 factors = quadratic.mass, 1.0 + quadratic.stiffness
-                stiff = settings.stiffness_in_metric
-                self.system.set_factors(*factors, state.position, stiffness_in_metric=stiff)
+                self.system.set_factors(*factors, state.position, stiffness_in_metric=iteration > 0)
             self.system.linearize(state.position, exact)
             tolerances = settings.solve_tolerance, settings.most_solve_iterations
             report = newton.iterate(state, self.positions, quadratic, *tolerances)

@@ -71,15 +71,19 @@ class MixedSystem:
         self.embedding, self.free, self.terms = embedding, free, list(terms)
         self.scalar, self.device = scalar, device
         self.mass = MassMatrix(masses, scalar, device, node_masses)
-        self.preconditioner = Preconditioner(embedding, free, (masses.vertices, masses.nodes), scalar, device)
+        of_all = masses.vertices, masses.nodes
+        self._preconditioners = {
+            stiff: Preconditioner(embedding, free, of_all, scalar, device) for stiff in (False, True)
+        }
+        self._stiff = False
         self.launch: Launcher = partial(launch, device=device)
         self._factors = wp.zeros(1, dtype=vector(2, scalar), device=device)
         self._unit = wp.array([[1.0, 0.0]], dtype=vector(2, scalar), device=device)
         self._blocks = MixedBlocks.zeros(*counts, scalar, device)
         self.moves = wp.array(_moves(free), dtype=wp.int32, device=device)
-        self._by_mass = Preconditioner(embedding, free, (masses.vertices, masses.nodes), scalar, device)
+        self._by_mass = Preconditioner(embedding, free, of_all, scalar, device)
         self._impulse, self._motion = self.zeros(), self.zeros()
-        self._solver: ConjugateGradients | None = None
+        self._solvers: dict[bool, ConjugateGradients] = {}
         self._captured: tuple[int, ...] = ()
         self._set_projection(masses)
 
@@ -102,7 +106,7 @@ class MixedSystem:
     def add(self, term: Term) -> None:
         """Add a term, for example the weight of ``mass``."""
         self.terms.append(term)
-        self._solver = None
+        self._solvers.clear()
 
     def zeros(self) -> MixedVector:
         """A vector of zeros."""
@@ -169,6 +173,7 @@ class MixedSystem:
                 blocks between positions and Eulerian coordinates; otherwise it is the metric of the masses alone, as
                 Casafranca et al. have it.
         """
+        self._stiff = stiffness_in_metric
         self._factors.assign([[of_mass, of_hessian]])
         blocks = self._blocks
         blocks.clear()
@@ -182,13 +187,21 @@ class MixedSystem:
         self.preconditioner.set_metric(self._blocks, of_mass, of_masses=not stiffness_in_metric)
 
     @property
+    def preconditioner(self) -> Preconditioner:
+        """The preconditioner of ``set_factors``."""
+        return self._preconditioners[self._stiff]
+
+    @property
     def solver(self) -> ConjugateGradients:
-        """The solver of the matrix of ``set_factors`` and the last ``linearize``."""
+        """The solver of the matrix of ``set_factors`` and the last ``linearize``; one for each kind of metric."""
         generations = tuple(term.generation for term in self.terms)
-        if self._solver is None or generations != self._captured:
-            self._solver = ConjugateGradients(self.zeros(), self._products, self.preconditioner.launches)
+        if generations != self._captured:
+            self._solvers.clear()
             self._captured = generations
-        return self._solver
+        if self._stiff not in self._solvers:
+            solver = ConjugateGradients(self.zeros(), self._products, self.preconditioner.launches)
+            self._solvers[self._stiff] = solver
+        return self._solvers[self._stiff]
 
     def _products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches of a product with the matrix."""
