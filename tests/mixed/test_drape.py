@@ -205,6 +205,17 @@ def test_the_command_writes_its_files(tmp_path, capsys):
     assert {"yarns.bcc", "cloth.obj", "maps.h5", "report.json", "scene.toml", "animation.usdc"} <= names
 
 
+def test_the_command_compares_three_forms(tmp_path, capsys):
+    write_scene(tmp_path / "scene.toml", form("chosen"))
+    words = ["drape", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out"), "--compare", "--no-picture"]
+    assert main(words) == 0
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert [report[name]["yarn_nodes_full"] for name in ("triangles", "yarns")] == [0, 225]
+    assert 0 < report["mixed"]["yarn_nodes_full"] + report["mixed"]["yarn_nodes_hybrid"] < 225
+    assert all((tmp_path / "out" / name / "yarns.bcc").exists() for name in report)
+    assert "triangles:" in capsys.readouterr().out
+
+
 def test_the_command_refuses_in_one_line_and_writes_nothing(tmp_path, capsys):
     scene = replace(HANGING, bodies=(BodySection(file="nowhere.obj"),))
     write_scene(tmp_path / "scene.toml", scene)
