@@ -80,7 +80,10 @@ def test_results_are_written_and_read_again(tmp_path, hanging):
     for name in ("yarns.h5", "yarns.usda"):
         assert np.allclose(read_yarns(tmp_path / name).points, curves.points, atol=1e-6)  # USD has float32
     assert read_yarns(tmp_path / "yarns.bcc", radius=0.05).yarn_count == curves.yarn_count
-    assert np.allclose(read_mesh(tmp_path / "cloth.obj").vertices, run.shown.surface, atol=1e-6)
+    surface = read_mesh(tmp_path / "cloth.obj")
+    assert surface.face_count == len(run.display.triangles)
+    written = surface.vertices[surface.face_vertex].reshape(-1, 3, 3)
+    assert np.allclose(written, run.shown.surface[run.display.triangles], atol=1e-6)
     maps = read_maps(tmp_path / "maps.h5")
     assert np.array_equal(maps.nodes, run.shown.nodes)
     assert maps.yarn_tension.max() > 0.0
@@ -200,6 +203,17 @@ def test_the_command_writes_its_files(tmp_path, capsys):
     assert report["mixed"]["yarn_nodes_full"] == 0
     names = {path.name for path in folder.iterdir()}
     assert {"yarns.bcc", "cloth.obj", "maps.h5", "report.json", "scene.toml", "animation.usdc"} <= names
+
+
+def test_the_command_compares_three_forms(tmp_path, capsys):
+    write_scene(tmp_path / "scene.toml", form("chosen"))
+    words = ["drape", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out"), "--compare", "--no-picture"]
+    assert main(words) == 0
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert [report[name]["yarn_nodes_full"] for name in ("triangles", "yarns")] == [0, 225]
+    assert 0 < report["mixed"]["yarn_nodes_full"] + report["mixed"]["yarn_nodes_hybrid"] < 225
+    assert all((tmp_path / "out" / name / "yarns.bcc").exists() for name in report)
+    assert "triangles:" in capsys.readouterr().out
 
 
 def test_the_command_refuses_in_one_line_and_writes_nothing(tmp_path, capsys):

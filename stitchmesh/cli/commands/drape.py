@@ -74,13 +74,17 @@ class Drape:
         if self.output is None:
             raise ParameterError("drape: needs -o DIR for its files, or --init for an example scene")
         from stitchmesh.cli.progress import show_progress
+        from stitchmesh.io.atomic import write_json
 
         scene = self._scene()
         with output_folder(self.output) as folder, show_progress() as progress:
             runs = self._runs(scene, folder, progress)
             draws = not self.no_picture and (scene.output.picture or self.compare)
             drawn = draws and draw_if_possible(lambda: _draw(runs, folder / "preview.png"))
-        report = runs["mixed"].report if not self.compare else {name: run.report for name, run in runs.items()}
+            report = runs["mixed"].report
+            if self.compare:
+                report = {name: run.report["mixed"] for name, run in runs.items()}
+                write_json(folder / "report.json", report)
         lines = [line for name, run in runs.items() for line in _summary(name if self.compare else "", run)]
         print_result(report, [*lines, files_to_open(folder, bool(drawn))], as_json=self.json)
         return None if all(run.report["mixed"]["converged"] for run in runs.values()) else NOT_CONVERGED

@@ -8,7 +8,8 @@ A segment between two nodes holds yarn of the rest length D = u1 - u0 and of the
 
 Yarn that slides to another segment changes its height there, so that the coordinates have a weight too: a yarn that
 hangs over a crossing runs to its heavier side. The Hessian couples D with the positions and is not positive; the matrix
-that is never negative is zero.
+that is never negative is zero. The coupling rho g is some 20 dyn/cm beside 1e5 dyn/cm of stretch, and a launch in each
+product; products leave it out unless it is asked for.
 """
 
 from __future__ import annotations
@@ -151,13 +152,27 @@ class YarnGravity(Term):
     name = "weight of crossing yarns"
 
     def __init__(
-        self, elements: CrossingElements, scalar: Any, device: wp.Device, acceleration: ArrayLike = STANDARD
+        self,
+        elements: CrossingElements,
+        scalar: Any,
+        device: wp.Device,
+        acceleration: ArrayLike = STANDARD,
+        *,
+        coupled: bool = False,
     ) -> None:
-        """Put the densities on a device, in the precision of ``scalar``.
+        """Put the densities on a device.
+
+        Args:
+            elements: the yarns.
+            scalar: Warp's floating-point type.
+            device: where the term lies.
+            acceleration: acceleration by gravity [cm/s^2], shape (3,).
+            coupled: whether products contain the exact Hessian; otherwise they are zero.
 
         Raises:
-            ParameterError: the acceleration [cm/s^2] is not three finite numbers.
+            ParameterError: the acceleration is not three finite numbers.
         """
+        self.coupled = coupled
         pull = np.asarray(acceleration, dtype=np.float64)
         if pull.shape != (3,) or not np.isfinite(pull).all():
             raise ParameterError(f"gravity: got the acceleration {pull.tolist()}; expected three finite numbers")
@@ -184,11 +199,13 @@ class YarnGravity(Term):
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launch that keeps the share of the exact Hessian, which does not depend on the state."""
+        if not self.coupled:
+            return []
         return [launcher(keep_share, 1, [self._scalar(self.exact)], [self._share])]
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launch that adds the products; none for the matrix that is never negative."""
-        if self.count == 0:
+        """The launch that adds the products; none if they are zero."""
+        if self.count == 0 or not self.coupled:
             return []
         model = [self._link, self._slides, self._density, self._acceleration]
         inputs = [*model, self._share, direction.nodes, direction.sliding]

@@ -14,6 +14,7 @@ from stitchmesh.io.yarn_formats.animated_usd import UsdFrame, write_animated_usd
 from stitchmesh.mesh import Mesh
 from stitchmesh.mixed.assembly import MixedFabric
 from stitchmesh.mixed.output.display import Display
+from stitchmesh.mixed.output.fans import one_vertex_for_each_fan
 from stitchmesh.mixed.output.frames import Frame
 from stitchmesh.mixed.output.maps import StateMaps, triangle_tension, yarn_tension
 
@@ -47,7 +48,8 @@ class RunFiles:
         for suffix in formats:
             write_yarns(self.folder / f"{YARNS}.{suffix}", curves)
         if len(shown.surface):
-            write_mesh(self.folder / SURFACE, Mesh.from_polygons(shown.surface, self.display.triangles.tolist()))
+            triangles, source = one_vertex_for_each_fan(self.display.triangles)
+            write_mesh(self.folder / SURFACE, Mesh.from_polygons(shown.surface[source], triangles.tolist()))
         write_dataclass(self.folder / MAPS, state_maps(self.fabric, self.display, frame), FORMAT)
 
     def write_animation(self, frames: Iterable[Frame], frames_per_second: float) -> int:

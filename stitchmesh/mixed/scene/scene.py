@@ -37,6 +37,8 @@ class ContactSection:
     """Thickness of the cloth in contact [cm]; four yarn radii, the two layers of a crossing, by default."""
     pressure: float | None = None
     """Scale of the pressure of contact [dyn/cm^2]; a default that suits cloth."""
+    start_outside: bool = False
+    """Whether a cloth that starts partly inside a body is moved out of it; if not, a deep start is an error."""
 
     def __post_init__(self) -> None:
         for name in ("thickness", "pressure"):

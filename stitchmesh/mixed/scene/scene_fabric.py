@@ -8,12 +8,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.assembly import LoadedBody, Loads, MixedFabric
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.contact.attachments import Attachment
 from stitchmesh.mixed.contact.self_collision import PRESSURE
+from stitchmesh.mixed.contact.start_outside import moved_outside
+from stitchmesh.mixed.contact.triangle_points import points_on_triangles
 from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial
 from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.enrichment.region import Region
@@ -99,7 +102,7 @@ def prepare(scene: Scene, *, cloth: Cloth | None = None, yarns: CrossingYarns | 
     region = scene.region.region(surface, laid)
     held = tuple(_attachment(number, one, surface, laid) for number, one in enumerate(scene.attachments))
     check_simulated(held, region)
-    return PreparedScene(
+    prepared = PreparedScene(
         scene=scene,
         fabric=fabric,
         region=region,
@@ -109,6 +112,24 @@ def prepare(scene: Scene, *, cloth: Cloth | None = None, yarns: CrossingYarns | 
             LoadedBody(body=one.body(), friction=one.friction, thickness=one.thickness) for one in scene.bodies
         ),
     )
+    return replace(prepared, vertices=_outside(prepared)) if scene.contact.start_outside else prepared
+
+
+def _outside(prepared: PreparedScene) -> FloatArray:
+    """The vertices at the start, moved out of the bodies by the distance that contact keeps.
+
+    Raises:
+        ParameterError: a part of the cloth finds no way out.
+    """
+    cloth, thickness = prepared.fabric.cloth, prepared.loads(0.0).thickness
+    points, _links = points_on_triangles(
+        cloth.triangles, cloth.rest, cloth.panel, vertex_count=len(cloth.vertices), thickness=thickness
+    )
+    vertices = prepared.vertices
+    for one in prepared.bodies:
+        clearance = 0.5 * thickness + one.thickness
+        vertices, _depth = moved_outside(points, vertices, one.body, clearance, device_named("cpu"))
+    return vertices
 
 
 def _layout(scene: Scene, cloth: Cloth) -> CrossingYarns:

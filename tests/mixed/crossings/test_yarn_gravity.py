@@ -28,7 +28,7 @@ PULL = (30.0, -900.0, 200.0)
 
 
 def weight_of(fabric, **changes):
-    return YarnGravity(fabric.elements(**changes), wp.float64, CPU, PULL)
+    return YarnGravity(fabric.elements(**changes), wp.float64, CPU, PULL, coupled=True)
 
 
 def test_forces_and_products_are_derivatives():
@@ -40,6 +40,7 @@ def test_forces_and_products_are_derivatives():
     matrix = differences(lambda values: -force_at(term, values), state, 0.1)
     np.testing.assert_allclose(hessian_at(term, state), matrix, rtol=0, atol=1e-12 * np.abs(matrix).max())
     assert not hessian_at(term, state, exact=0.0).any()
+    assert not hessian_at(YarnGravity(fabric.elements(), wp.float64, CPU, PULL), state).any()
 
 
 def test_the_whole_weight_is_that_of_the_yarn():

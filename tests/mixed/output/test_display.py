@@ -16,6 +16,7 @@ from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.weave import lay_weave
 from stitchmesh.mixed.output.display import Display
+from stitchmesh.mixed.output.fans import one_vertex_for_each_fan
 from stitchmesh.mixed.output.loop_subdivision import loop_subdivision
 
 PLAIN = [[1, 0], [0, 1]]
@@ -123,3 +124,17 @@ def test_curves_have_the_yarns_of_the_layout(cloth, yarns):
     display = Display(cloth, yarns, region)
     curves = display.curves(display.show(cloth.vertices, yarns.world(cloth)[region.nodes]), 0.05)
     assert curves.yarn_count == yarns.yarn_count
+
+
+def test_each_fan_of_triangles_has_a_vertex_of_its_own():
+    """Two triangles that meet in vertex 2, and a third one beside the second."""
+    triangles, source = one_vertex_for_each_fan(np.array([[0, 1, 2], [2, 3, 4], [2, 4, 5]]))
+    assert len(source) == 7
+    assert np.array_equal(source[triangles], [[0, 1, 2], [2, 3, 4], [2, 4, 5]])
+    assert triangles[0, 2] != triangles[1, 0] == triangles[2, 0]
+
+
+def test_a_connected_surface_keeps_its_vertices(cloth):
+    triangles, source = one_vertex_for_each_fan(cloth.triangles)
+    assert len(source) == len(cloth.vertices)
+    assert np.array_equal(source[triangles], cloth.triangles)

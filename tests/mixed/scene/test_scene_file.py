@@ -122,6 +122,24 @@ def test_bad_input_is_one_line(tmp_path, name):
     assert "\n" not in str(caught.value)
 
 
+def test_seams_of_different_counts_and_missing_texture_coordinates_are_one_line(tmp_path):
+    square = "outline = [[0, 0], [2, 0], [2, 2], [0, 2]]"
+    panels = "".join(f'[[cloth.panels]]\nname = "{name}"\n{square}\nside_edges = [2, {n}, 2, {n}]\n' for name, n in
+                     (("a", 2), ("b", 3)))  # fmt: skip
+    seam = (
+        '[[cloth.seams]]\nfirst = { panel = "a", start = 1, end = 2 }\nsecond = { panel = "b", start = 3, end = 0 }\n'
+    )
+    (tmp_path / "plain.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    yarns = '[yarns]\nweave = "plain"\n'
+    for text, expected in (
+        (panels + seam + yarns, "same number"),
+        ('[cloth]\nfile = "plain.obj"\n' + yarns, "texture coordinates"),
+    ):
+        with pytest.raises(StitchMeshError, match=expected) as caught:
+            prepare(scene_of(tmp_path, text))
+        assert "\n" not in str(caught.value)
+
+
 def test_region_none_and_all(tmp_path):
     for word, share in (("none", 0.0), ("all", 1.0)):
         prepared = prepare(scene_of(tmp_path, BASE + f'[region]\nyarns = "{word}"\n'))
