@@ -199,7 +199,7 @@ def test_a_body_that_moves_too_far_in_a_step_makes_the_step_shorter():
     while run.time < 0.004:
         reports.append(run.step())
     assert contact.distances(run.positions).min() > -0.2
-    assert run.positions.numpy()[0][12, 2] > 1.0  # the middle of the patch is carried along
+    assert run.positions.numpy()[1][:, 2].max() > 1.0  # the yarns in the middle of the patch are carried along
 
 
 def test_self_collision_of_a_flat_mixed_patch_changes_nothing():
