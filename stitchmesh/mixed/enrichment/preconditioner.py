@@ -114,74 +114,64 @@ def inverse_where(block: Any, free: wp.vec2i, smallest: Any) -> Any:
 @kernel
 def invert_metric(
     # model
-    vertex_kind: wp.array[wp.int32],
-    node_kind: wp.array[wp.int32],
-    slides: wp.array[wp.vec2i],
+    kind: wp.array[wp.int32],
     least_mass: wp.array[Any],
     inverse_mass: wp.array[Any],
     by_masses: int,
     of_mass: Any,
     # state in
-    vertex_blocks: wp.array[Any],
-    node_blocks: wp.array[Any],
-    sliding_blocks: wp.array[Any],
+    blocks: wp.array[Any],
+    # state out
+    inverse: wp.array[Any],
+    number: wp.array[Any],
+) -> None:
+    """Inverse blocks of D of positions: zero for what is fixed, a number for what is coupled."""
+    i = wp.tid()
+    block = blocks[i]
+    smallest, of_masses = least_mass[i] * of_mass, inverse_mass[i] / of_mass
+    result = block - block
+    if kind[i] == wp.static(FREE):
+        result = inverse_3(block, smallest)
+    if kind[i] == wp.static(COUPLED):
+        of_block = type(of_mass)(1.0) / mean_of_diagonal(block, 3, smallest)
+        result = scalar_block(block, 3, wp.where(by_masses != 0, of_masses, of_block))
+    inverse[i] = result
+    number[i] = wp.where(kind[i] == wp.static(COUPLED), result[0, 0], of_mass - of_mass)
+
+
+@kernel
+def invert_sliding_metric(
+    # model
+    kind: wp.array[wp.int32],
+    slides: wp.array[wp.vec2i],
+    least_mass: wp.array[Any],
+    of_mass: Any,
+    # state in
+    node_inverse: wp.array[Any],
+    blocks: wp.array[Any],
     coupling_u: wp.array[Any],
     coupling_v: wp.array[Any],
     # state out
-    vertex_inverse: wp.array[Any],
-    node_inverse: wp.array[Any],
-    sliding_inverse: wp.array[Any],
+    inverse: wp.array[Any],
     across_u: wp.array[Any],
     across_v: wp.array[Any],
-    vertex_scalar: wp.array[Any],
-    node_scalar: wp.array[Any],
 ) -> None:
-    """Inverse blocks of D; zero for what is fixed, a number for what is coupled."""
+    """Inverse blocks of the Schur complement of D for the Eulerian coordinates, and D^-1 times their columns."""
     i = wp.tid()
-    one = type(of_mass)(1.0)
-    smallest = least_mass[i] * of_mass
-    of_masses = inverse_mass[i] / of_mass
-    vertex_count = vertex_blocks.shape[0]
-    if i < vertex_count:
-        block = vertex_blocks[i]
-        inverse = block - block
-        if vertex_kind[i] == wp.static(FREE):
-            inverse = inverse_3(block, smallest)
-        if vertex_kind[i] == wp.static(COUPLED):
-            inverse = scalar_block(
-                block, 3, wp.where(by_masses != 0, of_masses, one / mean_of_diagonal(block, 3, smallest))
-            )
-        vertex_inverse[i] = inverse
-        vertex_scalar[i] = wp.where(vertex_kind[i] == wp.static(COUPLED), inverse[0, 0], one - one)
-    else:
-        j = i - vertex_count
-        given = node_blocks[j]
-        result = given - given
-        if node_kind[j] == wp.static(FREE):
-            result = inverse_3(given, smallest)
-        if node_kind[j] == wp.static(COUPLED):
-            result = scalar_block(
-                given, 3, wp.where(by_masses != 0, of_masses, one / mean_of_diagonal(given, 3, smallest))
-            )
-        node_inverse[j] = result
-        node_scalar[j] = wp.where(node_kind[j] == wp.static(COUPLED), result[0, 0], one - one)
-        by_u, by_v = result * coupling_u[j], result * coupling_v[j]
-        if node_kind[j] != wp.static(FREE):
-            by_u, by_v = by_u - by_u, by_v - by_v
-        if slides[j][0] == 0:
-            by_u = by_u - by_u
-        if slides[j][1] == 0:
-            by_v = by_v - by_v
-        across_u[j] = by_u
-        across_v[j] = by_v
-        pair = sliding_blocks[j]
-        mixed = wp.dot(by_u, coupling_v[j])
-        pair[0, 0] = pair[0, 0] - wp.dot(by_u, coupling_u[j])
-        pair[1, 1] = pair[1, 1] - wp.dot(by_v, coupling_v[j])
-        if slides[j][1] != 0:
-            pair[0, 1] = pair[0, 1] - mixed
-            pair[1, 0] = pair[1, 0] - mixed
-        sliding_inverse[j] = inverse_where(pair, slides[j], smallest)
+    by_u, by_v = node_inverse[i] * coupling_u[i], node_inverse[i] * coupling_v[i]
+    if kind[i] != wp.static(FREE) or slides[i][0] == 0:
+        by_u = by_u - by_u
+    if kind[i] != wp.static(FREE) or slides[i][1] == 0:
+        by_v = by_v - by_v
+    across_u[i] = by_u
+    across_v[i] = by_v
+    pair = blocks[i]
+    mixed = wp.dot(by_v, coupling_u[i])
+    pair[0, 0] = pair[0, 0] - wp.dot(by_u, coupling_u[i])
+    pair[1, 1] = pair[1, 1] - wp.dot(by_v, coupling_v[i])
+    pair[0, 1] = pair[0, 1] - mixed
+    pair[1, 0] = pair[1, 0] - mixed
+    inverse[i] = inverse_where(pair, slides[i], least_mass[i] * of_mass)
 
 
 @kernel
@@ -247,9 +237,10 @@ class Preconditioner:
         self._scalar, self._device = scalar, device
         self._projects_by_masses = False
         least = least_masses(embedding, masses[1])
-        self._least = wp.array(least, dtype=scalar, device=device)
+        halves = [embedding.vertex_count]
+        self._least = [wp.array(part, dtype=scalar, device=device) for part in np.split(least, halves)]
         self._by_masses = 1.0 / np.maximum(np.concatenate(masses), least)
-        self._inverse_mass = wp.array(self._by_masses, dtype=scalar, device=device)
+        self._inverse_mass = [wp.array(part, dtype=scalar, device=device) for part in np.split(self._by_masses, halves)]
         coupled_vertices, coupled_nodes = embedding.coupled
         self._vertex_kind = self._integers(np.where(coupled_vertices, COUPLED, FREE) * free.vertices)
         self._node_kind = self._integers(np.where(coupled_nodes, COUPLED, FREE) * free.nodes)
@@ -269,12 +260,15 @@ class Preconditioner:
             of_masses: whether D in the hybrid region is ``of_mass`` times the masses alone, instead of the given
                 blocks. Sigma is then found once.
         """
-        given = [metric.vertices, metric.nodes, metric.sliding, metric.coupling_u, metric.coupling_v]
-        kinds = [self._vertex_kind, self._node_kind, self._slides, self._least]
-        kinds += [self._inverse_mass, int(of_masses), self._scalar(of_mass)]
-        outputs = [self.inverse.vertices, self.inverse.nodes, self.inverse.sliding, *self._across, *self._scalars]
-        count = len(self._vertex_kind) + len(self._node_kind)
-        launch(invert_metric, count, [*kinds, *given], outputs, self._device)
+        own, factor = self.inverse, self._scalar(of_mass)
+        parts = (metric.vertices, own.vertices), (metric.nodes, own.nodes)
+        kinds = self._vertex_kind, self._node_kind
+        for k, ((blocks, inverse), kind) in enumerate(zip(parts, kinds, strict=True)):
+            inputs = [kind, self._least[k], self._inverse_mass[k], int(of_masses), factor, blocks]
+            launch(invert_metric, len(kind), inputs, [inverse, self._scalars[k]], self._device)
+        inputs = [self._node_kind, self._slides, self._least[1], factor, own.nodes]
+        inputs += [metric.sliding, metric.coupling_u, metric.coupling_v]
+        launch(invert_sliding_metric, len(self._node_kind), inputs, [own.sliding, *self._across], self._device)
         self._projection.set_scale(of_mass if of_masses else 1.0)
         if not (of_masses and self._projects_by_masses):
             self._projection.set_metric(*self._coupled_inverses(of_masses))
