@@ -64,6 +64,22 @@ def available_memory(device: wp.Device) -> float:
         return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
 
 
+def check_layout_memory(nodes: float, available: float) -> None:
+    """Check that the layout of a number of yarn nodes fits into a memory, before it is made.
+
+    Raises:
+        ParameterError: it does not; the message says how much it needs and how many nodes would fit.
+    """
+    needed = BASE + PER_LAID_NODE * nodes
+    if needed > available:
+        found = f"about {nodes:,.3g} crossings of yarns, which need about {needed / 1e9:.3g} GB"
+        fit = max(int((available - BASE) / PER_LAID_NODE), 0)
+        raise ParameterError(
+            f"yarns: {found}, and {available / 1e9:.3g} GB are free; expected fewer yarns for each cm, or a smaller "
+            f"cloth, for at most {fit:,} crossings"
+        )
+
+
 def check_memory(region: Region, available: float, *, contact: bool) -> MemoryEstimate:
     """Check that a scene fits into a memory, and return what it needs.
 

@@ -195,6 +195,12 @@ def test_memory_grows_with_the_region_and_the_message_says_what_fits():
         check_memory(region, short, contact=False)
 
 
+def test_more_yarns_than_fit_into_the_memory_are_refused_before_they_are_laid_out():
+    dense = replace(HANGING, yarns=YarnsSection(weave="plain", ends=5e5, picks=5e5))
+    with pytest.raises(ParameterError, match=r"yarns: about .* crossings of yarns, which need about .* GB.* at most"):
+        prepare(dense)
+
+
 def test_the_command_writes_its_files(tmp_path, capsys):
     write_scene(tmp_path / "scene.toml", form("chosen"))
     folder = tmp_path / "out"

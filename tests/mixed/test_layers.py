@@ -21,10 +21,10 @@ LAYERS = [
     {"contact"},
     {"enrichment"},
     {"dynamics"},
-    {"assembly"},
+    {"assembly", "memory"},
     {"output", "placement", "matching"},
     {"scene"},
-    {"memory", "simulation"},
+    {"simulation"},
     {"run_checkpoint", "automatic_region"},
     {"drape"},
 ]

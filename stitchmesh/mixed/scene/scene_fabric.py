@@ -22,6 +22,7 @@ from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.from_stitches import lay_stitches
+from stitchmesh.mixed.memory import available_memory, check_layout_memory
 from stitchmesh.mixed.output.display import vertex_normals
 from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_knit, cloth_of_weave
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
@@ -134,9 +135,12 @@ def _outside(prepared: PreparedScene) -> FloatArray:
 
 def _layout(scene: Scene, cloth: Cloth) -> CrossingYarns:
     """The yarns of a scene on its cloth."""
+    free = available_memory(device_named("cpu"))
     if scene.yarns.knit != STITCHES:
+        check_layout_memory(scene.yarns.crossings_on(cloth), free)
         return scene.yarns.layout(cloth)
     fabric = scene.cloth.stitches()
+    check_layout_memory(4.0 * fabric.face_count * scene.yarns.divisions**2, free)
     width, height = scene.cloth.stitch_size(fabric)
     return lay_stitches(cloth, fabric, stitch_width=width, course_height=height, divisions=scene.yarns.divisions)
 

@@ -66,6 +66,12 @@ class YarnsSection:
             if value is not None and not (np.isfinite(value) and value > 0.0):
                 raise ParameterError(f"yarns.{name}: got {value}; expected a positive number")
 
+    def crossings_on(self, cloth: Cloth) -> float:
+        """Return about how many crossings the yarns have on a cloth; each loop of a knit has four."""
+        if self.weave is not None:
+            return float(cloth.rest_area.sum()) * self.ends * self.picks
+        return 4.0 * float(cloth.rest_area.sum()) * self.wales * self.courses
+
     def layout(self, cloth: Cloth) -> CrossingYarns:
         """Lay the yarns out on a cloth.
 
