@@ -126,6 +126,7 @@ def generalized(case: Case, diagonal: bool) -> Callable[[Vector], Vector]:
         return displacement - own @ gram.solve(own.T @ displacement)
 
     def precondition(values: Vector) -> Vector:
+        """Filter, divide, and filter again."""
         v, p, s = views(values * moves, system.zeros())
         q, h = p.copy(), embedding.nodes
         q[h] = filtered(p[h])
@@ -151,6 +152,7 @@ def by_projection(case: Case, stiffness_in_metric: bool) -> Callable[[Vector], V
     force, motion = system.zeros(), system.zeros()
 
     def precondition(values: Vector) -> Vector:
+        """Apply the preconditioner of the solver."""
         force.values.assign(values)
         system.preconditioner.launches(force, motion, system.launch)
         return motion.values.numpy().copy()

@@ -230,6 +230,8 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=None, help="threads on a CPU; all cores")
     parser.add_argument("--runs", type=int, default=3, help="runs of which the shortest is taken")
     arguments = parser.parse_args()
+    if len(arguments.triangles) != len(arguments.nodes):
+        parser.error("--triangles and --nodes: give as many numbers to one as to the other")
     device, scalar = device_named(arguments.device), scalar_named(arguments.precision)
     if arguments.threads:
         set_threads(arguments.threads)

@@ -8,11 +8,9 @@ Paths in the file are relative to the folder of the file.
 
 from __future__ import annotations
 
-import json
 import os
-import tomllib
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import MISSING, fields, is_dataclass, replace
+from collections.abc import Callable
+from dataclasses import fields, replace
 from os import fspath
 from pathlib import Path
 from typing import Any
@@ -22,12 +20,12 @@ from stitchmesh.editing.on_selection import ON
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.checked import check_table
-from stitchmesh.io.contents import FilePath, read_bytes, suffix_of
+from stitchmesh.io.contents import FilePath, suffix_of
+from stitchmesh.io.toml_file import SUFFIX, changed_fields, read_table, table_lines
 from stitchmesh.recipe.recipe import Recipe, RecipePattern
 from stitchmesh.selection import parse_selection
 from stitchmesh.selection.selection import with_paths
 
-SUFFIX = ".toml"
 HEADER = """\
 # A recipe of a garment: stitchmesh knit RECIPE -o DIR knits it.
 # docs/recipes.md explains every key. Paths are relative to this file.
@@ -51,18 +49,11 @@ def read_recipe(path: FilePath) -> Recipe:
         FileError: the file cannot be read, is not TOML, or has a key or a value that no recipe has; the message names
             the key and, for an unknown key, the nearest known one.
     """
-    name = fspath(path)
-    suffix_of(path, [SUFFIX])
-    try:
-        table = tomllib.loads(read_bytes(path).decode("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise FileError(f"{name}: is no TOML ({error})") from error
-    except RecursionError as error:
-        raise FileError(f"{name}: is no TOML that can be read; it is nested too deeply") from error
+    table = read_table(path)
     try:
         return _with_paths(_recipe(table), lambda inside: _joined(Path(path).parent, inside))
     except ParameterError as error:
-        raise FileError(f"{name}: {error}") from error
+        raise FileError(f"{fspath(path)}: {error}") from error
 
 
 def write_recipe(path: FilePath, recipe: Recipe) -> None:
@@ -74,7 +65,7 @@ def write_recipe(path: FilePath, recipe: Recipe) -> None:
     suffix_of(path, [SUFFIX])
     folder = Path(path).resolve().parent
     moved = _with_paths(recipe, lambda inside: Path(os.path.relpath(inside, folder)).as_posix())
-    write_text(path, HEADER + "\n" + "\n".join(_lines(_changed(moved), "", dict(COMMENTS))) + "\n")
+    write_text(path, HEADER + "\n" + "\n".join(table_lines(_table_of(moved), comments=COMMENTS)) + "\n")
 
 
 def _recipe(table: dict[str, Any]) -> Recipe:
@@ -141,46 +132,9 @@ def _joined(folder: Path, path: str) -> str:
     return fspath(folder / path)
 
 
-def _changed(value: Any) -> dict[str, Any]:
-    """Return the fields of a dataclass that differ from their defaults, with nested dataclasses as tables."""
-    table: dict[str, Any] = {}
-    for part in fields(value):
-        found = getattr(value, part.name)
-        default = part.default_factory() if part.default_factory is not MISSING else part.default
-        if found == default:
-            continue
-        if isinstance(found, tuple) and found and is_dataclass(found[0]):
-            found = [_edit_table(one) if isinstance(one, Edit) else _changed(one) for one in found]
-        table[part.name] = _changed(found) if is_dataclass(found) else found
-    return table
-
-
-def _edit_table(edit: Edit) -> dict[str, Any]:
-    return {"edit": edit.name, **edit.arguments}
-
-
-def _lines(table: Mapping[str, Any], name: str, comments: dict[str, str]) -> Iterator[str]:
-    """Yield the lines of a table: its values first, then its tables; a comment is used up by its first key."""
-    nested = {key: value for key, value in table.items() if isinstance(value, dict) or _is_tables(value)}
-    for key, value in table.items():
-        if key not in nested:
-            comment = comments.pop(key, "")
-            yield f"{key} = {_text(value)}" + (f"  # {comment}" if comment else "")
-    for key, value in nested.items():
-        for one in value if isinstance(value, list) else [value]:
-            yield ""
-            yield f"[[{name}{key}]]" if isinstance(value, list) else f"[{name}{key}]"
-            yield from _lines(one, f"{name}{key}.", comments)
-
-
-def _is_tables(value: object) -> bool:
-    return isinstance(value, list) and bool(value) and all(isinstance(one, dict) for one in value)
-
-
-def _text(value: object) -> str:
-    """Return a value as TOML: a text, a number, true or false, or a list of these."""
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(_text(part) for part in value)}]"
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    return str(value).lower() if isinstance(value, bool) else repr(value)
+def _table_of(recipe: Recipe) -> dict[str, Any]:
+    """Return the table of a recipe, whose edits have their arguments as keys, in the order of its fields."""
+    table = changed_fields(replace(recipe, edits=()))
+    if recipe.edits:
+        table["edits"] = [{"edit": edit.name, **edit.arguments} for edit in recipe.edits]
+    return {part.name: table[part.name] for part in fields(recipe) if part.name in table}

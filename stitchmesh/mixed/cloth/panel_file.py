@@ -20,24 +20,19 @@ Corners are counted from 0. Other keys and their defaults are those of ``PanelFi
 
 from __future__ import annotations
 
-import json
-import tomllib
-from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
-from os import fspath
-from typing import Any
+from dataclasses import dataclass, field, replace
 
-from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.atomic import write_text
-from stitchmesh.io.checked import check_table
-from stitchmesh.io.contents import FilePath, read_bytes, suffix_of
+from stitchmesh.io.contents import FilePath, suffix_of
+from stitchmesh.io.toml_file import SUFFIX, changed_fields, read_dataclass, table_lines
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel, checked_edge_length
 from stitchmesh.mixed.cloth.seams import Seam, cloth_from_panels, seam_counts
 from stitchmesh.mixed.cloth.starting_shape import checked_rounds, evened_vertices
 
-SUFFIX = ".toml"
+INLINE = ("position", "first", "second")
+"""Keys whose tables are written within one line."""
 HEADER = "# Panels of a cloth and their seams. Lengths are in cm; outlines run anticlockwise.\n"
 
 
@@ -102,18 +97,7 @@ def read_panels(path: FilePath) -> PanelFile:
         FileError: the file cannot be read, is not TOML, has a key or a value that it cannot have, or describes panels
             that cannot be sewn; the message names the key and, for an unknown key, the nearest known one.
     """
-    name = fspath(path)
-    suffix_of(path, [SUFFIX])
-    try:
-        table = tomllib.loads(read_bytes(path).decode("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise FileError(f"{name}: is no TOML ({error})") from error
-    except RecursionError as error:
-        raise FileError(f"{name}: is no TOML that can be read; it is nested too deeply") from error
-    try:
-        return check_table(table, PanelFile)
-    except ParameterError as error:
-        raise FileError(f"{name}: {error}") from error
+    return read_dataclass(path, PanelFile)
 
 
 def write_panels(path: FilePath, content: PanelFile) -> None:
@@ -123,35 +107,4 @@ def write_panels(path: FilePath, content: PanelFile) -> None:
         FileError: the file cannot be written, or its suffix is not ``.toml``.
     """
     suffix_of(path, [SUFFIX])
-    lines = list(_lines({key: value for key, value in _changed(content).items() if key not in ("panels", "seams")}))
-    for key in ("panels", "seams"):
-        for value in getattr(content, key):
-            lines += ["", f"[[{key}]]", *_lines(_changed(value))]
-    write_text(path, HEADER + "\n" + "\n".join(lines) + "\n")
-
-
-def _changed(value: Any) -> dict[str, Any]:
-    """Return the fields of a dataclass that differ from their defaults."""
-    table = {}
-    for part in fields(value):
-        default = part.default_factory() if part.default_factory is not MISSING else part.default
-        found = getattr(value, part.name)
-        if found != default:
-            table[part.name] = found
-    return table
-
-
-def _lines(table: Mapping[str, Any]) -> Iterator[str]:
-    for key, value in table.items():
-        yield f"{key} = {_text(value)}"
-
-
-def _text(value: Any) -> str:
-    """Return a value as TOML: a text, a number, a list, or a table within one line."""
-    if is_dataclass(value):
-        return "{ " + ", ".join(_lines(_changed(value))) + " }"
-    if isinstance(value, tuple | list):
-        return f"[{', '.join(_text(part) for part in value)}]"
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    return repr(value)
+    write_text(path, HEADER + "\n" + "\n".join(table_lines(changed_fields(content), inline=INLINE)) + "\n")

@@ -16,13 +16,13 @@ from __future__ import annotations
 import difflib
 import functools
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.toml_file import read_table
 
 NAMED_FILE = Path(__file__).with_name("crossing_materials.toml")
 """File of the materials that have a name."""
@@ -134,13 +134,7 @@ def _named_materials() -> Mapping[str, CrossingMaterial]:
 
 def _read_tables(path: Path) -> dict[str, CrossingMaterial]:
     """All materials of a file."""
-    try:
-        tables = tomllib.loads(path.read_bytes().decode("utf-8"))
-    except OSError as error:
-        raise FileError(f"{path}: {error.strerror or error}; expected a TOML file of crossing materials") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise FileError(f"{path}: not TOML ({error}); expected one table for each material") from None
-    return {name: _material_of(path, name, table) for name, table in tables.items()}
+    return {name: _material_of(path, name, table) for name, table in read_table(path).items()}
 
 
 def _material_of(path: Path, name: str, table: Any) -> CrossingMaterial:

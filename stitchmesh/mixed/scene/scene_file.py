@@ -4,23 +4,19 @@
 
 from __future__ import annotations
 
-import json
 import os
-import tomllib
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import MISSING, fields, is_dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from os import fspath
 from pathlib import Path
 from typing import Any
 
-from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.atomic import write_text
-from stitchmesh.io.checked import check_table
-from stitchmesh.io.contents import FilePath, read_bytes, suffix_of
+from stitchmesh.io.contents import FilePath, suffix_of
+from stitchmesh.io.toml_file import SUFFIX, changed_fields, read_dataclass, table_lines
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.yarns_section import is_file
 
-SUFFIX = ".toml"
 HEADER = """\
 # A scene of mixed yarns and triangles: stitchmesh drape SCENE -o DIR runs it.
 # docs/how-to/drape.md explains every key. Lengths are in cm, times in s; y points up. Paths are relative to this file.
@@ -36,18 +32,7 @@ def read_scene(path: FilePath) -> Scene:
         FileError: the file cannot be read, is not TOML, or has a key or a value that no scene has; the message names
             the key and, for an unknown key, the nearest known one.
     """
-    name = fspath(path)
-    suffix_of(path, [SUFFIX])
-    try:
-        table = tomllib.loads(read_bytes(path).decode("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise FileError(f"{name}: is no TOML ({error})") from error
-    except RecursionError as error:
-        raise FileError(f"{name}: is no TOML that can be read; it is nested too deeply") from error
-    try:
-        scene = check_table(table, Scene)
-    except ParameterError as error:
-        raise FileError(f"{name}: {error}") from error
+    scene = read_dataclass(path, Scene)
     return _with_paths(scene, lambda inside: fspath(Path(path).parent / inside))
 
 
@@ -60,7 +45,7 @@ def write_scene(path: FilePath, scene: Scene) -> None:
     suffix_of(path, [SUFFIX])
     folder = Path(path).resolve().parent
     moved = _with_paths(scene, lambda inside: Path(os.path.relpath(inside, folder)).as_posix())
-    write_text(path, HEADER + "\n" + "\n".join(_lines(changed_fields(moved), "")) + "\n")
+    write_text(path, HEADER + "\n" + "\n".join(table_lines(changed_fields(moved), inline=INLINE)) + "\n")
 
 
 def example_scene() -> str:
@@ -84,46 +69,3 @@ def _with_paths(scene: Scene, change: Callable[[str], str]) -> Scene:
         yarns=replace(yarns, knit=library(yarns.knit), material_file=file(yarns.material_file)),
         bodies=tuple(replace(body, file=file(body.file)) for body in scene.bodies),
     )
-
-
-def changed_fields(value: Any) -> dict[str, Any]:
-    """Return the fields of a dataclass that differ from their defaults, with nested dataclasses as tables."""
-    table: dict[str, Any] = {}
-    for part in fields(value):
-        found = getattr(value, part.name)
-        default = part.default_factory() if part.default_factory is not MISSING else part.default
-        if found == default:
-            continue
-        if isinstance(found, tuple) and found and is_dataclass(found[0]):
-            found = [changed_fields(one) for one in found]
-        table[part.name] = changed_fields(found) if is_dataclass(found) else found
-    return table
-
-
-def _lines(table: Mapping[str, Any], name: str) -> Iterator[str]:
-    """Yield the lines of a table: its values first, then its tables."""
-    nested = {key: value for key, value in table.items() if _is_nested(key, value)}
-    for key, value in table.items():
-        if key not in nested:
-            yield f"{key} = {_text(value)}"
-    for key, value in nested.items():
-        for one in value if isinstance(value, list) else [value]:
-            yield ""
-            yield f"[[{name}{key}]]" if isinstance(value, list) else f"[{name}{key}]"
-            yield from _lines(one, f"{name}{key}.")
-
-
-def _is_nested(key: str, value: object) -> bool:
-    is_tables = isinstance(value, list) and bool(value) and all(isinstance(one, dict) for one in value)
-    return is_tables or (isinstance(value, dict) and key not in INLINE)
-
-
-def _text(value: object) -> str:
-    """Return a value as TOML: a text, a number, true or false, a list of these, or a table within one line."""
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {_text(part)}" for key, part in value.items()) + " }"
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(_text(part) for part in value)}]"
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    return str(value).lower() if isinstance(value, bool) else repr(value)

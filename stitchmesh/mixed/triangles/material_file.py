@@ -4,21 +4,16 @@
 
 from __future__ import annotations
 
-import json
-import tomllib
-from collections.abc import Iterator, Sequence
-from dataclasses import fields
+from collections.abc import Sequence
 from os import fspath
 from pathlib import Path
 
-from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.atomic import write_text
-from stitchmesh.io.checked import check_table
-from stitchmesh.io.contents import FilePath, read_bytes, suffix_of
+from stitchmesh.io.contents import FilePath, suffix_of
+from stitchmesh.io.toml_file import SUFFIX, changed_fields, read_dataclass, table_lines
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.measured_cloths import named_material
 
-SUFFIX = ".toml"
 HEADER = "# A material of cloth. Courses (wefts) run along x in the coordinates of a panel, wales (warps) along y.\n"
 UNITS = {
     "stretch_course": "dyn/cm, Young's modulus times thickness",
@@ -56,16 +51,7 @@ def read_material(path: FilePath) -> ClothMaterial:
         FileError: the file cannot be read, is not TOML, or has a key or a value that no material has; the message names
             the key and, for an unknown key, the nearest known one.
     """
-    name = fspath(path)
-    suffix_of(path, [SUFFIX])
-    try:
-        table = tomllib.loads(read_bytes(path).decode("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise FileError(f"{name}: is no TOML ({error})") from error
-    try:
-        return check_table(table, ClothMaterial)
-    except ParameterError as error:
-        raise FileError(f"{name}: {error}") from error
+    return read_dataclass(path, ClothMaterial)
 
 
 def write_material(path: FilePath, material: ClothMaterial, notes: Sequence[str] = ()) -> None:
@@ -80,22 +66,6 @@ def write_material(path: FilePath, material: ClothMaterial, notes: Sequence[str]
         FileError: the file cannot be written, or its suffix is not ``.toml``.
     """
     suffix_of(path, [SUFFIX])
+    lines = table_lines(changed_fields(material), comments=UNITS)
     comments = [f"# {line}".rstrip() for note in notes for line in note.splitlines()]
-    write_text(path, HEADER + "\n".join([*_lines(material), *comments]) + "\n")
-
-
-def _lines(material: ClothMaterial) -> Iterator[str]:
-    for part in fields(material):
-        value = getattr(material, part.name)
-        if value != part.default:
-            unit = f"  # {UNITS[part.name]}" if part.name in UNITS else ""
-            yield f"{part.name} = {_text(value)}{unit}"
-
-
-def _text(value: object) -> str:
-    """Return a value as TOML: a text, a number, or a list of these."""
-    if isinstance(value, tuple):
-        return f"[{', '.join(_text(part) for part in value)}]"
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    return repr(float(value))  # type: ignore[arg-type]
+    write_text(path, HEADER + "\n".join([*lines, *comments]) + "\n")

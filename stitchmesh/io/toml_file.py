@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Dataclasses as TOML files, for what users write by hand: recipes, scenes, panels and materials.
+
+The fields of a dataclass are the keys of a table. Fields whose value is the default are left out of a written file.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import MISSING, fields, is_dataclass
+from os import fspath
+from typing import Any, TypeVar
+
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.checked import check_table
+from stitchmesh.io.contents import FilePath, read_bytes, suffix_of
+
+SUFFIX = ".toml"
+T = TypeVar("T")
+
+
+def read_table(path: FilePath) -> dict[str, Any]:
+    """Read the table of a TOML file.
+
+    Raises:
+        FileError: the file cannot be read, has another suffix, or is not TOML.
+    """
+    name = fspath(path)
+    suffix_of(path, [SUFFIX])
+    try:
+        return tomllib.loads(read_bytes(path).decode("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise FileError(f"{name}: is no TOML ({error})") from error
+    except RecursionError as error:
+        raise FileError(f"{name}: is no TOML that can be read; it is nested too deeply") from error
+
+
+def read_dataclass(path: FilePath, kind: type[T]) -> T:
+    """Read a dataclass from a TOML file.
+
+    Raises:
+        FileError: as for ``read_table``, or a key or a value is not one of the dataclass; the message names the key
+            and, for an unknown key, the nearest known one.
+    """
+    table = read_table(path)
+    try:
+        return check_table(table, kind)
+    except ParameterError as error:
+        raise FileError(f"{fspath(path)}: {error}") from error
+
+
+def changed_fields(value: Any) -> dict[str, Any]:
+    """Return the fields of a dataclass that differ from their defaults, with nested dataclasses as tables."""
+    table: dict[str, Any] = {}
+    for part in fields(value):
+        found = getattr(value, part.name)
+        default = part.default_factory() if part.default_factory is not MISSING else part.default
+        if found == default:
+            continue
+        if isinstance(found, tuple) and found and is_dataclass(found[0]):
+            found = [changed_fields(one) for one in found]
+        table[part.name] = changed_fields(found) if is_dataclass(found) else found
+    return table
+
+
+def table_lines(
+    table: Mapping[str, Any], *, inline: Collection[str] = (), comments: Mapping[str, str] | None = None
+) -> Iterator[str]:
+    """Yield the lines of a table: its values first, then its tables.
+
+    Args:
+        table: the table.
+        inline: keys whose tables are written within one line.
+        comments: comments beside keys, each at the first place of its key.
+    """
+    yield from _lines(table, "", inline, dict(comments or {}))
+
+
+def _lines(table: Mapping[str, Any], name: str, inline: Collection[str], comments: dict[str, str]) -> Iterator[str]:
+    """Yield the lines of a table within another one; a comment is used up by its first key."""
+    nested = {key: value for key, value in table.items() if _is_nested(value) and key not in inline}
+    for key, value in table.items():
+        if key not in nested:
+            comment = comments.pop(key, "")
+            yield f"{key} = {_text(value)}" + (f"  # {comment}" if comment else "")
+    for key, value in nested.items():
+        for one in value if isinstance(value, list) else [value]:
+            yield ""
+            yield f"[[{name}{key}]]" if isinstance(value, list) else f"[{name}{key}]"
+            yield from _lines(one, f"{name}{key}.", inline, comments)
+
+
+def _is_nested(value: object) -> bool:
+    """Whether a value is a table, or a list of tables."""
+    is_tables = isinstance(value, list) and bool(value) and all(isinstance(one, dict) for one in value)
+    return is_tables or isinstance(value, dict)
+
+
+def _text(value: object) -> str:
+    """Return a value as TOML: a text, a number, true or false, a list of these, or a table within one line."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_text(part)}" for key, part in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_text(part) for part in value)}]"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(float(value)) if isinstance(value, float) else repr(value)  # NumPy's numbers are floats too
