@@ -82,5 +82,8 @@ def test_files_that_are_no_materials_are_refused_in_one_line(tmp_path):
             CrossingMaterial.read(path, "gong-1")
         assert "\n" not in str(error.value)
     path.write_text("")
+    with pytest.raises(FileError, match="the file is empty"):
+        CrossingMaterial.read(path, "mine")
+    path.write_text("# no table\n")
     with pytest.raises(ParameterError, match="the file holds no material"):
         CrossingMaterial.read(path, "mine")
