@@ -48,6 +48,9 @@ class YarnsSection:
     """Wales for each cm."""
     courses: float = DEFAULT_DENSITY
     """Courses for each cm."""
+    density: float = 1.0
+    """Number of yarns in the place of each one: it multiplies ends, picks, wales and courses, and makes the yarns finer,
+    so that the cloth stays as heavy and as stiff; not for the ``stitches`` of the cloth, which have ``divisions``."""
     material: str | None = None
     """Name of the yarns' material, of the named ones or in ``material_file``."""
     warp_material: str | None = None
@@ -61,7 +64,7 @@ class YarnsSection:
         if (self.weave is None) == (self.knit is None):
             found = "neither" if self.weave is None else "both"
             raise ParameterError(f"yarns: got {found} of weave and knit; expected one of them")
-        for name in ("ends", "picks", "wales", "courses", "radius", "divisions"):
+        for name in ("ends", "picks", "wales", "courses", "density", "radius", "divisions"):
             value = getattr(self, name)
             if value is not None and not (np.isfinite(value) and value > 0.0):
                 raise ParameterError(f"yarns.{name}: got {value}; expected a positive number")
