@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Model a standing body that garments are put on, and write ``body.obj`` into the folder of this script.
+"""Model a standing body that garments are put on, and write ``body.obj`` into the folder ``bodies``.
 
 Usage: python assets/meshes/model_body.py [--out FOLDER]
 
@@ -86,13 +86,13 @@ def onto_surface(points: np.ndarray, shape: Shape) -> np.ndarray:
 def main() -> None:
     """Model and write the body."""
     parser = argparse.ArgumentParser(description="Model a body.")
-    parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="output folder")
+    parser.add_argument("--out", type=Path, default=Path(__file__).parent / "bodies", help="output folder")
     out: Path = parser.parse_args().out
     out.mkdir(parents=True, exist_ok=True)
     mesh = model_body()
     mesh.write_obj(out / "body.obj", "StitchMesh body")
-    size = np.ptp(np.array(mesh.points), axis=0)
-    print(f"body: {len(mesh.quads)} faces, {len(mesh.points)} vertices, {size[0]:.0f} x {size[1]:.0f} x {size[2]:.0f} cm")
+    x, y, z = np.ptp(np.array(mesh.points), axis=0)
+    print(f"body: {len(mesh.quads)} faces, {len(mesh.points)} vertices, {x:.0f} x {y:.0f} x {z:.0f} cm")
 
 
 if __name__ == "__main__":

@@ -129,9 +129,7 @@ def _outside(prepared: PreparedScene) -> FloatArray:
     Raises:
         ParameterError: a part of the cloth finds no way out.
     """
-    worn = [
-        WornBody(one.body, 0.5 * prepared.loads(0.0).thickness + one.thickness) for one in prepared.bodies
-    ]
+    worn = [WornBody(one.body, 0.5 * prepared.loads(0.0).thickness + one.thickness) for one in prepared.bodies]
     return dressed_vertices(
         prepared.fabric.cloth, prepared.vertices, worn, thickness=prepared.loads(0.0).thickness,
         device=device_named("cpu"),
@@ -168,14 +166,17 @@ def _yarn_material(section: YarnsSection, name: str | None) -> CrossingMaterial:
         material = CrossingMaterial.named(chosen)
     else:
         material = CrossingMaterial.read(section.material_file, chosen)
-    return material if section.radius is None else replace(material, radius=section.radius)
+    chosen_radius = material if section.radius is None else replace(material, radius=section.radius)
+    return chosen_radius.finer(section.density)
 
 
 def _cloth_material(scene: Scene, cloth: Cloth, yarns: CrossingYarns, materials: FabricMaterials) -> ClothMaterial:
     if scene.cloth.material is not None:
         return material_of(scene.cloth.material)
     if yarns.kind == "weave":
-        return cloth_of_weave(materials, scene.yarns.ends, scene.yarns.picks)
+        return cloth_of_weave(
+            materials, scene.yarns.density * scene.yarns.ends, scene.yarns.density * scene.yarns.picks
+        )
     along = yarns.rest_sliding[yarns.yarn_node, yarns.yarn_coordinate]
     length = float(np.sum(along[yarns.yarn_start[1:] - 1] - along[yarns.yarn_start[:-1]]))
     return cloth_of_knit(materials.weft, length / float(cloth.rest_area.sum()))
