@@ -67,6 +67,7 @@ def test_snags_stay_after_release_and_elastic_marks_do_not():
     assert held.max() == pytest.approx(0.9, abs=1e-9)
     assert left.max() > 0.1  # half the spacing of the yarns
     held, left = pulled(0.01 / 0.9, force_tolerance=1e-3)
-    assert left.max() < 0.01 * held.max()  # forces of 0.001 dyn over the stiffness of friction of weakly pressed crossings
+    # forces of 0.001 dyn over the stiffness of friction of weakly pressed crossings
+    assert left.max() < 0.01 * held.max()
     held, left = pulled(1.0, "none")
     assert left.max() < 0.001 * held.max()  # triangles are elastic
