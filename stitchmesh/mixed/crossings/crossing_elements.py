@@ -137,7 +137,8 @@ def crossing_elements(
         bending=of_bend * _values(materials, family, "bending_stiffness"),
         rest_turn=yarns.rest_turn[chosen] * bends,
         yield_curvature=_values(materials, family, "yield_curvature"),
-        shear=_shear_stiffness(links, (blend, whole), rest, materials, family) * ((yarns.kind == "weave") & crossed)[:, None],
+        shear=_shear_stiffness(links, (blend, whole), rest, materials, family)
+        * ((yarns.kind == "weave") & crossed)[:, None],
         rest_shear=yarns.rest_shear[chosen].copy(),
         density=of_segment * _values(materials, family, "density"),
         radius=_values(materials, family, "radius"),

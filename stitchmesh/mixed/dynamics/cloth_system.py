@@ -119,7 +119,8 @@ def cloth_system(
         *_triangle_terms(cloth, region, model, scalar, device),
     ]
     of_nodes = YarnMass(elements, scalar, device)
-    system = MixedSystem(embedded(yarns, region), free, masses, terms, node_masses=of_nodes, scalar=scalar, device=device)
+    embedding = embedded(yarns, region)
+    system = MixedSystem(embedding, free, masses, terms, node_masses=of_nodes, scalar=scalar, device=device)
     without_yarns = BlendedMasses(masses.vertices, np.zeros_like(masses.yarns))
     system.add(Weight(MassMatrix(without_yarns, scalar, device), model.acceleration))
     return ClothSystem(cloth, yarns, region, elements, masses, system, positions)

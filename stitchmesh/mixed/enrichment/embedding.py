@@ -9,8 +9,8 @@ maximal set C of independent columns,
     F = I - B_C (B_C' B_C)^-1 B_C',        B' F = 0,        F F = F,
 
 because the columns of C span the same space as all columns. A weave has further columns beside those of B, for what the
-gradient of alpha leaves unbalanced (``tension_patterns``); F removes them too. Since B'F = 0, the displacement F x does not need to be
-stored: positions v and p are of the form p = B v + F x if and only if
+gradient of alpha leaves unbalanced (``tension_patterns``); F removes them too. Since B'F = 0, the displacement F x does
+not need to be stored: positions v and p are of the form p = B v + F x if and only if
 
     E (v, p) = B_C' p - G_C v = 0,         G_C = B_C' B,
 
@@ -34,8 +34,8 @@ DEPENDENT = 1e-10
 """Square of the part of a column of unit length outside the other columns, below which it depends on them. Rounding of
 the barycentric coordinates makes 1e-16; columns above this bound keep five digits of B'B."""
 
-NEARLY_DEPENDENT = 5e-2
-"""The same for the patterns: a hundredth of their length."""
+NEARLY_DEPENDENT = 1e-2
+"""The same for the patterns: a tenth of their length. Equilibria are found slowly with less."""
 
 
 @dataclass(frozen=True, eq=False)

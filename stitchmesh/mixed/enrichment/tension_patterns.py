@@ -5,17 +5,19 @@
 Under uniform stretch all yarns of a family have one tension T, and the energy of a segment has the weight w of its
 element. The forces of the segments after and before a node, T (w_after - w_before) along the yarn, do not balance where
 alpha changes. The triangles have the opposite forces, so that the sum of both models balances at the vertices; but the
-part of a node that its triangle cannot represent would move: gradients of a piecewise linear alpha jump from triangle to
-triangle. It is a force of the blending alone, as ghost forces are where atoms and finite elements meet.
+part of these forces that triangles cannot represent would move the nodes, because the gradient of a piecewise linear
+alpha jumps from triangle to triangle. It is a force of the blending alone, like the ghost forces where atoms and finite
+elements meet.
 
-No energy of this form is without such forces, and a force that takes them away has no energy. The filter therefore takes
-the motions that they would cause: beside what triangles represent, displacements x of the nodes have no part along
+No blend of two energies is without such forces, and a force that takes them away has no energy. The filter therefore
+takes the motions that they would cause: beside what triangles represent, displacements x of the nodes have no part
+along
 
     r_c b_j,    r_c = w_after - w_before along the yarns of family c,    b_j the barycentric coordinate of vertex j
 
-for each vertex j and both families c of a weave. Tension that changes linearly passes like a uniform one then. Energies
-and momentum are kept as they are: motions are fewer, forces the same. The yarns of a knit turn from node to node, so that
-its tensions follow no such pattern.
+for each vertex j and both families c of a weave. Tension that changes linearly then passes like a uniform one. Energies
+and momentum are kept: there are fewer motions, and the forces are the same. The yarns of a knit turn from node to node,
+so that their tensions follow no such pattern.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_array, diags_array, hstack
 
-from stitchmesh.mixed.enrichment.region import HYBRID, Integers, Numbers, Region
+from stitchmesh.mixed.enrichment.region import HYBRID, Numbers, Region
 
 SMALLEST = 1e-3
 """Smallest pattern that counts, over the largest one."""
