@@ -10,7 +10,6 @@ depend on how the region was found.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,11 +17,11 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.enrichment.region import region_around
+from stitchmesh.mixed.measured_budget import measured_budget
 from stitchmesh.mixed.placement.chosen_region import NodeBudget, choose_triangles
 from stitchmesh.mixed.placement.error_indicator import indicate_errors
 from stitchmesh.mixed.placement.triangle_deformation import shares_of
-from stitchmesh.mixed.scene.scene_fabric import PreparedScene, check_simulated
+from stitchmesh.mixed.scene.scene_fabric import PreparedScene, check_simulated, with_region
 from stitchmesh.mixed.simulation import begin_simulation
 from stitchmesh.progress import Progress, no_progress
 from stitchmesh.time_limit import check_time
@@ -49,20 +48,35 @@ def place_yarns(
     """
     section, fabric = prepared.scene.region, prepared.fabric
     cloth, yarns = fabric.cloth, fabric.yarns
-    error = run_errors(prepared, scalar, device, progress)
-    if section.boxes or section.faces:
-        error = np.where(np.isin(np.arange(len(error)), section.named_triangles(cloth)), error, 0.0)
-    nodes = int(section.nodes or 0)
-    chosen = choose_triangles(cloth.triangles, yarns.triangle, error, NodeBudget(nodes=nodes), rings=section.rings)
+    error = section.allowed_errors(cloth, run_errors(prepared, scalar, device, progress))
+    budget = node_budget(prepared, error, scalar, device)
+    chosen = choose_triangles(cloth.triangles, yarns.triangle, error, budget, rings=section.rings)
     if len(chosen) == 0 and error.any():
         raise ParameterError(
-            f"region.nodes: {nodes} nodes hold no triangle with {section.rings} hybrid rings around it; expected more "
-            "nodes, or smaller triangles"
+            f"region.nodes: {budget.nodes} nodes hold no triangle with {section.rings} hybrid rings around it; "
+            "expected more nodes, or smaller triangles"
         )
-    layout = len(cloth.vertices), yarns.triangle, yarns.barycentric
-    region = region_around(cloth.triangles, *layout, chosen, rings=section.rings)
-    check_simulated(prepared.held, region)
-    return replace(prepared, region=region)
+    placed = with_region(prepared, chosen)
+    check_simulated(placed.held, placed.region)
+    return placed
+
+
+def node_budget(prepared: PreparedScene, error: Numbers, scalar: Any, device: wp.Device) -> NodeBudget:
+    """Return the nodes that an automatic region may have: those of the scene, or those that its seconds pay for.
+
+    Args:
+        prepared: the scene, with yarns nowhere.
+        error: indicated error of each triangle, shape (T,).
+        scalar: Warp's floating-point type.
+        device: where the scene runs.
+
+    Raises:
+        ParameterError: triangles alone take longer than the seconds.
+    """
+    section = prepared.scene.region
+    if section.seconds is None:
+        return NodeBudget(nodes=int(section.nodes or 0))
+    return measured_budget(prepared, error, section.seconds, scalar, device)
 
 
 def run_errors(prepared: PreparedScene, scalar: Any, device: wp.Device, progress: Progress = no_progress) -> Numbers:

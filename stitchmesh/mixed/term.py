@@ -101,3 +101,7 @@ class Term(ABC):
         """Restore the contents of ``arrays``."""
         for name, array in self.arrays().items():
             array.assign(np.asarray(arrays[name]))
+
+    def carry(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Take over ``arrays`` of a run whose region was another one; what else lasts is found again."""
+        self.resume(arrays)

@@ -24,8 +24,10 @@ LAYERS = [
     {"assembly", "memory"},
     {"output", "placement", "matching"},
     {"scene"},
+    {"region_change"},
     {"simulation"},
-    {"run_checkpoint", "automatic_region"},
+    {"measured_budget"},
+    {"run_checkpoint", "automatic_region", "adaptive_region"},
     {"drape"},
 ]
 """Folders and files from the bottom up; members of one layer do not import one another."""

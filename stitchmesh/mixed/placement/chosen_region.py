@@ -23,7 +23,7 @@ from stitchmesh.errors import ParameterError
 
 Integers = NDArray[np.int64]
 Numbers = NDArray[np.float64]
-LEAST_ERROR = 1e-3
+LEAST_ERROR = 1e-5
 """Indicated error, over the largest one, below which a triangle is not chosen."""
 
 
