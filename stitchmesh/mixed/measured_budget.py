@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How many yarn nodes a time for each step pays for, measured on the machine that runs the scene.
 
-Three short runs of the scene are timed: with triangles alone, with yarns on an eighth of the nodes, and with yarns on as
-many nodes as the straight line through both times promises. The nodes of the budget follow from the straight line
+Three short runs of the scene are timed: with triangles alone, with yarns on an eighth of the nodes, and with yarns on
+as many nodes as the straight line through both times promises. The nodes of the budget follow from the straight line
 through the two runs with yarns. A dynamic scene is timed over its first steps without the first one, and a static scene
 over its first equilibrium, the second time that it is found: the first time includes loading of kernels.
 
@@ -35,22 +35,22 @@ LEAST = 1e-9
 Numbers = NDArray[np.float64]
 
 
-def measured_budget(
-    prepared: PreparedScene, error: Numbers, seconds: float, scalar: Any, device: wp.Device
-) -> NodeBudget:
-    """Return the nodes with which a step takes about a number of seconds.
+def node_budget(prepared: PreparedScene, error: Numbers, scalar: Any, device: wp.Device) -> NodeBudget:
+    """Return the nodes that an automatic region may have: those of the scene, or those that its seconds pay for.
 
     Args:
         prepared: the scene, with yarns nowhere.
         error: indicated error of each triangle, shape (T,), which chooses the regions that are timed.
-        seconds: time of a step, or of an equilibrium [s].
         scalar: Warp's floating-point type.
         device: where the scene runs.
 
     Raises:
         ParameterError: triangles alone take longer.
     """
-    base = step_seconds(prepared, scalar, device)
+    section = prepared.scene.region
+    if section.seconds is None:
+        return NodeBudget(nodes=int(section.nodes or 0))
+    seconds, base = section.seconds, step_seconds(prepared, scalar, device)
     if base >= seconds:
         raise ParameterError(
             f"region.seconds: got {seconds:g} s, and a step with triangles alone takes {base:.3g} s; expected more "
@@ -79,9 +79,7 @@ def step_seconds(prepared: PreparedScene, scalar: Any, device: wp.Device) -> flo
     return (time.perf_counter() - began) / max(steps, 1)
 
 
-def _trial(
-    prepared: PreparedScene, error: Numbers, nodes: int, scalar: Any, device: wp.Device
-) -> tuple[int, float]:
+def _trial(prepared: PreparedScene, error: Numbers, nodes: int, scalar: Any, device: wp.Device) -> tuple[int, float]:
     """Nodes of a region within a budget, and the time of a step with it [s]."""
     fabric, rings = prepared.fabric, prepared.scene.region.rings
     budget = NodeBudget(nodes=nodes)

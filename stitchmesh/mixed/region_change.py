@@ -28,7 +28,8 @@ def moved_vector(change: RegionChange, vector: MixedVector, rest_sliding: FloatA
     Args:
         change: the region of the vector, and that of the result.
         vector: positions or velocities.
-        rest_sliding: Eulerian coordinates of new nodes, for all nodes of the layout, shape (N, 2); zeros for velocities.
+        rest_sliding: Eulerian coordinates of new nodes, for all nodes of the layout, shape (N, 2); zeros for
+            velocities.
     """
     state = move_state(change.old, change.new, *vector.numpy(), rest_sliding)
     return MixedVector.from_numpy(state.vertices, state.nodes, state.sliding, vector.scalar, vector.device)

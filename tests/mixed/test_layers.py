@@ -26,8 +26,7 @@ LAYERS = [
     {"scene"},
     {"region_change"},
     {"simulation"},
-    {"measured_budget"},
-    {"run_checkpoint", "automatic_region", "adaptive_region"},
+    {"run_checkpoint", "automatic_region", "adaptive_region", "measured_budget", "triangle_run"},
     {"drape"},
 ]
 """Folders and files from the bottom up; members of one layer do not import one another."""

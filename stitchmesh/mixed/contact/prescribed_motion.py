@@ -49,7 +49,7 @@ class PrescribedMotion:
         return after[0] - before[0], after[1] - before[1], after[2]
 
     def places(self, time: float) -> Parts:
-        """Where displacements from time 0 on have brought what is held at a time [s]: vertices, nodes, and zeros [cm]."""
+        """Where displacements from time 0 to a time [s] have brought what is held: vertices, nodes, and zeros [cm]."""
         moved = self.displacements(0.0, time)
         return self._vertices + moved[0], self._nodes + moved[1], moved[2]
 

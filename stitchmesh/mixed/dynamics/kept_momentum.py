@@ -84,8 +84,8 @@ def _rigid_motion(system: MixedSystem, positions: MixedVector, centre: Numbers, 
     """Translation along an axis (0 to 2), or rotation about it (3 to 5), of what is free."""
     axis = np.eye(3)[number % 3]
     places = positions.numpy()[:2]
-    moved = [np.tile(axis, (len(part), 1)) if number < 3 else np.cross(axis, part - centre) for part in places]
-    motion = MixedVector.from_numpy(*moved, np.zeros((len(moved[1]), 2)), system.scalar, system.device)
+    v, p = (np.tile(axis, (len(part), 1)) if number < 3 else np.cross(axis, part - centre) for part in places)
+    motion = MixedVector.from_numpy(v, p, np.zeros((len(p), 2)), system.scalar, system.device)
     choose(motion, system.moves, motion, motion.like())
     system.make_motion(motion)
     return motion

@@ -38,6 +38,8 @@ class Frame:
 
     def between(self, later: Frame, time: float) -> Frame:
         """Return the state at a time between this one and a later one of the same region, on the straight line."""
+        if time == later.time:
+            return later
         part = (time - self.time) / (later.time - self.time)
         mixed = [(1.0 - part) * getattr(self, name) + part * getattr(later, name) for name in STATE]
         vertices, nodes, sliding = mixed

@@ -24,9 +24,9 @@ the triangles therefore store too much by
 
 along the direction of the largest principal curvature.
 
-*Strains are constant.* A triangle has one strain E, where the strain of a fabric varies. A better one is linear: at each
-corner the mean E_k of the triangles of the panel around it, by area (Zienkiewicz and Zhu 1987). With the moduli C, the
-energy of the difference is the mean over the corners of
+*Strains are constant.* A triangle has one strain E, where the strain of a fabric varies. A better one is linear: at
+each corner the mean E_k of the triangles of the panel around it, by area (Zienkiewicz and Zhu 1987). With the moduli C,
+the energy of the difference is the mean over the corners of
 
     1/2 (E_k - E) : C : (E_k - E).
 """

@@ -92,6 +92,9 @@ class RegionSection:
     """Numbers of triangles."""
     rings: int = 1
     """Width of the hybrid region around the chosen triangles, in rings of triangles."""
+    start: Literal["layout", "triangles"] = "layout"
+    """Where the yarns of a static scene begin: as they are laid out, or on the equilibrium of the triangles alone at
+    the end of all load steps, from which one equilibrium is left to find."""
 
     def __post_init__(self) -> None:
         if self.rings < 1:
@@ -105,6 +108,16 @@ class RegionSection:
         if self.yarns == "automatic" and (self.nodes is None) == (self.seconds is None):
             found = "neither region.nodes nor region.seconds" if self.nodes is None else "both nodes and seconds"
             raise ParameterError(f"region: got {found}; expected one of them with yarns = 'automatic'")
+
+    @property
+    def grows_from_nothing(self) -> bool:
+        """Whether the region begins with triangles alone, and grows while the run goes on."""
+        return self.yarns == "automatic" and self.adapt_every is not None and self.start == "layout"
+
+    @property
+    def starts_on_triangles(self) -> bool:
+        """Whether there are yarns, and they begin on the result of the triangles."""
+        return self.start == "triangles" and self.yarns != "none"
 
     def triangles(self, cloth: Cloth) -> IntArray:
         """Return the numbers of the triangles that have yarns alone, ascending; none yet for ``automatic``.
