@@ -26,6 +26,8 @@ from stitchmesh.mixed.simulation import Simulation
 
 NUMBERS, TRIANGLES = "region numbers", "region triangles"
 """Names of the arrays of a checkpoint."""
+WEIGHT = "weight"
+"""How the names of the terms of gravity begin."""
 
 
 class AdaptiveRegion:
@@ -42,7 +44,9 @@ class AdaptiveRegion:
         self.changes = 0
         """How often the region has changed."""
         self.energy_jump = 0.0
-        """Largest change of the energy of a run, without sign, when its region changed [erg]."""
+        """Largest change of kinetic and elastic energy of a run, without sign, when its region changed [erg].
+
+        The weight is left out: its energy depends on where height is counted from, if masses change with the region."""
         self._looks, self._time = 0, 0.0
 
     def look(self, simulation: Simulation) -> bool:
@@ -72,10 +76,10 @@ class AdaptiveRegion:
             check_simulated(new.held, new.region)
         except ParameterError:  # an attachment would hold nothing
             return False
-        before = sum(simulation.energies().values())
+        before = _energy(simulation)
         simulation.change_region(new.region)
-        after = sum(simulation.energies().values())
-        self.changes, self.energy_jump = self.changes + 1, max(self.energy_jump, abs(after - before))
+        self.changes += 1
+        self.energy_jump = max(self.energy_jump, abs(_energy(simulation) - before))
         return True
 
     def _wanted(self, simulation: Simulation) -> PreparedScene:
@@ -84,10 +88,15 @@ class AdaptiveRegion:
         fabric, region, section = prepared.fabric, prepared.region, prepared.scene.region
         vertices, nodes, _sliding = simulation.positions
         error = present_errors(fabric.cloth, region, fabric.cloth_material, vertices, nodes)
-        error = section.allowed_errors(fabric.cloth, error)
+        error = section.placing_errors(fabric.cloth, error)
         present = np.flatnonzero(region.triangle_kind == YARNS)
         layout = fabric.cloth.triangles, fabric.yarns.triangle
         return with_region(prepared, changed_triangles(*layout, error, present, self.budget, rings=section.rings))
+
+
+def _energy(simulation: Simulation) -> float:
+    """Kinetic and elastic energy [erg]."""
+    return sum(value for name, value in simulation.energies().items() if not name.startswith(WEIGHT))
 
 
 def resumed_region(prepared: PreparedScene, arrays: Mapping[str, NDArray[Any]]) -> PreparedScene:

@@ -33,7 +33,7 @@ from stitchmesh.mixed.mixed_vector import MixedVector, Parts
 from stitchmesh.mixed.output.report import RunTotals
 from stitchmesh.mixed.placement.carried_terms import RegionChange, carry_terms
 from stitchmesh.mixed.placement.moved_state import move_state
-from stitchmesh.mixed.region_change import moved_vector, place_held, region_change
+from stitchmesh.mixed.region_change import moved_vector, place_held, region_change, settle_changed
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene
 
 
@@ -192,6 +192,8 @@ class DynamicSimulation(Simulation):
         new.velocities.assign(moved_vector(change, old.velocities, np.zeros_like(rest)))
         new.time, new.time_step, new.calm_steps = old.time, old.time_step, old.calm_steps
         place_held(new.system, self._motion, new.positions, new.time)
+        fabric, loads, start = self.prepared.fabric, self.prepared.loads(self.time), self.prepared.vertices
+        settle_changed(fabric, change, loads, start, old.system.terms, new.positions, new.time_step)
         before, after = [(each.system, each.positions, each.velocities) for each in (old, new)]
         keep_momentum(before, after)
         carry_terms(old.system.terms, new.system.terms, change)

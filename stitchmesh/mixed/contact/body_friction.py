@@ -242,10 +242,6 @@ class BodyFriction(Term):
         super().resume(arrays)
         self._begun = True
 
-    def carry(self, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Take over anchors; points without one, and all normal forces, are found before the next step."""
-        super().resume(arrays)
-
     def energy(self, state: MixedVector) -> float:
         """Energy of all points [erg]."""
         if not len(self.points):

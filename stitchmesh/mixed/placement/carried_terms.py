@@ -50,9 +50,9 @@ def carry_terms(old: Sequence[Term], new: Sequence[Term], change: RegionChange) 
     Raises:
         ParameterError: a term remembers what belongs neither to nodes nor to contact points.
     """
-    remembered = {key: term.arrays() for key, term in _keyed(old)}
+    remembered = {key: term.carried_arrays() for key, term in _keyed(old)}
     for key, term in _keyed(new):
-        own = {name: array.numpy() for name, array in term.arrays().items()}
+        own = {name: array.numpy() for name, array in term.carried_arrays().items()}
         before = {name: array.numpy() for name, array in remembered.get(key, {}).items()}
         if own and before:
             term.carry({name: _carried(term, before[name], array, change) for name, array in own.items()})

@@ -25,10 +25,10 @@ the triangles therefore store too much by
 along the direction of the largest principal curvature.
 
 *Strains are constant.* A triangle has one strain E, where the strain of a fabric varies. A better one is linear: at
-each corner the mean E_k of the triangles of the panel around it, by area (Zienkiewicz and Zhu 1987). With the moduli C,
-the energy of the difference is the mean over the corners of
+each corner the mean of the triangles of the panel around it, by area (Zienkiewicz and Zhu 1987). With the differences
+D_k at the corners, the moduli C and D_0 = D_1 + D_2 + D_3, the mean energy density of the difference is
 
-    1/2 (E_k - E) : C : (E_k - E).
+    1/24 (D_0 : C : D_0 + D_1 : C : D_1 + D_2 : C : D_2 + D_3 : C : D_3).
 """
 
 from __future__ import annotations
@@ -182,7 +182,8 @@ def _of_strains(cloth: Cloth, deformation: TriangleDeformation, moduli: Numbers)
     weighted = area[:, None] * np.repeat(voigt, 3, axis=0)
     sums = np.stack([np.bincount(place, part) for part in (*weighted.T, area)], axis=1)
     apart = (sums[:, :3] / sums[:, 3:])[place].reshape(-1, 3, 3) - voigt[:, None]
-    result: Numbers = np.einsum("tka,tab,tkb->t", apart, moduli, apart) / 6.0
+    apart = np.concatenate([apart, apart.sum(axis=1, keepdims=True)], axis=1)
+    result: Numbers = np.einsum("tka,tab,tkb->t", apart, moduli, apart) / 24.0
     return result
 
 

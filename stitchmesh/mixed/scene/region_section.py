@@ -16,6 +16,7 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.placement.chosen_region import spread_errors
 
 ROUNDING = 1e-9
 """Distance from a box within which a point still lies in it [cm]."""
@@ -152,15 +153,23 @@ class RegionSection:
             parts.append(held)
         return np.unique(np.concatenate(parts))
 
-    def allowed_errors(self, cloth: Cloth, error: FloatArray) -> FloatArray:
-        """Return errors of the triangles, shape (T,), without those outside the boxes and faces, if there are any.
+    def placing_errors(self, cloth: Cloth, error: FloatArray) -> FloatArray:
+        """Return the errors by which an automatic region is chosen, shape (T,).
+
+        Errors are spread (``placement.chosen_region.spread_errors``), and left out where no yarns may be: outside the
+        boxes and faces, if there are any.
+
+        Args:
+            cloth: the cloth.
+            error: indicated error of each triangle, shape (T,).
 
         Raises:
             ParameterError: as for ``named_triangles``.
         """
+        spread = spread_errors(cloth.triangles, cloth.rest_area, error)
         if not self.boxes and not self.faces:
-            return error
-        return np.where(np.isin(np.arange(len(error)), self.named_triangles(cloth)), error, 0.0)
+            return spread
+        return np.where(np.isin(np.arange(len(spread)), self.named_triangles(cloth)), spread, 0.0)
 
     def region(self, cloth: Cloth, yarns: CrossingYarns) -> Region:
         """Return the region.
