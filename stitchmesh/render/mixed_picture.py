@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray, Mesh
+from stitchmesh.mixed.contact.motion import RigidMotion
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.mixed.output.files import state_maps
 from stitchmesh.render.camera import camera_around
@@ -111,8 +112,11 @@ def bodies_at_end(run: Draped) -> list[Mesh]:
     """Return the bodies of a run where they are at its end."""
     moved = []
     for each in run.prepared.bodies:
-        mesh, motion = each.body.mesh, each.body.motion
-        place = motion.places_at(mesh.vertices, run.end.time) if hasattr(motion, "places_at") else mesh.vertices
+        mesh, motion, end = each.body.mesh, each.body.motion, run.end.time
+        if isinstance(motion, RigidMotion):
+            place = motion.places_at(mesh.vertices, end)
+        else:
+            place = motion.vertices_at(end)
         moved.append(Mesh(place, mesh.face_start, mesh.face_vertex, mesh.twin))
     return moved
 
