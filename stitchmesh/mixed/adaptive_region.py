@@ -37,10 +37,10 @@ class AdaptiveRegion:
         """Begin a run.
 
         Args:
-            prepared: the scene; ``region.adapt_every`` says how often the region may change, never if it is None.
+            prepared: the scene; ``region.changes_every`` says how often the region may change, never if it is None.
             budget: nodes that may be simulated.
         """
-        self.every, self.budget = prepared.scene.region.adapt_every, budget
+        self.every, self.budget = prepared.scene.region.changes_every, budget
         self.changes = 0
         """How often the region has changed."""
         self.energy_jump = 0.0

@@ -334,7 +334,7 @@ class _Run:
             energies=energies,
             memory_bytes=peak_memory(),
         )
-        if scene.region.adapt_every is not None and scene.region.yarns == "automatic":
+        if scene.region.changes_every is not None:
             mixed |= {"region_changes": self.region.changes, "largest_energy_jump": self.region.energy_jump}
         if self.triangles is not None:
             mixed["triangle_run"] = work_of(self.triangles)

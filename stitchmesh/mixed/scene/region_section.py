@@ -111,9 +111,14 @@ class RegionSection:
             raise ParameterError(f"region: got {found}; expected one of them with yarns = 'automatic'")
 
     @property
+    def changes_every(self) -> int | None:
+        """Number of steps or equilibria after which the region may change; None if it stays."""
+        return self.adapt_every if self.yarns == "automatic" else None
+
+    @property
     def grows_from_nothing(self) -> bool:
         """Whether the region begins with triangles alone, and grows while the run goes on."""
-        return self.yarns == "automatic" and self.adapt_every is not None and self.start == "layout"
+        return self.changes_every is not None and self.start == "layout"
 
     @property
     def starts_on_triangles(self) -> bool:
