@@ -19,7 +19,7 @@ from stitchmesh.mixed.scene.region_section import RegionSection
 
 
 def marked_triangles(section: RegionSection, cloth: Cloth) -> IntArray:
-    """Return the triangles that a section marks, ascending: those with yarns alone, or where an automatic region may be.
+    """Return the triangles that a section marks, ascending: those of yarns, or where an automatic region may be.
 
     Raises:
         ParameterError: as for ``RegionSection.triangles``.

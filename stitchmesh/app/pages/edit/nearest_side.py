@@ -7,8 +7,9 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import BORDER, BOTTOM, TOP, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh import BORDER, BOTTOM, TOP, IntArray, StitchMesh
 from stitchmesh.mesh.picking import PickedPlace
+
 
 def nearest_side(fabric: StitchMesh, place: PickedPlace, kind: str) -> int:
     """Return the side of a kind that is nearest to a place, among the sides of its face.
