@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the pointer is over: places of a mesh under clicks and along drags."""
+"""What the pointer is over: places of a mesh under clicks, along drags and in rectangles."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from stitchmesh.app.scene.scene import Pick, Stroke
-from stitchmesh.mesh import FloatArray, Mesh
+from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke
+from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.mesh.picking import PickedPlace, PickingTable, pick, picking_table
 
 STEP = 0.4
@@ -88,3 +88,13 @@ class DragPath:
 def without_repeats(places: list[PickedPlace]) -> list[PickedPlace]:
     """Return places without neighbours on the same face."""
     return places[:1] + [place for before, place in pairwise(places) if place.face != before.face]
+
+
+def visible_faces(mesh: Mesh, box: ScreenBox) -> IntArray:
+    """Return the faces whose centres lie in a rectangle on the screen, and whose right sides face the camera."""
+    first = mesh.face_start[:-1]
+    centre = np.add.reduceat(mesh.corner_position, first, axis=0) / np.diff(mesh.face_start)[:, None]
+    inside = np.flatnonzero(box.inside(centre))
+    towards = np.asarray(box.camera.position) - centre[inside]
+    faces: IntArray = inside[np.einsum("ij,ij->i", towards, mesh.face_vector_area[inside]) > 0.0]
+    return faces

@@ -87,6 +87,11 @@ class CrossingMaterial:
         return self.shear * self.radius**2
 
     @staticmethod
+    def names() -> tuple[str, ...]:
+        """Names of the materials of this package."""
+        return tuple(_named_materials())
+
+    @staticmethod
     def named(name: str = DEFAULT) -> CrossingMaterial:
         """One of the materials of this package.
 

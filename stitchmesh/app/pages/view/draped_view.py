@@ -115,7 +115,8 @@ class DrapedView:
             scene.show(f"{BODIES} {number}", Surface(mesh.vertices, corners, BODY_COLOUR, flat=False))
 
     def clear(self, scene: Scene) -> None:
-        """Remove the drawings that other things do not have."""
+        """Remove the drawings."""
+        scene.remove(NAME)
         scene.remove(SURFACE)
         for number in range(len(self.draped.prepared.bodies)):
             scene.remove(f"{BODIES} {number}")

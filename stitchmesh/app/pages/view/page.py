@@ -128,6 +128,16 @@ class ViewPage(Page):
         self._keep(show=OPENED, path=str(path.absolute()))
         self._path.value = str(path.absolute())
 
+    def show_path(self, text: str) -> None:
+        """Open a file or a folder, and show it.
+
+        Raises:
+            StitchMeshError: it cannot be read.
+        """
+        self.open_path(text)
+        self._look_again = True
+        self.refresh()
+
     # ---- controls ----------------------------------------------------------------------------------------------------
 
     def _make_sources(self) -> None:
@@ -355,9 +365,7 @@ class ViewPage(Page):
         text = str(self._path.value).strip()
         if not text:
             raise ParameterError("path: got nothing; expected a file, or the output folder of a job")
-        self.open_path(text)
-        self._look_again = True
-        self.refresh()
+        self.show_path(text)
 
     def _uploaded(self, name: str, content: bytes) -> None:
         self._opened.receive(name, content)
