@@ -44,7 +44,7 @@ class FilesPanel:
 
     def build_save(self, controls: Controls) -> None:
         """Make the controls of the group Save and download."""
-        with controls.group("Save and download", opened=False):
+        with controls.group("Save and download", opened=False) as self._save_group:
             self._folder = controls.text("Folder", "A folder on the computer of StitchMesh.", "", lambda _: None)
             controls.button("Save there", "Write the scene, and the result if there is one, into the folder.",
                             self._save)  # fmt: skip
@@ -52,6 +52,7 @@ class FilesPanel:
 
     def refresh(self) -> None:
         """Show which files there are."""
+        self._save_group.visible = self._session.opened is not None
         self._downloads.content = download_list(list(self._files()))
 
     def _receive(self, name: str, content: bytes) -> None:

@@ -187,9 +187,9 @@ class DrapePage(Page):
     def _draw(self) -> None:
         draped, opened = self._newest(), self.session.opened
         shows_run = self._shows == RESULT and (draped is not None or self.run.live is not None)
-        self._show_choice.visible = draped is not None or self.run.live is not None
+        self._show_choice.visible = self._follow.visible = draped is not None or self.run.live is not None
         self._colour_choice.visible = not shows_run and opened is not None
-        self._run_colour_choice.visible = self._follow.visible = shows_run
+        self._run_colour_choice.visible = shows_run
         self._report.content = report_html(draped.report) if shows_run and draped is not None else ""
         if shows_run and draped is not None:
             self._draw_run(draped)

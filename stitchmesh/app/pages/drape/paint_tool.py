@@ -44,7 +44,7 @@ class PaintTool:
             self._set_brush,
         )  # fmt: skip
         self._radius = controls.number(
-            "Radius of the circle", "Radius of the brush Circle [cm].", 1.0, lambda _: None, least=0.01, most=1000.0,
+            "Radius", "Radius of the brush Circle [cm].", 1.0, lambda _: None, least=0.01, most=1000.0,
             step=0.1,
         )  # fmt: skip
         self._show_controls()

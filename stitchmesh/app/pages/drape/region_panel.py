@@ -56,7 +56,7 @@ class RegionPanel:
         """
         self._session, self._drawing, self._paint = session, drawing, paint
         self._cloth: object = None
-        with controls.group("Region of yarns"):
+        with controls.group("Region of yarns") as self._group:
             self._kind = controls.choice(
                 "Yarns", "Where yarns are simulated; elsewhere the cloth is triangles.", tuple(KINDS), "nowhere",
                 self._set_kind,
@@ -74,7 +74,7 @@ class RegionPanel:
             )  # fmt: skip
             paint.build(controls)
             controls.buttons("Changes", "Ctrl+Z and Ctrl+Y do the same.", ("Undo", "Redo", "Clear"), self._step)
-        with controls.group("Box and selection", opened=False):
+        with controls.group("Box and selection", opened=False) as self._other_group:
             self._low = controls.text("Box from", "Smallest x, y, z [cm].", "", lambda _: self._draw_box())
             self._high = controls.text("Box to", "Largest x, y, z [cm].", "", lambda _: self._draw_box())
             controls.buttons("Box", "The triangles in the box, or no box at all.", ("Add box", "Take out", "Hide"),
@@ -86,6 +86,7 @@ class RegionPanel:
     def refresh(self) -> None:
         """Show the region of the scene."""
         opened = self._session.opened
+        self._group.visible = self._other_group.visible = opened is not None
         if opened is None:
             return
         section = opened.scene.region
@@ -101,9 +102,8 @@ class RegionPanel:
 
     def _set_kind(self, words: str) -> None:
         kind = KINDS[words]
-        self._change(
-            lambda section: replace(section, yarns=kind, nodes=nodes)
-        )
+        nodes = int(self._nodes.value) if kind == "automatic" else None
+        self._change(lambda section: replace(section, yarns=kind, nodes=nodes))
 
     def _set_nodes(self, nodes: float) -> None:
         self._change(lambda section: replace(section, nodes=int(nodes)))
