@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from stitchmesh.mesh import Mesh
 from stitchmesh.mixed.assembly import LoadedBody
+from stitchmesh.mixed.contact.motion import RigidMotion
 
 
 def bodies_at(bodies: Sequence[LoadedBody], time: float) -> list[Mesh]:
@@ -15,6 +16,9 @@ def bodies_at(bodies: Sequence[LoadedBody], time: float) -> list[Mesh]:
     moved = []
     for each in bodies:
         mesh, motion = each.body.mesh, each.body.motion
-        place = motion.places_at(mesh.vertices, time) if hasattr(motion, "places_at") else mesh.vertices
+        if isinstance(motion, RigidMotion):
+            place = motion.places_at(mesh.vertices, time)
+        else:
+            place = motion.vertices_at(time)
         moved.append(Mesh(place, mesh.face_start, mesh.face_vertex, mesh.twin))
     return moved

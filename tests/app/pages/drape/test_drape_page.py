@@ -19,7 +19,7 @@ from stitchmesh.app.scene.drawing import Colours, Surface
 from stitchmesh.app.scene.scene import Stroke
 from stitchmesh.cli.main import main
 from stitchmesh.compute.device import alone
-from stitchmesh.io import read_yarns, write_stitches
+from stitchmesh.io import write_stitches
 from stitchmesh.labeling import label
 from stitchmesh.mixed.drape import drape
 from stitchmesh.mixed.memory import estimate_memory
