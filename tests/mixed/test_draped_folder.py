@@ -56,7 +56,7 @@ def test_an_automatic_region_is_that_of_the_run(tmp_path):
 
 
 def test_a_folder_that_is_none_of_this_scene_is_refused(tmp_path):
-    with pytest.raises(FileError, match="scene.toml"):
+    with pytest.raises(FileError, match=r"scene\.toml"):
         read_draped(tmp_path)
     drape(SWINGING, tmp_path)
     write_scene(tmp_path / "scene.toml", replace(SWINGING, cloth=ClothSection(rectangle=(3.0, 3.0), edge_length=2.0)))

@@ -22,10 +22,10 @@ from stitchmesh.mixed.drape import Draped
 from stitchmesh.mixed.enrichment.region import TRIANGLES, YARNS
 from stitchmesh.mixed.output.display import Shown
 from stitchmesh.mixed.output.frames import Frame
-from stitchmesh.render.body_places import bodies_at
 from stitchmesh.render.colour_scale import ColourScale, sequential_scale
 from stitchmesh.render.colouring import Coloured, colour_yarns
-from stitchmesh.render.mixed_colouring import ALPHA_SCALE, LEAST_TENSION, DrapedValues, nodes_at_points
+from stitchmesh.render.draped.body_places import bodies_at
+from stitchmesh.render.draped.colouring import ALPHA_SCALE, LEAST_TENSION, DrapedValues, nodes_at_points
 from stitchmesh.render.yarn_blocks import YarnBlocks, make_blocks
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.picking import pick_yarn, yarn_picking_table

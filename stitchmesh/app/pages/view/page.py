@@ -20,6 +20,7 @@ from stitchmesh.app.pages.view.draped_view import DrapedView
 from stitchmesh.app.pages.view.frame_panel import FramePanel
 from stitchmesh.app.pages.view.measurement import Measurement
 from stitchmesh.app.pages.view.opened import Opened, read_upload
+from stitchmesh.app.pages.view.picture_panel import PicturePanel
 from stitchmesh.app.pages.view.pieces import FRAMES, legend_of, list_of_results, shown_in_panel, status_line
 from stitchmesh.app.pages.view.residual_plot import residual_figure
 from stitchmesh.app.pages.view.run_figures import report_html
@@ -50,8 +51,6 @@ if TYPE_CHECKING:
 OPENED = "Opened file"
 """Entry of the list for a file or a folder that was opened."""
 VIEWS: tuple[ViewName, ...] = ("front", "back", "left", "right", "top")
-LARGEST_PICTURE = 4096
-"""Largest side of a saved picture [pixels]."""
 MOST_STITCHES = 99_999_999
 """Largest number of a stitch that can be typed."""
 COLOURING = "finding the colours"
@@ -184,7 +183,7 @@ class ViewPage(Page):
             "Measure", "Click two places: their distance, and the length of yarn between them.", False, self._measure
         )
         with controls.group("Clip box", opened=False):
-            self._clips = controls.toggle("Clip", "Show only what lies in a box.", False, self._clip)
+            self._clips = controls.toggle("Clip", "Show only what lies in a box.", False, lambda _: self._draw())
             for side, (_, far) in SIDES.items():
                 controls.slider(
                     side, f"Where the box ends at this side ({side.lower()}), in percent.", self._shares.get(side, far),
@@ -198,14 +197,7 @@ class ViewPage(Page):
             ]  # fmt: skip
             controls.button("Describe", "Say what the stitch is.", self._describe_stitch)
             controls.button("Measure between them", "Measure from one stitch to the other.", self._measure_stitches)
-        with controls.group("Picture", opened=False):
-            self._width = controls.number(
-                "Width", "Width of the picture [pixels].", 1600, _nothing, least=64, most=LARGEST_PICTURE, step=1
-            )
-            self._height = controls.number(
-                "Height", "Height of the picture [pixels].", 1000, _nothing, least=64, most=LARGEST_PICTURE, step=1
-            )
-            controls.button("Save picture", "Save what the scene shows as a PNG file.", self._save_picture)
+        PicturePanel(self.app)
         controls.toggle("Frame rate", "Show how fluently this browser draws.", False, self._show_frames)
         self._frames = controls.html(FRAMES)
         self._frames.visible = False
@@ -432,17 +424,10 @@ class ViewPage(Page):
 
         return changed
 
-    def _clip(self, on: bool) -> None:
-        self._draw()
-
     def _box(self) -> Box | None:
         if not self._clips.value or self._view is None:
             return None
         return box_of_shares(*self._view.bounds(), self._shares)
-
-    def _save_picture(self) -> None:
-        picture = self.app.scene.screenshot(int(self._width.value), int(self._height.value))
-        self.app.download("view.png", picture)
 
     def _show_frames(self, on: bool) -> None:
         self._frames.visible = on

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray, Mesh
 from stitchmesh.mixed.drape import Draped
-from stitchmesh.render.body_places import bodies_at
 from stitchmesh.render.camera import camera_around
 from stitchmesh.render.colour_scale import sequential_scale
 from stitchmesh.render.colouring import Coloured, colour_yarns
+from stitchmesh.render.draped.body_places import bodies_at
+from stitchmesh.render.draped.colouring import ALPHA_SCALE, LEAST_TENSION, DrapedValues, nodes_at_points
 from stitchmesh.render.lettering import INK
-from stitchmesh.render.mixed_colouring import ALPHA_SCALE, LEAST_TENSION, DrapedValues, nodes_at_points
 from stitchmesh.render.options import PictureOptions
 from stitchmesh.render.picture import detail_for, yarn_tubes
 from stitchmesh.render.stage import KEY_LEFT, Viewport, add_body, add_tubes, dim_colours, look, picture, shade_hollows
