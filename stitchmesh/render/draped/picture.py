@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 NAME_HEIGHT = 0.03
 """Size of the letters of names, divided by the height of the picture."""
+AROUND = 0.1
+"""How far around a cloth bodies are shown whole, as a part of its size; a body may be much larger than a cloth."""
 
 
 def render_draped(
@@ -55,7 +57,7 @@ def render_draped(
     coloured = colours_of_runs([run for _name, run in runs], curves, colour or output.colour)
     bodies = bodies_at_end(runs[0][1])
     towards, up = camera_directions(*(view or output.view))
-    framed = np.concatenate([*(each.points for each in curves), *(body.vertices for body in bodies)])
+    framed = framed_points(np.concatenate([each.points for each in curves]), bodies)
     part = (KEY_LEFT if coloured[0].key and len(runs) == 1 else 1.0, 0.94)
     camera = camera_around(framed, towards, up, width / height, part=part)
     panels = [_panel(number, len(runs)) for number in range(len(runs))]
@@ -70,6 +72,20 @@ def render_draped(
             look(plotter, camera)
             plotter.camera.SetWindowCenter(1.0 - part[0], 0.0)
             shade_hollows(plotter, 4.0 * float(np.median(yarns.drawn_radius)), options)
+
+
+def framed_points(cloth: FloatArray, bodies: Sequence[Mesh]) -> FloatArray:
+    """Return what a picture has to show: the cloth, and what of bodies lies around it.
+
+    Args:
+        cloth: points of the cloth, shape (n, 3).
+        bodies: the bodies.
+    """
+    low, high = cloth.min(axis=0), cloth.max(axis=0)
+    margin = AROUND * (high - low).max()
+    points = np.concatenate([np.zeros((0, 3)), *(body.vertices for body in bodies)])
+    near = ((points > low - margin) & (points < high + margin)).all(axis=1)
+    return np.concatenate([cloth, points[near]])
 
 
 def _panel(number: int, count: int) -> Viewport:
