@@ -35,6 +35,7 @@ from stitchmesh.mixed.output.display import Display, Shown
 from stitchmesh.mixed.output.displays import Displays
 from stitchmesh.mixed.output.files import RunFiles
 from stitchmesh.mixed.output.frames import Frame, Frames
+from stitchmesh.mixed.output.region_file import write_region
 from stitchmesh.mixed.output.report import RunTotals, mixed_report, peak_memory, region_counts, work_of
 from stitchmesh.mixed.placement.chosen_region import NodeBudget
 from stitchmesh.mixed.run_checkpoint import NAME, RunCheckpoint, read_run, run_inputs, write_run
@@ -70,7 +71,11 @@ class Draped:
     @property
     def display(self) -> Display:
         """The maps of the last state."""
-        return self.displays.of(self.end)
+        return self.display_of(self.end)
+
+    def display_of(self, frame: Frame) -> Display:
+        """Return the maps of a frame, with its region."""
+        return self.displays.of(frame)
 
     @property
     def end(self) -> Frame:
@@ -113,7 +118,7 @@ class Draped:
 
     def yarns_at(self, frame: Frame) -> YarnSet:
         """Return all yarns of a frame as curves."""
-        return self.displays.of(frame).curves(self.shown_at(frame), self.prepared.fabric.yarn_radius)
+        return self.display_of(frame).curves(self.shown_at(frame), self.prepared.fabric.yarn_radius)
 
 
 def drape(
@@ -152,6 +157,9 @@ def drape(
         run = _Run(start, target, device)
         if state is not None:
             run.resume(state)
+        if target is not None:
+            write_scene(target / SCENE_FILE, prepared.scene)
+            write_region(target, start.prepared.region)
         run.go(progress, control, checkpoint_every)
     return run.result()
 
