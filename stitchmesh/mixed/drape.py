@@ -32,6 +32,7 @@ from stitchmesh.mixed.memory import available_memory, check_memory
 from stitchmesh.mixed.output.display import Display, Shown
 from stitchmesh.mixed.output.files import RunFiles
 from stitchmesh.mixed.output.frames import Frame, Frames
+from stitchmesh.mixed.output.region_file import write_region
 from stitchmesh.mixed.output.report import RunTotals, mixed_report, peak_memory, region_counts, work_of
 from stitchmesh.mixed.run_checkpoint import NAME, RunCheckpoint, read_run, run_inputs, write_run
 from stitchmesh.mixed.scene.scene import Scene
@@ -142,6 +143,9 @@ def drape(
         run = _Run(prepared, target, device, triangles)
         if resume and target is not None:
             run.resume(target / NAME)
+        if target is not None:
+            write_scene(target / SCENE_FILE, prepared.scene)
+            write_region(target, prepared.region)
         run.go(progress, control, checkpoint_every)
     return run.result()
 

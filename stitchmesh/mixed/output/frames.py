@@ -50,6 +50,14 @@ class Frames:
         self.count = 0
         """Number of frames."""
 
+    @classmethod
+    def of_folder(cls, folder: Path) -> Frames:
+        """Return the frames that an output folder holds now; a run may add more."""
+        found = cls(folder)
+        while found._path(found.count).is_file():
+            found.count += 1
+        return found
+
     def __iter__(self) -> Iterator[Frame]:
         """Yield the frames one after the other."""
         for number in range(self.count):
