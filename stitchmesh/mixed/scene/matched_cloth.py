@@ -72,9 +72,11 @@ def cell_of_scene(section: YarnsSection, stitch: tuple[float, float] | None, mat
     Raises:
         ParameterError: the weave or the pattern is unknown.
     """
+    n = section.density
     if section.weave is not None:
-        return weave_cell(weave_matrix(section.weave), ends=section.ends, picks=section.picks, materials=materials)
-    spacing = stitch or (1.0 / section.wales, 1.0 / section.courses)
+        matrix = weave_matrix(section.weave)
+        return weave_cell(matrix, ends=n * section.ends, picks=n * section.picks, materials=materials)
+    spacing = stitch or (1.0 / (n * section.wales), 1.0 / (n * section.courses))
     chart = PLAIN_KNIT if stitch is not None or section.knit is None else knit_chart(section.knit)
     return knit_cell(chart, wale_spacing=spacing[0], course_spacing=spacing[1], materials=materials)
 

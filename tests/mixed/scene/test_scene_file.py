@@ -197,6 +197,8 @@ def test_a_cloth_is_matched_once_and_kept(tmp_path, monkeypatch):
     other = prepared(replace(scene, yarns=replace(scene.yarns, radius=0.04)))
     assert set(stages) == {"match"}
     assert other.cloth_material.stretch_course < fabric.cloth_material.stretch_course
+    finer = prepared(replace(scene, yarns=replace(scene.yarns, density=2.0)))
+    assert finer.cloth_material.stretch_course == pytest.approx(fabric.cloth_material.stretch_course, rel=1e-6)
 
 
 def test_knits_by_name_and_chart():
