@@ -147,7 +147,7 @@ def drape(
     """
     given = scene if isinstance(scene, Scene) else read_scene(scene)
     target = _checked_folder(folder, checkpoint_every, resume)
-    prepared = prepare(given, cloth=cloth, yarns=yarns)
+    prepared = prepare(given, cloth=cloth, yarns=yarns, folder=target, progress=progress)
     device = device_named(given.solver.device)
     contact = bool(given.bodies) or given.contact.self_collision
     with alone():
