@@ -250,8 +250,8 @@ class BodyContact(Term):
             body: the body.
             thickness: thickness of a layer on the body that the cloth stays out of [cm].
             pressure: P, the scale of the pressure [dyn / cm^2].
-            depth: depth below the surface down to which points are found and pushed out [cm]; it should be below half the
-                thickness of thin parts. By default ``DEPTH``, or ``DEPTH_SHARE`` of the height of a flat body.
+            depth: depth below the surface down to which points are found and pushed out [cm]; it should be below half
+                the thickness of thin parts. By default ``DEPTH``, or ``DEPTH_SHARE`` of the height of a flat body.
             scalar: Warp's floating-point type.
             device: where the term runs.
 
