@@ -75,7 +75,7 @@ class SolverSection:
         for name in ("velocity_tolerance", "force_tolerance", "solve_tolerance", "most_iterations"):
             check_positive(f"solver.{name}", getattr(self, name))
         if self.friction_updates < 0:
-            raise ParameterError(f"solver.friction_updates: got {self.friction_updates}; expected a number of at least 0")
+            raise ParameterError(f"solver.friction_updates: got {self.friction_updates}; expected at least 0")
 
 
 @dataclass(frozen=True, kw_only=True)
