@@ -21,7 +21,7 @@ from stitchmesh.mixed.scene.cloth_section import STITCH_SUFFIXES
 from stitchmesh.mixed.scene.painted_region import marked_triangles
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
-from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
+from stitchmesh.mixed.scene.scene_fabric import PreparedScene, check_simulated, prepare
 
 NO_TRIANGLES = np.zeros(0, dtype=np.int64)
 
@@ -108,6 +108,7 @@ def with_region(opened: OpenedScene, section: RegionSection) -> OpenedScene:
     try:
         region, trouble = section.region(opened.cloth, yarns), ""
         marked_triangles(section, opened.cloth)
+        check_simulated(opened.prepared.held, region)
     except StitchMeshError as error:
         region, trouble = RegionSection().region(opened.cloth, yarns), str(error)
     return replace(opened, prepared=replace(opened.prepared, scene=scene, region=region), trouble=trouble)

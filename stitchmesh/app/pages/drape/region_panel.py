@@ -33,9 +33,9 @@ MOST_NODES, MOST_RINGS = 100_000_000, 20
 """Largest budget, and largest width of the hybrid region."""
 WORDS = "Such as hem 6 or rows 10-20 for stitches; names of panels, all, or faces 3, 10-20 for another cloth."
 THIRDS = (1 / 3, 2 / 3)
-"""Places of the sides of the box at first, over the box of the cloth along each axis."""
+"""Places of the left, right, lower and upper side of the box at first, over the box of the cloth."""
 BESIDE = 1.0
-"""Distance by which the box at first is larger than a flat cloth [cm]."""
+"""Distance of the box at first from the front of the cloth, and from the back of a flat one [cm]."""
 
 
 class RegionPanel:
@@ -124,13 +124,13 @@ class RegionPanel:
             self._session.undo() if which == "Undo" else self._session.redo()
 
     def _propose_box(self) -> None:
-        """Fill in the middle of the cloth."""
+        """Fill in a box around the middle of the front of the cloth."""
         opened = self._session.opened
         assert opened is not None
         low, high = opened.mesh.vertices.min(axis=0), opened.mesh.vertices.max(axis=0)
-        flat = high - low < 1e-6
-        first = np.where(flat, low - BESIDE, low + THIRDS[0] * (high - low))
-        last = np.where(flat, high + BESIDE, low + THIRDS[1] * (high - low))
+        first, last = low + THIRDS[0] * (high - low), low + THIRDS[1] * (high - low)
+        first[2], last[2] = 0.5 * (low[2] + high[2]), high[2] + BESIDE
+        first[2] -= BESIDE if high[2] - low[2] < BESIDE else 0.0
         self._low.value, self._high.value = (", ".join(f"{x:.3g}" for x in corner) for corner in (first, last))
 
     def _box(self) -> BoxSection:

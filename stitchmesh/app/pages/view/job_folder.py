@@ -12,7 +12,7 @@ from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.checkpoint_file import previous_path
 from stitchmesh.io.history import read_history
 from stitchmesh.io.stitches import read_stitches
-from stitchmesh.mixed.drape import SCENE_FILE, Draped
+from stitchmesh.mixed.drape import Draped
 from stitchmesh.mixed.draped_folder import read_again, read_draped
 from stitchmesh.mixed.output.frames import FOLDER as FRAMES
 from stitchmesh.mixed.output.frames import Frames
@@ -32,7 +32,7 @@ class JobFiles:
         return next((time for found, time, _ in self.times if found == name), 0)
 
 
-JOB_FILES = ("stitches.h5", "yarns.h5", "checkpoint.smc", "convergence.csv", "report.json", SCENE_FILE, REGION, FRAMES)
+JOB_FILES = ("stitches.h5", "yarns.h5", "checkpoint.smc", "convergence.csv", "report.json", REGION, FRAMES)
 """Files of a job that are looked at; the folder of the frames changes with each frame."""
 
 
@@ -86,7 +86,8 @@ def _read_run(files: JobFiles, earlier: tuple[JobFiles, Viewed] | None) -> Viewe
     if not len(Frames.of_folder(folder)):
         return Viewed(folder.name, text=f"The run in {folder.name} has no frame yet.")
     known = None if earlier is None else earlier[1].thing
-    same = earlier is not None and all(earlier[0].time_of(name) == files.time_of(name) for name in (SCENE_FILE, REGION))
+    # Each run writes its region once, at its start.
+    same = earlier is not None and earlier[0].time_of(REGION) == files.time_of(REGION)
     draped = read_again(known, folder) if same and isinstance(known, Draped) else read_draped(folder)
     state = "finished" if draped.report else "running, or was stopped"
     return Viewed(folder.name, draped, text=f"The run in {folder.name} is {state}.")
