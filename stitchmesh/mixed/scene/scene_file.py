@@ -74,6 +74,11 @@ def _with_paths(scene: Scene, change: Callable[[str], str]) -> Scene:
     return replace(
         scene,
         cloth=replace(cloth, file=file(cloth.file), material=library(cloth.material)),
-        yarns=replace(yarns, knit=library(yarns.knit), material_file=file(yarns.material_file)),
+        yarns=replace(
+            yarns,
+            weave=library(yarns.weave),
+            knit=library(yarns.knit),
+            material_file=file(yarns.material_file),
+        ),
         bodies=tuple(replace(body, file=file(body.file)) for body in scene.bodies),
     )
