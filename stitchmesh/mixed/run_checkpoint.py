@@ -44,6 +44,7 @@ class RunCheckpoint:
 def run_inputs(prepared: PreparedScene, device: wp.Device) -> dict[str, str]:
     """Return everything that decides a run, as short strings."""
     found = {"stitchmesh": __version__, "device": "cuda" if device.is_cuda else "cpu"}
+    found["cloth.seam_rods"] = str(prepared.fabric.seam_material)
     found["region.start"] = prepared.scene.region.start
     found |= fingerprint("scene", prepared.scene, without=("output", "cloth", "yarns", "region"))
     cloth, yarns, region = prepared.fabric.cloth, prepared.fabric.yarns, prepared.region
