@@ -13,7 +13,7 @@ from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.checked import check_value, parse_json
 from stitchmesh.io.contents import read_bytes
 from stitchmesh.mixed.drape import REPORT, SCENE_FILE, Draped
-from stitchmesh.mixed.output.display import Display
+from stitchmesh.mixed.output.displays import Displays
 from stitchmesh.mixed.output.frames import Frames
 from stitchmesh.mixed.output.region_file import NAME as REGION
 from stitchmesh.mixed.output.region_file import read_region
@@ -35,8 +35,8 @@ def read_draped(folder: str | PathLike[str]) -> Draped:
     fabric = laid.fabric
     region = read_region(place, fabric.cloth, fabric.yarns)
     prepared = replace(laid, scene=scene, region=region)
-    display = Display(fabric.cloth, fabric.yarns, region, scene.output.subdivisions)
-    return read_again(Draped(prepared=prepared, display=display, frames=Frames(), report={}), place)
+    displays = Displays(fabric.cloth, fabric.yarns, region, scene.output.subdivisions)
+    return read_again(Draped(prepared=prepared, displays=displays, frames=Frames(), report={}), place)
 
 
 def read_again(draped: Draped, folder: Path) -> Draped:

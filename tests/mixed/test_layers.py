@@ -24,8 +24,9 @@ LAYERS = [
     {"assembly", "memory"},
     {"output", "placement", "matching"},
     {"scene"},
+    {"region_change"},
     {"simulation"},
-    {"run_checkpoint", "automatic_region", "triangle_run"},
+    {"run_checkpoint", "automatic_region", "adaptive_region", "measured_budget", "triangle_run"},
     {"drape"},
     {"draped_folder"},
 ]

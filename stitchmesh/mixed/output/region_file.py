@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The region of a run in its output folder.
+"""The region at the start of a run in its output folder.
 
 A scene with an automatic region does not say where the yarns are. The kinds of the triangles and the blending field
-therefore stand in a file of their own, without which the frames cannot be shown.
+therefore stand in a file of their own; frames hold those of their own times.
 """
 
 from __future__ import annotations

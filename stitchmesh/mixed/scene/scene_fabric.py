@@ -19,7 +19,7 @@ from stitchmesh.mixed.contact.dressing import WornBody, dressed_vertices
 from stitchmesh.mixed.contact.self_collision import PRESSURE
 from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial
 from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
-from stitchmesh.mixed.enrichment.region import Region
+from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.crossing_yarns import ROD, CrossingYarns
 from stitchmesh.mixed.layout.from_stitches import lay_stitches
 from stitchmesh.mixed.memory import available_memory, check_layout_memory
@@ -131,6 +131,18 @@ def prepare(
         bodies=bodies,
     )
     return replace(prepared, vertices=_outside(prepared)) if scene.contact.start_outside else prepared
+
+
+def with_region(prepared: PreparedScene, chosen: IntArray) -> PreparedScene:
+    """Return a scene with yarns in other triangles.
+
+    Args:
+        prepared: the scene.
+        chosen: numbers of the triangles that have yarns alone.
+    """
+    fabric, rings = prepared.fabric, prepared.scene.region.rings
+    layout = len(fabric.cloth.vertices), fabric.yarns.triangle, fabric.yarns.barycentric
+    return replace(prepared, region=region_around(fabric.cloth.triangles, *layout, chosen, rings=rings))
 
 
 def _outside(prepared: PreparedScene) -> FloatArray:

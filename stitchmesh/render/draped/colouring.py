@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.drape import Draped
+from stitchmesh.mixed.output.display import Display
 from stitchmesh.mixed.output.files import state_maps
 from stitchmesh.mixed.output.frames import Frame
 from stitchmesh.mixed.output.maps import StateMaps
@@ -46,13 +47,13 @@ class DrapedValues:
 
     def alpha(self) -> tuple[FloatArray, FloatArray]:
         """Return the blending field at the control points, shape (P,), and at the vertices, shape (W,)."""
-        return self.draped.prepared.region.node_alpha[self.node], self.draped.display.surface_alpha
+        return self._display.region.node_alpha[self.node], self._display.surface_alpha
 
     def cloth_tension(self) -> tuple[FloatArray, FloatArray]:
         """Return the larger principal tension of the triangles [dyn/cm] at the same places."""
         tension = self._maps.triangle_tension
         own = tension[self.draped.prepared.fabric.yarns.triangle[self.node]]
-        return own, self.draped.display.at_surface(tension)
+        return own, self._display.at_surface(tension)
 
     def yarn_tension(self) -> FloatArray:
         """Return the tension of the yarns [dyn] at the control points: the larger one of both yarns at a node."""
@@ -61,6 +62,10 @@ class DrapedValues:
         at_points: FloatArray = values[self.node]
         return at_points
 
+    @property
+    def _display(self) -> Display:
+        return self.draped.display_of(self.frame)
+
     @cached_property
     def _maps(self) -> StateMaps:
-        return state_maps(self.draped.prepared.fabric, self.draped.display, self.frame)
+        return state_maps(self.draped.prepared.fabric, self._display, self.frame)

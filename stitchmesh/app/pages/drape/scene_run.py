@@ -21,6 +21,7 @@ from stitchmesh.mixed.automatic_region import place_yarns
 from stitchmesh.mixed.drape import SCENE_FILE, Draped, drape
 from stitchmesh.mixed.draped_folder import read_draped
 from stitchmesh.mixed.enrichment.region import YARNS
+from stitchmesh.mixed.measured_budget import node_budget
 from stitchmesh.mixed.run_checkpoint import NAME as CHECKPOINT
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
@@ -131,13 +132,14 @@ def automatic_triangles(opened: OpenedScene, progress: Progress) -> tuple[int, .
     device, scalar = device_named(opened.scene.solver.device), scalar_named(opened.scene.solver.precision)
     with alone():
         error = run_triangles(opened.prepared, scalar, device, progress=progress).error
-        region = place_yarns(opened.prepared, error).region
+        budget = node_budget(opened.prepared, error, scalar, device)
+        region = place_yarns(opened.prepared, error, budget).region
     return tuple(np.flatnonzero(region.triangle_kind == YARNS).tolist())
 
 
 def chosen_region(section: RegionSection, triangles: tuple[int, ...]) -> RegionSection:
     """Return an automatic region as a chosen one with the triangles that were found."""
-    return replace(section, yarns="chosen", nodes=None, boxes=(), faces=triangles)
+    return replace(section, yarns="chosen", nodes=None, seconds=None, boxes=(), faces=triangles)
 
 
 def same_scene(path: Path, scene: Scene) -> bool:

@@ -20,7 +20,7 @@ from stitchmesh.mesh.picking import pick as pick_face
 from stitchmesh.mesh.picking import picking_table
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.mixed.enrichment.region import TRIANGLES, YARNS
-from stitchmesh.mixed.output.display import Shown
+from stitchmesh.mixed.output.display import Display, Shown
 from stitchmesh.mixed.output.frames import Frame
 from stitchmesh.render.colour_scale import ColourScale, sequential_scale
 from stitchmesh.render.colouring import Coloured, colour_yarns
@@ -59,9 +59,10 @@ class DrapedView:
         self.draped, self.everywhere = draped, everywhere
         self.frame: Frame = draped.frames[-1 if frame is None else frame]
         self.shown: Shown = draped.shown_at(self.frame)
-        self.yarns: YarnSet = draped.display.curves(self.shown, draped.prepared.fabric.yarn_radius)
+        self.display: Display = draped.display_of(self.frame)
+        self.yarns: YarnSet = self.display.curves(self.shown, draped.prepared.fabric.yarn_radius)
         self._of_yarns, self.coloured_count = len(self.yarns.points), len(self.yarns.points) + len(self.shown.surface)
-        known = before if isinstance(before, DrapedView) and before.draped.display is draped.display else None
+        known = before if isinstance(before, DrapedView) and before.display is self.display else None
         self.node: IntArray = nodes_at_points(draped, self.frame, self.yarns) if known is None else known.node
         self._blocks: tuple[Box | None, bool, YarnBlocks | None] | None = None if known is None else known._blocks
         self._triangles: tuple[Box | None, IntArray] | None = None if known is None else known._triangles
@@ -72,7 +73,7 @@ class DrapedView:
 
     def figures(self) -> list[tuple[str, str]]:
         """Return the time, and the numbers of nodes and vertices."""
-        region = self.draped.prepared.region
+        region = self.display.region
         kinds = [int((region.node_kind == kind).sum()) for kind in (TRIANGLES, 1, YARNS)]
         size = " x ".join(f"{side:.1f}" for side in np.ptp(self.shown.vertices, axis=0))
         return [
@@ -123,7 +124,7 @@ class DrapedView:
 
     def pick(self, origin: FloatArray, direction: FloatArray, fabric: StitchMesh | None) -> Place | None:
         """Return the place on the cloth under a ray, and the yarn there if yarns are drawn."""
-        region, cloth = self.draped.prepared.region, self.draped.prepared.fabric.cloth
+        region, cloth = self.display.region, self.draped.prepared.fabric.cloth
         mesh = Mesh.from_polygons(self.shown.vertices, region.triangles.tolist())
         met = pick_face(picking_table(mesh), origin, direction)
         if met is None:
@@ -137,10 +138,10 @@ class DrapedView:
 
     def stitch(self, number: int, fabric: StitchMesh | None) -> Place | None:
         """Return the middle of a triangle."""
-        triangles = self.draped.prepared.region.triangles
+        triangles = self.display.region.triangles
         if not 0 <= number < len(triangles):
             return None
-        kind = KINDS[int(self.draped.prepared.region.triangle_kind[number])]
+        kind = KINDS[int(self.display.region.triangle_kind[number])]
         return Place(self.shown.vertices[triangles[number]].mean(axis=0), f"Triangle {number}: {kind}")
 
     def _draw_yarns(self, scene: Scene, colours: NDArray[np.uint8], clip: Box | None) -> None:
@@ -167,14 +168,14 @@ class DrapedView:
         middle = self.yarns.segment_points[:, 1:3]
         drawn = np.ones(len(middle), dtype=bool)
         if not self.everywhere:
-            drawn = (self.draped.prepared.region.node_kind[self.node][middle] != TRIANGLES).all(axis=1)
+            drawn = (self.display.region.node_kind[self.node][middle] != TRIANGLES).all(axis=1)
         if clip is not None:
             drawn &= clip.inside(self.yarns.points[middle].mean(axis=1))
         return np.flatnonzero(drawn)
 
     def _inside(self, clip: Box | None) -> IntArray:
         """Triangles of the surface in the box."""
-        corners = self.draped.display.triangles
+        corners = self.display.triangles
         return corners if clip is None else corners[clip.inside(self.shown.surface[corners].mean(axis=1))]
 
     def _scaled(self, points: FloatArray, surface: FloatArray | None, scale: ColourScale, unit: str) -> Coloured:
