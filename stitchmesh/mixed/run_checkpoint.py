@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checkpoints of a run of the mixed system, and what a resumed run needs to end with the same bits.
 
-A checkpoint is written between two steps. It holds what the simulation carries from step to step, the sums of the
-report, the number of frames, and a fingerprint of everything that decides the run. Output and tolerances of processors
-do not count: pictures and formats may differ.
+A checkpoint is written between two steps in time, or between two iterations of a search for an equilibrium. It holds
+what the simulation carries on, the sums of the report, the number of frames, and a fingerprint of everything that
+decides the run. Output and tolerances of processors do not count: pictures and formats may differ.
 """
 
 from __future__ import annotations
@@ -28,11 +28,13 @@ from stitchmesh.yarnrelax.fingerprint import fingerprint
 
 NAME = "checkpoint.smc"
 """Name of the newest checkpoint in the output folder."""
+PLACE_OF_REGION = ("yarns", "nodes", "seconds", "adapt_every", "boxes", "faces", "rings")
+"""Entries of a region that is not automatic, for which the region itself is compared."""
 
 
 @dataclass(frozen=True, eq=False)
 class RunCheckpoint:
-    """A run between two steps."""
+    """A run between two steps, or between two iterations of a search for an equilibrium."""
 
     totals: RunTotals
     frames: int
@@ -45,8 +47,12 @@ def run_inputs(prepared: PreparedScene, device: wp.Device) -> dict[str, str]:
     """Return everything that decides a run, as short strings."""
     found = {"stitchmesh": __version__, "device": "cuda" if device.is_cuda else "cpu"}
     found |= fingerprint("scene", prepared.scene, without=("output", "cloth", "yarns", "region"))
-    cloth, yarns, region = prepared.fabric.cloth, prepared.fabric.yarns, prepared.region
-    found |= fingerprint("cloth", cloth) | fingerprint("yarns", yarns) | fingerprint("region", region)
+    # An automatic region is part of the checkpoint: it may depend on a clock, and change while the run goes on.
+    section = prepared.scene.region
+    found |= fingerprint("region", section, without=() if section.yarns == "automatic" else PLACE_OF_REGION)
+    if section.yarns != "automatic":
+        found |= fingerprint("region", prepared.region)
+    found |= fingerprint("cloth", prepared.fabric.cloth) | fingerprint("yarns", prepared.fabric.yarns)
     found |= fingerprint("cloth material", prepared.fabric.cloth_material, without=("name", "source"))
     return found | fingerprint("yarn materials", prepared.fabric.yarn_materials)
 

@@ -63,7 +63,7 @@ class Term(ABC):
 
         Args:
             state: positions at the beginning of the step.
-            time: time at the beginning of the step [s].
+            time: time at the beginning of the step, or of the equilibrium [s].
             time_step: length of the step [s]; 0 for a static equilibrium.
         """
 
@@ -72,7 +72,7 @@ class Term(ABC):
 
         Args:
             state: positions at the end of the step.
-            time: time at the end of the step [s].
+            time: time at the end of the step, or of the equilibrium [s].
             time_step: length of the step [s]; 0 for a static equilibrium.
         """
 
@@ -100,4 +100,13 @@ class Term(ABC):
     def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Restore the contents of ``arrays``."""
         for name, array in self.arrays().items():
+            array.assign(np.asarray(arrays[name]))
+
+    def carried_arrays(self) -> dict[str, Any]:
+        """The part of ``arrays`` that stays when the region of a run changes: one value for each node or point."""
+        return self.arrays()
+
+    def carry(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Take over ``carried_arrays`` of another region, before the first step; what else lasts is found again."""
+        for name, array in self.carried_arrays().items():
             array.assign(np.asarray(arrays[name]))

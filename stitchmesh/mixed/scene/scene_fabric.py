@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -14,22 +15,24 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.assembly import LoadedBody, Loads, MixedFabric
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.contact.attachments import Attachment
+from stitchmesh.mixed.contact.dressing import WornBody, dressed_vertices
 from stitchmesh.mixed.contact.self_collision import PRESSURE
-from stitchmesh.mixed.contact.start_outside import moved_outside
-from stitchmesh.mixed.contact.triangle_points import points_on_triangles
 from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial
 from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
-from stitchmesh.mixed.enrichment.region import Region
+from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.from_stitches import lay_stitches
 from stitchmesh.mixed.memory import available_memory, check_layout_memory
 from stitchmesh.mixed.output.display import vertex_normals
 from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_knit, cloth_of_weave
+from stitchmesh.mixed.scene.matched_cloth import MATCHED, cell_of_scene, matched_cloth
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
+from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.material_file import material_of
+from stitchmesh.progress import Progress, no_progress
 
 STITCHES = "stitches"
 """Name of the knit whose loops are the stitches of the cloth."""
@@ -47,6 +50,13 @@ class PreparedScene:
     held: tuple[Attachment, ...]
     """The attachments of the scene; nodes are numbered as in the layout."""
     bodies: tuple[LoadedBody, ...]
+    triangle_equilibrium: FloatArray | None = None
+    """Vertices at an equilibrium of the triangles alone on which the yarns of a static run begin [cm], shape (V, 3)."""
+
+    @property
+    def without_yarns(self) -> Region:
+        """The region of a run with triangles alone."""
+        return RegionSection(yarns="none").region(self.fabric.cloth, self.fabric.yarns)
 
     @property
     def nodes(self) -> FloatArray:
@@ -78,13 +88,18 @@ class PreparedScene:
         return sorted({one.release for one in self.scene.attachments if one.release is not None})
 
 
-def prepare(scene: Scene, *, cloth: Cloth | None = None, yarns: CrossingYarns | None = None) -> PreparedScene:
+def prepare(
+    scene: Scene, *, cloth: Cloth | None = None, yarns: CrossingYarns | None = None,
+    folder: Path | None = None, progress: Progress = no_progress,
+) -> PreparedScene:  # fmt: skip
     """Make what a scene simulates.
 
     Args:
         scene: the scene.
         cloth: a cloth in the place of that of the scene.
         yarns: yarns laid out on it in the place of those of the scene.
+        folder: where a material that is matched to the yarns is kept, and found again.
+        progress: called with the completed part of the matching and a line of text.
 
     Raises:
         ParameterError: a name is unknown, a box holds nothing, or something is not possible.
@@ -94,26 +109,33 @@ def prepare(scene: Scene, *, cloth: Cloth | None = None, yarns: CrossingYarns | 
     surface = scene.cloth.cloth() if cloth is None else cloth
     laid = _layout(scene, surface) if yarns is None else yarns
     materials = yarn_materials(scene.yarns)
-    fabric = MixedFabric(
-        cloth=surface,
-        yarns=laid,
-        cloth_material=_cloth_material(scene, surface, laid, materials),
-        yarn_materials=materials,
-    )
     region = scene.region.region(surface, laid)
     held = tuple(_attachment(number, one, surface, laid) for number, one in enumerate(scene.attachments))
     check_simulated(held, region)
+    bodies = tuple(LoadedBody(body=one.body(), friction=one.friction, thickness=one.thickness) for one in scene.bodies)
+    material = _cloth_material(scene, surface, laid, materials, folder, progress)  # last: a match takes seconds
+    fabric = MixedFabric(cloth=surface, yarns=laid, cloth_material=material, yarn_materials=materials)
     prepared = PreparedScene(
         scene=scene,
         fabric=fabric,
         region=region,
         vertices=_disturbed(surface, scene.disturbance),
         held=held,
-        bodies=tuple(
-            LoadedBody(body=one.body(), friction=one.friction, thickness=one.thickness) for one in scene.bodies
-        ),
+        bodies=bodies,
     )
     return replace(prepared, vertices=_outside(prepared)) if scene.contact.start_outside else prepared
+
+
+def with_region(prepared: PreparedScene, chosen: IntArray) -> PreparedScene:
+    """Return a scene with yarns in other triangles.
+
+    Args:
+        prepared: the scene.
+        chosen: numbers of the triangles that have yarns alone.
+    """
+    fabric, rings = prepared.fabric, prepared.scene.region.rings
+    layout = len(fabric.cloth.vertices), fabric.yarns.triangle, fabric.yarns.barycentric
+    return replace(prepared, region=region_around(fabric.cloth.triangles, *layout, chosen, rings=rings))
 
 
 def _outside(prepared: PreparedScene) -> FloatArray:
@@ -122,15 +144,11 @@ def _outside(prepared: PreparedScene) -> FloatArray:
     Raises:
         ParameterError: a part of the cloth finds no way out.
     """
-    cloth, thickness = prepared.fabric.cloth, prepared.loads(0.0).thickness
-    points, _links = points_on_triangles(
-        cloth.triangles, cloth.rest, cloth.panel, vertex_count=len(cloth.vertices), thickness=thickness
-    )
-    vertices = prepared.vertices
-    for one in prepared.bodies:
-        clearance = 0.5 * thickness + one.thickness
-        vertices, _depth = moved_outside(points, vertices, one.body, clearance, device_named("cpu"))
-    return vertices
+    worn = [WornBody(one.body, 0.5 * prepared.loads(0.0).thickness + one.thickness) for one in prepared.bodies]
+    return dressed_vertices(
+        prepared.fabric.cloth, prepared.vertices, worn, thickness=prepared.loads(0.0).thickness,
+        device=device_named("cpu"),
+    )  # fmt: skip
 
 
 def _layout(scene: Scene, cloth: Cloth) -> CrossingYarns:
@@ -163,14 +181,26 @@ def _yarn_material(section: YarnsSection, name: str | None) -> CrossingMaterial:
         material = CrossingMaterial.named(chosen)
     else:
         material = CrossingMaterial.read(section.material_file, chosen)
-    return material if section.radius is None else replace(material, radius=section.radius)
+    chosen_radius = material if section.radius is None else replace(material, radius=section.radius)
+    return chosen_radius.finer(section.density)
 
 
-def _cloth_material(scene: Scene, cloth: Cloth, yarns: CrossingYarns, materials: FabricMaterials) -> ClothMaterial:
+def _cloth_material(
+    scene: Scene, cloth: Cloth, yarns: CrossingYarns, materials: FabricMaterials, folder: Path | None,
+    progress: Progress,
+) -> ClothMaterial:  # fmt: skip
+    if scene.cloth.material == MATCHED:
+        stitch = None
+        if scene.yarns.knit == STITCHES:
+            width, height = scene.cloth.stitch_size(scene.cloth.stitches())
+            stitch = width / scene.yarns.divisions, height / scene.yarns.divisions
+        return matched_cloth(cell_of_scene(scene.yarns, stitch, materials), folder, progress)
     if scene.cloth.material is not None:
         return material_of(scene.cloth.material)
     if yarns.kind == "weave":
-        return cloth_of_weave(materials, scene.yarns.ends, scene.yarns.picks)
+        return cloth_of_weave(
+            materials, scene.yarns.density * scene.yarns.ends, scene.yarns.density * scene.yarns.picks
+        )
     along = yarns.rest_sliding[yarns.yarn_node, yarns.yarn_coordinate]
     length = float(np.sum(along[yarns.yarn_start[1:] - 1] - along[yarns.yarn_start[:-1]]))
     return cloth_of_knit(materials.weft, length / float(cloth.rest_area.sum()))

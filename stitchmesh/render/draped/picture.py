@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray, Mesh
 from stitchmesh.mixed.drape import Draped
-from stitchmesh.mixed.output.files import state_maps
 from stitchmesh.render.camera import camera_around
-from stitchmesh.render.colour_scale import ColourScale, sequential_scale
+from stitchmesh.render.colour_scale import sequential_scale
 from stitchmesh.render.colouring import Coloured, colour_yarns
+from stitchmesh.render.draped.body_places import bodies_at
+from stitchmesh.render.draped.colouring import ALPHA_SCALE, LEAST_TENSION, DrapedValues, nodes_at_points
 from stitchmesh.render.lettering import INK
 from stitchmesh.render.options import PictureOptions
 from stitchmesh.render.picture import detail_for, yarn_tubes
@@ -29,10 +29,8 @@ if TYPE_CHECKING:
 
 NAME_HEIGHT = 0.03
 """Size of the letters of names, divided by the height of the picture."""
-LEAST_TENSION = 1.0
-"""Smallest tension of the last colour [dyn]."""
-ALPHA_SCALE = ColourScale(np.array([[128, 152, 184], [200, 176, 130], [196, 84, 60]]), 0.0, 1.0)
-"""Colours of the blending field: triangles, hybrid region, yarns."""
+AROUND = 0.1
+"""How far around a cloth bodies are shown whole, as a part of its size; a body may be much larger than a cloth."""
 
 
 def render_draped(
@@ -59,7 +57,7 @@ def render_draped(
     coloured = colours_of_runs([run for _name, run in runs], curves, colour or output.colour)
     bodies = bodies_at_end(runs[0][1])
     towards, up = camera_directions(*(view or output.view))
-    framed = np.concatenate([*(each.points for each in curves), *(body.vertices for body in bodies)])
+    framed = framed_points(np.concatenate([each.points for each in curves]), bodies)
     part = (KEY_LEFT if coloured[0].key and len(runs) == 1 else 1.0, 0.94)
     camera = camera_around(framed, towards, up, width / height, part=part)
     panels = [_panel(number, len(runs)) for number in range(len(runs))]
@@ -74,6 +72,20 @@ def render_draped(
             look(plotter, camera)
             plotter.camera.SetWindowCenter(1.0 - part[0], 0.0)
             shade_hollows(plotter, 4.0 * float(np.median(yarns.drawn_radius)), options)
+
+
+def framed_points(cloth: FloatArray, bodies: Sequence[Mesh]) -> FloatArray:
+    """Return what a picture has to show: the cloth, and what of bodies lies around it.
+
+    Args:
+        cloth: points of the cloth, shape (n, 3).
+        bodies: the bodies.
+    """
+    low, high = cloth.min(axis=0), cloth.max(axis=0)
+    margin = AROUND * (high - low).max()
+    points = np.concatenate([np.zeros((0, 3)), *(body.vertices for body in bodies)])
+    near = ((points > low - margin) & (points < high + margin)).all(axis=1)
+    return np.concatenate([cloth, points[near]])
 
 
 def _panel(number: int, count: int) -> Viewport:
@@ -109,12 +121,7 @@ def camera_directions(azimuth: float, elevation: float) -> tuple[FloatArray, Flo
 
 def bodies_at_end(run: Draped) -> list[Mesh]:
     """Return the bodies of a run where they are at its end."""
-    moved = []
-    for each in run.prepared.bodies:
-        mesh, motion = each.body.mesh, each.body.motion
-        place = motion.places_at(mesh.vertices, run.end.time) if hasattr(motion, "places_at") else mesh.vertices
-        moved.append(Mesh(place, mesh.face_start, mesh.face_vertex, mesh.twin))
-    return moved
+    return bodies_at(run.prepared.bodies, run.end.time)
 
 
 def colours_of_runs(runs: Sequence[Draped], curves: Sequence[YarnSet], colour: str) -> list[Coloured]:
@@ -137,13 +144,6 @@ def colours_of_runs(runs: Sequence[Draped], curves: Sequence[YarnSet], colour: s
 
 
 def _values_at_points(run: Draped, curves: YarnSet, colour: str) -> FloatArray:
-    """Alpha or tension at the node that is nearest to each control point, shape (P,)."""
-    nodes = run.shown.nodes
-    if colour == "alpha":
-        values = run.prepared.region.node_alpha
-    else:
-        maps = state_maps(run.prepared.fabric, run.display, run.end)
-        values = np.zeros(len(nodes))
-        np.maximum.at(values, maps.yarn_node, maps.yarn_tension)
-    nearest: NDArray[np.int64] = cKDTree(nodes).query(curves.points)[1]
-    return values[nearest]
+    """Alpha or tension at each control point, shape (P,)."""
+    values = DrapedValues(run, run.end, nodes_at_points(run, run.end, curves))
+    return values.alpha()[0] if colour == "alpha" else values.yarn_tension()
