@@ -115,6 +115,31 @@ def test_a_turned_cloth_has_no_forces(name):
     assert scene.masses.total == pytest.approx(turned.masses.total, rel=1e-14)
 
 
+@pytest.mark.parametrize("name", ["middle", "one triangle", "all yarns", "none"])
+def test_inner_forces_have_no_sum_and_no_moment_and_do_the_work_of_the_energy(name):
+    """Momentum and angular momentum of a free cloth are kept, whatever its shape."""
+    model = ClothModel(SHEET, FabricMaterials.of(YARN), acceleration=(0.0, 0.0, 0.0))
+    scene = cloth_system(CLOTH, YARNS, REGIONS[name], model, device=CPU)
+    random, system, state = np.random.default_rng(21), scene.system, scene.positions
+    moved, motion, force = state.like(), state.like(), state.like()
+    for vector, size in ((moved, 0.02), (motion, 1e-6)):
+        vector.values.assign(random.normal(scale=size, size=len(state.values)) * system.moves.numpy())
+        system.make_motion(vector)
+    values = state.values.numpy() + moved.values.numpy()
+    state.values.assign(values)
+    system.set_forces(state, force)
+    places, pulls = (np.concatenate(part.numpy()[:2]) for part in (state, force))
+    size = np.abs(pulls).sum()
+    np.testing.assert_allclose(pulls.sum(axis=0), 0.0, atol=1e-12 * size)  # rounding of sums of some 1,000 forces
+    np.testing.assert_allclose(np.cross(places, pulls).sum(axis=0), 0.0, atol=1e-12 * size * SIDE)
+    work, energies = float(force.values.numpy() @ motion.values.numpy()), []
+    for sign in (1.0, -1.0):
+        state.values.assign(values + sign * motion.values.numpy())
+        energies.append(sum(system.energies(state).values()))
+    # the difference of energies of 1e5 erg is rounded to 1e-11 of them
+    assert energies[1] - energies[0] == pytest.approx(2.0 * work, rel=1e-4, abs=1e-9 * max(energies))
+
+
 @pytest.mark.parametrize("scalar", [wp.float32, wp.float64])
 def test_a_swinging_cloth_loses_energy_only(scalar):
     scene = built(REGIONS["middle"], vertices=[0, 5], scalar=scalar)
