@@ -1,0 +1,201 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The energy of B-spline yarns as a term of the mixed system: stretch, length, bending and contact of ``yarnrelax``.
+
+    E = sum over segments s of  alpha_s (stretch + length + bending)_s
+      + sum over pairs of contact samples p, q of  (alpha_p alpha_q)^(1/2) contact_pq
+
+alpha_s is the weight of a segment (``spline_pieces``), and that of its samples. A pair weighs the geometric mean of its
+two samples, which differs from alpha at the centroid by the square of their difference, and lets both samples carry
+their part of the weight.
+
+No move lets a yarn pass through another one. Each control point has a budget around the place where the candidate lists
+were made, less than half the clearance of the yarn that it shapes (``yarnrelax.collision.step_limit``). A move of the
+mixed system is one direction for all nodes: it is shortened until every control point keeps its budget. Where a
+direction leads beyond the budgets that are left, the lists are made again first.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.launch import launch
+from stitchmesh.compute.precision import vector
+from stitchmesh.compute.reduction import ordered_sum
+from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
+from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.splines.spline_kernels import add_point_blocks, add_to_nodes, place_points
+from stitchmesh.mixed.splines.spline_limit import longest_move
+from stitchmesh.mixed.splines.spline_material import SplineMaterial
+from stitchmesh.mixed.splines.spline_pieces import SplinePieces
+from stitchmesh.mixed.term import Term
+from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
+from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN, make_candidates
+from stitchmesh.yarnrelax.energies.by_term import contact_energies, segment_energies
+from stitchmesh.yarnrelax.energies.evaluation import force_launches
+from stitchmesh.yarnrelax.hessian.hessian_product import Hessian
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.spline import place_contact_samples
+from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import put_model
+
+
+class SplineTerm(Term):
+    """Yarns as B-splines in contact, on a device."""
+
+    name = "yarns"
+
+    def __init__(self, pieces: SplinePieces, material: SplineMaterial, scalar: Any, device: wp.Device) -> None:
+        """Send the pieces to the device, and list their contacts where they are.
+
+        Args:
+            pieces: the yarns that are simulated, with their weights; at least one segment.
+            material: stiffnesses and sampling.
+            scalar: Warp's floating-point type.
+            device: where the kernels run.
+
+        Raises:
+            ParameterError: there is no segment.
+            SolverError: two yarns are too close to one another.
+        """
+        if pieces.curves is None:
+            raise ParameterError("spline yarns: got no segment; expected at least one")
+        self.model = _weighted_model(pieces, material, scalar, device)
+        self.state = make_state(self.model)
+        self._node = self.model.integers(pieces.node)
+        self._launch = partial(launch, device=device)
+        self._motion, self._product = self.model.empty(len(pieces.node), 3), self.model.empty(len(pieces.node), 3)
+        self._no_stiffness = self.model.empty(self.model.point_count)
+        self._of_segments = [self.model.empty(self.model.segment_count) for _ in range(3)]
+        self._of_samples = self.model.empty(self.model.sample_count)
+        self._generation = 0
+        self._hessian: Hessian | None = None
+        self._candidates = make_candidates(self.model, WIDEST_MARGIN)
+        self._search = ContactSearch(self.model, self.state, self._candidates, reallocated=self._reallocated)
+        self._list_contacts()
+
+    @property
+    def generation(self) -> int:
+        """Number of times that the candidate lists have grown."""
+        return self._generation
+
+    def energy(self, state: MixedVector) -> float:
+        """Weighted energy of all yarns [erg]; the candidate lists hold all pairs up to ``step_limit``."""
+        model, points, samples = self.model, self.state.points, self.state.samples
+        self._place(state, self._launch)
+        place_contact_samples(model, self.state, self._launch)
+        inputs = [model.constants, samples, self._candidates.count, self._candidates.lists]
+        self._launch(segment_energies, model.segment_count, [model.constants, points], self._of_segments)
+        self._launch(contact_energies, model.sample_count, inputs, [self._of_samples])
+        return sum(ordered_sum(values) for values in [*self._of_segments, self._of_samples])
+
+    def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that place control points and samples, find the forces, and add them."""
+        model = self.model
+        placed = self._place(state, launcher)
+        found = force_launches(model, self.state, self._candidates, (), self._no_stiffness, launcher)
+        inputs = [self._node, model.number(1.0 / model.unit), self.state.force]
+        return [placed, *found, launcher(add_to_nodes, model.point_count, inputs, [force.nodes])]
+
+    def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that find the blocks of all segments and the stiffness of all pairs that touch."""
+        self._whole_hessian.exact.fill_(self.model.number(self.exact))
+        placed = self._place(state, launcher)
+        samples = place_contact_samples(self.model, self.state, launcher)
+        return [placed, samples, *self._whole_hessian.find_launches(launcher)]
+
+    def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that add H d."""
+        model, per_unit = self.model, self.model.number(1.0 / self.model.unit)
+        origin = vector(3, model.scalar)()
+        placed = launcher(place_points, model.point_count, [self._node, origin, per_unit, direction.nodes],
+                          [self._motion])  # fmt: skip
+        found = self._whole_hessian.product_launches(self._motion, self._product, launcher)
+        added = launcher(add_to_nodes, model.point_count, [self._node, per_unit, self._product], [product.nodes])
+        return [placed, *found, added]
+
+    def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
+        """The launch that adds the blocks of the nodes."""
+        model, hessian = self.model, self._whole_hessian
+        inputs = [model.constants, self._node, model.number(model.unit**-2), hessian.leg_hessian,
+                  hessian.touching.count, hessian.touching.stiffness]  # fmt: skip
+        return [launcher(add_point_blocks, model.point_count, inputs, [blocks.nodes])]
+
+    def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:
+        """List the contacts at the beginning of a step."""
+        self._list_contacts_at(state)
+
+    def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
+        """The part of a direction along which no yarn can pass through another one."""
+        limit = self._limit(state, direction)
+        if limit < 1.0:
+            self._list_contacts_at(state)
+            limit = self._limit(state, direction)
+        return limit
+
+    def tension(self, state: MixedVector) -> NDArray[np.float64]:
+        """Tension at the middle of each segment of the pieces, without their weights [dyn], shape (S,)."""
+        raise NotImplementedError
+
+    @property
+    def _whole_hessian(self) -> Hessian:
+        """The matrices of the Hessian, with room for all pairs that are listed."""
+        if self._hessian is None:
+            self._hessian = Hessian(self.model, self.state, self._candidates)
+        return self._hessian
+
+    def _place(self, state: MixedVector, launcher: Launcher) -> Any:
+        """The launch that sets the control points to the positions of their nodes."""
+        model = self.model
+        origin = vector(3, model.scalar)(*model.cells[0].origin.tolist())
+        inputs = [self._node, origin, model.number(1.0 / model.unit), state.nodes]
+        return launcher(place_points, model.point_count, inputs, [self.state.points])
+
+    def _limit(self, state: MixedVector, direction: MixedVector) -> float:
+        self._place(state, self._launch)
+        model = self.model
+        inputs = [self._node, vector(3, model.scalar)(), model.number(1.0 / model.unit), direction.nodes]
+        self._launch(place_points, model.point_count, inputs, [self._motion])
+        return longest_move(model, self.state, self._motion)
+
+    def _list_contacts_at(self, state: MixedVector) -> None:
+        self._place(state, self._launch)
+        self._list_contacts()
+
+    def _list_contacts(self) -> None:
+        """Make candidate lists and budgets for the present control points."""
+        self._search.run()
+        too_close = self._search.too_close()
+        if too_close:
+            raise SolverError(f"spline yarns: {too_close[0]}")
+
+    def _reallocated(self) -> None:
+        """Forget the arrays that are as large as the lists, and tell the solver that its launches are stale."""
+        self._hessian = None
+        self._generation += 1
+
+
+def _weighted_model(pieces: SplinePieces, material: SplineMaterial, scalar: Any, device: wp.Device) -> Model:
+    """The constants of the pieces on a device, with the stiffness of each segment and sample times its weight."""
+    assert pieces.curves is not None
+    model = put_model(
+        pieces.curves,
+        material.yarn,
+        quadrature_points=material.quadrature_points,
+        contact_samples=material.contact_samples,
+        scalar=scalar,
+        device=device,
+    )
+    of_sample = np.sqrt(np.repeat(pieces.alpha, np.diff(model.sample_start)))
+    constants = model.constants
+    constants.segment_stiffness = model.upload(model.segment_stiffness * pieces.alpha[:, None], 3)
+    constants.sample_weight = model.upload(constants.sample_weight.numpy() * of_sample)
+    constants.sample_stiffness = model.upload(constants.sample_stiffness.numpy() * of_sample)
+    return model
