@@ -4,8 +4,8 @@
 
 A segment of a yarn exists in the mixed system if its four control points are simulated. A piece is a run of consecutive
 segments that exist: an open yarn of its own, or the whole yarn. Where a yarn leaves the region its pieces end freely;
-there alpha is small, and the ends are held by F x alone. The weight of a segment is alpha at its centroid, the mean of
-its four control points (Casafranca et al. 2020, section 4.1).
+there alpha is small, and the ends are held by F x alone. The weight of a segment is alpha at its centroid (Casafranca et
+al. 2020, section 4.1).
 
 Control points that belong to no segment have neither mass nor energy, as crossings without neighbours have.
 """
@@ -47,27 +47,30 @@ def spline_pieces(curves: YarnSet, *, nodes: ArrayLike | None = None, alpha: Arr
     Args:
         curves: all yarns, laid out everywhere.
         nodes: numbers of the control points that are simulated, ascending; all by default.
-        alpha: alpha of each of them; 1 by default.
+        alpha: weight of each segment of the curves, 0 where it does not exist (``Region.element_alpha``), shape (S,);
+            1 by default.
 
     Raises:
-        ParameterError: alpha has another shape.
+        ParameterError: alpha has another shape, or a segment that exists has a control point that is not simulated.
     """
     chosen = np.arange(len(curves.points)) if nodes is None else np.asarray(nodes, dtype=np.int64)
-    weight = np.ones(len(chosen)) if alpha is None else np.asarray(alpha, dtype=np.float64)
-    if weight.shape != chosen.shape:
-        raise ParameterError(f"spline pieces: got alpha of shape {weight.shape}; expected {chosen.shape}")
+    count = len(curves.rest_length)
+    weight = np.ones(count) if alpha is None else np.asarray(alpha, dtype=np.float64)
+    if weight.shape != (count,):
+        raise ParameterError(f"spline pieces: got alpha of shape {weight.shape}; expected ({count},)")
     number = np.full(len(curves.points), -1)
     number[chosen] = np.arange(len(chosen))
-    exists = (number[curves.segment_points] >= 0).all(axis=1)
+    exists = weight > 0.0
+    wrong = np.flatnonzero(exists & (number[curves.segment_points] < 0).any(axis=1))
+    if len(wrong):
+        raise ParameterError(f"spline pieces: segment {wrong[0]}: has a weight; expected 0 where a node is missing")
     runs = [run for yarn in range(curves.yarn_count) for run in _runs(curves, yarn, exists)]
     if not runs:
         return SplinePieces(curves=None, node=np.zeros(0), alpha=np.zeros(0))
     points = [_points_of_run(curves, segments, closed) for _yarn, segments, closed in runs]
     segments = np.concatenate([segments for _yarn, segments, _closed in runs])
-    mean = weight[number[curves.segment_points[segments]]].mean(axis=1)
-    point = np.concatenate(points)
     cut = _cut(curves, [yarn for yarn, _segments, _closed in runs], points, segments, [run[2] for run in runs])
-    return SplinePieces(curves=cut, node=number[point], alpha=mean)
+    return SplinePieces(curves=cut, node=number[np.concatenate(points)], alpha=weight[segments])
 
 
 def _runs(curves: YarnSet, yarn: int, exists: NDArray[np.bool_]) -> list[tuple[int, IntArray, bool]]:
