@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.contact.attachments import Attachment, at_simulated_nodes
@@ -29,7 +30,9 @@ from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.dynamics.cloth_system import ClothModel, cloth_system
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.enrichment.region import Region
-from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.layout.laid_yarns import LaidYarns
+from stitchmesh.mixed.layout.spline_yarns import SplineYarns
+from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.term import Term
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 
@@ -40,16 +43,24 @@ class MixedFabric:
 
     cloth: Cloth
     """The triangles."""
-    yarns: CrossingYarns
+    yarns: LaidYarns
     """The yarns, everywhere on the cloth."""
     cloth_material: ClothMaterial
     """Material of the triangles."""
-    yarn_materials: FabricMaterials
-    """Materials of the yarns."""
+    yarn_materials: FabricMaterials | SplineMaterial
+    """Materials of the yarns, for their model."""
+
+    def __post_init__(self) -> None:
+        if isinstance(self.yarns, SplineYarns) != isinstance(self.yarn_materials, SplineMaterial):
+            found = f"{type(self.yarns).__name__} with {type(self.yarn_materials).__name__}"
+            raise ParameterError(f"fabric: got {found}; expected yarns and a material of the same model")
 
     @property
     def yarn_radius(self) -> FloatArray:
         """Radius of each yarn [cm], shape (Y,)."""
+        if isinstance(self.yarns, SplineYarns):
+            return self.yarns.curves.radius
+        assert isinstance(self.yarn_materials, FabricMaterials)
         return np.array([material.radius for material in self.yarn_materials.by_family])[self.yarns.yarn_family]
 
 

@@ -26,7 +26,7 @@ from stitchmesh.io.atomic import write_json
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mixed.automatic_region import place_yarns
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.memory import available_memory, check_memory
 from stitchmesh.mixed.output.display import Display, Shown
 from stitchmesh.mixed.output.files import RunFiles
@@ -107,7 +107,7 @@ class Draped:
 
 def drape(
     scene: Scene | FilePath, folder: str | PathLike[str] | None = None, *, cloth: Cloth | None = None,
-    yarns: CrossingYarns | None = None, progress: Progress = no_progress,
+    yarns: LaidYarns | None = None, progress: Progress = no_progress,
     control: RunControl[Draped] | None = None, checkpoint_every: int | None = None, resume: bool = False,
 ) -> Draped:  # fmt: skip
     """Run a scene of mixed yarns and triangles.

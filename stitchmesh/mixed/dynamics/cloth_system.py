@@ -39,6 +39,7 @@ from stitchmesh.mixed.enrichment.embedding import embed
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
@@ -91,7 +92,7 @@ class ClothSystem:
     """A mixed system, what it was made from, and where it begins."""
 
     cloth: Cloth
-    yarns: CrossingYarns | SplineYarns
+    yarns: LaidYarns
     region: Region
     masses: BlendedMasses
     system: MixedSystem
@@ -102,7 +103,7 @@ class ClothSystem:
 
 def cloth_system(
     cloth: Cloth,
-    yarns: CrossingYarns | SplineYarns,
+    yarns: LaidYarns,
     region: Region,
     model: ClothModel,
     *,
@@ -145,7 +146,7 @@ def cloth_system(
 
 
 def _yarn_part(
-    yarns: CrossingYarns | SplineYarns, region: Region, model: ClothModel, scalar: Any, device: wp.Device
+    yarns: LaidYarns, region: Region, model: ClothModel, scalar: Any, device: wp.Device
 ) -> YarnPart:
     """Energies, sliding and inertia of the yarns.
 
@@ -174,7 +175,7 @@ def _spline_part(
 
 
 def cloth_masses(
-    cloth: Cloth, yarns: CrossingYarns | SplineYarns, region: Region, model: ClothModel
+    cloth: Cloth, yarns: LaidYarns, region: Region, model: ClothModel
 ) -> BlendedMasses:
     """Masses of a cloth: of its yarns in the enriched region, and by density elsewhere.
 

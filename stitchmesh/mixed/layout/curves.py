@@ -20,7 +20,6 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
-from stitchmesh.mixed.layout.nodes_on_cloth import NodesOnCloth
 from stitchmesh.yarn import UNKNOWN_FACE, YarnSet
 
 
@@ -51,7 +50,7 @@ def yarn_curves(
     return _yarn_set(yarns, control, start, thickness)
 
 
-def node_normals(cloth: Cloth, yarns: NodesOnCloth, vertices: FloatArray) -> FloatArray:
+def node_normals(cloth: Cloth, yarns: CrossingYarns, vertices: FloatArray) -> FloatArray:
     """Return the unit normal of the cloth at each node, interpolated from the vertices, shape (N, 3)."""
     return normals_at(cloth, yarns.triangle, yarns.barycentric, vertices)
 

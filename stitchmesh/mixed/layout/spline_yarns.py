@@ -23,7 +23,7 @@ import numpy as np
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray, frozen_array
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.layout.curves import node_normals
+from stitchmesh.mixed.layout.curves import normals_at
 from stitchmesh.mixed.layout.embedding import rest_positions, world_positions
 from stitchmesh.yarn import YarnSet
 
@@ -101,7 +101,8 @@ class SplineYarns:
         """
         corners = cloth.vertices if vertices is None else np.asarray(vertices)
         foot = world_positions(cloth, self.triangle, self.barycentric, corners)
-        placed: FloatArray = foot + self.height[:, None] * node_normals(cloth, self, corners)
+        normals = normals_at(cloth, self.triangle, self.barycentric, corners)
+        placed: FloatArray = foot + self.height[:, None] * normals
         return placed
 
 

@@ -25,7 +25,8 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.embedding import basis_of
 from stitchmesh.mixed.enrichment.region import YARNS, Region
-from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.layout.laid_yarns import LaidYarns
+from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.layout.curves import yarn_curves
 from stitchmesh.mixed.output.covered_vertices import CoveredVertices
 from stitchmesh.mixed.output.loop_subdivision import Subdivision, loop_subdivision
@@ -50,7 +51,7 @@ class Shown:
 class Display:
     """The maps from a state to what is shown, for one cloth and one region."""
 
-    def __init__(self, cloth: Cloth, yarns: CrossingYarns, region: Region, rounds: int = ROUNDS) -> None:
+    def __init__(self, cloth: Cloth, yarns: LaidYarns, region: Region, rounds: int = ROUNDS) -> None:
         """Make the maps.
 
         Args:

@@ -147,6 +147,8 @@ class Scene:
             check_positive(name, getattr(self, name))
         if not (math.isfinite(self.disturbance) and self.disturbance >= 0.0):
             raise ParameterError(f"disturbance: got {self.disturbance}; expected a number of cm of at least 0")
+        if self.yarns.model == "splines" and self.mode != "static":
+            raise ParameterError(f"mode: got {self.mode!r} with B-spline yarns; expected 'static'")
         if not all(math.isfinite(part) for part in self.gravity):
             raise ParameterError(f"gravity: got {list(self.gravity)}; expected three finite numbers of cm/s^2")
 
