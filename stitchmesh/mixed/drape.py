@@ -26,12 +26,8 @@ from stitchmesh.io.atomic import write_json
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mixed.automatic_region import place_yarns
 from stitchmesh.mixed.cloth.cloth import Cloth
-<<<<<<< HEAD
-from stitchmesh.mixed.layout.laid_yarns import LaidYarns
-=======
 from stitchmesh.mixed.dynamics.equilibrium import AfterIteration
-from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
->>>>>>> main
+from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.memory import available_memory, check_memory
 from stitchmesh.mixed.output.display import Display, Shown
 from stitchmesh.mixed.output.files import RunFiles

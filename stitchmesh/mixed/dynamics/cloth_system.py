@@ -7,8 +7,8 @@ blended (Casafranca et al. 2020, sections 4.1 and 4.2). Contact, attachments and
 ``MixedSystem.add`` takes.
 
 The two yarn models, crossings and B-splines, differ in what ``YarnPart`` holds. Where the nodes of B-splines stand out
-of the triangles, the positions at the beginning are not yet of the form p = B v + F x. They are changed the least in the
-metric of the masses, so that they are; the heights of the loops then belong to F x.
+of the triangles, the positions at the beginning are not yet of the form p = B v + F x. They are changed the least in
+the metric of the masses, so that they are; the heights of the loops then belong to F x.
 """
 
 from __future__ import annotations

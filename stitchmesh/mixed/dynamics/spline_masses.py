@@ -3,8 +3,8 @@
 """Masses of B-spline yarns, as legs between control points.
 
 The mass m l of a segment goes to its four control points in the parts (1, 11, 11, 1) / 24, the row sums of its mass
-matrix (Leaf et al. 2018, appendix B). The three legs between them have the masses (2, 20, 2) / 24, half of which belongs
-to each end. With the weight of the segment, they blend with the masses of the triangles as the yarn between crossings
+matrix (Leaf et al. 2018, appendix B). The three legs between them have the masses (2, 20, 2) / 24, half of which
+belongs to each end. With the weight of the segment, they blend with the masses of the triangles as the yarn between crossings
 does (``blended_masses``).
 """
 
@@ -21,9 +21,7 @@ OF_LEGS = np.array([2.0, 20.0, 2.0]) / 24.0
 """Parts of the mass of a segment that its three legs have."""
 
 
-def spline_masses(
-    curves: YarnSet, density: float, region: Region, triangle_mass: NDArray[np.float64]
-) -> BlendedMasses:
+def spline_masses(curves: YarnSet, density: float, region: Region, triangle_mass: NDArray[np.float64]) -> BlendedMasses:
     """Return the masses of a cloth with B-spline yarns in a region.
 
     Args:

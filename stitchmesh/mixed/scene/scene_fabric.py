@@ -35,7 +35,6 @@ from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.material_file import material_of
 
-
 POINTS_OF_STITCH = 16.0
 """About the number of control points of a stitch with its row end, for an estimate of the memory."""
 

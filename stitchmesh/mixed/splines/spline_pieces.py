@@ -4,8 +4,8 @@
 
 A segment of a yarn exists in the mixed system if its four control points are simulated. A piece is a run of consecutive
 segments that exist: an open yarn of its own, or the whole yarn. Where a yarn leaves the region its pieces end freely;
-there alpha is small, and the ends are held by F x alone. The weight of a segment is alpha at its centroid (Casafranca et
-al. 2020, section 4.1).
+there alpha is small, and the ends are held by F x alone. The weight of a segment is alpha at its centroid (Casafranca
+et al. 2020, section 4.1).
 
 Control points that belong to no segment have neither mass nor energy, as crossings without neighbours have.
 """
@@ -66,7 +66,7 @@ def spline_pieces(curves: YarnSet, *, nodes: ArrayLike | None = None, alpha: Arr
         raise ParameterError(f"spline pieces: segment {wrong[0]}: has a weight; expected 0 where a node is missing")
     runs = [run for yarn in range(curves.yarn_count) for run in _runs(curves, yarn, exists)]
     if not runs:
-        return SplinePieces(curves=None, node=np.zeros(0), alpha=np.zeros(0))
+        return SplinePieces(curves=None, node=np.zeros(0, dtype=np.int64), alpha=np.zeros(0))
     points = [_points_of_run(curves, segments, closed) for _yarn, segments, closed in runs]
     segments = np.concatenate([segments for _yarn, segments, _closed in runs])
     cut = _cut(curves, [yarn for yarn, _segments, _closed in runs], points, segments, [run[2] for run in runs])
@@ -94,9 +94,7 @@ def _points_of_run(curves: YarnSet, segments: IntArray, closed: bool) -> IntArra
     return firsts if closed else np.concatenate([firsts, curves.segment_points[segments[-1], 1:]])
 
 
-def _cut(
-    curves: YarnSet, yarns: list[int], points: list[IntArray], segments: IntArray, closed: list[bool]
-) -> YarnSet:
+def _cut(curves: YarnSet, yarns: list[int], points: list[IntArray], segments: IntArray, closed: list[bool]) -> YarnSet:
     """The yarns of the runs; ``row`` and ``face`` are those of the whole yarns."""
     point, of = np.concatenate(points), np.array(yarns)
     return YarnSet(
