@@ -29,6 +29,7 @@ from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.equilibrium import AfterIteration, EquilibriumSearch, EquilibriumSettings, unwatched
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.vector_sums import choose, set_sum
+from stitchmesh.mixed.enrichment.start_positions import make_consistent
 from stitchmesh.mixed.mixed_vector import MixedVector, Parts
 from stitchmesh.mixed.output.report import RunTotals
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene
@@ -216,7 +217,7 @@ class StaticSimulation(Simulation):
         self._search: EquilibriumSearch | None = None
         self._positions = self.begin()
         self._system, self._motion = self.system_at(self._built)
-        self._system.make_motion(self._positions)  # control points of B-splines stand out of the triangles
+        make_consistent(self._system.embedding, self._system.free, self._positions)
         if prepared.triangle_equilibrium is not None:
             self._place_on(prepared.triangle_equilibrium)
 

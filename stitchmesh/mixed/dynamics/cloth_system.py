@@ -7,8 +7,8 @@ blended (Casafranca et al. 2020, sections 4.1 and 4.2). Contact, attachments and
 ``MixedSystem.add`` takes.
 
 The two yarn models, crossings and B-splines, differ in what ``YarnPart`` holds. Where the nodes of B-splines stand out
-of the triangles, the positions at the beginning are not yet of the form p = B v + F x. They are changed the least in
-the metric of the masses, so that they are; the heights of the loops then belong to F x.
+of the triangles, the positions at the beginning are not yet of the form p = B v + F x. They are changed so that they are
+(``enrichment.start_positions``); the heights of the loops then belong to F x.
 """
 
 from __future__ import annotations
@@ -34,17 +34,17 @@ from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses, blend_masses
 from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix, NodeMasses
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.spline_masses import spline_masses
+from stitchmesh.mixed.dynamics.spline_part import spline_terms
 from stitchmesh.mixed.dynamics.weight import Weight
 from stitchmesh.mixed.enrichment.embedding import embed
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.region import Region
+from stitchmesh.mixed.enrichment.start_positions import make_consistent
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
-from stitchmesh.mixed.splines.spline_pieces import spline_pieces
-from stitchmesh.mixed.splines.spline_term import SplineTerm
 from stitchmesh.mixed.term import Term
 from stitchmesh.mixed.triangles.cloth_mass import rod_masses, triangle_masses
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
@@ -129,7 +129,7 @@ def cloth_system(
     Raises:
         ParameterError: materials, masses or numbers do not fit the cloth.
     """
-    part = _yarn_part(yarns, region, model, scalar, device)
+    part = _yarn_part(cloth, yarns, region, model, scalar, device)
     free = FreeUnknowns.of(region, fixed_vertices=fixed_vertices, fixed_nodes=fixed_nodes)
     free = replace(free, sliding=free.sliding & part.slides)
     masses = cloth_masses(cloth, yarns, region, model)
@@ -141,12 +141,12 @@ def cloth_system(
     of_yarns = np.zeros_like(masses.yarns) if part.weighs else masses.yarns
     weighing = MassMatrix(BlendedMasses(masses.vertices, of_yarns), scalar, device)
     system.add(Weight(weighing, model.acceleration))
-    system.make_motion(positions)
+    make_consistent(system.embedding, free, positions)
     return ClothSystem(cloth, yarns, region, masses, system, positions)
 
 
 def _yarn_part(
-    yarns: LaidYarns, region: Region, model: ClothModel, scalar: Any, device: wp.Device
+    cloth: Cloth, yarns: LaidYarns, region: Region, model: ClothModel, scalar: Any, device: wp.Device
 ) -> YarnPart:
     """Energies, sliding and inertia of the yarns.
 
@@ -156,22 +156,14 @@ def _yarn_part(
     if isinstance(yarns, SplineYarns):
         if not isinstance(model.yarns, SplineMaterial):
             raise ParameterError("cloth: got B-spline yarns with the material of crossings; expected a SplineMaterial")
-        return _spline_part(yarns, model.yarns, region, scalar, device)
+        terms = spline_terms(cloth, yarns, model.yarns, region, scalar, device)
+        return YarnPart(terms, np.zeros((len(region.nodes), 2), dtype=bool), None, weighs=False)
     if isinstance(model.yarns, SplineMaterial):
         raise ParameterError("cloth: got crossing yarns with the material of B-splines; expected FabricMaterials")
     nodes, alpha = region.nodes, region.node_alpha[region.nodes]
     elements = crossing_elements(yarns, model.yarns, nodes=nodes, alpha=alpha)
     terms = _crossing_terms(yarns, elements, model, model.yarns, alpha, scalar, device)
     return YarnPart(terms, elements.slides, YarnMass(elements, scalar, device), weighs=True)
-
-
-def _spline_part(
-    yarns: SplineYarns, material: SplineMaterial, region: Region, scalar: Any, device: wp.Device
-) -> YarnPart:
-    weight = region.element_alpha(yarns.curves.segment_points)
-    pieces = spline_pieces(yarns.curves, nodes=region.nodes, alpha=weight)
-    terms: list[Term] = [] if pieces.curves is None else [SplineTerm(pieces, material, scalar, device)]
-    return YarnPart(terms, np.zeros((len(region.nodes), 2), dtype=bool), None, weighs=False)
 
 
 def cloth_masses(
