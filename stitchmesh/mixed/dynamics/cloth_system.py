@@ -34,7 +34,7 @@ from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses, blend_masses
 from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix, NodeMasses
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.spline_masses import spline_masses
-from stitchmesh.mixed.dynamics.spline_part import spline_terms
+from stitchmesh.mixed.dynamics.spline_part import spline_term
 from stitchmesh.mixed.dynamics.weight import Weight
 from stitchmesh.mixed.enrichment.embedding import embed
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
@@ -156,8 +156,8 @@ def _yarn_part(
     if isinstance(yarns, SplineYarns):
         if not isinstance(model.yarns, SplineMaterial):
             raise ParameterError("cloth: got B-spline yarns with the material of crossings; expected a SplineMaterial")
-        terms = spline_terms(cloth, yarns, model.yarns, region, scalar, device)
-        return YarnPart(terms, np.zeros((len(region.nodes), 2), dtype=bool), None, weighs=False)
+        term = spline_term(cloth, yarns, model.yarns, region, scalar, device)
+        return YarnPart([] if term is None else [term], np.zeros((len(region.nodes), 2), dtype=bool), None, weighs=False)
     if isinstance(model.yarns, SplineMaterial):
         raise ParameterError("cloth: got crossing yarns with the material of B-splines; expected FabricMaterials")
     nodes, alpha = region.nodes, region.node_alpha[region.nodes]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses, blend_masses
-from stitchmesh.mixed.enrichment.region import Region
+from stitchmesh.mixed.enrichment.region import TRIANGLES, Region
 from stitchmesh.yarn import YarnSet
 
 OF_LEGS = np.array([2.0, 20.0, 2.0]) / 24.0
@@ -36,5 +36,7 @@ def spline_masses(curves: YarnSet, density: float, region: Region, triangle_mass
     points = curves.segment_points
     legs = np.stack([points[:, :3], points[:, 1:]], axis=2).reshape(-1, 2)
     mass = (density * curves.rest_length[:, None] * OF_LEGS).reshape(-1)
-    alpha = np.repeat(region.element_alpha(points), 3)
+    mean = np.maximum(region.node_alpha[points].mean(axis=1), region.smallest_alpha)
+    simulated = (region.node_kind[points] != TRIANGLES).any(axis=1)
+    alpha = np.repeat(np.where(simulated, np.maximum(mean, region.element_alpha(points)), 0.0), 3)
     return blend_masses(region, legs, mass, np.zeros_like(legs), triangle_mass, alpha)

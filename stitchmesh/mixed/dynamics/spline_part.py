@@ -1,10 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What B-spline yarns bring to a mixed system: their energy, and the loads that keep the hybrid region in balance."""
+"""What B-spline yarns bring to a mixed system: the energy of the yarns in the region and beside it.
+
+Segments with a simulated control point have the weight alpha at their centroid. Control points beside the region have an
+alpha of zero, are carried by the triangles, and reach as far as yarns of the region touch them. Each weight is at least
+the smallest one of the region.
+"""
 
 from __future__ import annotations
 
-from functools import partial
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,26 +17,26 @@ import warp as wp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from stitchmesh.compute.launch import launch
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.enrichment.region import HYBRID, ROUNDING, TRIANGLES, Region
+from stitchmesh.mixed.enrichment.region import ROUNDING, TRIANGLES, YARNS, Region
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.splines.layout_balance import LayoutBalance
+from stitchmesh.mixed.splines.carried_points import CarriedPoints, Carrier
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
-from stitchmesh.mixed.splines.spline_pieces import spline_pieces
+from stitchmesh.mixed.splines.spline_pieces import SplinePieces, spline_pieces
 from stitchmesh.mixed.splines.spline_term import SplineTerm
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.splines.turned_vectors import TurnedVectors
 
-REACH = 3
-"""Rings of triangles around the region within which yarns act on those of the region: triangles are half a stitch."""
+REACH = 2
+"""Rings of triangles around the region in which yarns are carried: a loop reaches through one stitch to the next."""
 Numbers = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 
-def spline_terms(
+def spline_term(
     cloth: Cloth, yarns: SplineYarns, material: SplineMaterial, region: Region, scalar: Any, device: wp.Device
-) -> list[Term]:
-    """Return the energies of B-spline yarns in a region.
+) -> SplineTerm | None:
+    """Return the energy of B-spline yarns in a region; None without yarns in it.
 
     Args:
         cloth: the cloth, in the shape in which the yarns were laid out.
@@ -39,56 +44,72 @@ def spline_terms(
         material: their material.
         region: the region of interest.
         scalar: Warp's floating-point type.
-        device: where the terms run.
+        device: where the term runs.
     """
-    pieces = spline_pieces(
-        yarns.curves, nodes=region.nodes, alpha=region.element_alpha(yarns.curves.segment_points)
-    )
-    if pieces.curves is None:
-        return []
-    term = SplineTerm(pieces, material, scalar, device)
-    loads = _balance(cloth, yarns, material, region, term, device)
-    return [term]
-
-
-def _balance(
-    cloth: Cloth, yarns: SplineYarns, material: SplineMaterial, region: Region, term: SplineTerm, device: wp.Device
-) -> LayoutBalance | None:
-    """The loads that keep the layout in balance; none where all yarns have their full weight."""
-    hybrid = np.flatnonzero(region.triangle_kind == HYBRID)
-    if len(hybrid) == 0 or (region.vertex_alpha > 1.0 - ROUNDING).all():
+    if len(region.nodes) == 0:
         return None
-    scalar = term.model.scalar
     near = np.flatnonzero(_near(region)[region.node_triangle])
-    exists = np.isin(yarns.curves.segment_points, near).all(axis=1).astype(np.float64)
-    whole = SplineTerm(spline_pieces(yarns.curves, nodes=near, alpha=exists), material, scalar, device)
-    full = np.zeros((yarns.node_count, 3))
-    full[near] = _forces(whole, yarns.curves.points[near])
-    nodes = region.nodes
-    load = region.node_alpha[nodes, None] * full[nodes] - _forces(term, yarns.curves.points[nodes])
-    own = region.node_triangle[nodes]
+    pieces = spline_pieces(yarns.curves, nodes=near, alpha=spline_weights(yarns, region, near))
+    if pieces.curves is None:
+        return None
+    point = near[pieces.node]
+    own = replace(pieces, node=region.node_number[point])
+    carried = np.flatnonzero(own.node < 0)
+    carrier = None
+    if len(carried):
+        triangle = yarns.triangle[point[carried]]
+        places = CarriedPoints(
+            point=carried,
+            corners=cloth.triangles[triangle],
+            weight=yarns.barycentric[point[carried]],
+            place=yarns.curves.points[point[carried]],
+        )
+        carrier = Carrier(places, cloth.vertices, scalar, device)
+    term = SplineTerm(own, material, scalar, device, carrier=carrier)
+    if (own.alpha < 1.0 - ROUNDING).any():
+        whole = SplineTerm(replace(own, alpha=np.ones_like(own.alpha)), material, scalar, device, carrier=carrier)
+        term.set_loads(_loads(cloth, yarns, region, own, point, (term, whole)))
+    return term
+
+
+def spline_weights(yarns: SplineYarns, region: Region, near: Integers) -> Numbers:
+    """Return the weight of each segment, 0 where a control point is neither simulated nor carried, shape (S,).
+
+    Args:
+        yarns: the yarns.
+        region: the region of interest.
+        near: control points that are simulated or carried, ascending.
+    """
+    points = yarns.curves.segment_points
+    present = np.zeros(yarns.node_count, dtype=bool)
+    present[near] = True
+    mean = np.maximum(region.node_alpha[points].mean(axis=1), region.smallest_alpha)
+    return np.where(present[points].all(axis=1), np.maximum(mean, region.element_alpha(points)), 0.0)
+
+
+def _loads(
+    cloth: Cloth, yarns: SplineYarns, region: Region, pieces: SplinePieces, point: Integers,
+    terms: tuple[SplineTerm, SplineTerm],
+) -> TurnedVectors:  # fmt: skip
+    """The loads that restore the balance of the layout; ``terms`` are that with weights and that of full weight."""
+    weighted, whole = terms
+    scalar, device = weighted.model.scalar, weighted.model.device
+    nodes = yarns.curves.points[region.nodes]
+    state = MixedVector.from_numpy(cloth.vertices, nodes, np.zeros((len(nodes), 2)), scalar, device)
+    load = region.node_alpha[point, None] * whole.point_forces(state) - weighted.point_forces(state)
+    triangle = yarns.triangle[point]
+    outside = np.flatnonzero(region.triangle_kind != YARNS)
     middle = cloth.vertices[cloth.triangles].mean(axis=1)
-    nearest = hybrid[cKDTree(middle[hybrid]).query(yarns.curves.points[nodes])[1]]
-    corners = cloth.triangles[np.where(region.triangle_kind[own] == HYBRID, own, nearest)]
-    loaded = np.flatnonzero(load.any(axis=1))
-    return LayoutBalance(loaded, corners[loaded], load[loaded], cloth.vertices, scalar, device)
+    covered = np.flatnonzero(region.triangle_kind[triangle] == YARNS)
+    triangle[covered] = outside[cKDTree(middle[outside]).query(yarns.curves.points[point[covered]])[1]]
+    return TurnedVectors(cloth.triangles[triangle], load, cloth.vertices, scalar, device)
 
 
 def _near(region: Region) -> NDArray[np.bool_]:
     """Whether each triangle belongs to the region or lies within ``REACH`` rings around it, shape (T,)."""
-    near = region.triangle_kind != TRIANGLES
+    near: NDArray[np.bool_] = region.triangle_kind != TRIANGLES
     for _ in range(REACH):
         reached = np.zeros(len(region.vertex_alpha), dtype=bool)
         reached[region.triangles[near]] = True
         near = reached[region.triangles].any(axis=1)
     return near
-
-
-def _forces(term: SplineTerm, points: Numbers) -> Numbers:
-    """Forces of a term on its nodes at given places [dyn], shape (n, 3)."""
-    device = term.model.device
-    state = MixedVector.from_numpy([], points, np.zeros((len(points), 2)), term.model.scalar, device)
-    force = state.like()
-    term.begin_step(state, 0.0, 0.0)
-    term.forces(state, force, partial(launch, device=device))
-    return force.numpy()[1]

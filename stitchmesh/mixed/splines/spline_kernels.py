@@ -34,9 +34,10 @@ def place_points(
     # state out
     points: wp.array[Any],
 ) -> None:
-    """The control points of the yarn model; with an origin of zero also directions."""
+    """The control points of the yarn model that are nodes; with an origin of zero also directions."""
     k = wp.tid()
-    points[k] = (nodes[node[k]] - origin) * per_unit
+    if node[k] >= 0:
+        points[k] = (nodes[node[k]] - origin) * per_unit
 
 
 @kernel
@@ -51,7 +52,36 @@ def add_to_nodes(
 ) -> None:
     """Add a multiple of the vector of each control point to its node; no node occurs twice."""
     k = wp.tid()
-    nodes[node[k]] = nodes[node[k]] + values[k] * factor
+    if node[k] >= 0:
+        nodes[node[k]] = nodes[node[k]] + values[k] * factor
+
+
+@kernel
+def add_loads(
+    # model
+    factor: Any,
+    load: wp.array[Any],
+    # state in and out
+    force: wp.array[Any],
+) -> None:
+    """Add a multiple of the load of each control point to the force on it."""
+    k = wp.tid()
+    force[k] = force[k] + load[k] * factor
+
+
+@kernel
+def load_energies(
+    # model
+    factor: Any,
+    load: wp.array[Any],
+    # state in
+    points: wp.array[Any],
+    # state out
+    energy: wp.array[Any],
+) -> None:
+    """Energy of the load of each control point [erg]."""
+    k = wp.tid()
+    energy[k] = -wp.dot(load[k], points[k]) * factor
 
 
 @wp.func
@@ -82,6 +112,8 @@ def add_point_blocks(
 ) -> None:
     """Add a multiple of the block of each control point to that of its node."""
     i = wp.tid()
+    if node[i] < 0:
+        return
     slots = model.point_segments[i]
     total = blocks[node[i]] * (factor - factor)
     identity = wp.identity(n=3, dtype=type(factor))
