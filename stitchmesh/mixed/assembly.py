@@ -145,12 +145,14 @@ def _contact_terms(fabric: MixedFabric, region: Region, loads: Loads, scalar: An
 def contact_points(fabric: MixedFabric, region: Region, thickness: float) -> tuple[ContactPoints, SeamLinks]:
     """Return contact points on triangles and at nodes, weighted by alpha, and the links of seams."""
     cloth, yarns, simulated = fabric.cloth, fabric.yarns, region.nodes
+    # control points of B-splines lie in the middle of a yarn, and crossings in the middle of the cloth
+    of_node = 2.0 * float(fabric.yarn_radius.mean()) if isinstance(yarns, SplineYarns) else thickness
     on_triangles, links = points_on_triangles(
         cloth.triangles, cloth.rest, cloth.panel, vertex_count=len(cloth.vertices), node_count=len(simulated),
         weight=1.0 - region.triangle_alpha, thickness=thickness,
     )  # fmt: skip
     at_nodes = points_at_nodes(
         len(cloth.vertices), panel=yarns.panel[simulated], rest=yarns.position[simulated],
-        area=float(cloth.rest_area.sum()) / yarns.node_count, weight=region.node_alpha[simulated], thickness=thickness,
+        area=float(cloth.rest_area.sum()) / yarns.node_count, weight=region.node_alpha[simulated], thickness=of_node,
     )  # fmt: skip
     return join_points([on_triangles, at_nodes]), links

@@ -29,6 +29,7 @@ direction leads beyond the budgets that are left, the lists are made again first
 from __future__ import annotations
 
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -98,9 +99,11 @@ class SplineTerm(Term):
         self._launch = partial(launch, device=device)
         self._motion, self._product = self.model.empty(len(pieces.node), 3), self.model.empty(len(pieces.node), 3)
         self._no_stiffness = self.model.empty(self.model.point_count)
-        self._of_segments = [self.model.empty(self.model.segment_count) for _ in range(3)]
-        self._of_samples = self.model.empty(self.model.sample_count)
-        self._of_loads = self.model.empty(self.model.point_count)
+        counts = [*(3 * [self.model.segment_count]), self.model.sample_count, self.model.point_count]
+        ends = np.cumsum([0, *counts]).tolist()
+        self._energy = self.model.empty(ends[-1])
+        self._energies = [self._energy[a:b] for a, b in pairwise(ends)]
+        """Stretch, length and bending of segments, contact of samples, and the loads: parts of ``_energy``."""
         self._generation = 0
         self._hessian: Hessian | None = None
         self._candidates = make_candidates(self.model, WIDEST_MARGIN)
@@ -118,18 +121,21 @@ class SplineTerm(Term):
 
     def energy(self, state: MixedVector) -> float:
         """Weighted energy of all yarns [erg]; the candidate lists hold all pairs up to ``step_limit``."""
-        model, points, samples = self.model, self.state.points, self.state.samples
-        self._place(state, self._launch)
-        place_contact_samples(model, self.state, self._launch)
-        inputs = [model.constants, samples, self._candidates.count, self._candidates.lists]
-        self._launch(segment_energies, model.segment_count, [model.constants, points], self._of_segments)
-        self._launch(contact_energies, model.sample_count, inputs, [self._of_samples])
-        found = [*self._of_segments, self._of_samples]
+        self._energy_launches(state, self._launch)
+        return ordered_sum(self._energy)
+
+    def _energy_launches(self, state: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that find the energy of each element."""
+        model, points = self.model, self.state.points
+        made = self._place(state, launcher)
+        made.append(place_contact_samples(model, self.state, launcher))
+        inputs = [model.constants, self.state.samples, self._candidates.count, self._candidates.lists]
+        made.append(launcher(segment_energies, model.segment_count, [model.constants, points], self._energies[:3]))
+        made.append(launcher(contact_energies, model.sample_count, inputs, [self._energies[3]]))
         if self._loads is not None:
-            inputs = [model.number(model.unit), self._loads.vectors, points]
-            self._launch(load_energies, model.point_count, inputs, [self._of_loads])
-            found.append(self._of_loads)
-        return sum(ordered_sum(values) for values in found)
+            loaded = [model.number(model.unit), self._loads.vectors, points]
+            made.append(launcher(load_energies, model.point_count, loaded, [self._energies[4]]))
+        return made
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that place control points and samples, find the forces, and add them."""
