@@ -7,8 +7,8 @@ blended (Casafranca et al. 2020, sections 4.1 and 4.2). Contact, attachments and
 ``MixedSystem.add`` takes.
 
 The two yarn models, crossings and B-splines, differ in what ``YarnPart`` holds. Where the nodes of B-splines stand out
-of the triangles, the positions at the beginning are not yet of the form p = B v + F x. They are changed so that they are
-(``enrichment.start_positions``); the heights of the loops then belong to F x.
+of the triangles, the positions at the beginning are not yet of the form p = B v + F x. They are changed so that they
+are (``enrichment.start_positions``); the heights of the loops then belong to F x.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import warp as wp
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.blending import FULL
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements, crossing_elements
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
@@ -36,10 +37,11 @@ from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.spline_masses import spline_masses
 from stitchmesh.mixed.dynamics.spline_part import spline_term
 from stitchmesh.mixed.dynamics.weight import Weight
-from stitchmesh.mixed.enrichment.embedding import embed
+from stitchmesh.mixed.enrichment.embedding import Embedding, embed
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.enrichment.start_positions import make_consistent
+from stitchmesh.mixed.enrichment.tension_patterns import tension_left
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
@@ -137,11 +139,12 @@ def cloth_system(
     placed = yarns.world(cloth, start)[region.nodes]
     positions = MixedVector.from_numpy(start, placed, yarns.rest_sliding[region.nodes], scalar, device)
     terms = [*part.terms, *_triangle_terms(cloth, region, model, scalar, device)]
-    system = MixedSystem(embed(region), free, masses, terms, node_masses=part.node_masses, scalar=scalar, device=device)
+    embedding = embedded(yarns, region)
+    system = MixedSystem(embedding, free, masses, terms, node_masses=part.node_masses, scalar=scalar, device=device)
     of_yarns = np.zeros_like(masses.yarns) if part.weighs else masses.yarns
     weighing = MassMatrix(BlendedMasses(masses.vertices, of_yarns), scalar, device)
     system.add(Weight(weighing, model.acceleration))
-    make_consistent(system.embedding, free, positions)
+    make_consistent(embedding, free, positions)
     return ClothSystem(cloth, yarns, region, masses, system, positions)
 
 
@@ -157,18 +160,17 @@ def _yarn_part(
         if not isinstance(model.yarns, SplineMaterial):
             raise ParameterError("cloth: got B-spline yarns with the material of crossings; expected a SplineMaterial")
         term = spline_term(cloth, yarns, model.yarns, region, scalar, device)
-        return YarnPart([] if term is None else [term], np.zeros((len(region.nodes), 2), dtype=bool), None, weighs=False)
+        still = np.zeros((len(region.nodes), 2), dtype=bool)
+        return YarnPart([] if term is None else [term], still, None, weighs=False)
     if isinstance(model.yarns, SplineMaterial):
         raise ParameterError("cloth: got crossing yarns with the material of B-splines; expected FabricMaterials")
     nodes, alpha = region.nodes, region.node_alpha[region.nodes]
-    elements = crossing_elements(yarns, model.yarns, nodes=nodes, alpha=alpha)
+    elements = crossing_elements(yarns, model.yarns, nodes=nodes, alpha=alpha, full=alpha >= FULL)
     terms = _crossing_terms(yarns, elements, model, model.yarns, alpha, scalar, device)
     return YarnPart(terms, elements.slides, YarnMass(elements, scalar, device), weighs=True)
 
 
-def cloth_masses(
-    cloth: Cloth, yarns: LaidYarns, region: Region, model: ClothModel
-) -> BlendedMasses:
+def cloth_masses(cloth: Cloth, yarns: LaidYarns, region: Region, model: ClothModel) -> BlendedMasses:
     """Masses of a cloth: of its yarns in the enriched region, and by density elsewhere.
 
     Raises:
@@ -190,13 +192,26 @@ def _crossing_masses(
     yarns: CrossingYarns, materials: FabricMaterials, region: Region, of_triangles: NDArray[np.float64]
 ) -> BlendedMasses:
     """Masses with those of the yarn between two crossings."""
+    ends, coordinates = _segments(yarns)
+    begin, end = yarns.rest_sliding[ends, coordinates].T
+    density = np.array([material.density for material in materials.by_family])
+    mass = (end - begin) * density[yarns.yarn_family[yarns.node_yarn[ends[:, 0], coordinates[:, 0]]]]
+    return blend_masses(region, ends, mass, coordinates, of_triangles)
+
+
+def embedded(yarns: LaidYarns, region: Region) -> Embedding:
+    """How hybrid nodes move with the triangles; in a weave the filter passes tension too."""
+    if isinstance(yarns, SplineYarns) or yarns.kind != "weave":
+        return embed(region)
+    ends, coordinates = _segments(yarns)
+    return embed(region, tension_left(region, ends, coordinates[:, 0]))
+
+
+def _segments(yarns: CrossingYarns) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Both nodes of each segment of yarn, and which coordinate of them belongs to it, shapes (E, 2)."""
     node, coordinate = np.nonzero(yarns.links[:, 0::2] >= 0)
     after = yarns.links[node, 2 * coordinate]
-    length = yarns.rest_sliding.reshape(-1)[after] - yarns.rest_sliding[node, coordinate]
-    density = np.array([material.density for material in materials.by_family])
-    mass = length * density[yarns.yarn_family[yarns.node_yarn[node, coordinate]]]
-    ends, coordinates = np.stack([node, after // 2], axis=1), np.stack([coordinate, after % 2], axis=1)
-    return blend_masses(region, ends, mass, coordinates, of_triangles)
+    return np.stack([node, after // 2], axis=1), np.stack([coordinate, after % 2], axis=1)
 
 
 def _edge_weights(cloth: Cloth, region: Region) -> NDArray[np.float64]:
@@ -238,7 +253,7 @@ def _crossing_terms(
     elastic = CrossingTerm(elements, scalar, device)
     terms: list[Term] = [elastic, YarnGravity(elements, scalar, device, model.acceleration)]
     if yarns.kind == "knit":
-        stitches = stitch_elements(yarns, elements, materials.weft, alpha=alpha)
+        stitches = stitch_elements(yarns, elements, materials.weft, alpha=alpha, full=alpha >= FULL)
         terms.append(StitchTerm(stitches, elements.count, scalar, device))
     if model.friction:
         terms.append(SlidingFriction(elements, elastic))

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What B-spline yarns bring to a mixed system: the energy of the yarns in the region and beside it.
 
-Segments with a simulated control point have the weight alpha at their centroid. Control points beside the region have an
-alpha of zero, are carried by the triangles, and reach as far as yarns of the region touch them. Each weight is at least
-the smallest one of the region.
+Segments have weights by alpha at their control points, as all elements of yarns (``blending``). Control points beside
+the region have an alpha of zero, are carried by the triangles, and reach as far as yarns of the region touch them. Each
+weight is at least the smallest one of the region.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ import warp as wp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from stitchmesh.mixed.blending import FULL, element_weight
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.enrichment.region import ROUNDING, TRIANGLES, YARNS, Region
+from stitchmesh.mixed.enrichment.region import TRIANGLES, YARNS, Region
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.splines.carried_points import CarriedPoints, Carrier
@@ -66,10 +67,22 @@ def spline_term(
         )
         carrier = Carrier(places, cloth.vertices, scalar, device)
     term = SplineTerm(own, material, scalar, device, carrier=carrier)
-    if (own.alpha < 1.0 - ROUNDING).any():
+    if (own.alpha < FULL).any():
         whole = SplineTerm(replace(own, alpha=np.ones_like(own.alpha)), material, scalar, device, carrier=carrier)
         term.set_loads(_loads(cloth, yarns, region, own, point, (term, whole)))
     return term
+
+
+def weights_of(points: Integers, region: Region) -> Numbers:
+    """Return the weight of segments, at least the smallest one of the region, shape (S,).
+
+    Args:
+        points: control points of the segments, shape (S, 4).
+        region: the region of interest.
+    """
+    alpha = region.node_alpha[points]
+    weight = element_weight(alpha, np.ones_like(alpha, dtype=bool), alpha >= FULL)
+    return np.maximum(weight, region.smallest_alpha)
 
 
 def spline_weights(yarns: SplineYarns, region: Region, near: Integers) -> Numbers:
@@ -83,8 +96,7 @@ def spline_weights(yarns: SplineYarns, region: Region, near: Integers) -> Number
     points = yarns.curves.segment_points
     present = np.zeros(yarns.node_count, dtype=bool)
     present[near] = True
-    mean = np.maximum(region.node_alpha[points].mean(axis=1), region.smallest_alpha)
-    return np.where(present[points].all(axis=1), np.maximum(mean, region.element_alpha(points)), 0.0)
+    return np.where(present[points].all(axis=1), weights_of(points, region), 0.0)
 
 
 def _loads(
@@ -107,9 +119,9 @@ def _loads(
 
 def _near(region: Region) -> NDArray[np.bool_]:
     """Whether each triangle belongs to the region or lies within ``REACH`` rings around it, shape (T,)."""
-    near: NDArray[np.bool_] = region.triangle_kind != TRIANGLES
+    near = np.asarray(region.triangle_kind != TRIANGLES)
     for _ in range(REACH):
         reached = np.zeros(len(region.vertex_alpha), dtype=bool)
         reached[region.triangles[near]] = True
-        near = reached[region.triangles].any(axis=1)
+        near = np.asarray(reached[region.triangles].any(axis=1))
     return near

@@ -17,8 +17,8 @@ energies differ from loop to loop. The loads c restore the balance in which the 
 
 with the force f_i of all yarns at full weight on the control point at the layout, zero for yarns at rest, and that of
 the weighted energies, g_i. They are the dead loads with which couplings of atoms and continua remove ghost forces
-(Shenoy et al. 1999, *An adaptive finite element approach to atomic-scale mechanics*, section 3.2). Each one turns with a
-triangle and is constant within an iteration of the solver.
+(Shenoy et al. 1999, *An adaptive finite element approach to atomic-scale mechanics*). Each one turns with a triangle
+and is constant within an iteration of the solver.
 
 No move lets a yarn pass through another one. Each control point has a budget around the place where the candidate lists
 were made, less than half the clearance of the yarn that it shapes (``yarnrelax.collision.step_limit``). A move of the

@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Vectors that turn with triangles: constant in the frame of a triangle, which is its first side, what is perpendicular
-to it in the plane, and the normal.
+"""Vectors that turn with triangles: they are constant in the frame of a triangle.
+
+The frame is the direction of its first side, what is perpendicular to it in the plane, and the normal.
 """
 
 from __future__ import annotations
