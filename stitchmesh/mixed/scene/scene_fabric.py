@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -18,13 +19,14 @@ from stitchmesh.mixed.contact.dressing import WornBody, dressed_vertices
 from stitchmesh.mixed.contact.self_collision import PRESSURE
 from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial
 from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
-from stitchmesh.mixed.enrichment.region import Region
+from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.from_stitches import lay_stitches
 from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.memory import available_memory, check_layout_memory
 from stitchmesh.mixed.output.display import vertex_normals
 from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_knit, cloth_of_weave
+from stitchmesh.mixed.scene.matched_cloth import MATCHED, cell_of_scene, matched_cloth
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
@@ -33,6 +35,7 @@ from stitchmesh.mixed.scene.yarns_section import STITCHES, YarnsSection
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.material_file import material_of
+from stitchmesh.progress import Progress, no_progress
 
 POINTS_OF_STITCH = 16.0
 """About the number of control points of a stitch with its row end, for an estimate of the memory."""
@@ -88,13 +91,18 @@ class PreparedScene:
         return sorted({one.release for one in self.scene.attachments if one.release is not None})
 
 
-def prepare(scene: Scene, *, cloth: Cloth | None = None, yarns: LaidYarns | None = None) -> PreparedScene:
+def prepare(
+    scene: Scene, *, cloth: Cloth | None = None, yarns: LaidYarns | None = None,
+    folder: Path | None = None, progress: Progress = no_progress,
+) -> PreparedScene:  # fmt: skip
     """Make what a scene simulates.
 
     Args:
         scene: the scene.
         cloth: a cloth in the place of that of the scene.
         yarns: yarns laid out on it in the place of those of the scene.
+        folder: where a material that is matched to the yarns is kept, and found again.
+        progress: called with the completed part of the matching and a line of text.
 
     Raises:
         ParameterError: a name is unknown, a box holds nothing, or something is not possible.
@@ -104,26 +112,33 @@ def prepare(scene: Scene, *, cloth: Cloth | None = None, yarns: LaidYarns | None
     surface = scene.cloth.cloth() if cloth is None else cloth
     laid = _layout(scene, surface) if yarns is None else yarns
     materials = _materials(scene.yarns, laid)
-    fabric = MixedFabric(
-        cloth=surface,
-        yarns=laid,
-        cloth_material=_cloth_material(scene, surface, laid, materials),
-        yarn_materials=materials,
-    )
     region = scene.region.region(surface, laid)
     held = tuple(_attachment(number, one, surface, laid) for number, one in enumerate(scene.attachments))
     check_simulated(held, region)
+    bodies = tuple(LoadedBody(body=one.body(), friction=one.friction, thickness=one.thickness) for one in scene.bodies)
+    material = _cloth_material(scene, surface, laid, materials, folder, progress)  # last: a match takes seconds
+    fabric = MixedFabric(cloth=surface, yarns=laid, cloth_material=material, yarn_materials=materials)
     prepared = PreparedScene(
         scene=scene,
         fabric=fabric,
         region=region,
         vertices=_disturbed(surface, scene.disturbance),
         held=held,
-        bodies=tuple(
-            LoadedBody(body=one.body(), friction=one.friction, thickness=one.thickness) for one in scene.bodies
-        ),
+        bodies=bodies,
     )
     return replace(prepared, vertices=_outside(prepared)) if scene.contact.start_outside else prepared
+
+
+def with_region(prepared: PreparedScene, chosen: IntArray) -> PreparedScene:
+    """Return a scene with yarns in other triangles.
+
+    Args:
+        prepared: the scene.
+        chosen: numbers of the triangles that have yarns alone.
+    """
+    fabric, rings = prepared.fabric, prepared.scene.region.rings
+    layout = len(fabric.cloth.vertices), fabric.yarns.triangle, fabric.yarns.barycentric
+    return replace(prepared, region=region_around(fabric.cloth.triangles, *layout, chosen, rings=rings))
 
 
 def _outside(prepared: PreparedScene) -> FloatArray:
@@ -184,12 +199,25 @@ def _yarn_material(section: YarnsSection, name: str | None) -> CrossingMaterial:
 
 
 def _cloth_material(
-    scene: Scene, cloth: Cloth, yarns: LaidYarns, materials: FabricMaterials | SplineMaterial
-) -> ClothMaterial:
+    scene: Scene, cloth: Cloth, yarns: LaidYarns, materials: FabricMaterials | SplineMaterial, folder: Path | None,
+    progress: Progress,
+) -> ClothMaterial:  # fmt: skip
+    if isinstance(yarns, SplineYarns) or isinstance(materials, SplineMaterial):
+        if scene.cloth.material in (None, MATCHED):
+            found = "none" if scene.cloth.material is None else repr(MATCHED)
+            raise ParameterError(
+                f"cloth.material: got {found} with B-spline yarns; expected a measured cloth or a file: "
+                "'stitchmesh stretch' measures one"
+            )
+        return material_of(scene.cloth.material)
+    if scene.cloth.material == MATCHED:
+        stitch = None
+        if scene.yarns.knit == STITCHES:
+            width, height = scene.cloth.stitch_size(scene.cloth.stitches())
+            stitch = width / scene.yarns.divisions, height / scene.yarns.divisions
+        return matched_cloth(cell_of_scene(scene.yarns, stitch, materials), folder, progress)
     if scene.cloth.material is not None:
         return material_of(scene.cloth.material)
-    if isinstance(yarns, SplineYarns) or isinstance(materials, SplineMaterial):
-        raise ParameterError("cloth.material: got none with B-spline yarns; expected a measured cloth or a file")
     if yarns.kind == "weave":
         return cloth_of_weave(
             materials, scene.yarns.density * scene.yarns.ends, scene.yarns.density * scene.yarns.picks
