@@ -34,6 +34,7 @@ from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.term import Term
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
+from stitchmesh.mixed.triangles.seam_material import SeamMaterial
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -48,6 +49,8 @@ class MixedFabric:
     """Material of the triangles."""
     yarn_materials: FabricMaterials | SplineMaterial
     """Materials of the yarns, for their model."""
+    seam_material: SeamMaterial | None = None
+    """Material of the rods along seams where triangles are simulated; None for none."""
 
     def __post_init__(self) -> None:
         if isinstance(self.yarns, SplineYarns) != isinstance(self.yarn_materials, SplineMaterial):
@@ -110,7 +113,7 @@ def loaded_system(
     """
     none = np.zeros(0, dtype=np.int64)
     held = [each for each in loads.held if each.stiffness is None]
-    model = ClothModel(fabric.cloth_material, fabric.yarn_materials, acceleration=loads.gravity)
+    model = ClothModel(fabric.cloth_material, fabric.yarn_materials, fabric.seam_material, acceleration=loads.gravity)
     made = cloth_system(
         fabric.cloth, fabric.yarns, region, model,
         fixed_vertices=np.concatenate([none, *(each.vertices for each in held)]),

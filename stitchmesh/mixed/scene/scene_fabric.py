@@ -20,6 +20,7 @@ from stitchmesh.mixed.contact.self_collision import PRESSURE
 from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial
 from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.enrichment.region import Region, region_around
+from stitchmesh.mixed.layout.crossing_yarns import ROD
 from stitchmesh.mixed.layout.from_stitches import lay_stitches
 from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
@@ -35,6 +36,7 @@ from stitchmesh.mixed.scene.yarns_section import STITCHES, YarnsSection
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.material_file import material_of
+from stitchmesh.mixed.triangles.seam_material import SeamMaterial
 from stitchmesh.progress import Progress, no_progress
 
 POINTS_OF_STITCH = 16.0
@@ -117,7 +119,13 @@ def prepare(
     check_simulated(held, region)
     bodies = tuple(LoadedBody(body=one.body(), friction=one.friction, thickness=one.thickness) for one in scene.bodies)
     material = _cloth_material(scene, surface, laid, materials, folder, progress)  # last: a match takes seconds
-    fabric = MixedFabric(cloth=surface, yarns=laid, cloth_material=material, yarn_materials=materials)
+    fabric = MixedFabric(
+        cloth=surface,
+        yarns=laid,
+        cloth_material=material,
+        yarn_materials=materials,
+        seam_material=_seam_material(laid, materials) if scene.cloth.seam_rods else None,
+    )
     prepared = PreparedScene(
         scene=scene,
         fabric=fabric,
@@ -225,6 +233,14 @@ def _cloth_material(
     along = yarns.rest_sliding[yarns.yarn_node, yarns.yarn_coordinate]
     length = float(np.sum(along[yarns.yarn_start[1:] - 1] - along[yarns.yarn_start[:-1]]))
     return cloth_of_knit(materials.weft, length / float(cloth.rest_area.sum()))
+
+
+def _seam_material(yarns: LaidYarns, materials: FabricMaterials | SplineMaterial) -> SeamMaterial | None:
+    """The rods of triangles, like the yarns that are rods; None without such yarns."""
+    if isinstance(yarns, SplineYarns) or isinstance(materials, SplineMaterial) or ROD not in yarns.yarn_family:
+        return None
+    rod = materials.rod
+    return SeamMaterial(rod.stretch_stiffness, rod.bending_stiffness, rod.density)
 
 
 def _attachment(number: int, section: AttachmentSection, cloth: Cloth, yarns: LaidYarns) -> Attachment:

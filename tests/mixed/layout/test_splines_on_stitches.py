@@ -47,7 +47,7 @@ def test_yarns_turn_with_their_cloth_and_are_stretched_with_it():
 def test_yarns_of_another_fabric_are_refused():
     fabric = garment("hat")
     cloth = cloth_from_stitches(fabric, stitch_width=1.6, course_height=1.2)
-    with pytest.raises(ParameterError, match="no stitch|belongs to no stitch"):
+    with pytest.raises(ParameterError, match="belongs to no stitch"):
         unknown = generate_yarns(fabric, quality="draft")
         lay_splines(cloth, fabric, replace(unknown, face=np.full(len(unknown.points), -1)))
     with pytest.raises(ParameterError, match="triangles"):

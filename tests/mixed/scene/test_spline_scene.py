@@ -36,7 +36,8 @@ def patch(tmp_path, columns: int = 7, rows: int = 6, pull: float = 0.0) -> Scene
     write_stitches(tmp_path / "patch.smobj", tessellate(mesh, stitch_width=WIDTH, stitch_height=HEIGHT))
     right = columns * WIDTH
     middle = np.array([right, rows * HEIGHT]) / 2
-    low, high = middle - [0.7 * WIDTH, 0.7 * HEIGHT], middle + [0.7 * WIDTH, 0.7 * HEIGHT]
+    half = np.array([0.7 * WIDTH, 0.7 * HEIGHT])
+    low, high = middle - half, middle + half
     keyframes = (Keyframe(time=0.0), Keyframe(time=1.0, displacement=(pull, 0.0, 0.0)))
     return Scene(
         cloth=ClothSection(
@@ -101,9 +102,7 @@ def test_keys_that_do_not_fit_are_refused(tmp_path):
 
 def test_attachments_that_would_lead_yarns_through_one_another_are_refused(tmp_path):
     scene = patch(tmp_path)
-    boxes = tuple(
-        BoxSection(low=(x, -1.0, -1.0), high=(x + 0.4 * WIDTH, 9.0, 1.0)) for x in (3.0 * WIDTH, 3.5 * WIDTH)
-    )
+    boxes = tuple(BoxSection(low=(x, -1.0, -1.0), high=(x + 0.4 * WIDTH, 9.0, 1.0)) for x in (3.0 * WIDTH, 3.5 * WIDTH))
     crossing = tuple(
         AttachmentSection(
             boxes=(box,), keyframes=(Keyframe(time=0.0), Keyframe(time=1.0, displacement=(way, 0.0, 0.0)))
