@@ -22,9 +22,9 @@ from stitchmesh.mixed.scene.yarns_section import YarnsSection
 
 SUFFIXES = (".toml", ".obj", *STITCH_SUFFIXES)
 """Suffixes of the files that can be opened."""
-HELD = 0.6
-"""Height of what is held at the top of a new cloth over the mean length of an edge: one row of vertices, and the
-crossings of yarns beside it."""
+HELD = 1.1
+"""Height of what is held at the top of a new cloth over the mean length of an edge; the loops of the last row of a knit
+cross the others near the bottom of their stitches."""
 BESIDE = 1.0
 """Distance by which the box around what is held is larger than the cloth [cm]."""
 

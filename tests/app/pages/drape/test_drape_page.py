@@ -288,6 +288,8 @@ def test_the_example_and_the_stitches_of_the_project_are_opened(tmp_path):
         wait_for_task(shown)
         assert opened(shown).fabric.face_count == shown.project.fabric.face_count
         assert opened(shown).prepared.fabric.yarns.kind == "knit"
+        call(shown, shown.controls.set, "Yarns", "everywhere")
+        assert opened(shown).trouble == ""  # its border is held by yarns too
         assert shown.notices() == ""
 
 
