@@ -30,6 +30,7 @@ from stitchmesh.mixed.scene.scene_file import write_scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.run_control import RunControl
 from stitchmesh.tessellate import tessellate
+from stitchmesh.time_limit import TimeLimit, limited_to
 from tests.gallery import grid
 
 FORMS = ("none", "chosen", "all")
@@ -193,6 +194,20 @@ def test_yarns_that_begin_on_the_triangles_come_to_the_same_equilibrium(tmp_path
     np.testing.assert_allclose(placed.shown.nodes, laid.shown.nodes, atol=1e-5)
 
 
+def test_the_run_with_triangles_alone_stops_too(tmp_path):
+    region = replace(HANGING.region, start="triangles")
+    scene = replace(HANGING, attachments=(PULLED, LOWER), load_steps=4, region=region)
+    seen: list[Draped] = []
+    control: RunControl[Draped] = RunControl(lambda found: (seen.append(found.state), control.stop()), seconds=0.0)
+    stopped = drape(scene, tmp_path, control=control)
+    assert len(seen[0].end.nodes) == len(stopped.end.nodes) == 0  # triangles alone
+    assert not stopped.report["mixed"]["converged"]
+    assert np.array_equal(stopped.end.vertices, seen[0].end.vertices)
+    assert not (tmp_path / NAME).exists()
+    with limited_to(TimeLimit(0.0)):
+        assert not drape(scene).report["mixed"]["converged"]
+
+
 def test_a_motion_cannot_begin_on_the_triangles():
     with pytest.raises(ParameterError, match=r"region\.start: got 'triangles' in a dynamic scene"):
         replace(HANGING, mode="dynamic", region=RegionSection(yarns="all", start="triangles"))
@@ -278,15 +293,39 @@ def test_the_command_compares_three_forms(tmp_path, capsys):
     assert "triangles:" in capsys.readouterr().out
 
 
-def test_the_command_refuses_in_one_line_and_writes_nothing(tmp_path, capsys):
-    scene = replace(HANGING, bodies=(BodySection(file="nowhere.obj"),))
+AWAY = BoxSection(low=(8.0, 8.0, 8.0), high=(9.0, 9.0, 9.0))
+REFUSED = {
+    "missing body": (replace(HANGING, bodies=(BodySection(file="nowhere.obj"),)), "nowhere.obj"),
+    "unknown yarn": (replace(HANGING, yarns=replace(HANGING.yarns, material="gong-9")), "did you mean"),
+    "unknown cloth": (replace(HANGING, cloth=replace(HANGING.cloth, material="denin")), "did you mean 'denim'"),
+    "region outside": (replace(HANGING, region=RegionSection(boxes=(AWAY,))), "holds no triangle"),
+    "too many yarns": (replace(HANGING, yarns=YarnsSection(weave="plain", ends=5e5, picks=5e5)), "at most"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_the_command_refuses_in_one_line_and_writes_nothing(tmp_path, capsys, name):
+    scene, words = REFUSED[name]
     write_scene(tmp_path / "scene.toml", scene)
     assert main(["drape", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out")]) == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1
-    assert "nowhere.obj" in error
+    assert words in error
     assert not (tmp_path / "out").exists()
+
+
+def test_the_command_needs_a_folder(tmp_path):
+    write_scene(tmp_path / "scene.toml", HANGING)
     assert main(["drape", str(tmp_path / "scene.toml")]) == 2
+
+
+def test_a_region_that_does_not_fit_into_the_memory_writes_nothing(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("stitchmesh.mixed.drape.available_memory", lambda device: 301e6)
+    write_scene(tmp_path / "scene.toml", form("all"))
+    assert main(["drape", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1 and "GB are free" in error
+    assert not (tmp_path / "out").exists()
 
 
 def test_the_command_writes_an_example_once(tmp_path, capsys):

@@ -15,7 +15,7 @@ from stitchmesh.errors import ParameterError, first_few
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.region import Region, region_around
-from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 
 ROUNDING = 1e-9
 """Distance from a box within which a point still lies in it [cm]."""
@@ -173,7 +173,7 @@ class RegionSection:
             return error
         return np.where(np.isin(np.arange(len(error)), self.named_triangles(cloth)), error, 0.0)
 
-    def region(self, cloth: Cloth, yarns: CrossingYarns) -> Region:
+    def region(self, cloth: Cloth, yarns: LaidYarns) -> Region:
         """Return the region.
 
         Raises:

@@ -67,10 +67,15 @@ class SolverSection:
     """Relative tolerance of the linear solves."""
     most_iterations: int = 500
     """Largest number of Newton iterations of one search for an equilibrium."""
+    friction_updates: int = 20
+    """Largest number of times that a search for an equilibrium lets go what friction no longer holds; with 0 yarns stay
+    where they cross as they are laid out, which is faster."""
 
     def __post_init__(self) -> None:
         for name in ("velocity_tolerance", "force_tolerance", "solve_tolerance", "most_iterations"):
             check_positive(f"solver.{name}", getattr(self, name))
+        if self.friction_updates < 0:
+            raise ParameterError(f"solver.friction_updates: got {self.friction_updates}; expected at least 0")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,6 +152,10 @@ class Scene:
             check_positive(name, getattr(self, name))
         if not (math.isfinite(self.disturbance) and self.disturbance >= 0.0):
             raise ParameterError(f"disturbance: got {self.disturbance}; expected a number of cm of at least 0")
+        if self.yarns.model == "splines" and self.mode != "static":
+            raise ParameterError(f"mode: got {self.mode!r} with B-spline yarns; expected 'static'")
+        if self.yarns.model == "splines" and self.region.adapt_every is not None:
+            raise ParameterError("region.adapt_every: got one with B-spline yarns; expected a region that stays")
         if self.mode == "dynamic" and self.region.start != "layout":
             raise ParameterError(
                 f"region.start: got {self.region.start!r} in a dynamic scene; expected 'layout', or mode = \"static\""

@@ -142,7 +142,7 @@ def test_the_best_closure_is_the_best_of_all_regions_for_its_nodes() -> None:
         assert error[found].sum() >= removed[simulated <= used].max() - 1e-6
 
 
-def test_a_region_by_errors_removes_at_least_as_much_as_growth_alone() -> None:
+def test_what_a_closure_leaves_of_the_budget_is_filled() -> None:
     error = bump(0.3, 0.3) + bump(0.8, 0.7, 0.1)
     for budget in (60, 150, 300):
         chosen = choose(error, budget)
