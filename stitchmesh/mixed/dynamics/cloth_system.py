@@ -30,9 +30,10 @@ from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses, blend_masses
 from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.weight import Weight
+from stitchmesh.mixed.enrichment.balanced_weights import balanced_weights
 from stitchmesh.mixed.enrichment.embedding import Embedding, embed
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
-from stitchmesh.mixed.enrichment.region import Region
+from stitchmesh.mixed.enrichment.region import HYBRID, Region
 from stitchmesh.mixed.enrichment.tension_patterns import tension_left
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
@@ -116,7 +117,7 @@ def cloth_system(
     positions = MixedVector.from_numpy(start, yarns.world(cloth, start)[nodes], elements.rest_sliding, scalar, device)
     terms = [
         *_yarn_terms(yarns, elements, model, alpha, scalar, device),
-        *_triangle_terms(cloth, region, model, scalar, device),
+        *_triangle_terms(cloth, region, model, scalar, device, _stretch_weights(cloth, yarns, region)),
     ]
     of_nodes = YarnMass(elements, scalar, device)
     embedding = embedded(yarns, region)
@@ -145,10 +146,29 @@ def cloth_masses(cloth: Cloth, yarns: CrossingYarns, region: Region, model: Clot
 
 def embedded(yarns: CrossingYarns, region: Region) -> Embedding:
     """How hybrid nodes move with the triangles; in a weave the filter passes tension too."""
-    if yarns.kind != "weave":
-        return embed(region)
+    return embed(region, _tension(yarns, region) if yarns.kind == "weave" else None)
+
+
+def _tension(yarns: CrossingYarns, region: Region, *, at_ends: bool = False) -> NDArray[np.float64]:
+    """The patterns of ``tension_left``."""
     ends, coordinates = _segments(yarns)
-    return embed(region, tension_left(region, ends, coordinates[:, 0]))
+    return tension_left(region, ends, coordinates[:, 0], at_ends=at_ends)
+
+
+def _stretch_weights(cloth: Cloth, yarns: CrossingYarns, region: Region) -> NDArray[np.float64]:
+    """Weights of the stretch of the triangles; in a weave uniform tension balances that of the yarns."""
+    hybrid = (region.triangle_kind == HYBRID).any()
+    if yarns.kind != "weave" or not hybrid:
+        return 1.0 - region.triangle_alpha
+    ends, coordinates = _segments(yarns)
+    begin, end = yarns.rest_sliding[ends, coordinates].T
+    apart = np.array([np.median((end - begin)[coordinates[:, 0] == c]) for c in (1, 0)])  # of wefts along warps
+    edges = np.linalg.inv(np.swapaxes(cloth.rest[:, 1:] - cloth.rest[:, :1], 1, 2))
+    gradients = np.concatenate([-edges.sum(axis=1, keepdims=True), edges], axis=1)
+    border = np.zeros(len(cloth.vertices), dtype=bool)
+    border[cloth.side_vertices[cloth.border_sides]] = True
+    pulls = _tension(yarns, region, at_ends=True)
+    return balanced_weights(region, gradients, cloth.rest_area, border, pulls, apart)
 
 
 def _segments(yarns: CrossingYarns) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -170,11 +190,13 @@ def _edge_weights(cloth: Cloth, region: Region) -> NDArray[np.float64]:
     return np.where(beside[edges].any(axis=1), 0.0, 1.0 - region.vertex_alpha[edges].mean(axis=1))
 
 
-def _triangle_terms(cloth: Cloth, region: Region, model: ClothModel, scalar: Any, device: wp.Device) -> list[Term]:
+def _triangle_terms(
+    cloth: Cloth, region: Region, model: ClothModel, scalar: Any, device: wp.Device, stretch: NDArray[np.float64]
+) -> list[Term]:
     """The energies of the triangles and of the rods along seams."""
     weight = 1.0 - region.triangle_alpha
     terms: list[Term] = [
-        Membrane(cloth, model.triangles, scalar, device, weight),
+        Membrane(cloth, model.triangles, scalar, device, stretch),
         ShellBending(cloth, model.triangles, scalar, device, weight),
     ]
     if model.seams is not None and len(cloth.seam_edges):
