@@ -35,7 +35,6 @@ from stitchmesh.mixed.output.display import Display, Shown
 from stitchmesh.mixed.output.displays import Displays
 from stitchmesh.mixed.output.files import RunFiles
 from stitchmesh.mixed.output.frames import Frame, Frames
-from stitchmesh.mixed.output.region_file import write_region
 from stitchmesh.mixed.output.report import RunTotals, mixed_report, peak_memory, region_counts, work_of
 from stitchmesh.mixed.placement.chosen_region import NodeBudget
 from stitchmesh.mixed.run_checkpoint import NAME, RunCheckpoint, read_run, run_inputs, write_run
@@ -159,7 +158,6 @@ def drape(
             run.resume(state)
         if target is not None:
             write_scene(target / SCENE_FILE, prepared.scene)
-            write_region(target, start.prepared.region)
         run.go(progress, control, checkpoint_every)
     return run.result()
 

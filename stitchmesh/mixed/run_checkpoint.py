@@ -46,6 +46,7 @@ class RunCheckpoint:
 def run_inputs(prepared: PreparedScene, device: wp.Device) -> dict[str, str]:
     """Return everything that decides a run, as short strings."""
     found = {"stitchmesh": __version__, "device": "cuda" if device.is_cuda else "cpu"}
+    found["cloth.seam_rods"] = str(prepared.fabric.seam_material)
     found |= fingerprint("scene", prepared.scene, without=("output", "cloth", "yarns", "region"))
     # An automatic region is part of the checkpoint: it may depend on a clock, and change while the run goes on.
     section = prepared.scene.region

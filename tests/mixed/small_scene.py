@@ -19,7 +19,7 @@ SWINGING = Scene(
     duration=0.02,
     largest_step=0.004,
     gravity=(0.0, -700.0, 700.0),
-    attachments=(AttachmentSection(boxes=(BoxSection(low=(-1.0, 2.9, -1.0), high=(9.0, 9.0, 1.0)),)),),
+    attachments=(AttachmentSection(boxes=(BoxSection(low=(-1.0, 2.8, -1.0), high=(9.0, 9.0, 1.0)),)),),
     solver=SolverSection(device="cpu", velocity_tolerance=1.0),
     output=OutputSection(picture=False, frames_per_second=100.0),
 )

@@ -60,5 +60,5 @@ def test_a_folder_that_is_none_of_this_scene_is_refused(tmp_path):
         read_draped(tmp_path)
     drape(SWINGING, tmp_path)
     write_scene(tmp_path / "scene.toml", replace(SWINGING, cloth=ClothSection(rectangle=(3.0, 3.0), edge_length=2.0)))
-    with pytest.raises(FileError, match="as in the scene beside it"):
+    with pytest.raises(FileError, match="as in the scene beside them"):
         read_draped(tmp_path)

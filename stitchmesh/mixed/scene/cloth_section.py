@@ -40,6 +40,8 @@ class ClothSection:
     """Panels: ``name``, ``outline``, ``position``, ``side_edges``."""
     seams: tuple[Seam, ...] = ()
     """Seams between them: ``first`` and ``second`` (``panel``, ``start``, ``end``), ``angle``, ``edges``."""
+    seam_rods: bool = False
+    """Whether the rods along the seams, yarns to which others are joined, go on where triangles are simulated."""
     file: str | None = None
     """A file of panels and seams (``.toml``), a polygon mesh whose texture coordinates are its rest shape (``.obj``),
     or a stitch mesh (``.h5``, ``.smobj``), whose yarns are those of its stitches with ``knit = "stitches"``."""

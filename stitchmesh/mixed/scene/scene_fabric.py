@@ -20,7 +20,7 @@ from stitchmesh.mixed.contact.self_collision import PRESSURE
 from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial
 from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.enrichment.region import Region, region_around
-from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.layout.crossing_yarns import ROD, CrossingYarns
 from stitchmesh.mixed.layout.from_stitches import lay_stitches
 from stitchmesh.mixed.memory import available_memory, check_layout_memory
 from stitchmesh.mixed.output.display import vertex_normals
@@ -32,6 +32,7 @@ from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.material_file import material_of
+from stitchmesh.mixed.triangles.seam_material import SeamMaterial
 from stitchmesh.progress import Progress, no_progress
 
 STITCHES = "stitches"
@@ -114,7 +115,13 @@ def prepare(
     check_simulated(held, region)
     bodies = tuple(LoadedBody(body=one.body(), friction=one.friction, thickness=one.thickness) for one in scene.bodies)
     material = _cloth_material(scene, surface, laid, materials, folder, progress)  # last: a match takes seconds
-    fabric = MixedFabric(cloth=surface, yarns=laid, cloth_material=material, yarn_materials=materials)
+    fabric = MixedFabric(
+        cloth=surface,
+        yarns=laid,
+        cloth_material=material,
+        yarn_materials=materials,
+        seam_material=_seam_material(materials.rod) if scene.cloth.seam_rods and ROD in laid.yarn_family else None,
+    )
     prepared = PreparedScene(
         scene=scene,
         fabric=fabric,
@@ -204,6 +211,11 @@ def _cloth_material(
     along = yarns.rest_sliding[yarns.yarn_node, yarns.yarn_coordinate]
     length = float(np.sum(along[yarns.yarn_start[1:] - 1] - along[yarns.yarn_start[:-1]]))
     return cloth_of_knit(materials.weft, length / float(cloth.rest_area.sum()))
+
+
+def _seam_material(rod: CrossingMaterial) -> SeamMaterial:
+    """The rods of triangles, like the yarns that are rods."""
+    return SeamMaterial(rod.stretch_stiffness, rod.bending_stiffness, rod.density)
 
 
 def _attachment(number: int, section: AttachmentSection, cloth: Cloth, yarns: CrossingYarns) -> Attachment:

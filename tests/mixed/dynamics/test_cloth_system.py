@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 import warp as wp
 
+from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel
-from stitchmesh.mixed.cloth.seams import cloth_from_panels
+from stitchmesh.mixed.cloth.seams import Border, Seam, cloth_from_panels
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
 from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
-from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_system
+from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_masses, cloth_system
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import Region, enriched_everywhere, region_around
 from stitchmesh.mixed.layout.knit import lay_knit
@@ -25,6 +26,7 @@ from stitchmesh.mixed.layout.weave import lay_weave
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
+from stitchmesh.mixed.triangles.seam_material import SeamMaterial
 from tests.mixed.dynamics.scene import CPU
 
 SIDE, ENDS = 3.0, 6.0
@@ -98,6 +100,29 @@ def test_a_cloth_in_free_fall_stays_as_it_is(name):
         np.testing.assert_allclose((part - rest)[moves], np.tile([0, 0, fallen], (len(part[moves]), 1)), atol=1e-7)
     # The tolerance of the velocities, which allows light nodes more than the mean.
     np.testing.assert_allclose(run.positions.numpy()[2], start[2], atol=1e-7)
+
+
+def test_a_rod_along_a_seam_goes_on_from_the_triangles_to_the_yarns():
+    """It weighs the same wherever the yarns are, but for the two ends of a rod of yarn, beyond its last nodes."""
+    panels = [
+        Panel(name=name, outline=OUTLINE, position=PanelPosition(origin=(SIDE * number, 0.0, 0.0)))
+        for number, name in enumerate(("left", "right"))
+    ]
+    sides = Border(panel="left", start=1, end=2), Border(panel="right", start=3, end=0)
+    cloth = cloth_from_panels(panels, [Seam(first=sides[0], second=sides[1])], edge_length=0.6)
+    yarns = lay_weave(cloth, np.eye(2, dtype=int), ends=ENDS, picks=ENDS)
+    middle = cloth.vertices[cloth.triangles].mean(axis=1)
+    light = replace(YARN, density=1e-12)
+    model = ClothModel(
+        replace(SHEET, density=1e-12), FabricMaterials(light, light, YARN), SeamMaterial(1.0, 1.0, YARN.density)
+    )
+    weights = []
+    for chosen in (np.zeros(0), np.flatnonzero(middle[:, 1] < SIDE / 2), np.arange(len(middle))):
+        region = region_around(cloth.triangles, len(cloth.vertices), yarns.triangle, yarns.barycentric, chosen)
+        weights.append(cloth_masses(cloth, yarns, region, model).total)
+    assert weights[0] == pytest.approx(YARN.density * SIDE, rel=1e-6)
+    assert weights[2] == pytest.approx(YARN.density * (SIDE - 0.75 / ENDS), rel=1e-6)
+    assert weights[2] < weights[1] < weights[0]
 
 
 @pytest.mark.parametrize("name", ["middle", "one triangle"])

@@ -19,6 +19,7 @@ from stitchmesh.mixed.drape import SCENE_FILE
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
+from stitchmesh.progress import Progress
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
@@ -64,12 +65,14 @@ class DrapeSession:
             self.history = SceneHistory(opened.scene)
             self._take(opened)
 
-        self._open(lambda: open_scene(scene_of_file(path)), done)
+        folder = self.run_folder
+        self._open(lambda progress: open_scene(scene_of_file(path), folder, progress), done)
 
     def open_kept(self) -> None:
         """Open the scene that the project holds, if there is one and no task runs."""
         if self.opened is None and self.scene_path.is_file() and not self.app.tasks.running:
-            self._open(lambda: open_scene(read_scene(self.scene_path)), self._take_kept)
+            path, folder = self.scene_path, self.run_folder
+            self._open(lambda progress: open_scene(read_scene(path), folder, progress), self._take_kept)
 
     def change(self, scene: Scene) -> None:
         """Change the scene.
@@ -109,21 +112,22 @@ class DrapeSession:
             self.history = history
             self._take(found)
 
-        self._open(lambda: with_scene(opened, scene), done)
+        folder = self.run_folder
+        self._open(lambda progress: with_scene(opened, scene, folder, progress), done)
 
-    def _open(self, work: Callable[[], OpenedScene], done: Callable[[OpenedScene], None]) -> None:
+    def _open(self, work: Callable[[Progress], OpenedScene], done: Callable[[OpenedScene], None]) -> None:
         """Make a scene in the worker thread; errors become notices, and the scene before stays."""
         project = self.app.project
 
-        def make() -> OpenedScene:
+        def make(progress: Progress) -> OpenedScene:
             with alone():
-                return work()
+                return work(progress)
 
         def take(opened: OpenedScene) -> None:
             if self.app.project is project:
                 done(opened)
 
-        self.app.tasks.start(OPENING, lambda task: make(), take, lambda error: self.show())
+        self.app.tasks.start(OPENING, make, take, lambda error: self.show())
 
     def _take_kept(self, opened: OpenedScene) -> None:
         self.history, self.opened = SceneHistory(opened.scene), opened

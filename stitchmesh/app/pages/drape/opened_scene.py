@@ -21,7 +21,8 @@ from stitchmesh.mixed.scene.cloth_section import STITCH_SUFFIXES
 from stitchmesh.mixed.scene.painted_region import marked_triangles
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
-from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
+from stitchmesh.mixed.scene.scene_fabric import PreparedScene, check_simulated, prepare
+from stitchmesh.progress import Progress, no_progress
 
 NO_TRIANGLES = np.zeros(0, dtype=np.int64)
 
@@ -75,29 +76,35 @@ class OpenedScene:
         return available_memory(device_named(self.scene.solver.device))
 
 
-def open_scene(scene: Scene) -> OpenedScene:
+def open_scene(scene: Scene, folder: Path | None = None, progress: Progress = no_progress) -> OpenedScene:
     """Make what a scene describes; a region that is not possible is left out, and its ``trouble`` kept.
+
+    Args:
+        scene: the scene.
+        folder: where a material that is matched to the yarns is kept, and found again.
+        progress: called with the completed part of the matching.
 
     Raises:
         StitchMeshError: anything else in the scene is not possible, or a file cannot be read.
     """
-    prepared = prepare(replace(scene, region=RegionSection()))
+    prepared = prepare(replace(scene, region=RegionSection()), folder=folder, progress=progress)
     mesh = Mesh.from_polygons(prepared.vertices, prepared.fabric.cloth.triangles.tolist())
     name = scene.cloth.file
     fabric = scene.cloth.stitches() if name is not None and Path(name).suffix.lower() in STITCH_SUFFIXES else None
     return with_region(OpenedScene(prepared, mesh, fabric), scene.region)
 
 
-def with_scene(opened: OpenedScene, scene: Scene) -> OpenedScene:
+def with_scene(
+    opened: OpenedScene, scene: Scene, folder: Path | None = None, progress: Progress = no_progress
+) -> OpenedScene:
     """Return another scene; what both share is not made again.
 
-    Raises:
-        StitchMeshError: as for ``open_scene``.
+    Other arguments and errors are those of ``open_scene``.
     """
     before = opened.scene
     shared = ("cloth", "yarns", "attachments", "bodies", "contact", "disturbance")
     if any(getattr(scene, name) != getattr(before, name) for name in shared):
-        return open_scene(scene)
+        return open_scene(scene, folder, progress)
     return with_region(replace(opened, prepared=replace(opened.prepared, scene=scene)), scene.region)
 
 
@@ -108,6 +115,7 @@ def with_region(opened: OpenedScene, section: RegionSection) -> OpenedScene:
     try:
         region, trouble = section.region(opened.cloth, yarns), ""
         marked_triangles(section, opened.cloth)
+        check_simulated(opened.prepared.held, region)
     except StitchMeshError as error:
         region, trouble = RegionSection().region(opened.cloth, yarns), str(error)
     return replace(opened, prepared=replace(opened.prepared, scene=scene, region=region), trouble=trouble)

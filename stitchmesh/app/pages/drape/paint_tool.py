@@ -20,7 +20,7 @@ from stitchmesh.mixed.scene.painted_region import with_triangles, without_triang
 LOOK, ADD, REMOVE = "turns the view", "adds to the region", "takes out of the region"
 DRAGS = (LOOK, ADD, REMOVE)
 """What a drag on the cloth does."""
-RADIUS = 1.5
+RADIUS = 0.8
 """Radius of the circle at first, over the mean length of an edge."""
 
 

@@ -29,13 +29,13 @@ KINDS: dict[str, Kind] = {
 """Where yarns are simulated, in the words of the page and of the scene."""
 BUDGET = 1000
 """Largest number of yarn nodes at first, for an automatic region."""
-MOST_NODES, MOST_RINGS = 100_000_000, 20
-"""Largest budget, and largest width of the hybrid region."""
+MOST_NODES, MOST_RINGS, MOST_STEPS = 100_000_000, 20, 1_000_000
+"""Largest budget, largest width of the hybrid region, and most steps between two changes of a region."""
 WORDS = "Such as hem 6 or rows 10-20 for stitches; names of panels, all, or faces 3, 10-20 for another cloth."
 THIRDS = (1 / 3, 2 / 3)
-"""Places of the sides of the box at first, over the box of the cloth along each axis."""
+"""Places of the left, right, lower and upper side of the box at first, over the box of the cloth."""
 BESIDE = 1.0
-"""Distance by which the box at first is larger than a flat cloth [cm]."""
+"""Distance of the box at first from the front of the cloth, and from the back of a flat one [cm]."""
 
 
 class RegionPanel:
@@ -68,6 +68,10 @@ class RegionPanel:
             self._find = controls.button(
                 "Find the region now", "Run the triangles alone, and take the triangles with the largest errors.", find
             )
+            self._changes = controls.number(
+                "Change every", "Steps after which the region may grow, shrink or move; 0 keeps it as it is.", 0,
+                self._set_changes, least=0, most=MOST_STEPS, step=1,
+            )  # fmt: skip
             self._rings = controls.number(
                 "Hybrid rings", "Width of the region in which yarns and triangles overlap, in rings of triangles.", 1,
                 self._set_rings, least=1, most=MOST_RINGS, step=1,
@@ -92,7 +96,10 @@ class RegionPanel:
         section = opened.scene.region
         self._kind.value = next(words for words, kind in KINDS.items() if kind == section.yarns)
         self._nodes.value = section.nodes or BUDGET
-        self._nodes.visible = self._find.visible = section.yarns == "automatic"
+        automatic = section.yarns == "automatic"
+        self._nodes.visible = automatic and section.seconds is None
+        self._find.visible = self._changes.visible = automatic
+        self._changes.value = section.adapt_every or 0
         self._rings.value = section.rings
         self._list.content = box_list(section)
         if self._cloth is not opened.mesh:
@@ -102,8 +109,16 @@ class RegionPanel:
 
     def _set_kind(self, words: str) -> None:
         kind = KINDS[words]
-        nodes = int(self._nodes.value) if kind == "automatic" else None
-        self._change(lambda section: replace(section, yarns=kind, nodes=nodes))
+        nodes = int(self._nodes.value)
+
+        def change(section: RegionSection) -> RegionSection:
+            needs = kind == "automatic" and section.seconds is None
+            return replace(section, yarns=kind, nodes=nodes if needs else None)
+
+        self._change(change)
+
+    def _set_changes(self, steps: float) -> None:
+        self._change(lambda section: replace(section, adapt_every=int(steps) or None))
 
     def _set_nodes(self, nodes: float) -> None:
         self._change(lambda section: replace(section, nodes=int(nodes)))
@@ -124,13 +139,13 @@ class RegionPanel:
             self._session.undo() if which == "Undo" else self._session.redo()
 
     def _propose_box(self) -> None:
-        """Fill in the middle of the cloth."""
+        """Fill in a box around the middle of the front of the cloth."""
         opened = self._session.opened
         assert opened is not None
         low, high = opened.mesh.vertices.min(axis=0), opened.mesh.vertices.max(axis=0)
-        flat = high - low < 1e-6
-        first = np.where(flat, low - BESIDE, low + THIRDS[0] * (high - low))
-        last = np.where(flat, high + BESIDE, low + THIRDS[1] * (high - low))
+        first, last = low + THIRDS[0] * (high - low), low + THIRDS[1] * (high - low)
+        first[2], last[2] = 0.5 * (low[2] + high[2]), high[2] + BESIDE
+        first[2] -= BESIDE if high[2] - low[2] < BESIDE else 0.0
         self._low.value, self._high.value = (", ".join(f"{x:.3g}" for x in corner) for corner in (first, last))
 
     def _box(self) -> BoxSection:

@@ -13,6 +13,7 @@ from stitchmesh.app.pages.drape.drape_session import DrapeSession
 from stitchmesh.compute.device import device_names
 from stitchmesh.io.toml_file import read_table
 from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial
+from stitchmesh.mixed.scene.matched_cloth import MATCHED
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.triangles.measured_cloths import material_names
 
@@ -96,7 +97,7 @@ def yarn_materials(scene: Scene) -> tuple[str, ...]:
 def cloth_materials(scene: Scene) -> tuple[str, ...]:
     """Return the materials that the cloth of a scene can have; a file of the scene among them."""
     own = scene.cloth.material
-    known = (FROM_YARNS, *material_names())
+    known = (FROM_YARNS, MATCHED, *material_names())
     return known if own is None or own in known else (*known, own)
 
 

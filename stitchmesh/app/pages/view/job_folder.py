@@ -16,7 +16,7 @@ from stitchmesh.mixed.drape import SCENE_FILE, Draped
 from stitchmesh.mixed.draped_folder import read_again, read_draped
 from stitchmesh.mixed.output.frames import FOLDER as FRAMES
 from stitchmesh.mixed.output.frames import Frames
-from stitchmesh.mixed.output.region_file import NAME as REGION
+from stitchmesh.mixed.scene.scene_file import read_scene
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class JobFiles:
         return next((time for found, time, _ in self.times if found == name), 0)
 
 
-JOB_FILES = ("stitches.h5", "yarns.h5", "checkpoint.smc", "convergence.csv", "report.json", SCENE_FILE, REGION, FRAMES)
+JOB_FILES = ("stitches.h5", "yarns.h5", "checkpoint.smc", "convergence.csv", "report.json", SCENE_FILE, FRAMES)
 """Files of a job that are looked at; the folder of the frames changes with each frame."""
 
 
@@ -65,7 +65,7 @@ def read_job(files: JobFiles, earlier: tuple[JobFiles, Viewed] | None = None) ->
         StitchMeshError: a file cannot be read, or there is none.
     """
     folder, here = files.folder, {name for name, _, _ in files.times}
-    if {REGION, FRAMES} <= here:
+    if {SCENE_FILE, FRAMES} <= here:
         return _read_run(files, earlier)
     # A job writes its convergence last; an earlier job may have left its own in the folder.
     finished = files.time_of("convergence.csv") >= files.time_of("yarns.h5") > 0
@@ -86,7 +86,7 @@ def _read_run(files: JobFiles, earlier: tuple[JobFiles, Viewed] | None) -> Viewe
     if not len(Frames.of_folder(folder)):
         return Viewed(folder.name, text=f"The run in {folder.name} has no frame yet.")
     known = None if earlier is None else earlier[1].thing
-    same = earlier is not None and all(earlier[0].time_of(name) == files.time_of(name) for name in (SCENE_FILE, REGION))
+    same = isinstance(known, Draped) and known.prepared.scene == read_scene(folder / SCENE_FILE)
     draped = read_again(known, folder) if same and isinstance(known, Draped) else read_draped(folder)
     state = "finished" if draped.report else "running, or was stopped"
     return Viewed(folder.name, draped, text=f"The run in {folder.name} is {state}.")

@@ -317,6 +317,17 @@ def test_a_region_that_is_not_possible_is_said_beside_the_counts_and_does_not_ru
     assert "holds no triangle of the cloth" in shown.notices() and not shown.app.tasks.running
 
 
+def test_a_region_that_takes_hold_of_nothing_is_said_before_it_runs(shown, tmp_path):
+    """The upper border is held by vertices alone; with yarns there, nothing would hold them."""
+    box = replace(SWINGING.attachments[0].boxes[0], low=(-1.0, 2.95, -1.0))
+    scene = replace(SWINGING, attachments=(replace(SWINGING.attachments[0], boxes=(box,)),))
+    write_scene(tmp_path / "loose.toml", scene)
+    open_file(shown, tmp_path / "loose.toml")
+    assert "none of its yarn nodes" not in words(shown)
+    call(shown, shown.controls.set, "Yarns", "everywhere")
+    assert "none of its yarn nodes" in words(shown)
+
+
 def test_the_scene_does_not_change_while_it_runs(swinging):
     with alone():
         press(swinging, RUN)
