@@ -240,6 +240,7 @@ class StaticSimulation(Simulation):
         self._settings = EquilibriumSettings(
             force_tolerance=scene.solver.force_tolerance,
             most_iterations=scene.solver.most_iterations,
+            most_updates=scene.solver.friction_updates,
             solve_tolerance=min(scene.solver.solve_tolerance, EquilibriumSettings.solve_tolerance),
         )
         on_triangles = prepared.triangle_equilibrium is not None
