@@ -20,9 +20,8 @@ import stitchmesh as sm
 from stitchmesh.compute.device import device_named
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import cloth_from_panels
-from stitchmesh.mixed.dynamics import cloth_system as systems
+from stitchmesh.mixed.dynamics.cloth_system import ClothModel, cloth_system
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
-from stitchmesh.mixed.enrichment.embedding import embed
 from stitchmesh.mixed.enrichment.region import YARNS, region_around
 from stitchmesh.mixed.layout.weave import lay_weave
 
@@ -45,20 +44,14 @@ def displacements(density: float, rings: int, deformation: Numbers, *, tension: 
     yarns = lay_weave(cloth, np.eye(2, dtype=int), ends=density, picks=density)
     middle = np.abs(cloth.vertices[cloth.triangles].mean(axis=1)[:, :2] - SIDE / 2).max(axis=1) < HALF
     layout = cloth.triangles, len(cloth.vertices), yarns.triangle, yarns.barycentric
-    region = region_around(*layout, np.flatnonzero(middle), rings=rings)
+    region = region_around(*layout, np.flatnonzero(middle), rings=rings, passes_tension=tension)
     material = sm.FabricMaterials.of(sm.CrossingMaterial.named("gong-1"))
-    model = systems.ClothModel(matched(density, material), material, acceleration=(0, 0, 0))
+    model = ClothModel(matched(density, material), material, acceleration=(0, 0, 0))
     border = np.abs(cloth.vertices[:, :2] - SIDE / 2).max(axis=1) > SIDE / 2 - 1e-9
-    with_tension = systems.embedded
-    if not tension:
-        systems.embedded = lambda _yarns, chosen: embed(chosen)
-    try:
-        made = systems.cloth_system(
-            cloth, yarns, region, model, fixed_vertices=np.flatnonzero(border), vertices=cloth.vertices @ deformation.T,
-            device=device_named("cpu"),
-        )  # fmt: skip
-    finally:
-        systems.embedded = with_tension
+    made = cloth_system(
+        cloth, yarns, region, model, fixed_vertices=np.flatnonzero(border), vertices=cloth.vertices @ deformation.T,
+        device=device_named("cpu"),
+    )  # fmt: skip
     start = made.positions.numpy()[1].copy()
     find_equilibrium(made.system, made.positions, EquilibriumSettings(force_tolerance=TOLERANCE))
     return (made.positions.numpy()[1] - start)[region.node_kind[region.nodes] == YARNS]

@@ -34,7 +34,7 @@ DEPENDENT = 1e-10
 """Square of the part of a column of unit length outside the other columns, below which it depends on them. Rounding of
 the barycentric coordinates makes 1e-16; columns above this bound keep five digits of B'B."""
 
-NEARLY_DEPENDENT = 1e-6
+NEARLY_DEPENDENT = 1e-2
 """The same for the patterns: a tenth of their length. Equilibria are found slowly with less."""
 
 

@@ -13,13 +13,11 @@ No blend of two energies is without such forces, and a force that takes them awa
 takes the motions that they would cause: beside what triangles represent, displacements x of the nodes have no part
 along
 
-    r_c b_K,    r_c = w_after - w_before along the yarns of family c,    b_K the sum of barycentric coordinates of K
+    r_c b_j,    r_c = w_after - w_before along the yarns of family c,    b_j the barycentric coordinate of vertex j
 
-for both families c of a weave and parts K of the vertices, each with some thousand nodes. The b_K add up to 1, so that
-uniform tension passes; there are few parts, because each pattern takes a motion from the yarns too: with one for each
-vertex, yarns in the ring could not evade the triangles where these are too coarse for shear. Energies and momentum are
-kept: there are fewer motions, and the forces are the same. The yarns of a knit turn from node to node, so that their
-tensions follow no such pattern.
+for each vertex j and both families c of a weave. Tension that changes linearly then passes like a uniform one. Energies
+and momentum are kept: there are fewer motions, and the forces are the same. The yarns of a knit turn from node to node,
+so that their tensions follow no such pattern.
 """
 
 from __future__ import annotations
@@ -27,14 +25,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_array, diags_array, hstack
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from stitchmesh.mixed.enrichment.region import HYBRID, Numbers, Region
 
 SMALLEST = 1e-3
 """Smallest pattern that counts, over the largest one."""
-NODES_OF_PART = 2000
-"""Nodes of a pattern. A sum over many more would be slow on a GPU."""
 
 
 def tension_left(region: Region, segments: ArrayLike, family: ArrayLike, *, at_ends: bool = False) -> Numbers:
@@ -64,24 +59,12 @@ def tension_left(region: Region, segments: ArrayLike, family: ArrayLike, *, at_e
 
 
 def pattern_columns(basis: csr_array, pattern: Numbers) -> csr_array:
-    """The columns r_c b_K that are large enough to count, shape (H, P).
+    """The columns r_c b_j that are large enough to count, shape (H, K).
 
     Args:
         basis: B, shape (H, V).
         pattern: r, shape (H, 2).
     """
-    parts = csr_array(basis @ _parts(basis))
-    columns = csr_array(hstack([diags_array(pattern[:, c]) @ parts for c in range(pattern.shape[1])]))
+    columns = csr_array(hstack([diags_array(pattern[:, c]) @ basis for c in range(pattern.shape[1])]))
     square = np.asarray(columns.power(2).sum(axis=0)).ravel()
     return csr_array(columns[:, square > SMALLEST**2 * square.max(initial=0.0)])
-
-
-def _parts(basis: csr_array) -> csr_array:
-    """Which part each vertex belongs to, shape (V, K): parts of neighbours with about ``NODES_OF_PART`` nodes each."""
-    links = csr_array(basis.T @ basis)
-    order = reverse_cuthill_mckee(links, symmetric_mode=True)
-    before = np.concatenate([[0.0], np.cumsum(np.asarray(basis.sum(axis=0)).ravel()[order])[:-1]])
-    part = np.zeros(len(order), dtype=np.int64)
-    part[order] = (before / NODES_OF_PART).astype(np.int64)
-    shape = (len(part), int(part.max(initial=0)) + 1)
-    return csr_array((np.ones(len(part)), (np.arange(len(part)), part)), shape=shape)

@@ -10,7 +10,7 @@ import numpy as np
 
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.region import Region
-from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.output.display import ROUNDS, Display, Shown
 from stitchmesh.mixed.output.frames import Frame
 
@@ -18,19 +18,20 @@ from stitchmesh.mixed.output.frames import Frame
 class Displays:
     """Makes the display of each frame, and keeps the one that it has made last."""
 
-    def __init__(self, cloth: Cloth, yarns: CrossingYarns, region: Region, rounds: int = ROUNDS) -> None:
+    def __init__(self, cloth: Cloth, yarns: LaidYarns, region: Region, rounds: int = ROUNDS) -> None:
         """Begin with the region at the start; arguments are those of ``Display``."""
         self.cloth, self.yarns, self.rounds = cloth, yarns, rounds
         self._made = Display(cloth, yarns, region, rounds)
 
     def of(self, frame: Frame) -> Display:
         """Return the display of a frame."""
-        region = self._made.region
+        made = self._made  # Another thread may ask for another frame meanwhile.
+        region = made.region
         same = np.array_equal(region.triangle_kind, frame.triangle_kind)
         if not (same and np.array_equal(region.vertex_alpha, frame.vertex_alpha)):
             own = replace(region, triangle_kind=frame.triangle_kind, vertex_alpha=frame.vertex_alpha)
-            self._made = Display(self.cloth, self.yarns, own, self.rounds)
-        return self._made
+            self._made = made = Display(self.cloth, self.yarns, own, self.rounds)
+        return made
 
     def show(self, frame: Frame) -> Shown:
         """Return vertices, yarn nodes and smooth surface of a frame [cm]."""

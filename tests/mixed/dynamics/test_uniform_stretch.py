@@ -32,9 +32,8 @@ STRAIN = 1e-3
 
 def moved_nodes(deformation: np.ndarray, rings: int) -> np.ndarray:
     """Distances by which nodes of the full-yarn region leave a uniform deformation [spacings of yarns]."""
-    region = region_around(
-        CLOTH.triangles, len(CLOTH.vertices), LAYOUT.triangle, LAYOUT.barycentric, MIDDLE, rings=rings
-    )
+    layout = CLOTH.triangles, len(CLOTH.vertices), LAYOUT.triangle, LAYOUT.barycentric
+    region = region_around(*layout, MIDDLE, rings=rings, passes_tension=True)
     model = ClothModel(MATERIAL, YARN, acceleration=(0.0, 0.0, 0.0))
     border = np.flatnonzero(FROM_MIDDLE > SIDE / 2 - 1e-9)
     scene = cloth_system(

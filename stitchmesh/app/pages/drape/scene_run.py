@@ -33,6 +33,8 @@ from stitchmesh.run_control import RunControl
 Run: TypeAlias = LiveRun[Draped, Draped]
 DRAPING, PLACING = "draping the cloth", "finding the region"
 """Names of the tasks."""
+CHECKPOINT_STEPS = 20
+"""Time steps, or iterations of an equilibrium, after which a run that is killed can go on."""
 BYTES_PER_POINT = 12
 """About how much a frame sends for each control point or vertex."""
 
@@ -67,7 +69,9 @@ class SceneRun:
         scene, folder, project = opened.scene, self._session.run_folder, self._session.app.project
 
         def run(control: RunControl[Draped], progress: Progress) -> Draped:
-            made = drape(scene, folder, control=control, progress=progress, resume=resume)
+            made = drape(
+                scene, folder, control=control, progress=progress, resume=resume, checkpoint_every=CHECKPOINT_STEPS
+            )
             made.write(folder)
             return made
 
@@ -105,6 +109,25 @@ class SceneRun:
                 self._session.change_region(lambda section, cloth: chosen_region(section, found))
 
         self._session.app.tasks.start(PLACING, work, done)
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the result is that of the scene as it is now."""
+        opened = self._session.opened
+        return (
+            opened is None or self.result is None or scene_text(self.result.prepared.scene) == scene_text(opened.scene)
+        )
+
+    def forget_others(self) -> None:
+        """Forget a result with another cloth or other yarns than those of the scene."""
+        opened = self._session.opened
+        if opened is None or self.result is None or self.live is not None:
+            return
+        made, scene = self.result.prepared.scene, opened.scene
+        # Texts, because two names may stand for one file.
+        first, second = (scene_text(replace(scene, cloth=one.cloth, yarns=one.yarns)) for one in (made, scene))
+        if first != second:
+            self.result = None
 
     def read_result(self) -> None:
         """Read the result that the project holds, if there is one; a damaged one is left out."""
