@@ -121,11 +121,11 @@ class SplineTerm(Term):
 
     def energy(self, state: MixedVector) -> float:
         """Weighted energy of all yarns [erg]; the candidate lists hold all pairs up to ``step_limit``."""
-        self._energy_launches(state, self._launch)
-        return ordered_sum(self._energy)
+        _launches, energies = self.element_energies(state, self._launch)
+        return ordered_sum(energies)
 
-    def _energy_launches(self, state: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launches that find the energy of each element."""
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launches that find the energy of each element [erg], and the array that they write it to."""
         model, points = self.model, self.state.points
         made = self._place(state, launcher)
         made.append(place_contact_samples(model, self.state, launcher))
@@ -135,7 +135,7 @@ class SplineTerm(Term):
         if self._loads is not None:
             loaded = [model.number(model.unit), self._loads.vectors, points]
             made.append(launcher(load_energies, model.point_count, loaded, [self._energies[4]]))
-        return made
+        return made, self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that place control points and samples, find the forces, and add them."""
