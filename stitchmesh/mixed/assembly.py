@@ -9,7 +9,7 @@ with the weight 1 - alpha, and at yarn nodes, with the weight alpha, so that all
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,6 @@ from stitchmesh.mixed.contact.body import Body
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import BodyFriction
 from stitchmesh.mixed.contact.contact_points import ContactPoints, join_points, points_at_nodes
-from stitchmesh.mixed.contact.motion import RigidMotion
 from stitchmesh.mixed.contact.self_collision import PRESSURE, SelfCollision
 from stitchmesh.mixed.contact.triangle_points import SeamLinks, points_on_triangles
 from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
@@ -62,16 +61,6 @@ class LoadedBody:
     """Coefficient of friction."""
     thickness: float = 0.0
     """Thickness of a layer on the body [cm]."""
-
-    def at(self, time: float) -> LoadedBody:
-        """Return the body at rest where it is at a time [s]; one whose vertices move by themselves stays as it is."""
-        motion = self.body.motion
-        if not isinstance(motion, RigidMotion) or len(motion.times) == 1:
-            return self
-        turn, offset = motion.pose_at(time)
-        shift = offset - motion.centre + turn @ motion.centre
-        still = RigidMotion(np.zeros(1), shift[None], turn[None], motion.centre)
-        return replace(self, body=replace(self.body, motion=still))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -19,25 +19,27 @@ import numpy as np
 import warp as wp
 
 from stitchmesh import __version__
-from stitchmesh.compute.device import alone, device_named
+from stitchmesh.compute.device import alone, device_named, others_may_launch
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mixed.automatic_region import place_yarns
 from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.dynamics.equilibrium import AfterIteration
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.memory import available_memory, check_memory
 from stitchmesh.mixed.output.display import Display, Shown
 from stitchmesh.mixed.output.files import RunFiles
 from stitchmesh.mixed.output.frames import Frame, Frames
-from stitchmesh.mixed.output.report import RunTotals, mixed_report, peak_memory, region_counts
+from stitchmesh.mixed.output.report import RunTotals, mixed_report, peak_memory, region_counts, work_of
 from stitchmesh.mixed.run_checkpoint import NAME, RunCheckpoint, read_run, run_inputs, write_run
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
 from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
 from stitchmesh.mixed.simulation import Simulation, SimulationStep, begin_simulation
-from stitchmesh.progress import Progress, no_progress
+from stitchmesh.mixed.triangle_run import run_triangles
+from stitchmesh.progress import Progress, no_progress, relaxing_progress
 from stitchmesh.run_control import RunControl, RunStopped, Snapshot
 from stitchmesh.time_limit import check_time
 from stitchmesh.yarn import YarnSet
@@ -119,7 +121,8 @@ def drape(
         yarns: yarns laid out on it in the place of those of the scene.
         progress: called with the completed part and a line of text.
         control: watches, pauses and stops the run; its snapshots are results.
-        checkpoint_every: number of steps between two checkpoints; none by default. Needs a folder.
+        checkpoint_every: number of steps in time, or of iterations of a static run, between two checkpoints; none by
+            default. Needs a folder.
         resume: whether to continue from the checkpoint in the folder; the result has the bits of a run that was never
             stopped.
 
@@ -134,10 +137,9 @@ def drape(
     device = device_named(given.solver.device)
     contact = bool(given.bodies) or given.contact.self_collision
     with alone():
-        if given.region.yarns == "automatic":
-            prepared = place_yarns(prepared, scalar_named(given.solver.precision), device, progress=progress)
+        prepared, triangles = _after_triangles(prepared, device, progress, resume=resume)
         check_memory(prepared.region, available_memory(device), contact=contact)
-        run = _Run(prepared, target, device)
+        run = _Run(prepared, target, device, triangles)
         if resume and target is not None:
             run.resume(target / NAME)
         run.go(progress, control, checkpoint_every)
@@ -152,15 +154,34 @@ def _checked_folder(folder: str | PathLike[str] | None, every: int | None, resum
     return None if folder is None else Path(folder)
 
 
+def _after_triangles(
+    prepared: PreparedScene, device: wp.Device, progress: Progress, *, resume: bool
+) -> tuple[PreparedScene, RunTotals | None]:
+    """Run the triangles alone where the region or the start of the yarns follows from them; its work.
+
+    A resumed run has the positions of its checkpoint, and does not need the start.
+    """
+    section = prepared.scene.region
+    if section.yarns != "automatic" and (resume or not section.starts_on_triangles):
+        return prepared, None
+    run = run_triangles(prepared, scalar_named(prepared.scene.solver.precision), device, progress=progress)
+    if section.yarns == "automatic":
+        prepared = place_yarns(prepared, run.error)
+    starts = run.vertices if section.starts_on_triangles else None
+    return replace(prepared, triangle_equilibrium=starts), run.totals
+
+
 class _Run:
     """One run: the simulation, its frames and its sums."""
 
-    def __init__(self, prepared: PreparedScene, folder: Path | None, device: wp.Device) -> None:
+    def __init__(
+        self, prepared: PreparedScene, folder: Path | None, device: wp.Device, triangles: RunTotals | None
+    ) -> None:
         self.prepared, self.folder, self.device = prepared, folder, device
         scene, fabric = prepared.scene, prepared.fabric
         self.simulation: Simulation = begin_simulation(prepared, scalar_named(scene.solver.precision), device)
         self.display = Display(fabric.cloth, fabric.yarns, prepared.region, scene.output.subdivisions)
-        self.frames, self.totals = Frames(folder), RunTotals()
+        self.frames, self.totals, self.triangles = Frames(folder), RunTotals(), triangles
         self.inputs = run_inputs(prepared, device)
         self.stopped = False
 
@@ -178,12 +199,9 @@ class _Run:
             self.frames.add(self._frame())
         try:
             while not self.simulation.done:
-                self._step(progress)
-                if every is not None and self.totals.steps % every == 0:
-                    self._write_checkpoint()
-                check_time()
-                if control is not None:
-                    control.after_step(self._snapshot, before_wait=lambda: None)
+                self._step(progress, control, every)
+                if self.prepared.scene.mode == "dynamic":
+                    self._between_steps(self.totals.steps, control, every)
         except RunStopped:
             self.stopped = True
             self._write_checkpoint()
@@ -194,20 +212,43 @@ class _Run:
         """The result so far."""
         return Draped(prepared=self.prepared, display=self.display, frames=self.frames, report=self._report())
 
-    def _step(self, progress: Progress) -> None:
+    def _step(self, progress: Progress, control: RunControl[Draped] | None, every: int | None) -> None:
         before, began = self._frame(), time.perf_counter()
-        made = self.simulation.step()
-        totals = self.totals
-        totals.seconds += time.perf_counter() - began
-        totals.steps += 1
-        totals.newton_iterations += made.newton_iterations
-        totals.solve_iterations += made.solve_iterations
-        totals.halvings += made.halvings
-        totals.not_converged += not made.converged
-        totals.error = made.error
+        try:
+            made = self.simulation.step(self._after_iteration(progress, control, every))
+        finally:
+            self.totals.seconds += time.perf_counter() - began
+        made.add_to(self.totals)
         for moment in self._frames_due(made):
             self.frames.add(before.between(self._frame(), moment))
         progress(STAGE, min(made.time / self.prepared.scene.duration, 1.0), self._note(made))
+
+    def _after_iteration(
+        self, progress: Progress, control: RunControl[Draped] | None, every: int | None
+    ) -> AfterIteration:
+        """What follows each iteration of a search for an equilibrium."""
+        scene, found = self.prepared.scene, self.totals.steps
+
+        def of_run(stage: str, done: float, note: str) -> None:
+            progress(stage, (found + done) / scene.equilibria, note)
+
+        most = scene.solver.most_iterations
+        report = relaxing_progress(STAGE, self.simulation.tolerance, of_run, max_iterations=most)
+
+        def after_iteration(iterations: int, force: float) -> None:
+            report(iterations, force)
+            self.totals.error = force
+            self._between_steps(self.totals.newton_iterations + iterations, control, every)
+
+        return after_iteration
+
+    def _between_steps(self, number: int, control: RunControl[Draped] | None, every: int | None) -> None:
+        """What follows each step in time, and each iteration of a search for an equilibrium."""
+        if every is not None and number % every == 0:
+            self._write_checkpoint()
+        check_time()
+        if control is not None:
+            control.after_step(lambda: self._snapshot(number), aside=others_may_launch)
 
     def _frames_due(self, made: SimulationStep) -> Iterator[float]:
         """Times of the frames that a step has passed."""
@@ -227,12 +268,12 @@ class _Run:
         unit = "dyn" if self.prepared.scene.mode == "static" else "cm/s"
         return f"time {made.time:.4g} s, {made.newton_iterations} iterations, error {made.error:.2g} {unit}"
 
-    def _snapshot(self) -> Snapshot[Draped]:
+    def _snapshot(self, number: int) -> Snapshot[Draped]:
         current = Frames()
         current.add(self._frame())
         state = replace(self.result(), frames=current)
         simulation, totals = self.simulation, self.totals
-        return Snapshot(state, totals.steps, totals.error, simulation.tolerance, totals.seconds, simulation.energies())
+        return Snapshot(state, number, totals.error, simulation.tolerance, totals.seconds, simulation.energies())
 
     def _write_checkpoint(self) -> None:
         if self.folder is not None:
@@ -254,5 +295,7 @@ class _Run:
             energies=energies,
             memory_bytes=peak_memory(),
         )
+        if self.triangles is not None:
+            mixed["triangle_run"] = work_of(self.triangles)
         device, precision = self.device.alias, scene.solver.precision
         return {"stitchmesh": __version__, "device": device, "precision": precision, "mixed": mixed}

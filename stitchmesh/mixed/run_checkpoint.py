@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checkpoints of a run of the mixed system, and what a resumed run needs to end with the same bits.
 
-A checkpoint is written between two steps. It holds what the simulation carries from step to step, the sums of the
-report, the number of frames, and a fingerprint of everything that decides the run. Output and tolerances of processors
-do not count: pictures and formats may differ.
+A checkpoint is written between two steps in time, or between two iterations of a search for an equilibrium. It holds
+what the simulation carries on, the sums of the report, the number of frames, and a fingerprint of everything that
+decides the run. Output and tolerances of processors do not count: pictures and formats may differ.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ NAME = "checkpoint.smc"
 
 @dataclass(frozen=True, eq=False)
 class RunCheckpoint:
-    """A run between two steps."""
+    """A run between two steps, or between two iterations of a search for an equilibrium."""
 
     totals: RunTotals
     frames: int
@@ -44,6 +44,7 @@ class RunCheckpoint:
 def run_inputs(prepared: PreparedScene, device: wp.Device) -> dict[str, str]:
     """Return everything that decides a run, as short strings."""
     found = {"stitchmesh": __version__, "device": "cuda" if device.is_cuda else "cpu"}
+    found["region.start"] = prepared.scene.region.start
     found |= fingerprint("scene", prepared.scene, without=("output", "cloth", "yarns", "region"))
     cloth, yarns, region = prepared.fabric.cloth, prepared.fabric.yarns, prepared.region
     found |= fingerprint("cloth", cloth) | fingerprint("yarns", yarns) | fingerprint("region", region)

@@ -4,26 +4,32 @@
 
 When an attachment is released the unknowns change. The system is then made again, and goes on with the positions,
 velocities and anchors that it had.
+
+A path of equilibria may begin on the triangles: its yarns are placed on an equilibrium of the triangles alone, with all
+attachments and bodies at their last places, and one equilibrium is left to find (Casafranca et al. 2020, section 6.2).
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.mixed.assembly import Loads, held_in_state, loaded_system
+from stitchmesh.mesh import FloatArray
+from stitchmesh.mixed.assembly import held_in_state, loaded_system
 from stitchmesh.mixed.contact.prescribed_motion import PrescribedMotion
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
-from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
+from stitchmesh.mixed.dynamics.equilibrium import AfterIteration, EquilibriumSearch, EquilibriumSettings, unwatched
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.vector_sums import choose, set_sum
 from stitchmesh.mixed.mixed_vector import MixedVector, Parts
+from stitchmesh.mixed.output.report import RunTotals
+from stitchmesh.mixed.placement.moved_state import move_state
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene
 
 
@@ -43,6 +49,15 @@ class SimulationStep:
     """Error of the velocities [cm/s], or the largest unbalanced force [dyn]."""
     converged: bool
     """Whether the error is within the tolerance."""
+
+    def add_to(self, totals: RunTotals) -> None:
+        """Add the step to the sums of a run, but for its time."""
+        totals.steps += 1
+        totals.newton_iterations += self.newton_iterations
+        totals.solve_iterations += self.solve_iterations
+        totals.halvings += self.halvings
+        totals.not_converged += not self.converged
+        totals.error = self.error
 
 
 class Simulation(ABC):
@@ -73,8 +88,12 @@ class Simulation(ABC):
         """Vertices, simulated nodes and Eulerian coordinates [cm]."""
 
     @abstractmethod
-    def step(self) -> SimulationStep:
+    def step(self, after_iteration: AfterIteration = unwatched) -> SimulationStep:
         """Go one step further.
+
+        Args:
+            after_iteration: called after each iteration of a search for an equilibrium; an exception that it raises
+                leaves the search as it is, and the next step goes on with it. Steps in time do not call it.
 
         Raises:
             SolverError: no time step is small enough.
@@ -102,14 +121,10 @@ class Simulation(ABC):
         vertices, nodes = self.start
         return MixedVector.from_numpy(vertices, nodes, self.prepared.sliding, self.scalar, self.device)
 
-    def loads_at(self, time: float) -> Loads:
-        """Return what acts at a time [s]."""
-        return self.prepared.loads(time)
-
     def system_at(self, time: float) -> tuple[MixedSystem, PrescribedMotion]:
         """Return the system with the attachments at a time, and their motion."""
-        loads = self.loads_at(time)
         prepared, (vertices, _nodes) = self.prepared, self.start
+        loads = prepared.loads(time)
         system = loaded_system(
             prepared.fabric, prepared.region, loads, vertices, scalar=self.scalar, device=self.device
         )
@@ -135,7 +150,7 @@ class DynamicSimulation(Simulation):
         """Vertices, simulated nodes and Eulerian coordinates [cm]."""
         return self._dynamics.positions.numpy()
 
-    def step(self) -> SimulationStep:
+    def step(self, after_iteration: AfterIteration = unwatched) -> SimulationStep:
         """Advance by one time step; attachments whose time is over are released first."""
         if any(self._built < release <= self.time for release in self.prepared.releases):
             self._renew(self.time, self._dynamics.arrays())
@@ -179,45 +194,48 @@ class StaticSimulation(Simulation):
     """A path of equilibria."""
 
     def __init__(self, prepared: PreparedScene, scalar: Any, device: wp.Device) -> None:
-        """Begin before the first equilibrium."""
+        """Begin before the first equilibrium, or before the last one where the yarns begin on the triangles."""
         super().__init__(prepared, scalar, device)
-        self.tolerance = prepared.scene.solver.force_tolerance
-        self._done, self._positions = 0, self.begin()
-        self._system, self._motion = self.system_at(0.0)
-        self._built = 0.0
-        self._moves = any(len(each.body.motion.times) > 1 for each in prepared.bodies)
-
-    def loads_at(self, time: float) -> Loads:
-        """Return what acts at a time [s]; bodies stand where they are then."""
-        loads = super().loads_at(time)
-        return replace(loads, bodies=[each.at(time) for each in loads.bodies])
+        scene = prepared.scene
+        self.tolerance = scene.solver.force_tolerance
+        self._settings = EquilibriumSettings(
+            force_tolerance=scene.solver.force_tolerance,
+            most_iterations=scene.solver.most_iterations,
+            solve_tolerance=min(scene.solver.solve_tolerance, EquilibriumSettings.solve_tolerance),
+        )
+        on_triangles = prepared.triangle_equilibrium is not None
+        self._done = scene.load_steps - 1 if on_triangles else 0
+        self._built = self._moved = scene.duration if on_triangles else 0.0
+        self._search: EquilibriumSearch | None = None
+        self._positions = self.begin()
+        self._system, self._motion = self.system_at(self._built)
+        if prepared.triangle_equilibrium is not None:
+            self._place_on(prepared.triangle_equilibrium)
 
     @property
     def time(self) -> float:
-        """Time of the last equilibrium [s]."""
+        """Time of the last equilibrium, or of the one that is searched for [s]."""
         scene = self.prepared.scene
-        return scene.duration * self._done / scene.load_steps
+        return scene.duration * (self._done + (self._search is not None)) / scene.load_steps
+
+    @property
+    def done(self) -> bool:
+        """Whether the last equilibrium is found."""
+        return self._done >= self.prepared.scene.load_steps
 
     @property
     def positions(self) -> Parts:
         """Vertices, simulated nodes and Eulerian coordinates [cm]."""
         return self._positions.numpy()
 
-    def step(self) -> SimulationStep:
+    def step(self, after_iteration: AfterIteration = unwatched) -> SimulationStep:
         """Move attachments and bodies to their next places, and find the equilibrium."""
-        scene, begin = self.prepared.scene, self.time
-        end = scene.duration * (self._done + 1) / scene.load_steps
-        if self._moves or any(self._built < release <= end for release in self.prepared.releases):
-            self._renew(end, self.arrays())
-        self._move(begin, end)
-        settings = EquilibriumSettings(
-            force_tolerance=scene.solver.force_tolerance,
-            most_iterations=scene.solver.most_iterations,
-            solve_tolerance=min(scene.solver.solve_tolerance, EquilibriumSettings.solve_tolerance),
+        self._search = search = self._search or self._begin_search()
+        made = search.run(after_iteration)
+        self._search, self._done = None, self._done + 1
+        return SimulationStep(
+            search.time, made.iterations, made.solve_iterations, 0, made.unbalanced_force, made.converged
         )
-        made = find_equilibrium(self._system, self._positions, settings)
-        self._done += 1
-        return SimulationStep(end, made.iterations, made.solve_iterations, 0, made.unbalanced_force, made.converged)
 
     def energies(self) -> dict[str, float]:
         """Energy of each term [erg]."""
@@ -225,32 +243,65 @@ class StaticSimulation(Simulation):
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """All that the rest of the run depends on."""
-        found = {"positions": self._positions.values.numpy(), "clock": np.array([self._done, self._built])}
+        clock = np.array([self._done, self._built, self._moved])
+        found = {"positions": self._positions.values.numpy(), "clock": clock}
+        if self._search is not None:
+            found["search"] = self._search.numbers()
         for number, term in enumerate(self._system.terms):
             found |= {f"term {number} {name}": array.numpy() for name, array in term.arrays().items()}
         return found
 
     def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Restore the contents of ``arrays``."""
+        self._done, self._moved = int(arrays["clock"][0]), float(arrays["clock"][2])
         self._renew(float(arrays["clock"][1]), arrays)
+        if "search" in arrays:
+            self._search = self._new_search()
+            self._search.resume(arrays["search"])
+
+    def _begin_search(self) -> EquilibriumSearch:
+        """Release and move what is held, and begin a search where it stands then."""
+        end = self._end
+        if any(self._built < release <= end for release in self.prepared.releases):
+            self._renew(end, self.arrays())
+        if self._moved < end:
+            self._move(*self._motion.displacements(self._moved, end))
+            self._moved = end
+        return self._new_search()
+
+    def _new_search(self) -> EquilibriumSearch:
+        return EquilibriumSearch(self._system, self._positions, self._settings, time=self._end)
+
+    @property
+    def _end(self) -> float:
+        """Time of the next equilibrium [s]."""
+        return self.prepared.scene.duration * (self._done + 1) / self.prepared.scene.load_steps
 
     def _renew(self, time: float, arrays: Mapping[str, NDArray[Any]]) -> None:
         self._system, self._motion = self.system_at(time)
-        self._built, self._done = time, int(arrays["clock"][0])
+        self._built = time
         self._positions.values.assign(arrays["positions"])
         for number, term in enumerate(self._system.terms):
             prefix = f"term {number} "
             own = {name[len(prefix) :]: array for name, array in arrays.items() if name.startswith(prefix)}
             term.resume(own)
 
-    def _move(self, begin: float, end: float) -> None:
-        """Move what is held, and what is hybrid with it."""
-        v, p, s = self._motion.displacements(begin, end)
-        fixed = MixedVector.from_numpy(v, p, s, self.scalar, self.device)
-        move = fixed.like()
-        choose(move, self._system.moves, move.like(), fixed)
+    def _move(self, vertices: FloatArray, nodes: FloatArray, sliding: FloatArray, *, free: Parts | None = None) -> None:
+        """Move what is held, and what is hybrid with it; ``free`` are the displacements of what is not held."""
+        fixed = MixedVector.from_numpy(vertices, nodes, sliding, self.scalar, self.device)
+        move = fixed.like() if free is None else MixedVector.from_numpy(*free, self.scalar, self.device)
+        choose(move, self._system.moves, move, fixed)
         self._system.make_motion(move)
         set_sum(self._positions, 1.0, self._positions, 1.0, move)
+
+    def _place_on(self, vertices: FloatArray) -> None:
+        """Place the yarns on the triangles, and what is held where it is at the end."""
+        prepared, rest = self.prepared, self.prepared.fabric.yarns.rest_sliding
+        none = np.zeros((0, 3)), np.zeros((0, 2))
+        placed = move_state(prepared.without_yarns, prepared.region, vertices, *none, rest)
+        start = self._positions.numpy()
+        free = placed.vertices - start[0], placed.nodes - start[1], placed.sliding - start[2]
+        self._move(*self._motion.displacements(0.0, self._moved), free=free)
 
 
 def begin_simulation(prepared: PreparedScene, scalar: Any, device: wp.Device) -> Simulation:

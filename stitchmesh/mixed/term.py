@@ -63,7 +63,7 @@ class Term(ABC):
 
         Args:
             state: positions at the beginning of the step.
-            time: time at the beginning of the step [s].
+            time: time at the beginning of the step, or of the equilibrium [s].
             time_step: length of the step [s]; 0 for a static equilibrium.
         """
 
@@ -72,7 +72,7 @@ class Term(ABC):
 
         Args:
             state: positions at the end of the step.
-            time: time at the end of the step [s].
+            time: time at the end of the step, or of the equilibrium [s].
             time_step: length of the step [s]; 0 for a static equilibrium.
         """
 

@@ -20,6 +20,7 @@ from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
 from stitchmesh.mixed.scene.scene import OutputSection, Scene, SolverSection
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
+from stitchmesh.mixed.triangle_run import run_triangles
 
 CPU = device_named("cpu")
 
@@ -42,7 +43,8 @@ PUSHED = Scene(
 
 
 def placed(scene: Scene) -> PreparedScene:
-    return place_yarns(prepare(scene), wp.float64, CPU)
+    prepared = prepare(scene)
+    return place_yarns(prepared, run_triangles(prepared, wp.float64, CPU).error)
 
 
 def test_the_region_keeps_to_its_nodes_and_lies_where_the_cloth_is_pressed() -> None:

@@ -5,8 +5,9 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from stitchmesh.cli.main import main
 from stitchmesh.errors import ParameterError
 from stitchmesh.io import read_mesh, read_yarns, write_stitches
 from stitchmesh.labeling import label
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
 from stitchmesh.mixed.drape import Draped, drape
 from stitchmesh.mixed.memory import check_memory, estimate_memory
 from stitchmesh.mixed.output.files import read_maps
@@ -31,6 +33,7 @@ from stitchmesh.tessellate import tessellate
 from tests.gallery import grid
 
 FORMS = ("none", "chosen", "all")
+STARTS: tuple[Literal["layout", "triangles"], ...] = ("layout", "triangles")
 TOP = AttachmentSection(boxes=(BoxSection(low=(-1.0, 2.8, -1.0), high=(9.0, 9.0, 1.0)),))
 HANGING = Scene(
     cloth=ClothSection(rectangle=(3.0, 3.0), edge_length=0.6),
@@ -140,6 +143,61 @@ def test_a_stopped_run_resumes_to_the_same_bits(tmp_path, kind):
         assert np.array_equal(mine.nodes, theirs.nodes)
     numbers = ("steps", "newton_iterations", "solve_iterations", "energy")
     assert [again.report["mixed"][name] for name in numbers] == [whole.report["mixed"][name] for name in numbers]
+
+
+PULLED = replace(
+    TOP, keyframes=(Keyframe(time=0.0), Keyframe(time=1.0, displacement=(0.1, 0.2, 0.0))), release=0.9
+)
+"""Pulls the upper side in the first of two equilibria and is gone in the second."""
+LOWER = AttachmentSection(boxes=(BoxSection(low=(-1.0, -1.0, -1.0), high=(9.0, 0.3, 1.0)),))
+
+
+@pytest.mark.parametrize("count", [2, 9])
+def test_a_search_for_an_equilibrium_resumes_to_the_same_bits(tmp_path, count):
+    """With yarns that slide and stick: the limits of their friction last as long as a search."""
+    scene = form("chosen", attachments=(PULLED, LOWER), load_steps=2)
+    whole = drape(scene, tmp_path / "whole")
+    seen: list[str] = []
+    control: RunControl[Draped] = RunControl()
+
+    def stop_in_time(stage: str, done: float, note: str) -> None:
+        seen.append(note)
+        if len(seen) == count:
+            control.stop()
+
+    stopped = drape(scene, tmp_path / "cut", control=control, progress=stop_in_time)
+    assert not stopped.report["mixed"]["converged"]
+    assert len(seen) == count
+    again = drape(scene, tmp_path / "cut", resume=True)
+    assert len(again.frames) == len(whole.frames)
+    for mine, theirs in zip(again.frames, whole.frames, strict=True):
+        assert np.array_equal(mine.nodes, theirs.nodes)
+        assert np.array_equal(mine.sliding, theirs.sliding)
+    numbers = ("steps", "newton_iterations", "solve_iterations", "energy", "error")
+    assert [again.report["mixed"][name] for name in numbers] == [whole.report["mixed"][name] for name in numbers]
+
+
+def test_yarns_that_begin_on_the_triangles_come_to_the_same_equilibrium(tmp_path):
+    """A flat pulled patch of yarns without friction has one equilibrium: nothing buckles, and no path matters."""
+    smooth = {**asdict(CrossingMaterial.named("gong-3")), "friction": 0.0}
+    lines = [f"{name} = {value}" for name, value in smooth.items()]
+    (tmp_path / "smooth.toml").write_text("\n".join(["[smooth]", *lines]))
+    yarns = replace(HANGING.yarns, material="smooth", material_file=str(tmp_path / "smooth.toml"))
+    tight = replace(HANGING.solver, force_tolerance=1e-4)
+    changes = {"attachments": (replace(PULLED, release=None), LOWER), "load_steps": 2, "solver": tight, "yarns": yarns}
+    scene = form("all", gravity=(0.0, 0.0, 0.0), **changes)
+    laid, placed = (drape(replace(scene, region=RegionSection(yarns="all", start=start))) for start in STARTS)
+    numbers = laid.report["mixed"], placed.report["mixed"]
+    assert all(each["converged"] for each in numbers)
+    assert [each["steps"] for each in numbers] == [2, 1]
+    assert ["triangle_run" in each for each in numbers] == [False, True]
+    # the tolerance of the forces over the smallest stiffness of a smooth motion, that of shear
+    np.testing.assert_allclose(placed.shown.nodes, laid.shown.nodes, atol=1e-5)
+
+
+def test_a_motion_cannot_begin_on_the_triangles():
+    with pytest.raises(ParameterError, match=r"region\.start: got 'triangles' in a dynamic scene"):
+        replace(HANGING, mode="dynamic", region=RegionSection(yarns="all", start="triangles"))
 
 
 def test_a_released_attachment_lets_the_patch_fall(tmp_path):

@@ -25,7 +25,7 @@ LAYERS = [
     {"output", "placement", "matching"},
     {"scene"},
     {"simulation"},
-    {"run_checkpoint", "automatic_region"},
+    {"run_checkpoint", "automatic_region", "triangle_run"},
     {"drape"},
 ]
 """Folders and files from the bottom up; members of one layer do not import one another."""

@@ -50,7 +50,7 @@ class Drape:
     compare: Flag = False
     """run the scene with triangles alone, as it is, and with yarns alone, and draw all three side by side"""
     checkpoint_every: Annotated[int | None, help_entry("N", "no checkpoints")] = None
-    """write a checkpoint into the output folder every N steps"""
+    """write a checkpoint into the output folder every N steps of a motion, or iterations of a static scene"""
     resume: Flag = False
     """continue from the checkpoint in the output folder; the result has the same bits"""
     device: Device = None

@@ -271,13 +271,15 @@ class SlidingFriction(Term):
         return [launcher(add_friction_blocks, self.count, [self._sticking], [blocks.sliding])]
 
     def arrays(self) -> dict[str, Any]:
-        """The anchors."""
-        return {"friction anchors": self.anchor}
+        """The anchors, the limits, which last as long as a search for an equilibrium, and whether they are outdated."""
+        outdated = wp.array([int(self._outdated)], dtype=wp.int32, device="cpu")
+        limits = {"friction limits": self.limit, "slip lengths": self.slip_length}
+        return {"friction anchors": self.anchor, **limits, "friction outdated": outdated}
 
     def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Restore the anchors; the limits are found again."""
+        """Restore anchors and limits."""
         super().resume(arrays)
-        self._outdated = True
+        self._outdated = bool(arrays["friction outdated"][0])
 
     def _inputs(self, state: MixedVector) -> list[Any]:
         return [self.anchor, self.slip_length, self.limit, state.sliding]

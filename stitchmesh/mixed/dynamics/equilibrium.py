@@ -10,13 +10,18 @@ is used again.
 
 At an equilibrium all terms may update what lasts from step to step, for example friction anchors. The search goes on
 until the updates change nothing.
+
+A search depends on its positions, its own numbers and what the terms keep: one that is stopped after an iteration and
+resumed gives the same bits.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
@@ -26,6 +31,9 @@ from stitchmesh.mixed.mixed_vector import MixedVector
 
 NEAR = 1e-2
 """Part of the first unbalanced force below which the exact Hessian is used."""
+AfterIteration = Callable[[int, float], None]
+"""Called with the number of iterations so far and the largest unbalanced force [dyn]. It may raise an exception to stop
+the search, which may be run again from there."""
 LONGER, SHORTER, KEEPS = 4.0, 0.25, 0.25
 """Factors of the pseudo time step after a whole step and after a short one; part of a step that is not short."""
 
@@ -78,10 +86,17 @@ class EquilibriumReport:
     """Energy of all terms [erg]."""
 
 
+def unwatched(iterations: int, force: float) -> None:
+    """Do nothing after an iteration (an ``AfterIteration`` function)."""
+
+
 def find_equilibrium(
     system: MixedSystem,
     positions: MixedVector,
     settings: EquilibriumSettings | None = None,
+    *,
+    time: float = 0.0,
+    after_iteration: AfterIteration = unwatched,
 ) -> EquilibriumReport:
     """Move positions to a static equilibrium; what is fixed stays.
 
@@ -89,79 +104,98 @@ def find_equilibrium(
         system: terms, masses and unknowns.
         positions: where the search begins; changed to the equilibrium.
         settings: tolerances.
+        time: the time of moving bodies and other loads [s].
+        after_iteration: called after each iteration, and after each update of what lasts from step to step.
     """
-    search = _Search(system, positions, settings or EquilibriumSettings())
-    return search.run()
+    return EquilibriumSearch(system, positions, settings, time=time).run(after_iteration)
 
 
-class _Search:
-    """The search for an equilibrium."""
+class EquilibriumSearch:
+    """A search for an equilibrium that may be stopped and resumed."""
 
-    def __init__(self, system: MixedSystem, positions: MixedVector, settings: EquilibriumSettings) -> None:
-        self.system, self.positions, self.settings = system, positions, settings
-        self.newton = Newton(system)
-        self.filtered = system.zeros()
-        self.state = NewtonState(positions, *(system.zeros() for _ in range(3)))
-        self.time_step, self.exact, self.first_force = settings.first_time_step, 0.0, 0.0
-        self.iterations, self.products = 0, 0
+    def __init__(
+        self,
+        system: MixedSystem,
+        positions: MixedVector,
+        settings: EquilibriumSettings | None = None,
+        *,
+        time: float = 0.0,
+    ) -> None:
+        """Begin a search; arguments as for ``find_equilibrium``."""
+        self.system, self.positions, self.time = system, positions, time
+        self.settings = settings or EquilibriumSettings()
+        self._newton = Newton(system)
+        self._filtered = system.zeros()
+        self._state = NewtonState(positions, *(system.zeros() for _ in range(3)))
+        self._time_step, self._exact, self._first_force = self.settings.first_time_step, 0.0, 0.0
+        self._iterations, self._products = 0, 0
+        self._updates, self._updated_at = 0, -1
 
-    def run(self) -> EquilibriumReport:
-        """Search until updates change nothing."""
-        force = self._relax()
-        for _ in range(self.settings.most_updates):
-            if force > self.settings.force_tolerance or self.iterations >= self.settings.most_iterations:
+    def run(self, after_iteration: AfterIteration = unwatched) -> EquilibriumReport:
+        """Search until updates change nothing, or the iterations are used up."""
+        force = self._balance()
+        while self._iterations < self.settings.most_iterations:
+            if force > self.settings.force_tolerance:
+                self._follow(self._iterate(force))
+            elif self._updates < self.settings.most_updates and self._iterations != self._updated_at:
+                self._update()
+            else:
                 break
-            for term in self.system.terms:
-                term.end_step(self.positions, 0.0, 0.0)
-            before = self.iterations
-            force = self._relax()
-            if self.iterations == before:
-                break
+            force = self._balance()
+            after_iteration(self._iterations, force)
         energy = sum(self.system.energies(self.positions).values())
         converged = force <= self.settings.force_tolerance
-        return EquilibriumReport(converged, self.iterations, self.products, force, energy)
+        return EquilibriumReport(converged, self._iterations, self._products, force, energy)
 
-    def _relax(self) -> float:
-        """Iterate until forces balance; return the largest unbalanced force."""
-        while True:
-            self.system.update_masses(self.positions)
-            for term in self.system.terms:
-                term.begin_step(self.positions, 0.0, 0.0)
-            force = self._unbalanced_force()
-            if not force > self.settings.force_tolerance or self.iterations >= self.settings.most_iterations:
-                return force
-            self._follow(self._iterate(force))
+    def numbers(self) -> NDArray[np.float64]:
+        """The numbers of the search, for stopping and resuming; with the positions and the terms all it depends on."""
+        counts = self._iterations, self._products, self._updates, self._updated_at
+        return np.array([*counts, self._time_step, self._exact, self._first_force], dtype=np.float64)
 
-    def _unbalanced_force(self) -> float:
-        """Set the forces and return the largest unbalanced one."""
-        for vector in (self.state.displacement, self.state.inertia):
+    def resume(self, numbers: NDArray[np.float64]) -> None:
+        """Go on from ``numbers``; positions and terms are restored by the caller."""
+        self._iterations, self._products, self._updates, self._updated_at = (int(number) for number in numbers[:4])
+        self._time_step, self._exact, self._first_force = (float(number) for number in numbers[4:])
+
+    def _update(self) -> None:
+        """Let the terms update what lasts from step to step."""
+        for term in self.system.terms:
+            term.end_step(self.positions, self.time, 0.0)
+        self._updates, self._updated_at = self._updates + 1, self._iterations
+
+    def _balance(self) -> float:
+        """Prepare the terms and the forces of an iteration; return the largest unbalanced force."""
+        self.system.update_masses(self.positions)
+        for term in self.system.terms:
+            term.begin_step(self.positions, self.time, 0.0)
+        for vector in (self._state.displacement, self._state.inertia):
             vector.values.zero_()
-        self.newton.set_downhill_force(self.state, self._quadratic)
-        self.system.set_filtered(self.newton.gradient_force, self.filtered)
-        force = largest(self.filtered)
-        self.first_force = max(self.first_force, force)
+        self._newton.set_downhill_force(self._state, self._quadratic)
+        self.system.set_filtered(self._newton.gradient_force, self._filtered)
+        force = largest(self._filtered)
+        self._first_force = max(self._first_force, force)
         return force
 
     def _iterate(self, force: float) -> IterationReport:
         """One iteration of Newton's method."""
-        if force > NEAR * self.first_force:
-            self.exact = 0.0
+        if force > NEAR * self._first_force:
+            self._exact = 0.0
         self.system.set_factors(self._quadratic.mass, 1.0, self.positions, stiffness_in_metric=True)
-        self.system.linearize(self.positions, self.exact)
-        self.iterations += 1
-        tolerance = self.settings.near_solve_tolerance if self.exact else self.settings.solve_tolerance
+        self.system.linearize(self.positions, self._exact)
+        self._iterations += 1
+        tolerance = self.settings.near_solve_tolerance if self._exact else self.settings.solve_tolerance
         most = self.settings.most_solve_iterations
-        report = self.newton.iterate(self.state, self.positions, self._quadratic, tolerance, most)
-        self.products += report.solve.iterations
+        report = self._newton.iterate(self._state, self.positions, self._quadratic, tolerance, most)
+        self._products += report.solve.iterations
         return report
 
     def _follow(self, report: IterationReport) -> None:
         """Choose the pseudo time step and the matrix of the next iteration."""
         good = report.whole and not report.solve.negative
         factor = LONGER if good else (1.0 if report.step >= KEEPS and not report.solve.negative else SHORTER)
-        self.time_step = min(self.time_step * factor, self.settings.longest_time_step)
-        self.exact = 1.0 if good else 0.0
+        self._time_step = min(self._time_step * factor, self.settings.longest_time_step)
+        self._exact = 1.0 if good else 0.0
 
     @property
     def _quadratic(self) -> Quadratic:
-        return Quadratic(1.0 / self.time_step**2)
+        return Quadratic(1.0 / self._time_step**2)

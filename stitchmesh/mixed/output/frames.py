@@ -32,6 +32,8 @@ class Frame:
 
     def between(self, later: Frame, time: float) -> Frame:
         """Return the state at a time between this one and a later one, on the straight line between both."""
+        if time == later.time:
+            return later
         part = (time - self.time) / (later.time - self.time)
         names = ("vertices", "nodes", "sliding")
         mixed = [(1.0 - part) * getattr(self, name) + part * getattr(later, name) for name in names]

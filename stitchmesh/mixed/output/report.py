@@ -62,15 +62,22 @@ def mixed_report(totals: RunTotals, counts: Mapping[str, int], **more: Any) -> d
     """
     steps = max(totals.steps, 1)
     return {
-        "seconds": round(totals.seconds, 3),
         "seconds_per_step": totals.seconds / steps,
         "steps": totals.steps,
-        "newton_iterations": totals.newton_iterations,
-        "solve_iterations": totals.solve_iterations,
+        **work_of(totals),
         "solve_iterations_per_step": totals.solve_iterations / steps,
         "halvings": totals.halvings,
         **counts,
         **more,
+    }
+
+
+def work_of(totals: RunTotals) -> dict[str, float]:
+    """Return the time and the iterations of a run."""
+    return {
+        "seconds": round(totals.seconds, 3),
+        "newton_iterations": totals.newton_iterations,
+        "solve_iterations": totals.solve_iterations,
     }
 
 

@@ -86,6 +86,9 @@ class RegionSection:
     """Numbers of triangles."""
     rings: int = 1
     """Width of the hybrid region around the chosen triangles, in rings of triangles."""
+    start: Literal["layout", "triangles"] = "layout"
+    """Where the yarns of a static scene begin: as they are laid out, or on the equilibrium of the triangles alone at
+    the end of all load steps, from which one equilibrium is left to find."""
 
     def __post_init__(self) -> None:
         if self.rings < 1:
@@ -93,6 +96,11 @@ class RegionSection:
         if (self.nodes is None and self.yarns == "automatic") or (self.nodes is not None and self.nodes < 1):
             found = "nothing" if self.nodes is None else str(self.nodes)
             raise ParameterError(f"region.nodes: got {found}; expected a number of yarn nodes of at least 1")
+
+    @property
+    def starts_on_triangles(self) -> bool:
+        """Whether there are yarns, and they begin on the result of the triangles."""
+        return self.start == "triangles" and self.yarns != "none"
 
     def triangles(self, cloth: Cloth) -> IntArray:
         """Return the numbers of the triangles that have yarns alone, ascending; none yet for ``automatic``.

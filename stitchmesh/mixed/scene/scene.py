@@ -147,8 +147,17 @@ class Scene:
             check_positive(name, getattr(self, name))
         if not (math.isfinite(self.disturbance) and self.disturbance >= 0.0):
             raise ParameterError(f"disturbance: got {self.disturbance}; expected a number of cm of at least 0")
+        if self.mode == "dynamic" and self.region.start != "layout":
+            raise ParameterError(
+                f"region.start: got {self.region.start!r} in a dynamic scene; expected 'layout', or mode = \"static\""
+            )
         if not all(math.isfinite(part) for part in self.gravity):
             raise ParameterError(f"gravity: got {list(self.gravity)}; expected three finite numbers of cm/s^2")
+
+    @property
+    def equilibria(self) -> int:
+        """Number of equilibria that a static run finds with its yarns."""
+        return 1 if self.region.starts_on_triangles else self.load_steps
 
 
 def check_positive(name: str, value: float) -> None:

@@ -26,6 +26,7 @@ from stitchmesh.mixed.memory import check_layout_memory, host_memory
 from stitchmesh.mixed.output.display import vertex_normals
 from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_knit, cloth_of_weave
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
+from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
@@ -47,6 +48,13 @@ class PreparedScene:
     held: tuple[Attachment, ...]
     """The attachments of the scene; nodes are numbered as in the layout."""
     bodies: tuple[LoadedBody, ...]
+    triangle_equilibrium: FloatArray | None = None
+    """Vertices at an equilibrium of the triangles alone on which the yarns of a static run begin [cm], shape (V, 3)."""
+
+    @property
+    def without_yarns(self) -> Region:
+        """The region of a run with triangles alone."""
+        return RegionSection(yarns="none").region(self.fabric.cloth, self.fabric.yarns)
 
     @property
     def nodes(self) -> FloatArray:
