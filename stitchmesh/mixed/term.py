@@ -16,12 +16,16 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
+import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.launch import launch
+from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 
@@ -35,9 +39,17 @@ class Term(ABC):
     """Part of the exact Hessian in the products, in [0, 1]: 1 for the exact Hessian, 0 for the one that is never
     negative (Gauss-Newton). Read when ``linearize`` is called."""
 
-    @abstractmethod
     def energy(self, state: MixedVector) -> float:
         """Energy [erg] at a state, summed in a fixed order."""
+        _launches, energies = self.element_energies(state, partial(launch, device=state.device))
+        return ordered_sum(energies) if len(energies) else 0.0
+
+    @abstractmethod
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launches that find the energy of each element [erg] at a state, and the array that they write it to.
+
+        The array is always the same one, so that a solver can capture the launches and the sums.
+        """
 
     @abstractmethod
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:

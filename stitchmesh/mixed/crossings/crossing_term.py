@@ -16,7 +16,6 @@ import warp as wp
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import matrix, vector
-from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.mixed.crossings.bending_yield import turn_after_yield
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
 from stitchmesh.mixed.crossings.crossing_model import CrossingModel
@@ -70,6 +69,7 @@ class CrossingTerm(Term):
         self._yields = bool(np.isfinite(elements.yield_curvature[elements.bending > 0.0]).any())
         self._yield_curvature = wp.array(elements.yield_curvature, dtype=scalar, device=device)
         self._slots = wp.zeros(4 * count, dtype=vector(4, scalar), device=device)
+        self._energy = wp.zeros(count, dtype=wp.float64, device=device)
         self._block = wp.zeros((len(PAIRS), count if stored else 0), dtype=matrix(4, block_scalar), device=device)
         kept = 0 if stored else count
         self._nodes = wp.zeros(kept, dtype=vector(3, scalar), device=device)
@@ -77,12 +77,12 @@ class CrossingTerm(Term):
         self._share = wp.zeros(1, dtype=scalar, device=device)
         self._scalar = scalar
 
-    def energy(self, state: MixedVector) -> float:
-        """Energy [erg]."""
-        energies = wp.zeros(self.model.count, dtype=wp.float64, device=self.device)
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launch that finds the energy of each star, and where it is."""
+        if self.model.count == 0:
+            return [], self._energy
         inputs = [*self.model.constants, self.turn, state.nodes, state.sliding]
-        launch(find_star_energies, self.model.count, inputs, [energies], self.device)
-        return ordered_sum(energies)
+        return [launcher(find_star_energies, self.model.count, inputs, [self._energy])], self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The forces of all stars, and their sums at the nodes."""

@@ -217,6 +217,7 @@ class Dynamics:
         quadratic = Quadratic(1.0 / h**2 + settings.damping_mass / h, settings.damping_stiffness / h)
         self._begin(h, quadratic)
         exact, solves, stuck = float(settings.exact_hessian), 0, False
+        energies: Mapping[str, float] | None = None
         for iteration in range(settings.most_newton_iterations + 1):
             newton.set_downhill_force(state, quadratic)
             error = h * self.system.velocity_rms(newton.gradient_force)
@@ -229,7 +230,8 @@ class Dynamics:
                 self.system.set_factors(*factors, state.position, stiffness_in_metric=iteration > 0)
             self.system.linearize(state.position, exact)
             tolerances = settings.solve_tolerance, settings.most_solve_iterations
-            report = newton.iterate(state, self.positions, quadratic, *tolerances)
+            report = newton.iterate(state, self.positions, quadratic, *tolerances, energies)
+            energies = report.energies
             solves, stuck = solves + report.solve.iterations, report.step == 0.0 and exact == 0.0
             exact = 0.0 if report.solve.negative or report.step == 0.0 else float(settings.exact_hessian)
         return settings.most_newton_iterations, solves, np.inf

@@ -47,6 +47,25 @@ def chosen(
 
 
 @kernel
+def moved_state(
+    # model
+    step: Any,
+    of_inertia: Any,
+    # state in
+    direction: wp.array[Any],
+    # state in and out
+    position: wp.array[Any],
+    displacement: wp.array[Any],
+    inertia: wp.array[Any],
+) -> None:
+    """Add a part of a direction to positions and displacements, and another part to the vector of inertia."""
+    i = wp.tid()
+    position[i] = position[i] + step * direction[i]
+    displacement[i] = displacement[i] + step * direction[i]
+    inertia[i] = inertia[i] + of_inertia * direction[i]
+
+
+@kernel
 def scalar_products(
     # state in
     first: wp.array[Any],
@@ -69,6 +88,21 @@ def set_sum(result: MixedVector, of_first: float, first: MixedVector, of_second:
 def choose(result: MixedVector, moves: wp.array[wp.int32], free: MixedVector, fixed: MixedVector) -> None:
     """Set a vector to ``free`` where coordinates move and to ``fixed`` elsewhere; it may be one of the arguments."""
     launch(chosen, len(moves), [moves, free.values, fixed.values], [result.values], result.device)
+
+
+def move(
+    position: MixedVector,
+    displacement: MixedVector,
+    inertia: MixedVector,
+    step: float,
+    of_inertia: float,
+    direction: MixedVector,
+) -> None:
+    """Add ``step`` times a direction to positions and displacements, and ``of_inertia`` times it to ``inertia``."""
+    scalar = position.scalar
+    inputs = [scalar(step), scalar(of_inertia), direction.values]
+    outputs = [position.values, displacement.values, inertia.values]
+    launch(moved_state, len(position.values), inputs, outputs, position.device)
 
 
 def largest(vector: MixedVector) -> float:
