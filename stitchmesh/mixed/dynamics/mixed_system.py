@@ -173,6 +173,7 @@ class MixedSystem:
 
     def set_filtered(self, force: MixedVector, filtered: MixedVector) -> None:
         """Set ``filtered`` to the part of a force that moves something: zero at an equilibrium."""
+
         def make(run: Launcher, _sums: ReadSums) -> list[Any]:
             copy = CopyArray(force.values, filtered.values)
             return [copy, *self._by_mass.launches(filtered, self._motion, run), ZeroArray(self._motion.values)]
@@ -211,7 +212,6 @@ class MixedSystem:
         blocks.clear()
         self.linearize(at, 0.0)
 
-
         def make(run: Launcher, _sums: ReadSums) -> list[Any]:
             return [each for term in self.terms for each in term.diagonal(blocks, run)]
 
@@ -232,7 +232,7 @@ class MixedSystem:
         """The solver of the matrix of ``set_factors`` and the last ``linearize``; one for each kind of metric."""
         self._check_generations()
         if self._stiff not in self._solvers:
-            solver = ConjugateGradients(self.zeros(), self._products, self.preconditioner.launches)
+            solver = ConjugateGradients(self.zeros(), self._products, self.preconditioner)
             self._solvers[self._stiff] = solver
         return self._solvers[self._stiff]
 
@@ -253,10 +253,12 @@ class MixedSystem:
         self._solvers.clear()
         self._repeated.clear()
 
-    def _products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launches of a product with the matrix."""
+    def _products(
+        self, direction: MixedVector, product: MixedVector, parts: wp.array[Any], launcher: Launcher
+    ) -> list[Any]:
+        """The launches of a product with the matrix, and of the parts of the dot product of both."""
         of_terms = [each for term in self.terms for each in term.products(direction, product, launcher)]
-        mass = self.mass.combine_products(self._factors, direction, product, launcher)
+        mass = self.mass.combine_products(self._factors, direction, product, launcher, parts)
         return [ZeroArray(product.values), *of_terms, *mass]
 
 

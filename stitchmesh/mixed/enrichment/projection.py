@@ -28,7 +28,8 @@ from scipy.sparse import csr_array
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.thread_block import Slots, sum_over_block
+from stitchmesh.compute.partial_sums import chunk_of, part_count, parts_for
+from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.region import Numbers
@@ -137,30 +138,41 @@ def subtract_multipliers(
     node_inverse: wp.array[Any],
     scale: wp.array[Any],
     changes_residual: int,
+    chunk: int,
     # state in
     multiplier: wp.array2d[wp.float64],
+    sliding_residual: wp.array[Any],
+    sliding: wp.array[Any],
     # state in and out
     vertex_residual: wp.array[Any],
     node_residual: wp.array[Any],
     vertices: wp.array[Any],
     nodes: wp.array[Any],
+    # state out
+    parts: wp.array2d[wp.float64],
 ) -> None:
-    """Find u - D^-1 E' mu, and r - scale E' mu where ``changes_residual``."""
-    i = wp.tid()
+    """Find u - D^-1 E' mu, r - scale E' mu where ``changes_residual``, and the parts of r . u."""
+    block, lane = wp.tid()
     vertex_count = vertices.shape[0]
-    if i < vertex_count:
-        total = column_sum(coupling.of_vertex_start, coupling.of_vertex, coupling.of_vertex_weight, multiplier, i)
-        change = in_precision(total, vertices[i])
-        vertices[i] = vertices[i] + change * vertex_inverse[i]
-        if changes_residual != 0:
-            vertex_residual[i] = vertex_residual[i] + change * scale[0]
-    else:
-        j = i - vertex_count
-        of_rows = column_sum(coupling.of_node_start, coupling.of_node, coupling.of_node_weight, multiplier, j)
-        push = in_precision(of_rows, nodes[j])
-        nodes[j] = nodes[j] - push * node_inverse[j]
-        if changes_residual != 0:
-            node_residual[j] = node_residual[j] - push * scale[0]
+    sums = Slots()
+    for i in range(block * chunk + lane, wp.min((block + 1) * chunk, vertex_count + nodes.shape[0]), wp.block_dim()):
+        if i < vertex_count:
+            total = column_sum(coupling.of_vertex_start, coupling.of_vertex, coupling.of_vertex_weight, multiplier, i)
+            change = in_precision(total, vertices[i])
+            vertices[i] = vertices[i] + change * vertex_inverse[i]
+            if changes_residual != 0:
+                vertex_residual[i] = vertex_residual[i] + change * scale[0]
+            sums[0] += wp.float64(wp.dot(vertex_residual[i], vertices[i]))
+        else:
+            j = i - vertex_count
+            of_rows = column_sum(coupling.of_node_start, coupling.of_node, coupling.of_node_weight, multiplier, j)
+            push = in_precision(of_rows, nodes[j])
+            nodes[j] = nodes[j] - push * node_inverse[j]
+            if changes_residual != 0:
+                node_residual[j] = node_residual[j] - push * scale[0]
+            sums[0] += wp.float64(wp.dot(node_residual[j], nodes[j]))
+            sums[0] += wp.float64(wp.dot(sliding_residual[j], sliding[j]))
+    sum_over_block(sums, parts[block])
 
 
 class Projection:
@@ -189,6 +201,7 @@ class Projection:
         self._inverse = wp.zeros(shape, dtype=wp.float64, device=device)
         self._residual = wp.zeros((self.row_count, 7), dtype=wp.float64, device=device)
         self._multiplier = wp.zeros_like(self._residual)
+        self._parts = parts_for(self._entities, device)
 
     def set_metric(self, vertex_inverse: Numbers, node_inverse: Numbers) -> None:
         """Invert Sigma for a metric.
@@ -215,19 +228,35 @@ class Projection:
         total: Numbers = of_nodes.reshape(self.row_count, self.row_count) + of_vertices
         return total
 
-    def launches(self, motion: MixedVector, launcher: Launcher, *, residual: MixedVector | None = None) -> list[Any]:
-        """The launches that project a motion, and subtract E' mu from a residual; none without hybrid nodes."""
+    def launches(
+        self,
+        motion: MixedVector,
+        launcher: Launcher,
+        *,
+        residual: MixedVector | None = None,
+        parts: wp.array[Any] | None = None,
+    ) -> list[Any]:
+        """The launches that project a motion; none without hybrid nodes.
+
+        Args:
+            motion: u, projected.
+            launcher: ``launch`` or ``prepare`` with the device bound.
+            residual: r, from which E' mu is subtracted.
+            parts: set to the parts of the dot product of the residual and the motion, over vertices and nodes.
+        """
         if self.row_count == 0:
             return []
         forces = motion if residual is None else residual
         metric = [self.vertex_inverse, self.node_inverse, self._scale]
-        inputs = [self.coupling, *metric, int(residual is not None), self._multiplier]
-        outputs = [forces.vertices, forces.nodes, motion.vertices, motion.nodes]
+        chunk = chunk_of(self._entities, self._device)
+        inputs = [self.coupling, *metric, int(residual is not None), chunk, self._multiplier]
+        inputs += [forces.sliding, motion.sliding, forces.vertices, forces.nodes, motion.vertices, motion.nodes]
+        outputs = [self._parts if parts is None else parts]
         rows, motions = self.row_count, [self.coupling, motion.vertices, motion.nodes]
         return [
             launcher(constraint_rows, rows, motions, [self._residual], tile=BLOCK),
             launcher(multiplier_rows, rows, [self._inverse, self._residual], [self._multiplier], tile=BLOCK),
-            launcher(subtract_multipliers, self._entities, inputs, outputs),
+            launcher(subtract_multipliers, part_count(self._entities, self._device), inputs, outputs, tile=THREADS),
         ]
 
     def _coupling(self, embedding: Embedding) -> Any:
