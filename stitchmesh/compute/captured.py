@@ -76,6 +76,38 @@ class CopyArray:
         return _of_words(copy_words, self.source, self.target)
 
 
+@dataclass(frozen=True, eq=False)
+class Branches:
+    """Two sequences of launches of which neither reads what the other one writes; a GPU runs them side by side."""
+
+    first: Sequence[Any]
+    second: Sequence[Any]
+
+    def launch_beside(self, stream: wp.Stream) -> None:
+        """Run the first sequence on the stream of the device, and the second one on another stream."""
+        with wp.ScopedStream(stream):
+            _launch_all(self.second, stream)
+        _launch_all(self.first, stream)
+        stream.device.stream.wait_stream(stream)
+
+
+def _launch_all(launches: Sequence[Any], stream: wp.Stream) -> None:
+    """Run launches; branches have a part on the given stream."""
+    for launch in launches:
+        if isinstance(launch, Branches):
+            launch.launch_beside(stream)
+        else:
+            launch.launch()
+
+
+def _in_a_row(launches: Sequence[Any]) -> list[Any]:
+    """Launches without branches."""
+    result: list[Any] = []
+    for launch in launches:
+        result += _in_a_row([*launch.first, *launch.second]) if isinstance(launch, Branches) else [launch]
+    return result
+
+
 class CapturedLaunches:
     """Prepared launches in a fixed order."""
 
@@ -85,12 +117,13 @@ class CapturedLaunches:
         self.graph: Any = None
         self.tables: list[Any] = []
         if device.is_cuda:
+            has_branches = any(isinstance(launch, Branches) for launch in self.launches)
+            beside = wp.Stream(device) if has_branches else device.stream
             with wp.ScopedCapture(device=device) as capture:
-                for launch in self.launches * times:
-                    launch.launch()
+                _launch_all(self.launches * times, beside)
             self.graph = capture.graph
         else:
-            self.tables = _in_tables(self.launches * times)
+            self.tables = _in_tables(_in_a_row(self.launches) * times)
 
     def launch(self) -> None:
         """Run all launches."""

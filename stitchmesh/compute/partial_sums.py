@@ -13,7 +13,7 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
+from stitchmesh.compute.thread_block import THREADS, Slots, smallest_over_block, sum_over_block
 
 CHUNK = {"cuda": THREADS, "cpu": 4096}
 """Smallest number of elements whose part of a sum one block finds."""
@@ -68,6 +68,25 @@ def sum_parts(
     sum_over_block(total, parts[block])
 
 
+@kernel
+def least_parts(
+    # model
+    chunk: int,
+    # state in
+    values: wp.array[Any],
+    # state out
+    parts: wp.array2d[wp.float64],
+) -> None:
+    """Smallest value of each block; one that is not a number is passed over."""
+    block, lane = wp.tid()
+    least = wp.float64(1.0e300)
+    for i in range(block * chunk + lane, wp.min((block + 1) * chunk, values.shape[0]), wp.block_dim()):
+        least = wp.min(least, wp.float64(values[i]))
+    whole = smallest_over_block(least)
+    if lane == 0:
+        parts[block, 0] = whole
+
+
 @wp.func
 def add_parts(
     parts: wp.array2d[wp.float64], first: int, last: int, lane: int, sums: wp.array[wp.float64]
@@ -84,14 +103,23 @@ def add_parts(
 def total_parts(
     # model
     start: wp.array[wp.int32],
+    of_minima: wp.array[wp.int32],
     # state in
     parts: wp.array2d[wp.float64],
     # state out
     sums: wp.array2d[wp.float64],
 ) -> None:
-    """The sums of the parts from ``start[k]`` to ``start[k + 1]``, one for each block."""
+    """The sums of the parts from ``start[k]`` to ``start[k + 1]``, or the smallest of them, one for each block."""
     k, lane = wp.tid()
-    add_parts(parts, start[k], start[k + 1], lane, sums[k])
+    if of_minima[k] == 0:
+        add_parts(parts, start[k], start[k + 1], lane, sums[k])
+    else:
+        least = wp.float64(1.0e300)
+        for part in range(start[k] + lane, start[k + 1], wp.block_dim()):
+            least = wp.min(least, parts[part, 0])
+        whole = smallest_over_block(least)
+        if lane == 0:
+            sums[k, 0] = whole
 
 
 def parts_for(count: int, device: wp.Device) -> wp.array[Any]:

@@ -28,7 +28,7 @@ from stitchmesh.mixed.crossings.star_hessian import (
 )
 from stitchmesh.mixed.crossings.star_kernels import add_star_slots, find_star_energies, find_star_forces
 from stitchmesh.mixed.crossings.star_memory import BLOCK_NUMBERS, LEG_NUMBERS, numbers_of
-from stitchmesh.mixed.crossings.step_limit import sliding_step_limit
+from stitchmesh.mixed.crossings.step_limit import sliding_limits
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
@@ -41,6 +41,7 @@ class CrossingTerm(Term):
     """
 
     name = "crossing yarns"
+    acts_on = "nodes"
 
     def __init__(
         self,
@@ -72,6 +73,7 @@ class CrossingTerm(Term):
         self._slots = wp.zeros(places, dtype=scalar, device=device)
         of_products = block_scalar if stored else scalar
         self._product_slots = wp.zeros(places, dtype=of_products, device=device)
+        self._limits = wp.zeros(count, dtype=scalar, device=device)
         self._energy = wp.zeros(count, dtype=wp.float64, device=device)
         places = numbers_of(count if stored else 0, int(BLOCK_NUMBERS))
         self._block = wp.zeros(places, dtype=block_scalar, device=device)
@@ -129,9 +131,11 @@ class CrossingTerm(Term):
         outputs = [blocks.nodes, blocks.sliding, blocks.coupling_u, blocks.coupling_v]
         return [launcher(add_star_diagonal, self.model.count, inputs, outputs)]
 
-    def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
-        """The part of a direction along which no segment loses more than half of its rest length."""
-        return sliding_step_limit(self.model, state, direction)
+    def element_limits(
+        self, state: MixedVector, direction: MixedVector, launcher: Launcher
+    ) -> tuple[list[Any], wp.array[Any]]:
+        """The launch that finds the part of a direction along which no segment loses half of its rest length."""
+        return sliding_limits(self.model, state, direction, self._limits, launcher), self._limits
 
     def end_step(self, state: MixedVector, time: float, time_step: float) -> None:
         """Let the yarns yield."""

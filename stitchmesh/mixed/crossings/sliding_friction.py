@@ -198,6 +198,7 @@ class SlidingFriction(Term):
     """Friction between the yarns of each crossing on a device."""
 
     name = "sliding friction"
+    acts_on = "nodes"
 
     def __init__(self, elements: CrossingElements, yarns: CrossingTerm) -> None:
         """Anchor all yarns where they are laid out.

@@ -229,6 +229,7 @@ class StitchTerm(Term):
     """Wrapping and length of stitch contacts on a device."""
 
     name = "stitch contacts"
+    acts_on = "nodes"
 
     def __init__(self, elements: StitchElements, node_count: int, scalar: Any, device: wp.Device) -> None:
         """Put the elements on a device, in the precision of ``scalar``."""

@@ -138,6 +138,7 @@ class YarnGravity(Term):
     """The weight of crossing yarns on a device; the energy is relative to the origin."""
 
     name = "weight of crossing yarns"
+    acts_on = "nodes"
 
     def __init__(
         self,

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.newton import Newton, NewtonState, Quadratic
-from stitchmesh.mixed.dynamics.vector_sums import choose, dot, set_sum
+from stitchmesh.mixed.dynamics.vector_sums import choose, set_sum
 from stitchmesh.mixed.mixed_vector import MixedVector, Parts
 
 CALM_STEPS = 4
@@ -157,7 +157,7 @@ class Dynamics:
         """Energy of each term and kinetic energy [erg] by name."""
         product = self.positions.like()
         self.system.set_mass_product(self.velocities, product)
-        return {**self.system.energies(self.positions), "kinetic": 0.5 * dot(self.velocities, product)}
+        return {**self.system.energies(self.positions), "kinetic": 0.5 * self.system.dot(self.velocities, product)}
 
     def momentum(self) -> NDArray[np.float64]:
         """Momentum of vertices and nodes [g cm/s], shape (3,)."""
@@ -268,7 +268,8 @@ class Dynamics:
         """Potential of the state without damping by stiffness [erg]."""
         state, product = self._state, self._product
         self.system.set_mass_product(state.inertia, product)
-        return sum(self.system.energies(state.position).values()) + dot(state.inertia, product) / (2 * quadratic.mass)
+        kinetic = self.system.dot(state.inertia, product) / (2 * quadratic.mass)
+        return sum(self.system.energies(state.position).values()) + kinetic
 
     def _prescribed_motion(self, h: float) -> MixedVector:
         """Displacements of what is fixed in a step of length ``h``."""

@@ -12,8 +12,8 @@ iteration ends where it has fallen to ``tolerance``^2 times its first value. It 
 curvature; if this is the first direction, it is the result.
 
 All coefficients stay on the device in a record (``solve_record``), and dot products have a fixed order: parts, found by
-the kernels that make the vectors, which the kernels that need a coefficient add up. The host reads the record after each
-batch of iterations. Iterations after the end change neither x nor r.
+the kernels that make the vectors, which the kernels that need a coefficient add up. The host reads the record after
+each batch of iterations. Iterations after the end change neither x nor r.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ only when the arrays of a term are replaced.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -17,7 +17,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.compute.captured import CopyArray, Launcher, ZeroArray
+from stitchmesh.compute.captured import Branches, CopyArray, Launcher, ZeroArray
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError
@@ -104,7 +104,19 @@ class MixedSystem:
 
     def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
         """Longest part of a direction, at most 1, that all terms allow a line search to try."""
-        return min((term.step_limit(state, direction) for term in self.terms), default=1.0)
+
+        def make(run: Launcher, sums: ReadSums) -> list[Any]:
+            launches: list[Any] = []
+            for term in self.terms:
+                found = term.element_limits(state, direction, run)
+                if found is not None:
+                    launches += found[0]
+                    sums.add_minimum(found[1])
+            return launches
+
+        limits = self.repeated.read("limits", (state, direction), make)
+        by_themselves = (term for term in self.terms if type(term).step_limit is not Term.step_limit)
+        return min([1.0, *map(float, limits), *(term.step_limit(state, direction) for term in by_themselves)])
 
     def add(self, term: Term) -> None:
         """Add a term, for example the weight of ``mass``."""
@@ -135,7 +147,7 @@ class MixedSystem:
         """Set ``force`` to the forces of all terms [dyn]."""
 
         def make(run: Launcher, _sums: ReadSums) -> list[Any]:
-            return [ZeroArray(force.values), *(each for term in self.terms for each in term.forces(state, force, run))]
+            return [ZeroArray(force.values), *self._beside(lambda term: term.forces(state, force, run))]
 
         self.repeated.run("forces", (state, force), make)
 
@@ -145,7 +157,7 @@ class MixedSystem:
             term.exact = exact
 
         def make(run: Launcher, _sums: ReadSums) -> list[Any]:
-            return [each for term in self.terms for each in term.linearize(state, run)]
+            return self._beside(lambda term: term.linearize(state, run))
 
         self.repeated.run(("linearize", exact), (state,), make)
 
@@ -162,10 +174,18 @@ class MixedSystem:
         """Set ``product`` to H d of the last ``linearize``."""
 
         def make(run: Launcher, _sums: ReadSums) -> list[Any]:
-            of_terms = [each for term in self.terms for each in term.products(direction, product, run)]
-            return [ZeroArray(product.values), *of_terms]
+            return [ZeroArray(product.values), *self._beside(lambda term: term.products(direction, product, run))]
 
         self.repeated.run("product", (direction, product), make)
+
+    def dot(self, first: MixedVector, second: MixedVector) -> float:
+        """Dot product of two vectors, in a fixed order and read back to the host."""
+
+        def make(_run: Launcher, sums: ReadSums) -> list[Any]:
+            sums.add_dot(first.values, second.values)
+            return []
+
+        return float(self.repeated.read("dot", (first, second), make)[0])
 
     def make_motion(self, motion: MixedVector) -> None:
         """Change a motion the least in the metric of the masses so that p = B v + F x; what is fixed stays."""
@@ -213,7 +233,7 @@ class MixedSystem:
         self.linearize(at, 0.0)
 
         def make(run: Launcher, _sums: ReadSums) -> list[Any]:
-            return [each for term in self.terms for each in term.diagonal(blocks, run)]
+            return self._beside(lambda term: term.diagonal(blocks, run))
 
         self.repeated.run("diagonal", (), make)
         if not stiffness_in_metric:
@@ -249,6 +269,15 @@ class MixedSystem:
             self._forget_launches()
             self._captured = generations
 
+    def _beside(self, launches_of: Callable[[Term], list[Any]]) -> list[Any]:
+        """The launches of all terms; those of terms that act on vertices alone beside those that act on nodes alone."""
+        kinds: dict[str, list[Any]] = {"nodes": [], "vertices": [], "all": []}
+        for term in self.terms:
+            kinds[term.acts_on] += launches_of(term)
+        nodes, vertices = kinds["nodes"], kinds["vertices"]
+        beside = [Branches(nodes, vertices)] if nodes and vertices else [*nodes, *vertices]
+        return [*beside, *kinds["all"]]
+
     def _forget_launches(self) -> None:
         self._solvers.clear()
         self._repeated.clear()
@@ -257,7 +286,7 @@ class MixedSystem:
         self, direction: MixedVector, product: MixedVector, parts: wp.array[Any], launcher: Launcher
     ) -> list[Any]:
         """The launches of a product with the matrix, and of the parts of the dot product of both."""
-        of_terms = [each for term in self.terms for each in term.products(direction, product, launcher)]
+        of_terms = self._beside(lambda term: term.products(direction, product, launcher))
         mass = self.mass.combine_products(self._factors, direction, product, launcher, parts)
         return [ZeroArray(product.values), *of_terms, *mass]
 

@@ -28,7 +28,7 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.mixed.dynamics.conjugate_gradients import SolveReport
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.read_sums import ReadSums
-from stitchmesh.mixed.dynamics.vector_sums import dot, move, set_sum
+from stitchmesh.mixed.dynamics.vector_sums import move, set_sum
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 DECREASE = 1e-4
@@ -192,4 +192,4 @@ class Newton:
     def _slope_at_trial(self, direction: MixedVector) -> float:
         """Slope of the energy of all terms along the direction."""
         self.system.set_forces(self._trial, self._force)
-        return -dot(self._force, direction)
+        return -self.system.dot(self._force, direction)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sums and dot products that launches find in a fixed order, and that the host reads back together.
+"""Sums, dot products and minima that launches find in a fixed order, and that the host reads back together.
 
 On a GPU a reading costs as much time as some launches, so that what is needed together is read together.
 """
@@ -14,12 +14,12 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
-from stitchmesh.compute.partial_sums import WIDTH, chunk_of, dot_parts, part_count, sum_parts, total_parts
+from stitchmesh.compute.partial_sums import WIDTH, chunk_of, dot_parts, least_parts, part_count, sum_parts, total_parts
 from stitchmesh.compute.thread_block import THREADS
 
 
 class ReadSums:
-    """Sums that are found by launches and read back together."""
+    """Sums and minima that are found by launches and read back together."""
 
     def __init__(self, device: wp.Device) -> None:
         """Begin without sums."""
@@ -36,6 +36,10 @@ class ReadSums:
         """Add the dot product of two arrays of scalars."""
         self._add(dot_parts, [first, second], len(first))
 
+    def add_minimum(self, values: wp.array[Any]) -> None:
+        """Add the smallest value of an array of scalars; 1e300 where there is none."""
+        self._add(least_parts, [values], len(values))
+
     def launches(self, run: Launcher) -> list[Any]:
         """The launches that find all sums that have been added."""
         if not self._counts:
@@ -49,8 +53,11 @@ class ReadSums:
                 own = parts[int(first) : int(last)]
                 result.append(run(kernel_of_parts, int(last - first), [chunk, *inputs], [own], tile=THREADS))
         starts = wp.array(start, dtype=wp.int32, device=self._device)
-        self._kept = parts, starts
-        return [*result, run(total_parts, len(self._counts), [starts, parts], [self._sums], tile=THREADS)]
+        minima = [kernel_of_parts is least_parts for kernel_of_parts, _inputs, _chunk in self._todo]
+        of_minima = wp.array(np.array(minima, dtype=np.int32), dtype=wp.int32, device=self._device)
+        self._kept = parts, starts, of_minima
+        inputs = [starts, of_minima, parts]
+        return [*result, run(total_parts, len(self._counts), inputs, [self._sums], tile=THREADS)]
 
     def read(self) -> NDArray[np.float64]:
         """The sums in the order in which they were added; their launches must have run."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sums and dot products of whole vectors of the mixed system."""
+"""Sums of whole vectors of the mixed system."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import warp as wp
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
-from stitchmesh.compute.reduction import maximum, minimum, ordered_sum
+from stitchmesh.compute.reduction import maximum, minimum
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 
@@ -65,19 +65,6 @@ def moved_state(
     inertia[i] = inertia[i] + of_inertia * direction[i]
 
 
-@kernel
-def scalar_products(
-    # state in
-    first: wp.array[Any],
-    second: wp.array[Any],
-    # state out
-    products: wp.array[wp.float64],
-) -> None:
-    """Product of each pair of scalars."""
-    i = wp.tid()
-    products[i] = wp.float64(first[i]) * wp.float64(second[i])
-
-
 def set_sum(result: MixedVector, of_first: float, first: MixedVector, of_second: float, second: MixedVector) -> None:
     """Set a vector to a x + b y; it may be one of the arguments."""
     numbers = [result.scalar(of_first), result.scalar(of_second)]
@@ -108,10 +95,3 @@ def move(
 def largest(vector: MixedVector) -> float:
     """Largest absolute value of a vector; not a number where one of them is not."""
     return float(np.maximum(maximum(vector.values), -minimum(vector.values))) if len(vector.values) else 0.0
-
-
-def dot(first: MixedVector, second: MixedVector) -> float:
-    """Dot product of two vectors, in a fixed order and read back to the host."""
-    products = wp.empty(len(first.values), dtype=wp.float64, device=first.device)
-    launch(scalar_products, len(products), [first.values, second.values], [products], first.device)
-    return ordered_sum(products)

@@ -30,6 +30,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
@@ -308,6 +309,7 @@ class Preconditioner:
         """
         self._embedding, self._projection = embedding, Projection(embedding, scalar, device)
         self._scalar, self._device = scalar, device
+        self._squares = csr_array(embedding.basis.power(2).T)
         self._projects_by_masses = False
         least = least_masses(embedding, masses[1])
         halves = [embedding.vertex_count]
@@ -342,6 +344,8 @@ class Preconditioner:
         inputs = [self._node_kind, self._slides, self._least[1], factor, own.nodes]
         inputs += [metric.sliding, metric.coupling_u, metric.coupling_v]
         launch(invert_sliding_metric, len(self._node_kind), inputs, [own.sliding, *self._across], self._device)
+        if not self._projection.row_count:
+            return
         self._projection.set_scale(of_mass if of_masses else 1.0)
         if not (of_masses and self._projects_by_masses):
             self._projection.set_metric(*self._coupled_inverses(of_masses))
@@ -364,7 +368,7 @@ class Preconditioner:
         """Upper bound of D^-1 of each vertex: D is at least a part of what the nodes have on it, shape (V,)."""
         hybrid = node_inverse[self._embedding.nodes]
         of_nodes = np.divide(1.0, hybrid, out=np.zeros_like(hybrid), where=hybrid > 0.0)
-        on_vertices = LEAST_VERTEX * (self._embedding.basis.power(2).T @ of_nodes)
+        on_vertices = LEAST_VERTEX * (self._squares @ of_nodes)
         bound = np.full(len(on_vertices), np.inf)
         return np.divide(1.0, on_vertices, out=bound, where=on_vertices > 0.0)
 

@@ -192,7 +192,7 @@ class Projection:
         self._independent, self._gram = embedding.independent, embedding.gram
         self._hybrid = embedding.nodes
         self._entities = embedding.vertex_count + embedding.node_count
-        self._pairs = _pairs_of_rows(self._independent)
+        self._places, self._sigma_of = _sigma_maps(self._independent, self._gram)
         self.coupling = self._coupling(embedding)
         self.vertex_inverse = wp.zeros(embedding.vertex_count, dtype=scalar, device=device)
         self.node_inverse = wp.zeros(embedding.node_count, dtype=scalar, device=device)
@@ -213,7 +213,8 @@ class Projection:
         self.vertex_inverse.assign(vertex_inverse)
         self.node_inverse.assign(node_inverse)
         if self.row_count:
-            rounded = (array.numpy().astype(np.float64) for array in (self.vertex_inverse, self.node_inverse))
+            kind = np.float32 if self._scalar is wp.float32 else np.float64
+            rounded = (numbers.astype(kind).astype(np.float64) for numbers in (vertex_inverse, node_inverse))
             self._inverse.assign(symmetric_inverse(self.sigma(*rounded)))
 
     def set_scale(self, scale: float) -> None:
@@ -222,11 +223,10 @@ class Projection:
 
     def sigma(self, vertex_inverse: Numbers, node_inverse: Numbers) -> Numbers:
         """Sigma = E D^-1 E', shape (C, C); arguments as for ``set_metric``."""
-        place, node, weight = self._pairs
-        of_nodes = np.bincount(place, weight * node_inverse[self._hybrid[node]], self.row_count**2)
-        of_vertices = (self._gram.multiply(vertex_inverse[None, :]) @ self._gram.T).toarray()
-        total: Numbers = of_nodes.reshape(self.row_count, self.row_count) + of_vertices
-        return total
+        of_nodes, of_vertices = self._sigma_of
+        total = np.zeros(self.row_count**2)
+        total[self._places] = of_nodes @ node_inverse[self._hybrid] + of_vertices @ vertex_inverse
+        return total.reshape(self.row_count, self.row_count)
 
     def launches(
         self,
@@ -290,6 +290,21 @@ def _pairs_of_rows(independent: csr_array) -> tuple[NDArray[np.int64], NDArray[n
     right = start[matrix.row[left]] + offset
     place = matrix.col[left].astype(np.int64) * independent.shape[1] + matrix.col[right]
     return place, matrix.row[left].astype(np.int64), matrix.data[left] * matrix.data[right]
+
+
+def _sigma_maps(independent: csr_array, gram: csr_array) -> tuple[NDArray[np.int64], tuple[csr_array, csr_array]]:
+    """The places of Sigma, as a matrix (C, C), that are not zero, and the matrices from D^-1 to the numbers there.
+
+    The matrices are those of the hybrid nodes and of the vertices.
+    """
+    tables = [_pairs_of_rows(independent), _pairs_of_rows(csr_array(gram.T))]
+    places = np.unique(np.concatenate([place for place, _row, _weight in tables]))
+    counts = independent.shape[0], gram.shape[1]
+    of_nodes, of_vertices = (
+        csr_array((weight, (np.searchsorted(places, place), row)), shape=(len(places), count))
+        for (place, row, weight), count in zip(tables, counts, strict=True)
+    )
+    return places, (of_nodes, of_vertices)
 
 
 def symmetric_inverse(matrix: Numbers) -> Numbers:

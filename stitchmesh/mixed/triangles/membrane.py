@@ -273,6 +273,7 @@ class Membrane(Term):
     """Stretch and shear of a cloth on a device."""
 
     name = "membrane"
+    acts_on = "vertices"
 
     def __init__(
         self,

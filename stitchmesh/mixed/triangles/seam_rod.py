@@ -256,6 +256,7 @@ class SeamRod(Term):
     """The rods along all seams of a cloth, on a device."""
 
     name = "seam rods"
+    acts_on = "vertices"
 
     def __init__(
         self, cloth: Cloth, material: SeamMaterial, scalar: Any, device: wp.Device, weight: ArrayLike | None = None

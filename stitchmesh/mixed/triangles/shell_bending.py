@@ -233,6 +233,7 @@ class ShellBending(Term):
     """Bending of a cloth on a device."""
 
     name = "bending"
+    acts_on = "vertices"
 
     def __init__(
         self,
