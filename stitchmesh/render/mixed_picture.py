@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray, Mesh
+from stitchmesh.mixed.contact.motion import RigidMotion
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.mixed.output.files import state_maps
 from stitchmesh.render.camera import camera_around
@@ -31,6 +32,8 @@ NAME_HEIGHT = 0.03
 """Size of the letters of names, divided by the height of the picture."""
 LEAST_TENSION = 1.0
 """Smallest tension of the last colour [dyn]."""
+AROUND = 0.1
+"""How far around a cloth bodies are shown whole, as a part of its size; a body may be much larger than a cloth."""
 ALPHA_SCALE = ColourScale(np.array([[128, 152, 184], [200, 176, 130], [196, 84, 60]]), 0.0, 1.0)
 """Colours of the blending field: triangles, hybrid region, yarns."""
 
@@ -59,7 +62,7 @@ def render_draped(
     coloured = colours_of_runs([run for _name, run in runs], curves, colour or output.colour)
     bodies = bodies_at_end(runs[0][1])
     towards, up = camera_directions(*(view or output.view))
-    framed = np.concatenate([*(each.points for each in curves), *(body.vertices for body in bodies)])
+    framed = framed_points(np.concatenate([each.points for each in curves]), bodies)
     part = (KEY_LEFT if coloured[0].key and len(runs) == 1 else 1.0, 0.94)
     camera = camera_around(framed, towards, up, width / height, part=part)
     panels = [_panel(number, len(runs)) for number in range(len(runs))]
@@ -74,6 +77,20 @@ def render_draped(
             look(plotter, camera)
             plotter.camera.SetWindowCenter(1.0 - part[0], 0.0)
             shade_hollows(plotter, 4.0 * float(np.median(yarns.drawn_radius)), options)
+
+
+def framed_points(cloth: FloatArray, bodies: Sequence[Mesh]) -> FloatArray:
+    """Return what a picture has to show: the cloth, and what of bodies lies around it.
+
+    Args:
+        cloth: points of the cloth, shape (n, 3).
+        bodies: the bodies.
+    """
+    low, high = cloth.min(axis=0), cloth.max(axis=0)
+    margin = AROUND * (high - low).max()
+    points = np.concatenate([np.zeros((0, 3)), *(body.vertices for body in bodies)])
+    near = ((points > low - margin) & (points < high + margin)).all(axis=1)
+    return np.concatenate([cloth, points[near]])
 
 
 def _panel(number: int, count: int) -> Viewport:
@@ -111,8 +128,11 @@ def bodies_at_end(run: Draped) -> list[Mesh]:
     """Return the bodies of a run where they are at its end."""
     moved = []
     for each in run.prepared.bodies:
-        mesh, motion = each.body.mesh, each.body.motion
-        place = motion.places_at(mesh.vertices, run.end.time) if hasattr(motion, "places_at") else mesh.vertices
+        mesh, motion, end = each.body.mesh, each.body.motion, run.end.time
+        if isinstance(motion, RigidMotion):
+            place = motion.places_at(mesh.vertices, end)
+        else:
+            place = motion.vertices_at(end)
         moved.append(Mesh(place, mesh.face_start, mesh.face_vertex, mesh.twin))
     return moved
 

@@ -145,9 +145,7 @@ def test_a_stopped_run_resumes_to_the_same_bits(tmp_path, kind):
     assert [again.report["mixed"][name] for name in numbers] == [whole.report["mixed"][name] for name in numbers]
 
 
-PULLED = replace(
-    TOP, keyframes=(Keyframe(time=0.0), Keyframe(time=1.0, displacement=(0.1, 0.2, 0.0))), release=0.9
-)
+PULLED = replace(TOP, keyframes=(Keyframe(time=0.0), Keyframe(time=1.0, displacement=(0.1, 0.2, 0.0))), release=0.9)
 """Pulls the upper side in the first of two equilibria and is gone in the second."""
 LOWER = AttachmentSection(boxes=(BoxSection(low=(-1.0, -1.0, -1.0), high=(9.0, 0.3, 1.0)),))
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.mixed.drape import drape
+from stitchmesh.mixed.scene.motion_section import Keyframe
 from stitchmesh.mixed.scene.scene_fabric import prepare
 from stitchmesh.mixed.scene.scene_file import read_scene
 from tests.gallery import ROOT
@@ -18,7 +19,7 @@ SCENES = sorted((ROOT / "examples" / "mixed").glob("*.toml"))
 
 
 def test_there_are_scenes():
-    assert len(SCENES) >= 5
+    assert len(SCENES) >= 6
 
 
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
@@ -40,3 +41,33 @@ def test_the_ball_dents_its_patch():
     distance = np.linalg.norm(run.shown.vertices - centre, axis=1)
     assert distance.min() > 1.2 * 0.97  # the facets of the ball lie inside its sphere
     assert run.shown.vertices[:, 2].min() < -0.5
+
+
+def pulled(part: float, kind: str = "chosen", **solver: float) -> tuple[np.ndarray, np.ndarray]:
+    """How far nodes are from their first places while the yarns are pulled, and after their release [cm], (N,)."""
+    scene = read_scene(ROOT / "examples" / "mixed" / "pulled.toml")
+    attachments = tuple(
+        replace(one, keyframes=tuple(replace(key, displacement=scaled(key, part)) for key in one.keyframes))
+        for one in scene.attachments
+    )
+    region, solving = replace(scene.region, yarns=kind), replace(scene.solver, device="cpu", **solver)
+    run = drape(replace(scene, region=region, attachments=attachments, solver=solving))
+    assert run.report["mixed"]["converged"]
+    first, *_between, held, last = [run.shown_at(frame).nodes for frame in run.frames]
+    return np.linalg.norm(held - first, axis=1), np.linalg.norm(last - first, axis=1)
+
+
+def scaled(key: Keyframe, part: float) -> tuple[float, ...]:
+    return tuple(part * length for length in key.displacement)
+
+
+def test_snags_stay_after_release_and_elastic_marks_do_not():
+    """A pull by 0.01 cm neither lets yarns slip through friction nor bends them beyond their yield curvature."""
+    held, left = pulled(1.0)
+    assert held.max() == pytest.approx(0.9, abs=1e-9)
+    assert left.max() > 0.1  # half the spacing of the yarns
+    held, left = pulled(0.01 / 0.9, force_tolerance=1e-3)
+    # forces of 0.001 dyn over the stiffness of friction of weakly pressed crossings
+    assert left.max() < 0.01 * held.max()
+    held, left = pulled(1.0, "none")
+    assert left.max() < 0.001 * held.max()  # triangles are elastic

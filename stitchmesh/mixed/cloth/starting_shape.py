@@ -11,6 +11,8 @@ of Macklin et al. 2014). Weight, bending and bodies have no part in it: a static
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from stitchmesh.errors import ParameterError
@@ -21,6 +23,39 @@ OVER_RELAXATION = 1.5
 """Factor of the mean displacement of a vertex; below 2 the rounds converge (Macklin et al. 2014)."""
 SMALLEST_LENGTH = 1e-12
 """Length below which an edge has no direction [cm]."""
+
+
+@dataclass(frozen=True, eq=False)
+class RestEdges:
+    """The edges of a cloth and their lengths at rest."""
+
+    ends: IntArray
+    """Vertices of each edge, shape (E, 2)."""
+    length: FloatArray
+    """Length at rest [cm], shape (E,); on a seam the mean of both panels."""
+    share: FloatArray
+    """Part of what its edges ask for together by which each vertex moves, shape (V, 1)."""
+
+    @staticmethod
+    def of(cloth: Cloth) -> RestEdges:
+        """Return the edges of a cloth."""
+        ends, length = _edges(cloth)
+        count = np.bincount(ends.ravel(), minlength=len(cloth.vertices))
+        return RestEdges(ends, length, OVER_RELAXATION / np.maximum(count, 1)[:, None])
+
+    def evening_move(self, vertices: FloatArray) -> FloatArray:
+        """Return how the vertices move in one round [cm], shape (V, 3).
+
+        Args:
+            vertices: their positions [cm], shape (V, 3).
+        """
+        span = vertices[self.ends[:, 1]] - vertices[self.ends[:, 0]]
+        now = np.maximum(np.linalg.norm(span, axis=1), SMALLEST_LENGTH)
+        pull = span * (0.5 * (1.0 - self.length / now))[:, None]
+        asked, index = np.concatenate([pull, -pull]), self.ends.T.ravel()
+        total = [np.bincount(index, weights=asked[:, axis], minlength=len(vertices)) for axis in range(3)]
+        move: FloatArray = self.share * np.stack(total, axis=1)
+        return move
 
 
 def evened_vertices(cloth: Cloth, *, rounds: int = 500) -> FloatArray:
@@ -34,17 +69,9 @@ def evened_vertices(cloth: Cloth, *, rounds: int = 500) -> FloatArray:
         ParameterError: the number of rounds is negative.
     """
     checked_rounds(rounds)
-    edges, length = _edges(cloth)
-    ends = edges.T.ravel()
-    share = OVER_RELAXATION / np.maximum(np.bincount(ends, minlength=len(cloth.vertices)), 1)[:, None]
-    vertices = cloth.vertices.copy()
+    edges, vertices = RestEdges.of(cloth), cloth.vertices.copy()
     for _ in range(rounds):
-        span = vertices[edges[:, 1]] - vertices[edges[:, 0]]
-        now = np.maximum(np.linalg.norm(span, axis=1), SMALLEST_LENGTH)
-        pull = span * (0.5 * (1.0 - length / now))[:, None]
-        asked = np.concatenate([pull, -pull])
-        total = [np.bincount(ends, weights=asked[:, axis], minlength=len(vertices)) for axis in range(3)]
-        vertices += share * np.stack(total, axis=1)
+        vertices += edges.evening_move(vertices)
     return vertices
 
 

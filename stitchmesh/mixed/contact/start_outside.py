@@ -83,27 +83,36 @@ def moved_outside(
     placed = PlacedBody(body, wp.float64, device)
     moved, depth = np.array(vertices, dtype=np.float64), 0.0
     for round_number in range(ROUNDS):
-        wanted, distance = _wanted(points, moved, placed, clearance, device)
+        move, distance = outward_move(points, moved, placed, clearance, device)
         least = float(distance.min(initial=clearance))
         depth = max(-least, 0.0) if round_number == 0 else depth
         if least >= ENOUGH * clearance:
             return moved, depth
-        moved += _mean_at_vertices(points, wanted, distance < clearance)
+        moved += move
     deep = int((distance < 0.0).sum())
     found = f"{deep} of {len(points)} points, up to {max(-least, 0.0):.3g} cm deep, find no way out"
     raise ParameterError(f"{body.name}: {found}; expected a cloth around it; place the cloth farther out")
 
 
-def _wanted(
+def outward_move(
     points: ContactPoints, vertices: FloatArray, placed: PlacedBody, clearance: float, device: wp.Device
 ) -> tuple[FloatArray, FloatArray]:
-    """The move that each point asks for [cm], (M, 3), and its signed distance [cm], (M,)."""
+    """Return how the vertices move out of a body in one round [cm], (V, 3), and how far the points are now [cm], (M,).
+
+    Args:
+        points: contact points on triangles.
+        vertices: positions [cm], shape (V, 3).
+        placed: the body.
+        clearance: wanted distance of the points from its surface [cm].
+        device: where the distances are found.
+    """
     before = points.places(vertices, np.zeros((points.node_count, 3)))
     place = wp.array(before, dtype=wp.vec3d, device=device)
     distance = wp.zeros(len(points), dtype=wp.float64, device=device)
     inputs = [placed.surface, wp.float64(clearance), wp.float64(FAR), placed.frame, placed.origin]
     launch(move_out, len(points), inputs, [place, distance], device)
-    return place.numpy() - before, distance.numpy()
+    found = distance.numpy()
+    return _mean_at_vertices(points, place.numpy() - before, found < clearance), found
 
 
 def _mean_at_vertices(points: ContactPoints, wanted: FloatArray, near: NDArray[np.bool_]) -> FloatArray:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.blending import element_weight
 from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.crossings.merging import MERGING_SHARE
 from stitchmesh.mixed.layout.crossing_yarns import NO_NODE, CrossingYarns
@@ -19,8 +20,6 @@ Integers = NDArray[np.int64]
 Truths = NDArray[np.bool_]
 QUADRANTS = ((0, 2), (0, 3), (1, 2), (1, 3))
 """Legs of the four quadrants of a node; the rest angles of the second and the third one are supplements."""
-SMALLEST_WEIGHT = 0.01
-"""Smallest weight of an element that has one (Casafranca et al. 2020, section 5.1)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +91,7 @@ def crossing_elements(
     *,
     nodes: ArrayLike | None = None,
     alpha: ArrayLike | None = None,
+    full: ArrayLike | None = None,
     slides: ArrayLike | None = None,
 ) -> CrossingElements:
     """The elements of yarns as they are laid out.
@@ -102,7 +102,8 @@ def crossing_elements(
         nodes: numbers in the layout of the nodes that are simulated, ascending, shape (N,); all if it is None. Elements
             with other nodes are left out.
         alpha: blending field at the simulated nodes, in [0, 1], shape (N,); 1 if it is None. An element has the mean of
-            its nodes as weight, and at least ``SMALLEST_WEIGHT`` where it is not zero.
+            its nodes as weight.
+        full: nodes of the full-yarn region, whose elements weigh 1 (``blending``), shape (N,); none by default.
         slides: whether Eulerian coordinates are free, shape (N, 2). If it is None, those are free that lie between two
             simulated neighbours of their yarn with alpha = 1 at all three nodes, away from rods. The ends of yarns, and
             nodes at the border of a region without Eulerian coordinates, hold their yarn.
@@ -118,8 +119,9 @@ def crossing_elements(
     after, before = _neighbours(links[:, 0::2]), _neighbours(links[:, 1::2])
     rest = _rest_lengths(links, yarns.rest_sliding[chosen])
     bends = (links[:, 0::2] >= 0) & (links[:, 1::2] >= 0)
-    of_segment = _weights(blend[:, None] + blend[after], 2, links[:, 0::2] >= 0)
-    of_bend = _weights(blend[:, None] + blend[after] + blend[before], 3, bends)
+    whole = np.zeros(count, dtype=bool) if full is None else _shaped("full", full, (count,)).astype(bool)
+    of_segment = _weights(blend, whole, links[:, 0::2] >= 0, after)
+    of_bend = _weights(blend, whole, bends, after, before)
     free = _sliding(links, blend, yarns.side[chosen]) if slides is None else np.asarray(slides, dtype=bool)
     crossed = (yarns.node_yarn[chosen] >= 0).all(axis=1) & (yarns.side[chosen] != 0)
     return CrossingElements(
@@ -135,7 +137,8 @@ def crossing_elements(
         bending=of_bend * _values(materials, family, "bending_stiffness"),
         rest_turn=yarns.rest_turn[chosen] * bends,
         yield_curvature=_values(materials, family, "yield_curvature"),
-        shear=_shear_stiffness(links, blend, rest, materials, family) * ((yarns.kind == "weave") & crossed)[:, None],
+        shear=_shear_stiffness(links, (blend, whole), rest, materials, family)
+        * ((yarns.kind == "weave") & crossed)[:, None],
         rest_shear=yarns.rest_shear[chosen].copy(),
         density=of_segment * _values(materials, family, "density"),
         radius=_values(materials, family, "radius"),
@@ -179,10 +182,12 @@ def _rest_lengths(links: Integers, coordinates: Floats) -> Floats:
     return np.where(after >= 0, coordinates.reshape(-1)[np.maximum(after, 0)] - coordinates, 0.0)
 
 
-def _weights(total: Floats, count: int, exists: Truths) -> Floats:
-    """Means of alpha, bounded from below where they are not zero."""
-    mean = total / count
-    return np.where(exists & (mean > 0.0), np.maximum(mean, SMALLEST_WEIGHT), 0.0)
+def _weights(alpha: Floats, full: Truths, exists: Truths, *others: Integers) -> Floats:
+    """Weights of the elements of each node with other nodes, 0 where they do not exist; all of the shape of these."""
+    own = np.arange(len(alpha)).reshape(-1, *[1] * (exists.ndim - 1))
+    nodes = np.stack(np.broadcast_arrays(own, *others), axis=-1).reshape(-1, 1 + len(others))
+    weight = element_weight(alpha[nodes], np.ones(nodes.shape, dtype=bool), full[nodes])
+    return np.where(exists, weight.reshape(exists.shape), 0.0)
 
 
 def _sliding(links: Integers, alpha: Floats, side: Integers) -> Truths:
@@ -221,7 +226,7 @@ def _contact_distances(
 
 
 def _shear_stiffness(
-    links: Integers, alpha: Floats, rest: Floats, materials: FabricMaterials, family: Integers
+    links: Integers, blend: tuple[Floats, Truths], rest: Floats, materials: FabricMaterials, family: Integers
 ) -> Floats:
     """k_x L of the quadrants; L is the mean length of both segments and S R^2 that of the two yarns."""
     modulus = _values(materials, family, "shear").mean(axis=1)
@@ -230,7 +235,7 @@ def _shear_stiffness(
     lengths, ends = _leg_lengths(links, rest), _neighbours(links)
     for q, (u, v) in enumerate(QUADRANTS):
         exists = (links[:, u] >= 0) & (links[:, v] >= 0)
-        weight = _weights(alpha + alpha[ends[:, u]] + alpha[ends[:, v]], 3, exists)
+        weight = _weights(*blend, exists, ends[:, u], ends[:, v])
         result[:, q] = weight * stiffness * (lengths[:, u] + lengths[:, v]) / 2
     return result
 

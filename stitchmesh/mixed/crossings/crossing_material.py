@@ -17,7 +17,7 @@ import difflib
 import functools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -85,6 +85,27 @@ class CrossingMaterial:
     def shear_stiffness(self) -> float:
         """k_x = S R^2 [dyn]."""
         return self.shear * self.radius**2
+
+    def finer(self, times: float) -> CrossingMaterial:
+        """The yarn of a cloth with more and finer yarns that is as heavy and as stiff.
+
+        Where n times as many yarns lie on each cm, each has 1 / n of the radius, of the mass of a length, and of the
+        stiffnesses k_s, k_b and k_x of stretch, bending and shear. The stitch contacts of a knit are n^2 times as many
+        and 1 / n times as long, so that k_w and k_l become 1 / n of theirs, and friction at a crossing 1 / n^2.
+
+        Args:
+            times: n, the number of yarns in the place of one.
+        """
+        return replace(
+            self,
+            radius=self.radius / times,
+            density=self.density / times,
+            young=self.young * times,
+            bending=self.bending * times,
+            shear=self.shear * times,
+            wrapping=self.wrapping / times,
+            stitch_length=self.stitch_length / times,
+        )
 
     @staticmethod
     def named(name: str = DEFAULT) -> CrossingMaterial:

@@ -30,7 +30,8 @@ from numpy.typing import ArrayLike, NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import matrix, vector
-from stitchmesh.mixed.crossings.crossing_elements import SMALLEST_WEIGHT, CrossingElements
+from stitchmesh.mixed.blending import element_weight
+from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
 from stitchmesh.mixed.crossings.stitch_length import stitch_length_energy, stitch_length_force, stitch_length_product
 from stitchmesh.mixed.crossings.wrapping import wrapping_energy, wrapping_force, wrapping_product
@@ -58,7 +59,12 @@ class StitchElements:
 
 
 def stitch_elements(
-    yarns: CrossingYarns, elements: CrossingElements, material: CrossingMaterial, *, alpha: ArrayLike | None = None
+    yarns: CrossingYarns,
+    elements: CrossingElements,
+    material: CrossingMaterial,
+    *,
+    alpha: ArrayLike | None = None,
+    full: ArrayLike | None = None,
 ) -> StitchElements:
     """The stitch contacts of a knit as it is laid out; a weave has none.
 
@@ -67,6 +73,7 @@ def stitch_elements(
         elements: the elements of its simulated nodes.
         material: of the yarn.
         alpha: blending field at the simulated nodes, shape (N,); 1 if it is None.
+        full: nodes of the full-yarn region, whose elements weigh 1 (``blending``), shape (N,); none by default.
     """
     blend = np.ones(elements.count) if alpha is None else np.asarray(alpha, dtype=np.float64)
     number = np.full(yarns.node_count, -1)
@@ -80,8 +87,8 @@ def stitch_elements(
     index = np.stack([np.where(wraps, p, first), first, second, np.where(wraps, r, second)], axis=1)
     along = np.where(elements.link[first, 0] // 2 == second, 0, 1)
     length = _leg_length(elements, first, along)
-    mean = blend[index].mean(axis=1)
-    share = np.where(mean > 0.0, np.maximum(mean, SMALLEST_WEIGHT), 0.0)
+    whole = np.zeros(elements.count, dtype=bool) if full is None else np.asarray(full, dtype=bool)
+    share = element_weight(blend[index], np.ones(index.shape, dtype=bool), whole[index])
     return StitchElements(
         nodes=index,
         wrapping=share * material.wrapping * length * wraps,

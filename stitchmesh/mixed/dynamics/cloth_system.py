@@ -17,6 +17,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike, NDArray
 
+from stitchmesh.mixed.blending import FULL
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements, crossing_elements
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
@@ -29,9 +30,10 @@ from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses, blend_masses
 from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.weight import Weight
-from stitchmesh.mixed.enrichment.embedding import embed
+from stitchmesh.mixed.enrichment.embedding import Embedding, embed
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.region import Region
+from stitchmesh.mixed.enrichment.tension_patterns import tension_left
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
@@ -106,7 +108,7 @@ def cloth_system(
         ParameterError: materials, masses or numbers do not fit the cloth.
     """
     nodes, alpha = region.nodes, region.node_alpha[region.nodes]
-    elements = crossing_elements(yarns, model.yarns, nodes=nodes, alpha=alpha)
+    elements = crossing_elements(yarns, model.yarns, nodes=nodes, alpha=alpha, full=alpha >= FULL)
     free = FreeUnknowns.of(region, fixed_vertices=fixed_vertices, fixed_nodes=fixed_nodes)
     free = replace(free, sliding=free.sliding & elements.slides)
     masses = cloth_masses(cloth, yarns, region, model)
@@ -117,7 +119,8 @@ def cloth_system(
         *_triangle_terms(cloth, region, model, scalar, device),
     ]
     of_nodes = YarnMass(elements, scalar, device)
-    system = MixedSystem(embed(region), free, masses, terms, node_masses=of_nodes, scalar=scalar, device=device)
+    embedding = embedded(yarns, region)
+    system = MixedSystem(embedding, free, masses, terms, node_masses=of_nodes, scalar=scalar, device=device)
     without_yarns = BlendedMasses(masses.vertices, np.zeros_like(masses.yarns))
     system.add(Weight(MassMatrix(without_yarns, scalar, device), model.acceleration))
     return ClothSystem(cloth, yarns, region, elements, masses, system, positions)
@@ -129,17 +132,30 @@ def cloth_masses(cloth: Cloth, yarns: CrossingYarns, region: Region, model: Clot
     Raises:
         ParameterError: the number of materials is not that of the panels.
     """
-    node, coordinate = np.nonzero(yarns.links[:, 0::2] >= 0)
-    after = yarns.links[node, 2 * coordinate]
-    length = yarns.rest_sliding.reshape(-1)[after] - yarns.rest_sliding[node, coordinate]
+    ends, coordinates = _segments(yarns)
+    begin, end = yarns.rest_sliding[ends, coordinates].T
     density = np.array([material.density for material in model.yarns.by_family])
-    mass = length * density[yarns.yarn_family[yarns.node_yarn[node, coordinate]]]
-    ends, coordinates = np.stack([node, after // 2], axis=1), np.stack([coordinate, after % 2], axis=1)
+    mass = (end - begin) * density[yarns.yarn_family[yarns.node_yarn[ends[:, 0], coordinates[:, 0]]]]
     blended = blend_masses(region, ends, mass, coordinates, triangle_masses(cloth, model.triangles))
     if model.seams is None:
         return blended
     of_rods = rod_masses(cloth, model.seams, _edge_weights(cloth, region))
     return BlendedMasses(blended.vertices + of_rods, blended.yarns)
+
+
+def embedded(yarns: CrossingYarns, region: Region) -> Embedding:
+    """How hybrid nodes move with the triangles; in a weave the filter passes tension too."""
+    if yarns.kind != "weave":
+        return embed(region)
+    ends, coordinates = _segments(yarns)
+    return embed(region, tension_left(region, ends, coordinates[:, 0]))
+
+
+def _segments(yarns: CrossingYarns) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Both nodes of each segment of yarn, and which coordinate of them belongs to it, shapes (E, 2)."""
+    node, coordinate = np.nonzero(yarns.links[:, 0::2] >= 0)
+    after = yarns.links[node, 2 * coordinate]
+    return np.stack([node, after // 2], axis=1), np.stack([coordinate, after % 2], axis=1)
 
 
 def _edge_weights(cloth: Cloth, region: Region) -> NDArray[np.float64]:
@@ -180,7 +196,7 @@ def _yarn_terms(
     elastic = CrossingTerm(elements, scalar, device)
     terms: list[Term] = [elastic, YarnGravity(elements, scalar, device, model.acceleration)]
     if yarns.kind == "knit":
-        stitches = stitch_elements(yarns, elements, model.yarns.weft, alpha=alpha)
+        stitches = stitch_elements(yarns, elements, model.yarns.weft, alpha=alpha, full=alpha >= FULL)
         terms.append(StitchTerm(stitches, elements.count, scalar, device))
     if model.friction:
         terms.append(SlidingFriction(elements, elastic))

@@ -184,7 +184,7 @@ class Projection:
         Raises:
             ParameterError: the hybrid region has too many vertices for a dense inverse.
         """
-        self.row_count = len(embedding.columns)
+        self.row_count = embedding.independent.shape[1]
         if self.row_count > MOST_COLUMNS:
             found = f"got {self.row_count} vertices in the hybrid region"
             raise ParameterError(f"region: {found}; expected at most {MOST_COLUMNS}: take fewer rings")

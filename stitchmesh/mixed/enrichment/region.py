@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.blending import FULL, element_weight
 
 TRIANGLES, HYBRID, YARNS = 0, 1, 2
 """Kinds of triangles, and of the yarn nodes in them."""
@@ -97,7 +98,7 @@ class Region:
         return self.node_alpha[self.nodes] > 1.0 - ROUNDING
 
     def element_alpha(self, nodes: ArrayLike) -> Numbers:
-        """Alpha at the centroid of each yarn element, the mean of its nodes, shape (E,).
+        """Weight of each yarn element by alpha at its nodes (``blending``), shape (E,).
 
         The result is 0 for an element with a node that is not simulated: it does not exist in the mixed system.
 
@@ -106,7 +107,8 @@ class Region:
         """
         index = np.asarray(nodes, dtype=np.int64)
         given = index >= 0
-        alpha = np.where(given, self.node_alpha[index], 0.0).sum(axis=1) / np.maximum(given.sum(axis=1), 1)
+        of_nodes = self.node_alpha[index]
+        alpha = element_weight(of_nodes, given, of_nodes >= FULL)
         complete = (~given | (self.node_kind[index] != TRIANGLES)).all(axis=1)
         return np.where(complete, alpha, 0.0)
 

@@ -5,14 +5,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
-from stitchmesh.mixed.contact.motion import RigidMotion
+from stitchmesh.mixed.contact.motion import RigidMotion, VertexMotion
+from stitchmesh.mixed.scene.bending_arm import Arm
 from stitchmesh.mixed.scene.region_section import BoxSection
 from stitchmesh.mixed.scene.simple_bodies import ball, box
 
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 
 Triple = tuple[float, float, float]
 STILL: Triple = (0.0, 0.0, 0.0)
+BEND_STEP = 2.0
+"""Largest bend of an elbow between two shapes of an arm, between which its vertices move along straight lines
+[degrees]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +38,8 @@ class Keyframe:
     """Displacement from the start [cm]."""
     rotation: Triple = STILL
     """Rotation from the start about the centre: its axis times its angle [degrees]."""
+    bend: float = 0.0
+    """Bend of the elbow of an arm [degrees]; 0 is straight."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +66,8 @@ class AttachmentSection:
             raise ParameterError("attachment: got nothing that is attached; expected boxes or vertices")
         if self.release is not None and not (math.isfinite(self.release) and self.release > 0.0):
             raise ParameterError(f"attachment: release: got {self.release}; expected a positive time [s]")
+        if any(key.bend for key in self.keyframes):
+            raise ParameterError("attachment: keyframes: got a bend; expected one in the keyframes of an arm alone")
         self.motion()
 
     def motion(self) -> RigidMotion:
@@ -85,12 +93,13 @@ class BodySection:
     """A closed polygon mesh."""
     unit: str = DEFAULT_UNIT
     """Unit of the file."""
-    shape: Literal["ball", "box"] | None = None
+    shape: Literal["ball", "box", "arm"] | None = None
     """A shape instead of a file."""
     centre: Triple = STILL
-    """Centre of the shape, and of the rotations [cm]."""
+    """Centre of the shape, the elbow of an arm, and of the rotations [cm]."""
     size: tuple[float, ...] = ()
-    """Radius of a ball, or the three side lengths of a box [cm]."""
+    """Radius of a ball; the three side lengths of a box; radius of an arm, and lengths of its upper part, along y from
+    the elbow, and of its forearm, along -y [cm]."""
     friction: float = 0.3
     """Coefficient of friction with the cloth."""
     thickness: float = 0.0
@@ -102,7 +111,7 @@ class BodySection:
         if (self.file is None) == (self.shape is None):
             found = "neither" if self.file is None else "both"
             raise ParameterError(f"body {self.name!r}: got {found} of file and shape; expected one of them")
-        expected = {"ball": 1, "box": 3}.get(self.shape or "", 0)
+        expected = {"ball": 1, "box": 3, "arm": 3}.get(self.shape or "", 0)
         if len(self.size) != expected or any(not (math.isfinite(side) and side > 0.0) for side in self.size):
             found = f"got {list(self.size)}"
             raise ParameterError(f"body {self.name!r}: size: {found}; expected {expected} positive numbers of cm")
@@ -110,15 +119,32 @@ class BodySection:
             raise ParameterError(f"body {self.name!r}: friction: got {self.friction}; expected at least 0")
         if not (math.isfinite(self.thickness) and self.thickness >= 0.0):
             raise ParameterError(f"body {self.name!r}: thickness: got {self.thickness}; expected at least 0 cm")
+        if self.shape != "arm" and any(key.bend for key in self.keyframes):
+            raise ParameterError(f"body {self.name!r}: keyframes: got a bend; expected one of an arm alone")
         self.motion()
 
-    def motion(self) -> RigidMotion:
+    def motion(self) -> RigidMotion | VertexMotion:
         """Return the motion.
 
         Raises:
-            ParameterError: the times of the keyframes do not increase.
+            ParameterError: the times of the keyframes do not increase, or a bend is not possible.
         """
-        return rigid_motion(f"body {self.name!r}", self.keyframes, self.centre)
+        rigid = rigid_motion(f"body {self.name!r}", self.keyframes, self.centre)
+        return self._bending(rigid) if self.shape == "arm" else rigid
+
+    def _bending(self, rigid: RigidMotion) -> VertexMotion:
+        """Places of the vertices of an arm, at times between which its elbow bends little."""
+        keys = self.keyframes or (Keyframe(time=0.0),)
+        bends = [key.bend for key in keys]
+        steps = max(int(np.ceil(np.abs(np.diff(bends)).max(initial=0.0) / BEND_STEP)), 1)
+        part = np.arange(steps * (len(keys) - 1) + 1) / steps
+        times = np.interp(part, np.arange(len(keys)), rigid.times)
+        arm, bend = Arm(*self.size), np.interp(part, np.arange(len(keys)), bends)
+        places = [
+            rigid.places_at(arm.vertices(float(angle)) + np.array(self.centre), float(time))
+            for angle, time in zip(bend, times, strict=True)
+        ]
+        return VertexMotion(times, np.array(places))
 
     def mesh(self) -> Mesh:
         """Return the surface at the start [cm].
@@ -130,6 +156,9 @@ class BodySection:
 
         if self.file is not None:
             return read_mesh(self.file, unit=self.unit)
+        motion = self.motion()
+        if isinstance(motion, VertexMotion):
+            return replace(Arm(*self.size).mesh(), vertices=motion.vertices[0])
         return ball(self.size[0], self.centre) if self.shape == "ball" else box(self.size, self.centre)
 
     def body(self) -> Body:

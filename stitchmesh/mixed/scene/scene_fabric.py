@@ -14,9 +14,8 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.assembly import LoadedBody, Loads, MixedFabric
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.contact.attachments import Attachment
+from stitchmesh.mixed.contact.dressing import WornBody, dressed_vertices
 from stitchmesh.mixed.contact.self_collision import PRESSURE
-from stitchmesh.mixed.contact.start_outside import moved_outside
-from stitchmesh.mixed.contact.triangle_points import points_on_triangles
 from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial
 from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.enrichment.region import Region
@@ -130,15 +129,11 @@ def _outside(prepared: PreparedScene) -> FloatArray:
     Raises:
         ParameterError: a part of the cloth finds no way out.
     """
-    cloth, thickness = prepared.fabric.cloth, prepared.loads(0.0).thickness
-    points, _links = points_on_triangles(
-        cloth.triangles, cloth.rest, cloth.panel, vertex_count=len(cloth.vertices), thickness=thickness
-    )
-    vertices = prepared.vertices
-    for one in prepared.bodies:
-        clearance = 0.5 * thickness + one.thickness
-        vertices, _depth = moved_outside(points, vertices, one.body, clearance, device_named("cpu"))
-    return vertices
+    worn = [WornBody(one.body, 0.5 * prepared.loads(0.0).thickness + one.thickness) for one in prepared.bodies]
+    return dressed_vertices(
+        prepared.fabric.cloth, prepared.vertices, worn, thickness=prepared.loads(0.0).thickness,
+        device=device_named("cpu"),
+    )  # fmt: skip
 
 
 def _layout(scene: Scene, cloth: Cloth) -> CrossingYarns:
@@ -171,14 +166,17 @@ def _yarn_material(section: YarnsSection, name: str | None) -> CrossingMaterial:
         material = CrossingMaterial.named(chosen)
     else:
         material = CrossingMaterial.read(section.material_file, chosen)
-    return material if section.radius is None else replace(material, radius=section.radius)
+    chosen_radius = material if section.radius is None else replace(material, radius=section.radius)
+    return chosen_radius.finer(section.density)
 
 
 def _cloth_material(scene: Scene, cloth: Cloth, yarns: CrossingYarns, materials: FabricMaterials) -> ClothMaterial:
     if scene.cloth.material is not None:
         return material_of(scene.cloth.material)
     if yarns.kind == "weave":
-        return cloth_of_weave(materials, scene.yarns.ends, scene.yarns.picks)
+        return cloth_of_weave(
+            materials, scene.yarns.density * scene.yarns.ends, scene.yarns.density * scene.yarns.picks
+        )
     along = yarns.rest_sliding[yarns.yarn_node, yarns.yarn_coordinate]
     length = float(np.sum(along[yarns.yarn_start[1:] - 1] - along[yarns.yarn_start[:-1]]))
     return cloth_of_knit(materials.weft, length / float(cloth.rest_area.sum()))

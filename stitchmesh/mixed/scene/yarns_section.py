@@ -48,6 +48,9 @@ class YarnsSection:
     """Wales for each cm."""
     courses: float = DEFAULT_DENSITY
     """Courses for each cm."""
+    density: float = 1.0
+    """Number of yarns in the place of each one: it multiplies ends, picks, wales and courses, and makes the yarns
+    finer, so that the cloth stays as heavy and as stiff; not for ``stitches``, which have ``divisions``."""
     material: str | None = None
     """Name of the yarns' material, of the named ones or in ``material_file``."""
     warp_material: str | None = None
@@ -61,7 +64,7 @@ class YarnsSection:
         if (self.weave is None) == (self.knit is None):
             found = "neither" if self.weave is None else "both"
             raise ParameterError(f"yarns: got {found} of weave and knit; expected one of them")
-        for name in ("ends", "picks", "wales", "courses", "radius", "divisions"):
+        for name in ("ends", "picks", "wales", "courses", "density", "radius", "divisions"):
             value = getattr(self, name)
             if value is not None and not (np.isfinite(value) and value > 0.0):
                 raise ParameterError(f"yarns.{name}: got {value}; expected a positive number")
@@ -69,8 +72,8 @@ class YarnsSection:
     def crossings_on(self, cloth: Cloth) -> float:
         """Return about how many crossings the yarns have on a cloth; each loop of a knit has four."""
         if self.weave is not None:
-            return float(cloth.rest_area.sum()) * self.ends * self.picks
-        return 4.0 * float(cloth.rest_area.sum()) * self.wales * self.courses
+            return float(cloth.rest_area.sum()) * self.ends * self.picks * self.density**2
+        return 4.0 * float(cloth.rest_area.sum()) * self.wales * self.courses * self.density**2
 
     def layout(self, cloth: Cloth) -> CrossingYarns:
         """Lay the yarns out on a cloth.
@@ -79,11 +82,12 @@ class YarnsSection:
             ParameterError: the weave or the pattern is unknown, or no panel holds a crossing.
             PatternError: a file does not describe a pattern.
         """
+        n = self.density
         if self.weave is not None:
-            return lay_weave(cloth, weave_matrix(self.weave), ends=self.ends, picks=self.picks)
+            return lay_weave(cloth, weave_matrix(self.weave), ends=n * self.ends, picks=n * self.picks)
         assert self.knit is not None  # the constructor has checked it
         chart = knit_chart(self.knit)
-        return lay_knit(cloth, chart, wale_spacing=1.0 / self.wales, course_spacing=1.0 / self.courses)
+        return lay_knit(cloth, chart, wale_spacing=1.0 / (n * self.wales), course_spacing=1.0 / (n * self.courses))
 
 
 def weave_matrix(weave: str | tuple[str, ...]) -> Matrix:

@@ -87,3 +87,12 @@ def test_files_that_are_no_materials_are_refused_in_one_line(tmp_path):
     path.write_text("# no table\n")
     with pytest.raises(ParameterError, match="the file holds no material"):
         CrossingMaterial.read(path, "mine")
+
+
+def test_finer_yarns_make_a_cloth_that_is_as_heavy_and_as_stiff():
+    """n times as many yarns on each cm; the stitch contacts of a knit are n^2 times as many and 1 / n as long."""
+    yarn, n = CrossingMaterial.named("gong-1"), 4.0
+    fine = yarn.finer(n)
+    for name in ("density", "stretch_stiffness", "bending_stiffness", "shear_stiffness", "wrapping", "stitch_length"):
+        assert n * getattr(fine, name) == pytest.approx(getattr(yarn, name), rel=1e-12), name
+    assert fine.radius == yarn.radius / n and yarn.finer(1.0) == yarn

@@ -153,8 +153,8 @@ def test_damping_by_stiffness_lets_vibrations_fade_and_keeps_momentum():
         for _ in range(6):
             run.step()
         np.testing.assert_allclose(run.momentum(), momentum, atol=1e-10)
-        energies.append(sum(run.energies().values()))
-    assert energies[1] < energies[0]
+        energies.append(sum(value for name, value in run.energies().items() if name != "kinetic"))
+    assert energies[1] < 0.1 * energies[0]  # the deformation has faded; the motion as a whole goes on
 
 
 def test_a_run_that_is_stopped_and_resumed_has_the_same_bits():

@@ -42,7 +42,7 @@ def dense_matrix(scene: Scene, of_mass: float) -> np.ndarray:
 def constraint_matrix(scene: Scene) -> np.ndarray:
     """E and the fixed coordinates as rows."""
     embedding = scene.embedding
-    of_nodes = np.zeros((len(embedding.columns), embedding.node_count))
+    of_nodes = np.zeros((embedding.independent.shape[1], embedding.node_count))
     of_nodes[:, embedding.nodes] = embedding.independent.T.toarray()
     coupled = np.hstack([-embedding.gram.toarray(), of_nodes])
     rows = np.kron(coupled, np.eye(3))

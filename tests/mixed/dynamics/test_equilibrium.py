@@ -39,21 +39,21 @@ def test_a_rigid_motion_is_an_equilibrium_and_a_motion_of_the_mixed_system(rings
 
 
 def test_uniform_stretch_passes_the_hybrid_region_nearly_unchanged():
-    """The sum of both blended models balances at each vertex. What alpha leaves unbalanced at the nodes of a ring,
-    sigma times the gradient of alpha, is uniform along a straight side and filtered out, but not at its corners."""
+    """The sum of both blended models balances at each vertex but for the sampling of triangles by yarns, and the filter
+    takes up what the gradient of alpha leaves at the nodes."""
     errors = []
     for rings in (1, 2):
         region = region_around(*PATCH.layout, CHOSEN, rings=rings)
         scene = spring_scene(PATCH, region, rest=0.0, fixed_vertices=BORDER)
         state = scene.vector(PATCH.vertices @ STRETCH.T, PATCH.nodes @ STRETCH.T)
         start = [part.copy() for part in state.numpy()]
-        assert find_equilibrium(scene.system, state, TIGHT).converged
+        assert find_equilibrium(scene.system, state, EquilibriumSettings(force_tolerance=1e-5)).converged
         spacing = 1.0 / PATCH.nodes_a_side
         moved = np.linalg.norm(state.numpy()[1] - start[1], axis=1)[scene.region.sliding_nodes] / spacing
         errors.append(float(np.sqrt(np.mean(moved**2))))
     # In spacings of yarns, for springs without rest length, whose stress is that of a strain of 1.
-    assert errors[0] < 0.05
-    assert errors[1] < 0.6 * errors[0]
+    assert errors[0] < 0.02
+    assert errors[1] < errors[0]
 
 
 def test_uniform_stretch_is_the_equilibrium_of_yarns_alone_and_of_triangles_alone():

@@ -49,7 +49,9 @@ def filtered_by(scene: Scene, *, diagonal: bool) -> Map:
     nodes = slice(count, count + 3 * embedding.node_count)
     basis = np.zeros((embedding.node_count, embedding.vertex_count))
     basis[embedding.nodes] = embedding.basis.toarray()
-    free = np.eye(embedding.node_count) - basis @ np.linalg.pinv(basis)
+    removed = np.zeros((embedding.node_count, embedding.independent.shape[1]))
+    removed[embedding.nodes] = embedding.independent.toarray()
+    free = np.eye(embedding.node_count) - removed @ np.linalg.pinv(removed)
     moves = scene.system.moves.numpy().astype(float)
     of_vertices = scene.masses.vertices + (basis**2).T @ scene.masses.nodes
     of_vertices = np.where(of_vertices > 0.0, of_vertices, 1.0)  # vertices among yarns do not move

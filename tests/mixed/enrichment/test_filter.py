@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 import pytest
 import warp as wp
+from scipy.sparse import csr_array
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.launch import launch
@@ -42,7 +43,8 @@ def filtered(embedding: Embedding, displacement: np.ndarray, scalar=wp.float64) 
 def sparse_embedding(corners: list[list[int]], weight: list[list[float]], vertex_count: int) -> Embedding:
     basis = basis_of(np.array(corners), np.array(weight), vertex_count)
     count = len(corners)
-    return Embedding(vertex_count, count, np.arange(count), basis, independent_columns(basis))
+    none = csr_array((count, 0))
+    return Embedding(vertex_count, count, np.arange(count), basis, independent_columns(basis), none)
 
 
 @pytest.mark.parametrize("name", REGIONS)

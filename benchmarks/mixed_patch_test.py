@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How uniform deformation passes the hybrid region, with the filter of the triangles alone and with that of tension.
+
+A weave with triangles as stiff as its yarns is held at its border in a uniform stretch of 0.1 % or 5 %, or a shear of
+1 %, and comes to its equilibrium. The root mean square displacement of the full-yarn nodes is given in spacings of
+yarns for each unit of strain.
+
+    python benchmarks/mixed_patch_test.py
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+import stitchmesh as sm
+from stitchmesh.compute.device import device_named
+from stitchmesh.mixed.cloth.panels import Panel
+from stitchmesh.mixed.cloth.seams import cloth_from_panels
+from stitchmesh.mixed.dynamics import cloth_system as systems
+from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
+from stitchmesh.mixed.enrichment.embedding import embed
+from stitchmesh.mixed.enrichment.region import YARNS, region_around
+from stitchmesh.mixed.layout.weave import lay_weave
+from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_weave
+
+Numbers = NDArray[np.float64]
+SIDE, EDGE, HALF = 3.0, 0.6, 0.5
+"""Side of the cloth, edges of the triangles, and half the side of the region [cm]."""
+DEFORMATIONS = {
+    "stretch 0.1 %": np.diag([1.001, 1.0005, 1.0]),
+    "stretch 5 %": np.diag([1.05, 1.02, 1.0]),
+    "shear 1 %": np.array([[1.0, 0.01, 0.0], [0.01, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+}
+TOLERANCE = 1e-3
+"""Largest unbalanced force [dyn]."""
+
+
+def displacements(density: float, rings: int, deformation: Numbers, *, tension: bool) -> Numbers:
+    """Displacements of the full-yarn nodes from a uniform deformation [cm], shape (n, 3)."""
+    outline = SIDE * np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    cloth = cloth_from_panels([Panel(name="square", outline=outline)], [], edge_length=EDGE)
+    yarns = lay_weave(cloth, np.eye(2, dtype=int), ends=density, picks=density)
+    middle = np.abs(cloth.vertices[cloth.triangles].mean(axis=1)[:, :2] - SIDE / 2).max(axis=1) < HALF
+    layout = cloth.triangles, len(cloth.vertices), yarns.triangle, yarns.barycentric
+    region = region_around(*layout, np.flatnonzero(middle), rings=rings)
+    material = sm.FabricMaterials.of(sm.CrossingMaterial.named("gong-1"))
+    model = systems.ClothModel(cloth_of_weave(material, density, density), material, acceleration=(0, 0, 0))
+    border = np.abs(cloth.vertices[:, :2] - SIDE / 2).max(axis=1) > SIDE / 2 - 1e-9
+    with_tension = systems.embedded
+    if not tension:
+        systems.embedded = lambda _yarns, chosen: embed(chosen)
+    try:
+        made = systems.cloth_system(
+            cloth, yarns, region, model, fixed_vertices=np.flatnonzero(border), vertices=cloth.vertices @ deformation.T,
+            device=device_named("cpu"),
+        )  # fmt: skip
+    finally:
+        systems.embedded = with_tension
+    start = made.positions.numpy()[1].copy()
+    find_equilibrium(made.system, made.positions, EquilibriumSettings(force_tolerance=TOLERANCE))
+    return (made.positions.numpy()[1] - start)[region.node_kind[region.nodes] == YARNS]
+
+
+def row(density: float, rings: int) -> str:
+    """A row of the table."""
+    cells = []
+    for deformation in DEFORMATIONS.values():
+        strain = np.abs(deformation - np.eye(3)).max()
+        for tension in (False, True):
+            moved = displacements(density, rings, deformation, tension=tension)
+            cells.append(f"{rms(moved) * density / strain:.4f}")
+    return f"| {density:g} | {rings} | " + " | ".join(cells) + " |"
+
+
+def rms(vectors: Numbers) -> float:
+    """Root mean square length."""
+    return float(np.sqrt(np.mean(np.sum(vectors**2, axis=1))))
+
+
+def main() -> None:
+    """Print the table."""
+    heads = [f"{name}, {kind}" for name in DEFORMATIONS for kind in ("alone", "with tension")]
+    print("| yarns /cm | rings | " + " | ".join(heads) + " |")
+    for density, rings in ((6.0, 1), (6.0, 2), (10.0, 1)):
+        print(row(density, rings), flush=True)
+
+
+if __name__ == "__main__":
+    main()

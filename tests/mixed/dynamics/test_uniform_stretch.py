@@ -1,0 +1,64 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Uniform stretch, shear and turns of a weave whose triangles are as stiff as its yarns, through the hybrid region."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.mixed.cloth.panels import Panel
+from stitchmesh.mixed.cloth.seams import cloth_from_panels
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
+from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.dynamics.cloth_system import ClothModel, cloth_system
+from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
+from stitchmesh.mixed.enrichment.region import YARNS, region_around
+from stitchmesh.mixed.layout.weave import lay_weave
+from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_weave
+from tests.mixed.dynamics.scene import CPU
+
+SIDE, DENSITY = 3.0, 10.0
+CLOTH = cloth_from_panels([Panel(name="square", outline=SIDE * np.array([[0, 0], [1, 0], [1, 1], [0, 1]]))], [],
+                          edge_length=0.6)  # fmt: skip
+WEAVE = lay_weave(CLOTH, np.eye(2, dtype=int), ends=DENSITY, picks=DENSITY)
+FROM_MIDDLE = np.abs(CLOTH.vertices[:, :2] - SIDE / 2).max(axis=1)
+MIDDLE = np.flatnonzero(np.abs(CLOTH.vertices[CLOTH.triangles].mean(axis=1)[:, :2] - SIDE / 2).max(axis=1) < 0.5)
+YARN = FabricMaterials.of(CrossingMaterial.named())
+STRAIN = 1e-3
+"""Small, so that the laws of triangles and yarns, which differ by the square of the strain, do not."""
+
+
+def moved_nodes(deformation: np.ndarray, rings: int) -> np.ndarray:
+    """Distances by which nodes of the full-yarn region leave a uniform deformation [spacings of yarns]."""
+    region = region_around(CLOTH.triangles, len(CLOTH.vertices), WEAVE.triangle, WEAVE.barycentric, MIDDLE, rings=rings)
+    model = ClothModel(cloth_of_weave(YARN, DENSITY, DENSITY), YARN, acceleration=(0.0, 0.0, 0.0))
+    border = np.flatnonzero(FROM_MIDDLE > SIDE / 2 - 1e-9)
+    scene = cloth_system(
+        CLOTH, WEAVE, region, model, fixed_vertices=border, vertices=CLOTH.vertices @ deformation.T, device=CPU
+    )
+    start = scene.positions.numpy()[1].copy()
+    # forces of yarns at this strain are 40 dyn
+    assert find_equilibrium(scene.system, scene.positions, EquilibriumSettings(force_tolerance=1e-3)).converged
+    full = region.node_kind[region.nodes] == YARNS
+    return np.linalg.norm(scene.positions.numpy()[1] - start, axis=1)[full] * DENSITY
+
+
+@pytest.mark.parametrize(
+    ("deformation", "most"),
+    [
+        # The rest is the sampling of triangles by few yarns; without patterns in the filter it is 1.1.
+        (np.diag([1.0 + STRAIN, 1.0 + 0.5 * STRAIN, 1.0]), 0.03),
+        (np.diag([1.0, 1.0 + STRAIN, 1.0]), 0.03),
+        (np.array([[1.0, STRAIN, 0.0], [STRAIN, 1.0, 0.0], [0.0, 0.0, 1.0]]), 0.03),
+    ],
+)
+def test_uniform_deformation_passes_one_ring(deformation, most):
+    moved = moved_nodes(deformation, 1)
+    assert np.sqrt(np.mean(moved**2)) < most * STRAIN
+
+
+def test_a_turn_passes_unchanged():
+    c, s = np.cos(0.9), np.sin(0.9)
+    turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+    assert moved_nodes(turn, 2).max() < 1e-9  # rounding of positions of size 3 cm, in spacings of 0.1 cm
