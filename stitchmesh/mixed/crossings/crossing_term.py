@@ -69,13 +69,13 @@ class CrossingTerm(Term):
         self.turn = wp.array(elements.rest_turn, dtype=scalar, device=device)
         self._yields = bool(np.isfinite(elements.yield_curvature[elements.bending > 0.0]).any())
         self._yield_curvature = wp.array(elements.yield_curvature, dtype=scalar, device=device)
-        places = numbers_of(count, int(LEG_NUMBERS))
+        places = numbers_of(count, LEG_NUMBERS)
         self._slots = wp.zeros(places, dtype=scalar, device=device)
         of_products = block_scalar if stored else scalar
         self._product_slots = wp.zeros(places, dtype=of_products, device=device)
         self._limits = wp.zeros(count, dtype=scalar, device=device)
         self._energy = wp.zeros(count, dtype=wp.float64, device=device)
-        places = numbers_of(count if stored else 0, int(BLOCK_NUMBERS))
+        places = numbers_of(count if stored else 0, BLOCK_NUMBERS)
         self._block = wp.zeros(places, dtype=block_scalar, device=device)
         kept = 0 if stored else count
         self._nodes = wp.zeros(kept, dtype=vector(3, scalar), device=device)

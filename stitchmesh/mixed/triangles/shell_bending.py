@@ -287,8 +287,9 @@ class ShellBending(Term):
         """The launch that finds the energy of each hinge, and where it is."""
         if self._count == 0:
             return [], self._energy
+        deflections = self._find_deflections(state, launcher)
         found = launcher(find_hinge_energies, self._count, [*self._rows, self._deflection], [self._energy])
-        return [self._find_deflections(state, launcher), found], self._energy
+        return [deflections, found], self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add the forces of the hinges."""
