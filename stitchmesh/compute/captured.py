@@ -133,6 +133,48 @@ class CapturedLaunches:
             table.launch()
 
 
+class CapturedLoop:
+    """Launches that are repeated as long as a number on the device is not zero.
+
+    A GPU that can looks at the number itself, without the host: all repetitions are one graph. Others, and a CPU, run
+    batches of repetitions, after each of which the host looks; launches after the end must change nothing.
+    """
+
+    def __init__(
+        self, first: Sequence[Any], repeated: Sequence[Any], condition: wp.array[Any], device: wp.Device, *, batch: int
+    ) -> None:
+        """Capture the launches.
+
+        Args:
+            first: what runs before, and sets the condition.
+            repeated: what is repeated, and sets the condition again.
+            condition: an array of one integer.
+            device: where the launches run.
+            batch: repetitions between two looks of the host.
+        """
+        self._condition = condition
+        self._graph: Any = None
+        if device.is_cuda and wp.is_conditional_graph_supported():
+            self._launches = [*first, *repeated]  # their arrays live as long as the graph
+            beside = wp.Stream(device)
+            with wp.ScopedCapture(device=device) as capture:
+                _launch_all(first, beside)
+                wp.capture_while(condition, lambda: _launch_all(repeated, beside))
+            self._graph = capture.graph
+        else:
+            self._first = CapturedLaunches(first, device)
+            self._batch = CapturedLaunches(repeated, device, times=batch)
+
+    def launch(self) -> None:
+        """Run the first launches, and the others until the condition is zero."""
+        if self._graph is not None:
+            wp.capture_launch(self._graph)
+            return
+        self._first.launch()
+        while self._condition.numpy()[0] != 0:
+            self._batch.launch()
+
+
 def _in_tables(launches: Sequence[Any]) -> list[Any]:
     """The launches with neighbouring launches of kernels joined in tables; what is no kernel stays as it is."""
     kernels = [each.as_kernel() if _is_of_words(each) else each for each in launches]

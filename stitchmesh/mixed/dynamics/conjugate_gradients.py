@@ -12,8 +12,9 @@ iteration ends where it has fallen to ``tolerance``^2 times its first value. It 
 curvature; if this is the first direction, it is the result.
 
 All coefficients stay on the device in a record (``solve_record``), and dot products have a fixed order: parts, found by
-the kernels that make the vectors, which the kernels that need a coefficient add up. The host reads the record after
-each batch of iterations. Iterations after the end change neither x nor r.
+the kernels that make the vectors, which the kernels that need a coefficient add up. The host reads the record at the
+end, on a GPU that repeats a graph by itself, and looks after each batch of iterations elsewhere. Iterations after the
+end change neither x nor r.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from stitchmesh.compute.captured import CapturedLaunches, CopyArray, Launcher, ZeroArray
+from stitchmesh.compute.captured import CapturedLoop, CopyArray, Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import prepare
 from stitchmesh.compute.partial_sums import add_parts, chunk_of, dot_parts, part_count, parts_for
@@ -49,7 +50,7 @@ from stitchmesh.mixed.enrichment.solve_record import (
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 BATCH = {"cuda": 8, "cpu": 1}
-"""Iterations between two readings of the record."""
+"""Iterations between two looks at whether the solve has ended, where the host looks."""
 Products = Callable[[MixedVector, MixedVector, wp.array[Any], Launcher], list[Any]]
 """From d to the launches that find A d, and the parts of d . A d."""
 
@@ -61,8 +62,10 @@ def begin(
     # state in and out
     sums: wp.array2d[wp.float64],
     record: wp.array[wp.float64],
+    # state out
+    active: wp.array[wp.int32],
 ) -> None:
-    """The first r . z, and a record for a new solve."""
+    """The first r . z, a record for a new solve, and whether it begins."""
     _block, lane = wp.tid()
     rz = add_parts(parts, 0, parts.shape[0], lane, sums[0])
     zero, one = wp.float64(0.0), wp.float64(1.0)
@@ -72,6 +75,7 @@ def begin(
         record[ALPHA] = zero
         record[BETA] = zero
         record[DONE] = wp.where(rz > zero, zero, one)
+        active[0] = wp.where(rz > zero, 1, 0)
         record[NEGATIVE] = zero
         record[ITERATIONS] = zero
 
@@ -89,11 +93,15 @@ def next_direction(
     # state out
     sums: wp.array2d[wp.float64],
     after: wp.array[wp.float64],
+    active: wp.array[wp.int32],
 ) -> None:
-    """Find b and d = z + b d."""
+    """Find b and d = z + b d, and whether the iteration goes on."""
     block, lane = wp.tid()
     rz = add_parts(parts, 0, parts.shape[0], lane, sums[block])
-    beta = type(direction[0])(record_beta(rz, record, block == 0 and lane == 0, after))
+    writes = block == 0 and lane == 0
+    beta = type(direction[0])(record_beta(rz, record, writes, after))
+    if writes:
+        active[0] = wp.where(after[DONE] == wp.float64(0.0), 1, 0)
     for i in range(block * chunk + lane, wp.min((block + 1) * chunk, direction.shape[0]), wp.block_dim()):
         direction[i] = preconditioned[i] + beta * direction[i]
 
@@ -137,9 +145,10 @@ class ConjugateGradients:
         self._sums = wp.zeros_like(self._parts)
         self._record, self._between = (wp.zeros(RECORD, dtype=wp.float64, device=device) for _ in range(2))
         self._launcher: Launcher = partial(prepare, device=device)
-        self._start = CapturedLaunches(self._start_launches(preconditioner), device)
-        times = BATCH["cuda" if device.is_cuda else "cpu"]
-        self._iteration = CapturedLaunches(self._iteration_launches(products, preconditioner), device, times=times)
+        self._active = wp.zeros(1, dtype=wp.int32, device=device)
+        launches = self._start_launches(preconditioner), self._iteration_launches(products, preconditioner)
+        batch = BATCH["cuda" if device.is_cuda else "cpu"]
+        self._solve = CapturedLoop(*launches, self._active, device, batch=batch)
 
     def solve(self, right: MixedVector, *, tolerance: float, most_iterations: int) -> SolveReport:
         """Solve A x = b for the current A and C; the result is ``solution``.
@@ -153,11 +162,8 @@ class ConjugateGradients:
         record[[RATIO, MOST]] = tolerance**2, most_iterations
         self._record.assign(record)
         self.residual.assign(right)
-        self._start.launch()
+        self._solve.launch()
         record = self._record.numpy()
-        while record[DONE] == 0.0:
-            self._iteration.launch()
-            record = self._record.numpy()
         norms = np.sqrt(np.maximum(record[[FIRST_RZ, RZ]], 0.0))
         return SolveReport(int(record[ITERATIONS]), float(norms[0]), float(norms[1]), bool(record[NEGATIVE]))
 
@@ -171,7 +177,7 @@ class ConjugateGradients:
             *preconditioner.launches(self.residual, z, run),
             CopyArray(z.values, self._direction.values),
             run(dot_parts, part_count(count, self._device), inputs, [self._parts], tile=THREADS),
-            run(begin, 1, [self._parts], [self._sums, self._record], tile=THREADS),
+            run(begin, 1, [self._parts], [self._sums, self._record, self._active], tile=THREADS),
         ]
 
     def _iteration_launches(self, products: Products, preconditioner: Preconditioner) -> list[Any]:
@@ -180,7 +186,7 @@ class ConjugateGradients:
         curvature, count = self._of_curvature, len(z.values)
         advance = Advance(self._record, self._between, curvature, self._sums, direction, product, self.solution)
         inputs = [chunk_of(count, self._device), self._between, self._of_residual, z.values]
-        outputs = [direction.values, self._sums, self._record]
+        outputs = [direction.values, self._sums, self._record, self._active]
         return [
             *products(direction, product, curvature, run),
             *preconditioner.advance_launches(advance, self.residual, z, self._of_residual, run),

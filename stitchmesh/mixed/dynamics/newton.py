@@ -28,7 +28,7 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.mixed.dynamics.conjugate_gradients import SolveReport
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.read_sums import ReadSums
-from stitchmesh.mixed.dynamics.vector_sums import move, set_sum
+from stitchmesh.mixed.dynamics.vector_sums import move, set_sum, subtract_forces
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 DECREASE = 1e-4
@@ -99,9 +99,7 @@ class Newton:
         force = self.gradient_force
         self.system.set_forces(state.position, force)
         self.system.set_mass_product(state.inertia, self._product)
-        set_sum(force, 1.0, force, -1.0, self._product)
-        if quadratic.stiffness:
-            set_sum(force, 1.0, force, -quadratic.stiffness, state.damping)
+        subtract_forces(force, self._product, quadratic.stiffness, state.damping)
 
     def iterate(
         self,

@@ -65,11 +65,32 @@ def moved_state(
     inertia[i] = inertia[i] + of_inertia * direction[i]
 
 
+@kernel
+def remaining_force(
+    # model
+    of_damping: Any,
+    # state in
+    of_inertia: wp.array[Any],
+    damping: wp.array[Any],
+    # state in and out
+    force: wp.array[Any],
+) -> None:
+    """Subtract forces of inertia and damping from a force."""
+    i = wp.tid()
+    force[i] = force[i] - of_inertia[i] - of_damping * damping[i]
+
+
 def set_sum(result: MixedVector, of_first: float, first: MixedVector, of_second: float, second: MixedVector) -> None:
     """Set a vector to a x + b y; it may be one of the arguments."""
     numbers = [result.scalar(of_first), result.scalar(of_second)]
     count = len(result.values)
     launch(scaled_sums, count, [*numbers, first.values, second.values], [result.values], result.device)
+
+
+def subtract_forces(force: MixedVector, of_inertia: MixedVector, of_damping: float, damping: MixedVector) -> None:
+    """Subtract the force of inertia, and ``of_damping`` times a vector, from a force."""
+    inputs = [force.scalar(of_damping), of_inertia.values, damping.values]
+    launch(remaining_force, len(force.values), inputs, [force.values], force.device)
 
 
 def choose(result: MixedVector, moves: wp.array[wp.int32], free: MixedVector, fixed: MixedVector) -> None:
