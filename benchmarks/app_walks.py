@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Walks through the application in a real browser, by clicks alone, and prints the time of each step.
 
-    python benchmarks/app_walks.py              # both walks, at 1280 x 800 and at 1000 x 700
-    python benchmarks/app_walks.py --pictures   # and draws the pictures of docs/application.md
+    python benchmarks/app_walks.py              # all walks, at 1280 x 800 and at 1000 x 700
+    python benchmarks/app_walks.py --pictures   # and draws the pictures of docs/application.md and docs/drape-page.md
 
-The first walk leads from a mesh to the relaxed yarns of a sweater, the second one from a pattern to a swatch. The
+The first walk leads from a mesh to the relaxed yarns of a sweater, the second one from a pattern to a swatch, and the
+third one from a scene to a cloth with yarns in a painted region. The
 browser draws in software here, so that the times are longer than those of a machine with a graphics card.
 """
 
@@ -36,10 +37,12 @@ SIZES = ((1280, 800), (1000, 700))
 """Widths and heights of the window [pixels]."""
 FOLDER = ROOT / "docs" / "application"
 """Folder of the pictures."""
-PAGE = ROOT / "docs" / "application.md"
-"""The page that shows the pictures; those that it does not name are not drawn."""
+PAGES = (ROOT / "docs" / "application.md", ROOT / "docs" / "drape-page.md")
+"""The pages that show the pictures; those that they do not name are not drawn."""
 THUMBNAILS = "() => !document.querySelector('.sm-patterns span.sm-picture')"
 """Whether no thumbnail of a pattern is missing."""
+SCENE = ROOT / "examples" / "mixed" / "swinging.toml"
+"""The scene that is draped."""
 STITCH_WIDTH = 1.5
 """Width of the stitches of the sweater [cm]."""
 
@@ -66,7 +69,7 @@ class Walk:
         print(f"| {self.name} | {what} | {now - self.last:.1f} |", flush=True)
         page = self.rig.browser_page
         file = f"{picture}-{page.viewport_size['width']}.jpg"
-        if picture and self.folder is not None and file in PAGE.read_text():
+        if picture and self.folder is not None and any(file in shown.read_text() for shown in PAGES):
             page.mouse.move(5, 5)  # No hint of a control covers the picture.
             page.evaluate("() => document.activeElement && document.activeElement.blur()")
             page.wait_for_function(THUMBNAILS)
@@ -153,6 +156,24 @@ def swatch(walk: Walk) -> None:
     walk.step(f"download {name}, {len(content) / 1e3:.0f} kB")
 
 
+def drape(walk: Walk) -> None:
+    """From a scene to a draped cloth."""
+    rig, press = walk.rig, walk.rig.press
+    walk.step("the page Drape", lambda: rig.page_button("Drape"))
+    walk.step("open a scene", lambda: rig.type("Path", SCENE), lambda: press("Open path"),
+              until=lambda: rig.app.page.session.opened, picture="drape-1-scene")  # fmt: skip
+    session = rig.app.page.session
+    walk.step("paint with the brush", lambda: rig.choose("A drag", "adds to the region"),
+              lambda: rig.drag([[0.6, 1.2, 0.0], [1.6, 1.6, 0.0]]), until=lambda: session.opened.scene.region.faces,
+              picture="drape-2-painted")  # fmt: skip
+    walk.step("the weight of the yarns", lambda: rig.choose("Colours", "Alpha"), picture="drape-3-alpha")
+    walk.step("run", lambda: press("Run the scene"), until=lambda: rig.app.page.run.result, picture="drape-4-run")
+    walk.step("the tension of the cloth", lambda: rig.choose("Colour the run by", "Tension of the cloth"),
+              picture="drape-5-tension")  # fmt: skip
+    walk.step("a frame in the middle", lambda: rig.type("Moment", 50))
+    walk.step("look on the page View", lambda: press("Look on the page View"), picture="drape-6-view")
+
+
 def paint(rig: Rig, *squares: tuple[int, int]) -> None:
     """Drag over squares of the chart, each a row and a column."""
     rig.drag_page([rig.browser_page.evaluate(PLACE, list(square)) for square in squares])
@@ -170,8 +191,8 @@ def rest(rig: Rig) -> None:
 
 
 def run(browser: Browser, size: tuple[int, int], pictures: bool, only: str | None) -> None:
-    """Make both walks, or only one of them, in a window of one size."""
-    for walk in (each for each in (sweater, swatch) if only in (None, each.__name__)):
+    """Make all walks, or only one of them, in a window of one size."""
+    for walk in (each for each in (sweater, swatch, drape) if only in (None, each.__name__)):
         with tempfile.TemporaryDirectory(prefix="walk-") as home:
             os.environ.update(HOME=home, STITCHMESH_PROJECTS=f"{home}/StitchMesh", XDG_STATE_HOME=f"{home}/state")
             with rig_on(browser, Path(home) / "StitchMesh" / "Garment", "Project", size) as rig:
@@ -184,7 +205,7 @@ def main() -> None:
     """Parse the options, and walk."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--pictures", action="store_true", help="draw the pictures of docs/application.md")
-    options.add_argument("--only", choices=["sweater", "swatch"], help="make one walk")
+    options.add_argument("--only", choices=["sweater", "swatch", "drape"], help="make one walk")
     given = options.parse_args()
     print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores\n\n| walk | step | s |\n|---|---|---|")
     with started_browser() as browser:

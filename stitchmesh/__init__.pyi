@@ -42,6 +42,7 @@ from .mixed.crossings.crossing_material import CrossingMaterial as CrossingMater
 from .mixed.crossings.fabric_materials import FabricMaterials as FabricMaterials
 from .mixed.drape import Draped as Draped
 from .mixed.drape import drape as drape
+from .mixed.draped_folder import read_draped as read_draped
 from .mixed.matching.cloth_match import ClothMatch as ClothMatch
 from .mixed.matching.cloth_match import match_cloth as match_cloth
 from .mixed.matching.cloth_match import write_match as write_match

@@ -30,6 +30,7 @@ STAGE_TEXTS = {
     "meshrelax": "relaxing the stitch mesh",
     "yarngen": "generating yarns",
     "yarnrelax": "relaxing yarns",
+    "match": "matching the cloth to its yarns",
     "triangles": "draping triangles alone",
     "drape": "draping",
     "picture": "drawing the picture",

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 from stitchmesh.app.task import Task, TaskControl, TaskRunner
-from stitchmesh.progress import relaxing_progress, seconds_left
+from stitchmesh.progress import Progress, relaxing_progress, seconds_left
 from stitchmesh.run_control import WATCH_SECONDS, RunControl, Snapshot
 
 S = TypeVar("S")
@@ -28,7 +28,7 @@ class LiveRun(Generic[S, T]):
     """One relaxation. All methods belong to the event thread."""
 
     def __init__(
-        self, tasks: TaskRunner, name: str, relax: Callable[[RunControl[S]], T], *, stage: str,
+        self, tasks: TaskRunner, name: str, relax: Callable[[RunControl[S], Progress], T], *, stage: str | None,
         done: Callable[[T], None], failed: Callable[[Exception | None], None], max_iterations: float = float("inf"),
         frame_bytes: int = 0,
     ) -> None:  # fmt: skip
@@ -37,8 +37,9 @@ class LiveRun(Generic[S, T]):
         Args:
             tasks: runs the relaxation.
             name: what it does, in the words of the user.
-            relax: the relaxation, in the worker thread.
-            stage: name of the stage of the library.
+            relax: the relaxation, in the worker thread, with what controls it and what it may report progress to.
+            stage: name of the stage of the library whose progress follows from the residuals; None for work that
+                reports its progress itself.
             done: called with the result, also after the user has stopped the relaxation.
             failed: called with an error, or with None if the application has ended the relaxation.
             max_iterations: iterations after which the relaxation ends.
@@ -51,8 +52,7 @@ class LiveRun(Generic[S, T]):
         """The newest snapshot."""
         self.history: list[Snapshot[None]] = []
         """The figures of all snapshots."""
-        self.done = 0.0
-        """Completed part, from 0 to 1."""
+        self._done = 0.0
         self.on_snapshot: Callable[[Snapshot[S]], None] | None = None
         """Called with each snapshot."""
         self._least_seconds = max(WATCH_SECONDS, frame_bytes / BYTES_PER_SECOND)
@@ -65,6 +65,11 @@ class LiveRun(Generic[S, T]):
         self.task.on_cancel = self.control.stop
 
     @property
+    def done(self) -> float:
+        """Completed part, from 0 to 1."""
+        return self.task.done if self._stage is None else self._done
+
+    @property
     def paused(self) -> bool:
         """Whether the relaxation waits, or will wait after its present step."""
         return self.control.paused
@@ -74,9 +79,9 @@ class LiveRun(Generic[S, T]):
         """Estimated remaining time without pauses [s]; None while it cannot be estimated."""
         return None if self.newest is None else seconds_left(self.newest.seconds, self.done)
 
-    def _work(self, task_control: TaskControl, relax: Callable[[RunControl[S]], T]) -> T:
+    def _work(self, task_control: TaskControl, relax: Callable[[RunControl[S], Progress], T]) -> T:
         self._task_control = task_control
-        result = relax(self.control)
+        result = relax(self.control, task_control)
         task_control.check()
         return result
 
@@ -97,6 +102,8 @@ class LiveRun(Generic[S, T]):
     def _note_progress(self, snapshot: Snapshot[S]) -> None:
         figures = snapshot.iteration, snapshot.residual, snapshot.tolerance, snapshot.seconds, snapshot.energies
         self.history.append(Snapshot(None, *figures))
+        if self._stage is None:
+            return
         if self._report is None:
             self._report = relaxing_progress(
                 self._stage, snapshot.tolerance, self._keep_done, max_iterations=self._max_iterations
@@ -104,7 +111,7 @@ class LiveRun(Generic[S, T]):
         self._report(snapshot.iteration, snapshot.residual)
 
     def _keep_done(self, stage: str, done: float, note: str) -> None:
-        self.done = max(self.done, done)
+        self._done = max(self._done, done)
 
 
 AnyRun = LiveRun[Any, Any]

@@ -31,6 +31,7 @@ from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.term import Term
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
+from stitchmesh.mixed.triangles.seam_material import SeamMaterial
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -45,6 +46,8 @@ class MixedFabric:
     """Material of the triangles."""
     yarn_materials: FabricMaterials
     """Materials of the yarns."""
+    seam_material: SeamMaterial | None = None
+    """Material of the rods along seams where triangles are simulated; None for none."""
 
     @property
     def yarn_radius(self) -> FloatArray:
@@ -99,7 +102,7 @@ def loaded_system(
     """
     none = np.zeros(0, dtype=np.int64)
     held = [each for each in loads.held if each.stiffness is None]
-    model = ClothModel(fabric.cloth_material, fabric.yarn_materials, acceleration=loads.gravity)
+    model = ClothModel(fabric.cloth_material, fabric.yarn_materials, fabric.seam_material, acceleration=loads.gravity)
     made = cloth_system(
         fabric.cloth, fabric.yarns, region, model,
         fixed_vertices=np.concatenate([none, *(each.vertices for each in held)]),

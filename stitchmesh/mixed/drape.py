@@ -24,15 +24,19 @@ from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.contents import FilePath
+from stitchmesh.mixed.adaptive_region import AdaptiveRegion, resumed_region
 from stitchmesh.mixed.automatic_region import place_yarns
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.dynamics.equilibrium import AfterIteration
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.measured_budget import node_budget
 from stitchmesh.mixed.memory import available_memory, check_memory
 from stitchmesh.mixed.output.display import Display, Shown
+from stitchmesh.mixed.output.displays import Displays
 from stitchmesh.mixed.output.files import RunFiles
 from stitchmesh.mixed.output.frames import Frame, Frames
 from stitchmesh.mixed.output.report import RunTotals, mixed_report, peak_memory, region_counts, work_of
+from stitchmesh.mixed.placement.chosen_region import NodeBudget
 from stitchmesh.mixed.run_checkpoint import NAME, RunCheckpoint, read_run, run_inputs, write_run
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
@@ -56,12 +60,21 @@ class Draped:
 
     prepared: PreparedScene
     """Cloth, yarns, materials, region and loads."""
-    display: Display
-    """The maps from a state to what is shown."""
+    displays: Displays
+    """The maps from a state to what is shown, for each region that the run has had."""
     frames: Frames
     """States at the times of the frames; the last one is the end."""
     report: dict[str, Any]
     """Plain numbers."""
+
+    @property
+    def display(self) -> Display:
+        """The maps of the last state."""
+        return self.display_of(self.end)
+
+    def display_of(self, frame: Frame) -> Display:
+        """Return the maps of a frame, with its region."""
+        return self.displays.of(frame)
 
     @property
     def end(self) -> Frame:
@@ -85,7 +98,7 @@ class Draped:
             FileError: a file cannot be written.
         """
         target, output = Path(folder), self.prepared.scene.output
-        files = RunFiles(target, self.prepared.fabric, self.display)
+        files = RunFiles(target, self.prepared.fabric, self.displays)
         files.write_state(self.end, output.yarns)
         if output.animation and len(self.frames) > 1:
             files.write_animation(self.frames, self._frames_per_second)
@@ -100,11 +113,11 @@ class Draped:
 
     def shown_at(self, frame: Frame) -> Shown:
         """Return vertices, yarn nodes and smooth surface of a frame [cm]."""
-        return self.display.show(frame.vertices, frame.nodes)
+        return self.displays.show(frame)
 
     def yarns_at(self, frame: Frame) -> YarnSet:
         """Return all yarns of a frame as curves."""
-        return self.display.curves(self.shown_at(frame), self.prepared.fabric.yarn_radius)
+        return self.display_of(frame).curves(self.shown_at(frame), self.prepared.fabric.yarn_radius)
 
 
 def drape(
@@ -133,15 +146,18 @@ def drape(
     """
     given = scene if isinstance(scene, Scene) else read_scene(scene)
     target = _checked_folder(folder, checkpoint_every, resume)
-    prepared = prepare(given, cloth=cloth, yarns=yarns)
+    prepared = prepare(given, cloth=cloth, yarns=yarns, folder=target, progress=progress)
     device = device_named(given.solver.device)
     contact = bool(given.bodies) or given.contact.self_collision
     with alone():
-        prepared, triangles = _after_triangles(prepared, device, progress, resume=resume)
-        check_memory(prepared.region, available_memory(device), contact=contact)
-        run = _Run(prepared, target, device, triangles)
-        if resume and target is not None:
-            run.resume(target / NAME)
+        state = read_run(target / NAME, run_inputs(prepared, device)) if resume and target is not None else None
+        start = _start(prepared, device, progress) if state is None else _resumed(prepared, state)
+        check_memory(start.prepared.region, available_memory(device), contact=contact)
+        run = _Run(start, target, device)
+        if state is not None:
+            run.resume(state)
+        if target is not None:
+            write_scene(target / SCENE_FILE, prepared.scene)
         run.go(progress, control, checkpoint_every)
     return run.result()
 
@@ -154,41 +170,63 @@ def _checked_folder(folder: str | PathLike[str] | None, every: int | None, resum
     return None if folder is None else Path(folder)
 
 
-def _after_triangles(
-    prepared: PreparedScene, device: wp.Device, progress: Progress, *, resume: bool
-) -> tuple[PreparedScene, RunTotals | None]:
-    """Run the triangles alone where the region or the start of the yarns follows from them; its work.
+@dataclass(frozen=True, eq=False)
+class _Start:
+    """What a run begins with."""
 
-    A resumed run has the positions of its checkpoint, and does not need the start.
-    """
+    prepared: PreparedScene
+    budget: NodeBudget
+    """Nodes that the region may have while the run goes on; for automatic regions."""
+    triangles: RunTotals | None = None
+    """Work of the run with triangles alone, if there was one."""
+
+
+def _start(prepared: PreparedScene, device: wp.Device, progress: Progress) -> _Start:
+    """Run the triangles alone where the region or the start of the yarns follows from them."""
     section = prepared.scene.region
-    if section.yarns != "automatic" and (resume or not section.starts_on_triangles):
-        return prepared, None
-    run = run_triangles(prepared, scalar_named(prepared.scene.solver.precision), device, progress=progress)
+    grows = section.grows_from_nothing
+    by_errors = section.yarns == "automatic" and not (grows and section.seconds is None)
+    if not (by_errors or section.starts_on_triangles):
+        return _Start(prepared, NodeBudget(nodes=section.nodes or 0))
+    scalar = scalar_named(prepared.scene.solver.precision)
+    run = run_triangles(prepared, scalar, device, progress=progress)
+    budget = NodeBudget(nodes=0)
     if section.yarns == "automatic":
-        prepared = place_yarns(prepared, run.error)
+        budget = node_budget(prepared, run.error, scalar, device)
+        prepared = prepared if grows else place_yarns(prepared, run.error, budget)
     starts = run.vertices if section.starts_on_triangles else None
-    return replace(prepared, triangle_equilibrium=starts), run.totals
+    return _Start(replace(prepared, triangle_equilibrium=starts), budget, run.totals)
+
+
+def _resumed(prepared: PreparedScene, state: RunCheckpoint) -> _Start:
+    """What a run that is resumed begins with: it has the positions of its checkpoint, and also an automatic region."""
+    automatic = prepared.scene.region.yarns == "automatic"
+    return _Start(resumed_region(prepared, state.arrays) if automatic else prepared, NodeBudget(nodes=0))
 
 
 class _Run:
     """One run: the simulation, its frames and its sums."""
 
-    def __init__(
-        self, prepared: PreparedScene, folder: Path | None, device: wp.Device, triangles: RunTotals | None
-    ) -> None:
-        self.prepared, self.folder, self.device = prepared, folder, device
-        scene, fabric = prepared.scene, prepared.fabric
-        self.simulation: Simulation = begin_simulation(prepared, scalar_named(scene.solver.precision), device)
-        self.display = Display(fabric.cloth, fabric.yarns, prepared.region, scene.output.subdivisions)
-        self.frames, self.totals, self.triangles = Frames(folder), RunTotals(), triangles
-        self.inputs = run_inputs(prepared, device)
+    def __init__(self, start: _Start, folder: Path | None, device: wp.Device) -> None:
+        self.folder, self.device = folder, device
+        scene, fabric = start.prepared.scene, start.prepared.fabric
+        self.simulation: Simulation = begin_simulation(start.prepared, scalar_named(scene.solver.precision), device)
+        self.region = AdaptiveRegion(start.prepared, start.budget)
+        self.displays = Displays(fabric.cloth, fabric.yarns, start.prepared.region, scene.output.subdivisions)
+        self.frames, self.totals, self.triangles = Frames(folder), RunTotals(), start.triangles
+        self.inputs = run_inputs(start.prepared, device)
         self.stopped = False
 
-    def resume(self, path: Path) -> None:
+    @property
+    def prepared(self) -> PreparedScene:
+        """The scene with its present region."""
+        return self.simulation.prepared
+
+    def resume(self, state: RunCheckpoint) -> None:
         """Continue from a checkpoint."""
-        state = read_run(path, self.inputs)
         self.simulation.resume(state.arrays)
+        if self.prepared.scene.region.yarns == "automatic":
+            self.region.resume(state.arrays)
         self.totals = state.totals
         self.frames.count = state.frames
 
@@ -210,7 +248,7 @@ class _Run:
 
     def result(self) -> Draped:
         """The result so far."""
-        return Draped(prepared=self.prepared, display=self.display, frames=self.frames, report=self._report())
+        return Draped(prepared=self.prepared, displays=self.displays, frames=self.frames, report=self._report())
 
     def _step(self, progress: Progress, control: RunControl[Draped] | None, every: int | None) -> None:
         before, began = self._frame(), time.perf_counter()
@@ -219,8 +257,11 @@ class _Run:
         finally:
             self.totals.seconds += time.perf_counter() - began
         made.add_to(self.totals)
-        for moment in self._frames_due(made):
-            self.frames.add(before.between(self._frame(), moment))
+        after = self._frame()
+        changed = self.region.look(self.simulation)
+        # A static run finds its equilibrium again after a change of the region, and shows that one.
+        for moment in () if changed and self.prepared.scene.mode == "static" else self._frames_due(made):
+            self.frames.add(before.between(after, moment))
         progress(STAGE, min(made.time / self.prepared.scene.duration, 1.0), self._note(made))
 
     def _after_iteration(
@@ -230,7 +271,7 @@ class _Run:
         scene, found = self.prepared.scene, self.totals.steps
 
         def of_run(stage: str, done: float, note: str) -> None:
-            progress(stage, (found + done) / scene.equilibria, note)
+            progress(stage, min((found + done) / scene.equilibria, 1.0), note)
 
         most = scene.solver.most_iterations
         report = relaxing_progress(STAGE, self.simulation.tolerance, of_run, max_iterations=most)
@@ -262,7 +303,8 @@ class _Run:
             number += 1
 
     def _frame(self) -> Frame:
-        return Frame(self.simulation.time, *self.simulation.positions)
+        region = self.prepared.region
+        return Frame(self.simulation.time, *self.simulation.positions, region.triangle_kind, region.vertex_alpha)
 
     def _note(self, made: SimulationStep) -> str:
         unit = "dyn" if self.prepared.scene.mode == "static" else "cm/s"
@@ -277,7 +319,10 @@ class _Run:
 
     def _write_checkpoint(self) -> None:
         if self.folder is not None:
-            state = RunCheckpoint(self.totals, len(self.frames), self.simulation.arrays())
+            arrays = self.simulation.arrays()
+            if self.prepared.scene.region.yarns == "automatic":
+                arrays |= self.region.arrays(self.simulation)
+            state = RunCheckpoint(self.totals, len(self.frames), arrays)
             write_run(self.folder, self.inputs, state)
 
     def _report(self) -> dict[str, Any]:
@@ -295,6 +340,8 @@ class _Run:
             energies=energies,
             memory_bytes=peak_memory(),
         )
+        if scene.region.changes_every is not None:
+            mixed |= {"region_changes": self.region.changes, "largest_energy_jump": self.region.energy_jump}
         if self.triangles is not None:
             mixed["triangle_run"] = work_of(self.triangles)
         device, precision = self.device.alias, scene.solver.precision

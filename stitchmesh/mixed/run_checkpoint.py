@@ -28,6 +28,8 @@ from stitchmesh.yarnrelax.fingerprint import fingerprint
 
 NAME = "checkpoint.smc"
 """Name of the newest checkpoint in the output folder."""
+PLACE_OF_REGION = ("yarns", "nodes", "seconds", "adapt_every", "boxes", "faces", "rings")
+"""Entries of a region that is not automatic, for which the region itself is compared."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +46,14 @@ class RunCheckpoint:
 def run_inputs(prepared: PreparedScene, device: wp.Device) -> dict[str, str]:
     """Return everything that decides a run, as short strings."""
     found = {"stitchmesh": __version__, "device": "cuda" if device.is_cuda else "cpu"}
-    found["region.start"] = prepared.scene.region.start
+    found["cloth.seam_rods"] = str(prepared.fabric.seam_material)
     found |= fingerprint("scene", prepared.scene, without=("output", "cloth", "yarns", "region"))
-    cloth, yarns, region = prepared.fabric.cloth, prepared.fabric.yarns, prepared.region
-    found |= fingerprint("cloth", cloth) | fingerprint("yarns", yarns) | fingerprint("region", region)
+    # An automatic region is part of the checkpoint: it may depend on a clock, and change while the run goes on.
+    section = prepared.scene.region
+    found |= fingerprint("region", section, without=() if section.yarns == "automatic" else PLACE_OF_REGION)
+    if section.yarns != "automatic":
+        found |= fingerprint("region", prepared.region)
+    found |= fingerprint("cloth", prepared.fabric.cloth) | fingerprint("yarns", prepared.fabric.yarns)
     found |= fingerprint("cloth material", prepared.fabric.cloth_material, without=("name", "source"))
     return found | fingerprint("yarn materials", prepared.fabric.yarn_materials)
 

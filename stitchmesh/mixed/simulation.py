@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,11 +25,15 @@ from stitchmesh.mixed.assembly import held_in_state, loaded_system
 from stitchmesh.mixed.contact.prescribed_motion import PrescribedMotion
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.equilibrium import AfterIteration, EquilibriumSearch, EquilibriumSettings, unwatched
+from stitchmesh.mixed.dynamics.kept_momentum import keep_momentum
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.vector_sums import choose, set_sum
+from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.mixed_vector import MixedVector, Parts
 from stitchmesh.mixed.output.report import RunTotals
+from stitchmesh.mixed.placement.carried_terms import RegionChange, carry_terms
 from stitchmesh.mixed.placement.moved_state import move_state
+from stitchmesh.mixed.region_change import moved_vector, place_held, region_change, settle_changed
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene
 
 
@@ -100,6 +104,20 @@ class Simulation(ABC):
         """
 
     @abstractmethod
+    def change_region(self, region: Region) -> None:
+        """Go on with yarns in another region of the same cloth and layout.
+
+        Positions, velocities and what terms remember stay where nodes stay. A motion keeps its momentum; a static run
+        finds its last equilibrium again.
+
+        Args:
+            region: the new region.
+
+        Raises:
+            ParameterError: the region belongs to another layout, or a term cannot be carried over.
+        """
+
+    @abstractmethod
     def energies(self) -> dict[str, float]:
         """Energy of each term [erg], by name."""
 
@@ -120,6 +138,13 @@ class Simulation(ABC):
         """Return the positions at the start, on the device."""
         vertices, nodes = self.start
         return MixedVector.from_numpy(vertices, nodes, self.prepared.sliding, self.scalar, self.device)
+
+    def take_region(self, region: Region) -> RegionChange:
+        """Take a region for what is made from now on; return the change."""
+        old = self.prepared.region
+        self.prepared = replace(self.prepared, region=region)
+        self.start = self.prepared.vertices, self.prepared.nodes
+        return region_change(self.prepared.fabric, old, region, self.prepared.loads(self.time))
 
     def system_at(self, time: float) -> tuple[MixedSystem, PrescribedMotion]:
         """Return the system with the attachments at a time, and their motion."""
@@ -159,6 +184,20 @@ class DynamicSimulation(Simulation):
             made.time, made.newton_iterations, made.solve_iterations, made.halvings, made.velocity_error, True
         )
 
+    def change_region(self, region: Region) -> None:
+        """Go on with another region; the momentum stays."""
+        old, rest = self._dynamics, self.prepared.fabric.yarns.rest_sliding
+        change = self.take_region(region)
+        self._dynamics = new = self._dynamics_at(old.time, moved_vector(change, old.positions, rest))
+        new.velocities.assign(moved_vector(change, old.velocities, np.zeros_like(rest)))
+        new.time, new.time_step, new.calm_steps = old.time, old.time_step, old.calm_steps
+        place_held(new.system, self._motion, new.positions, new.time)
+        fabric, loads, start = self.prepared.fabric, self.prepared.loads(self.time), self.prepared.vertices
+        settle_changed(fabric, change, loads, start, old.system.terms, new.positions, new.time_step)
+        before, after = [(each.system, each.positions, each.velocities) for each in (old, new)]
+        keep_momentum(before, after)
+        carry_terms(old.system.terms, new.system.terms, change)
+
     def energies(self) -> dict[str, float]:
         """Energy of each term and kinetic energy [erg]."""
         return self._dynamics.energies()
@@ -178,7 +217,7 @@ class DynamicSimulation(Simulation):
 
     def _dynamics_at(self, time: float, positions: MixedVector) -> Dynamics:
         scene, material = self.prepared.scene, self.prepared.fabric.yarn_materials.weft
-        system, motion = self.system_at(time)
+        system, self._motion = self.system_at(time)
         self._built = time
         settings = DynamicsSettings(
             time_step=scene.largest_step,
@@ -187,7 +226,7 @@ class DynamicSimulation(Simulation):
             velocity_tolerance=scene.solver.velocity_tolerance,
             solve_tolerance=scene.solver.solve_tolerance,
         )
-        return Dynamics(system, positions, settings, prescribed=motion.displacements)
+        return Dynamics(system, positions, settings, prescribed=self._motion.displacements)
 
 
 class StaticSimulation(Simulation):
@@ -201,6 +240,7 @@ class StaticSimulation(Simulation):
         self._settings = EquilibriumSettings(
             force_tolerance=scene.solver.force_tolerance,
             most_iterations=scene.solver.most_iterations,
+            most_updates=scene.solver.friction_updates,
             solve_tolerance=min(scene.solver.solve_tolerance, EquilibriumSettings.solve_tolerance),
         )
         on_triangles = prepared.triangle_equilibrium is not None
@@ -236,6 +276,16 @@ class StaticSimulation(Simulation):
         return SimulationStep(
             search.time, made.iterations, made.solve_iterations, 0, made.unbalanced_force, made.converged
         )
+
+    def change_region(self, region: Region) -> None:
+        """Go on with another region; the last equilibrium is found again."""
+        terms, positions, time = self._system.terms, self._positions, self.time
+        change = self.take_region(region)
+        self._positions = moved_vector(change, positions, self.prepared.fabric.yarns.rest_sliding)
+        self._system, self._motion = self.system_at(time)
+        self._built, self._done = time, self._done - 1
+        place_held(self._system, self._motion, self._positions, time)
+        carry_terms(terms, self._system.terms, change)
 
     def energies(self) -> dict[str, float]:
         """Energy of each term [erg]."""

@@ -127,3 +127,12 @@ class Term(ABC):
         """Restore the contents of ``arrays``."""
         for name, array in self.arrays().items():
             array.assign(np.asarray(arrays[name]))
+
+    def carried_arrays(self) -> dict[str, Any]:
+        """The part of ``arrays`` that stays when the region of a run changes: one value for each node or point."""
+        return self.arrays()
+
+    def carry(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Take over ``carried_arrays`` of another region, before the first step; what else lasts is found again."""
+        for name, array in self.carried_arrays().items():
+            array.assign(np.asarray(arrays[name]))

@@ -14,6 +14,7 @@ from stitchmesh.app.event_queue import EventQueue
 from stitchmesh.app.live_run import BYTES_PER_SECOND, LiveRun
 from stitchmesh.app.pages.run_panel import status_of
 from stitchmesh.app.task import TaskRunner
+from stitchmesh.progress import Progress
 from stitchmesh.run_control import RunControl, RunStopped, Snapshot
 
 SAFETY = 60.0  # Time after which a test that blocks fails [s]; a test that passes waits for a much shorter time.
@@ -32,19 +33,20 @@ class Runs:
         made: list[LiveRun[int, str]] = []
         paused = threading.Event()
 
-        def relax(control: RunControl[int]) -> str:
+        def relax(control: RunControl[int], progress: Progress) -> str:
             paused.wait(SAFETY)
             for step in range(steps + 1):
                 snapshot = Snapshot(step, step, 10.0**-step, 1e-4, 0.5 * step, {"bend": 1.0})
                 try:
                     control.after_step(lambda shown=snapshot: shown)
+                    progress("counting", (step + 1) / (steps + 1), "")
                 except RunStopped:
                     return f"stopped at {step}"
             return "finished"
 
         def begin() -> None:
-            run = LiveRun(self.tasks, "counting", relax, stage="yarnrelax", done=self.ends.append,
-                          failed=self.ends.append, **options)  # fmt: skip
+            run = LiveRun(self.tasks, "counting", relax, done=self.ends.append, failed=self.ends.append,
+                          **{"stage": "yarnrelax", **options})  # fmt: skip
             made.append(run)
             run.control.pause()
             paused.set()
@@ -100,6 +102,16 @@ def test_a_cancelled_run_ends_also_while_it_is_paused_and_gives_no_result(runs: 
 def test_large_snapshots_come_less_often(runs: Runs):
     run = runs.start(0, frame_bytes=int(3 * BYTES_PER_SECOND))
     assert run.control.seconds == 3.0
+
+
+def test_the_progress_is_that_of_the_work_if_no_stage_is_given(runs: Runs):
+    run = runs.start(3, stage=None)
+    for steps in (1, 2):
+        run.control.step()
+        runs.wait_for(lambda: run.done == steps / 4)  # noqa: B023 - called in this round
+    run.control.resume()
+    runs.wait_for(lambda: runs.ends)
+    assert run.done == 1.0
 
 
 def test_before_the_first_snapshot_the_run_is_being_prepared(runs: Runs):

@@ -14,6 +14,7 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.automatic_region import place_yarns
 from stitchmesh.mixed.drape import drape
+from stitchmesh.mixed.placement.chosen_region import NodeBudget
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
@@ -44,7 +45,8 @@ PUSHED = Scene(
 
 def placed(scene: Scene) -> PreparedScene:
     prepared = prepare(scene)
-    return place_yarns(prepared, run_triangles(prepared, wp.float64, CPU).error)
+    error = run_triangles(prepared, wp.float64, CPU).error
+    return place_yarns(prepared, error, NodeBudget(nodes=int(scene.region.nodes or 0)))
 
 
 def test_the_region_keeps_to_its_nodes_and_lies_where_the_cloth_is_pressed() -> None:
@@ -76,5 +78,5 @@ def test_too_few_nodes_are_refused() -> None:
 
 @pytest.mark.parametrize(("yarns", "nodes"), [("automatic", None), ("automatic", 0), ("chosen", -1)])
 def test_automatic_regions_need_a_number_of_nodes(yarns: str, nodes: int | None) -> None:
-    with pytest.raises(ParameterError, match=r"region\.nodes"):
+    with pytest.raises(ParameterError, match=r"region"):
         RegionSection(yarns=yarns, nodes=nodes)

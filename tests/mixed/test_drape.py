@@ -278,15 +278,39 @@ def test_the_command_compares_three_forms(tmp_path, capsys):
     assert "triangles:" in capsys.readouterr().out
 
 
-def test_the_command_refuses_in_one_line_and_writes_nothing(tmp_path, capsys):
-    scene = replace(HANGING, bodies=(BodySection(file="nowhere.obj"),))
+AWAY = BoxSection(low=(8.0, 8.0, 8.0), high=(9.0, 9.0, 9.0))
+REFUSED = {
+    "missing body": (replace(HANGING, bodies=(BodySection(file="nowhere.obj"),)), "nowhere.obj"),
+    "unknown yarn": (replace(HANGING, yarns=replace(HANGING.yarns, material="gong-9")), "did you mean"),
+    "unknown cloth": (replace(HANGING, cloth=replace(HANGING.cloth, material="denin")), "did you mean 'denim'"),
+    "region outside": (replace(HANGING, region=RegionSection(boxes=(AWAY,))), "holds no triangle"),
+    "too many yarns": (replace(HANGING, yarns=YarnsSection(weave="plain", ends=5e5, picks=5e5)), "at most"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_the_command_refuses_in_one_line_and_writes_nothing(tmp_path, capsys, name):
+    scene, words = REFUSED[name]
     write_scene(tmp_path / "scene.toml", scene)
     assert main(["drape", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out")]) == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1
-    assert "nowhere.obj" in error
+    assert words in error
     assert not (tmp_path / "out").exists()
+
+
+def test_the_command_needs_a_folder(tmp_path):
+    write_scene(tmp_path / "scene.toml", HANGING)
     assert main(["drape", str(tmp_path / "scene.toml")]) == 2
+
+
+def test_a_region_that_does_not_fit_into_the_memory_writes_nothing(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("stitchmesh.mixed.drape.available_memory", lambda device: 301e6)
+    write_scene(tmp_path / "scene.toml", form("all"))
+    assert main(["drape", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1 and "GB are free" in error
+    assert not (tmp_path / "out").exists()
 
 
 def test_the_command_writes_an_example_once(tmp_path, capsys):

@@ -24,9 +24,11 @@ LAYERS = [
     {"assembly", "memory"},
     {"output", "placement", "matching"},
     {"scene"},
+    {"region_change"},
     {"simulation"},
-    {"run_checkpoint", "automatic_region", "triangle_run"},
+    {"run_checkpoint", "automatic_region", "adaptive_region", "measured_budget", "triangle_run"},
     {"drape"},
+    {"draped_folder"},
 ]
 """Folders and files from the bottom up; members of one layer do not import one another."""
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}

@@ -16,7 +16,7 @@ from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
 from stitchmesh.mixed.scene.scene import Scene, SolverSection
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
-from stitchmesh.render.mixed_picture import (
+from stitchmesh.render.draped.picture import (
     ALPHA_SCALE,
     bodies_at_end,
     camera_directions,

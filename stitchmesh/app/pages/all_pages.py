@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from stitchmesh.app.pages.divide import DividePage
+from stitchmesh.app.pages.drape.page import DrapePage
 from stitchmesh.app.pages.edit.edit_page import EditPage
 from stitchmesh.app.pages.even_out import EvenOutPage
 from stitchmesh.app.pages.label import LabelPage
@@ -22,6 +23,7 @@ _CLASSES: tuple[type[Page], ...] = (
     EvenOutPage,
     YarnsPage,
     SwatchPage,
+    DrapePage,
     ViewPage,
 )
 PAGES: dict[str, type[Page]] = {page.name: page for page in _CLASSES}

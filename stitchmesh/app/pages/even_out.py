@@ -21,6 +21,7 @@ from stitchmesh.meshrelax.evenness import Measure, evenness_verdict, uneven_rows
 from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.meshrelax.relax import MAX_ITERATIONS, MeshRelaxReport, not_converged, relax_mesh_with_report
 from stitchmesh.pipeline import KnitOptions
+from stitchmesh.progress import Progress
 from stitchmesh.run_control import RunControl, Snapshot
 
 if TYPE_CHECKING:
@@ -109,7 +110,7 @@ class EvenOutPage(Page):
         fabric, surface = project.fabric, project.mesh or project.fabric
         assert fabric is not None and surface is not None
 
-        def relax(control: RunControl[StitchMesh]) -> Evened:
+        def relax(control: RunControl[StitchMesh], progress: Progress) -> Evened:
             return relax_mesh_with_report(fabric, surface=surface, progress=False, control=control, **arguments)
 
         self._run = LiveRun(

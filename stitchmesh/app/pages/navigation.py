@@ -13,6 +13,7 @@ SECTIONS: dict[str, tuple[str, ...]] = {
     "Project": ("Project",),
     "Garment": ("Label", "Divide", "Edit", "Even out", "Yarns"),
     "Swatch": ("Swatch",),
+    "Drape": ("Drape",),
     "View": ("View",),
 }
 """The pages of each section, in order."""

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.live_run import AnyRun
 from stitchmesh.reporting.figures import duration
@@ -15,13 +17,17 @@ PAUSE, RESUME = "Pause", "Resume"
 class RunPanel:
     """Controls that are shown while a relaxation runs."""
 
-    def __init__(self, controls: Controls, step: str) -> None:
+    def __init__(
+        self, controls: Controls, step: str, words: Callable[[AnyRun], str] | None = None
+    ) -> None:  # fmt: skip
         """Make the controls, hidden.
 
         Args:
             controls: where they stand.
             step: what one step of the relaxation is, for the hint.
+            words: says how far a run is; ``status_of`` by default.
         """
+        self._words = words or status_of
         self._run: AnyRun | None = None
         self._pause = controls.button(PAUSE, "Wait after the present step, or go on (key P)", self.toggle_pause)
         self._step = controls.button("Step", f"Make one step and wait: {step} (key N)", self.step)
@@ -45,7 +51,7 @@ class RunPanel:
             return
         self._pause.label = RESUME if self._run.paused else PAUSE
         self._bar.value = round(100.0 * self._run.done, 1)
-        self._status.content = f'<p role="status" style="margin:0">{status_of(self._run)}</p>'
+        self._status.content = f'<p role="status" style="margin:0">{self._words(self._run)}</p>'
 
     def toggle_pause(self) -> None:
         """Pause the relaxation, or let it go on."""

@@ -134,7 +134,7 @@ def _write_example(path: Path) -> None:
 
 
 def _draw(runs: dict[str, Draped], path: Path) -> None:
-    from stitchmesh.render.mixed_picture import render_draped
+    from stitchmesh.render.draped.picture import render_draped
 
     names = list(runs) if len(runs) > 1 else [""]
     render_draped(list(zip(names, runs.values(), strict=True)), path)

@@ -6,7 +6,8 @@
     /yarns/open     BasisCurves as in ``usd``, with samples of the points
     /yarns/cloth    Mesh of triangles with samples of the points; left out without triangles
 
-The primvars of the mesh, such as ``alpha``, belong to its vertices. Time codes are frames: the stage states how many of
+Where the triangles of a frame differ from those of the frame before it, the mesh has samples of its topology too. The
+primvars of the mesh, such as ``alpha``, belong to its vertices. Time codes are frames: the stage states how many of
 them make a second.
 """
 
@@ -38,45 +39,40 @@ class UsdFrame:
     """The yarns; their numbers and those of their points are the same in all frames. All are open."""
     surface: FloatArray
     """Vertices of the surface [cm], shape (W, 3)."""
+    triangles: IntArray
+    """Vertices of the triangles of the surface, shape (T, 3)."""
     values: Mapping[str, FloatArray]
     """Numbers at the vertices of the surface by name, shape (W,) each."""
 
 
-def write_animated_usd(
-    path: FilePath, frames: Iterable[UsdFrame], triangles: IntArray, *, frames_per_second: float
-) -> int:
+def write_animated_usd(path: FilePath, frames: Iterable[UsdFrame], *, frames_per_second: float) -> int:
     """Write an animation as text (``.usda``) or in binary (``.usdc``); return the number of frames.
 
     Args:
         path: the file.
         frames: at least one, in the order of their times; they are read one by one.
-        triangles: vertices of the triangles of the surface, shape (T, 3).
         frames_per_second: number of time codes for each second.
 
     Raises:
         FileError: there is no frame, a coordinate is too large for float32, or the file cannot be written.
     """
-    from pxr import Tf, Usd, UsdGeom, Vt
+    from pxr import Tf, Usd, UsdGeom
 
     stage = Usd.Stage.CreateInMemory()
     UsdGeom.SetStageMetersPerUnit(stage, METRES_PER_UNIT)
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
     stage.SetTimeCodesPerSecond(frames_per_second)
     stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/yarns").GetPrim())
-    targets: list[Any] = []
+    curves: Any = None
+    surface = _Surface(path, stage)
     code, count = 0.0, 0
     for frame in frames:
-        points = [to_float32(path, "the coordinates", frame.yarns.points)]
-        points += [to_float32(path, "the coordinates", frame.surface)] if len(triangles) else []
-        if not targets:
-            targets = _define(path, stage, frame, triangles)
-            stage.SetStartTimeCode(frame.time * frames_per_second)
         code, count = frame.time * frames_per_second, count + 1
-        for target, places in zip(targets, points, strict=True):
-            target.GetPointsAttr().Set(Vt.Vec3fArray.FromNumpy(places), code)
-            target.GetExtentAttr().Set(Vt.Vec3fArray.FromNumpy(_extent(places, frame.yarns)), code)
-        if len(targets) > 1:
-            _set_values(targets[1], frame.values, code)
+        if curves is None:
+            curves = _define_curves(path, stage, frame)
+            stage.SetStartTimeCode(code)
+        _set_points(curves, to_float32(path, "the coordinates", frame.yarns.points), frame.yarns, code)
+        surface.add(frame, code)
     if not count:
         raise FileError(f"{fspath(path)}: got no frame; expected at least one")
     stage.SetEndTimeCode(code)
@@ -88,9 +84,9 @@ def write_animated_usd(
     return count
 
 
-def _define(path: FilePath, stage: Any, frame: UsdFrame, triangles: IntArray) -> list[Any]:
-    """Define the curves and the mesh, and return their schemas."""
-    from pxr import UsdGeom, UsdShade, Vt
+def _define_curves(path: FilePath, stage: Any, frame: UsdFrame) -> Any:
+    """Define the curves, and return their schema."""
+    from pxr import UsdGeom, UsdShade
 
     everything = np.arange(frame.yarns.yarn_count)
     points = to_float32(path, "the coordinates", frame.yarns.points)
@@ -99,16 +95,65 @@ def _define(path: FilePath, stage: Any, frame: UsdFrame, triangles: IntArray) ->
     curves = define_curves(stage, "/yarns/open", frame.yarns, everything, points, widths)
     UsdShade.MaterialBindingAPI.Apply(curves).Bind(wool)
     UsdGeom.BasisCurves(curves).GetPointsAttr().Clear()
-    if not len(triangles):
-        return [UsdGeom.BasisCurves(curves)]
-    mesh = UsdGeom.Mesh.Define(stage, "/yarns/cloth")
-    mesh.CreateFaceVertexCountsAttr(Vt.IntArray(len(triangles), 3))
-    mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(triangles.ravel().astype(np.int32)))
-    mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-    mesh.CreateDoubleSidedAttr(True)
-    mesh.CreatePointsAttr()
-    mesh.CreateExtentAttr()
-    return [UsdGeom.BasisCurves(curves), mesh]
+    return UsdGeom.BasisCurves(curves)
+
+
+class _Surface:
+    """The mesh, which is defined with the first frame that has triangles."""
+
+    def __init__(self, path: FilePath, stage: Any) -> None:
+        self.path, self.stage = path, stage
+        self.mesh: Any = None
+        self.triangles: IntArray = np.zeros((0, 3), dtype=np.int64)
+        self.since = 0.0
+
+    def add(self, frame: UsdFrame, code: float) -> None:
+        """Add the surface of a frame."""
+        if self.mesh is None and not len(frame.triangles):
+            return
+        if self.mesh is None:
+            self._define(frame.triangles, code)
+        elif not np.array_equal(frame.triangles, self.triangles):
+            self._change(frame.triangles, code)
+        places = to_float32(self.path, "the coordinates", frame.surface)
+        _set_points(self.mesh, places, frame.yarns, code)
+        _set_values(self.mesh, frame.values, code)
+
+    def _define(self, triangles: IntArray, code: float) -> None:
+        from pxr import UsdGeom
+
+        self.mesh = mesh = UsdGeom.Mesh.Define(self.stage, "/yarns/cloth")
+        counts, corners = _faces(triangles)
+        mesh.CreateFaceVertexCountsAttr(counts)
+        mesh.CreateFaceVertexIndicesAttr(corners)
+        mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+        mesh.CreateDoubleSidedAttr(True)
+        mesh.CreatePointsAttr()
+        mesh.CreateExtentAttr()
+        self.triangles, self.since = triangles, code
+
+    def _change(self, triangles: IntArray, code: float) -> None:
+        """Go on with other triangles; those before get a sample at the time since which they are there."""
+        for each, when in ((self.triangles, self.since), (triangles, code)):
+            counts, corners = _faces(each)
+            self.mesh.GetFaceVertexCountsAttr().Set(counts, when)
+            self.mesh.GetFaceVertexIndicesAttr().Set(corners, when)
+        self.triangles, self.since = triangles, code
+
+
+def _faces(triangles: IntArray) -> tuple[Any, Any]:
+    """Numbers of corners, and the corners."""
+    from pxr import Vt
+
+    return Vt.IntArray(len(triangles), 3), Vt.IntArray.FromNumpy(triangles.ravel().astype(np.int32))
+
+
+def _set_points(target: Any, places: Any, yarns: YarnSet, code: float) -> None:
+    """Set the points and the bounding box of curves or of the mesh at a time."""
+    from pxr import Vt
+
+    target.GetPointsAttr().Set(Vt.Vec3fArray.FromNumpy(places), code)
+    target.GetExtentAttr().Set(Vt.Vec3fArray.FromNumpy(_extent(places, yarns)), code)
 
 
 def _set_values(mesh: Any, values: Mapping[str, FloatArray], code: float) -> None:
@@ -123,4 +168,6 @@ def _set_values(mesh: Any, values: Mapping[str, FloatArray], code: float) -> Non
 def _extent(points: Any, yarns: YarnSet) -> Any:
     """Bounding box of points, with room for the yarns around them."""
     room = float(yarns.drawn_radius.max())
+    if not len(points):
+        return np.zeros((2, 3), dtype=np.float32)
     return np.stack([points.min(axis=0) - room, points.max(axis=0) + room]).astype(np.float32)

@@ -51,8 +51,9 @@ from stitchmesh.mixed.term import Term
 from stitchmesh.yarnrelax.energies.body_penalty import push_of, push_outside
 from stitchmesh.yarnrelax.energies.body_surface import gap_to
 
-DEPTH = 1.0
-"""Default of the depth in which points are found [cm]; it should be below half the thickness of thin parts."""
+DEPTH, DEPTH_SHARE = 1.0, 0.25
+"""Default of the depth in which points are found [cm], and its bound as a share of the smallest side of the box around
+the body: behind the middle of a thin body a point would be pushed out on the other side."""
 
 
 UNKNOWN = 1e15
@@ -239,7 +240,7 @@ class BodyContact(Term):
         *,
         thickness: float = 0.0,
         pressure: float = PRESSURE,
-        depth: float = DEPTH,
+        depth: float | None = None,
         scalar: Any,
         device: wp.Device,
     ) -> None:
@@ -250,14 +251,16 @@ class BodyContact(Term):
             body: the body.
             thickness: thickness of a layer on the body that the cloth stays out of [cm].
             pressure: P, the scale of the pressure [dyn / cm^2].
-            depth: depth below the surface down to which points are found and pushed out [cm].
+            depth: depth below the surface down to which points are found and pushed out [cm]; it should be below half
+                the thickness of thin parts. By default ``DEPTH``, or ``DEPTH_SHARE`` of the height of a flat body.
             scalar: Warp's floating-point type.
             device: where the term runs.
 
         Raises:
             ParameterError: a thickness below 0, or a pressure or a depth that is not positive.
         """
-        for name, value in (("pressure", pressure), ("depth", depth)):
+        deepest = min(DEPTH, DEPTH_SHARE * float(np.ptp(body.mesh.vertices, axis=0).min())) if depth is None else depth
+        for name, value in (("pressure", pressure), ("depth", deepest)):
             if not (np.isfinite(value) and value > 0.0):
                 raise ParameterError(f"{body.name}: got a {name} of {value}; expected a positive number")
         if not (np.isfinite(thickness) and thickness >= 0.0):
@@ -265,7 +268,7 @@ class BodyContact(Term):
         self.name = body.name
         self.points = PointMap.of(points, scalar, device)
         self.placed = PlacedBody(body, scalar, device)
-        self.depth = depth
+        self.depth = deepest
         reach = points.radius + thickness
         self._reach = self.points.scalars(reach)
         self._size = self.points.scalars(0.5 * pressure * reach * points.area)

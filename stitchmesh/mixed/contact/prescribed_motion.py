@@ -48,6 +48,11 @@ class PrescribedMotion:
         after, before = self.positions(end), self.positions(begin)
         return after[0] - before[0], after[1] - before[1], after[2]
 
+    def places(self, time: float) -> Parts:
+        """Where displacements from time 0 to a time [s] have brought what is held: vertices, nodes, and zeros [cm]."""
+        moved = self.displacements(0.0, time)
+        return self._vertices + moved[0], self._nodes + moved[1], moved[2]
+
     def velocities(self, begin: float, end: float) -> Parts:
         """Mean velocities between two times [cm / s]: those with which a step reaches the place of its end."""
         v, p, s = self.displacements(begin, end)

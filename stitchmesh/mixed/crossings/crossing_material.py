@@ -108,6 +108,11 @@ class CrossingMaterial:
         )
 
     @staticmethod
+    def names() -> tuple[str, ...]:
+        """Names of the materials of this package."""
+        return tuple(_named_materials())
+
+    @staticmethod
     def named(name: str = DEFAULT) -> CrossingMaterial:
         """One of the materials of this package.
 

@@ -9,13 +9,17 @@ F_v with which stretch and bending of the u yarn and of the v yarn act on the no
 normal n of the fabric: at x + h n, where h = +R_u or -R_u for the u yarn and opposite for the v yarn (``side``). F_u
 and F_v are found on these offset centre lines: tension pulls along the offset segments, and bending turns at the
 crimp. A crossing force s N n, with the side s of the u yarn, balances both yarns as well as one number can (least
-squares of n . F_u + s N and n . F_v - s N):
+squares of n . F_u + s N and n . F_v - s N), where neither of them pulls the other one away:
 
-    N = max(0, s n . (F_v - F_u) / 2)
+    N = (max(0, -s n . F_u) + max(0, s n . F_v)) / 2
+
+A yarn that is pressed along its axis bows out at the crimp before it would pull; planar nodes do not bow, so that its
+part is zero, and the bending of the other yarn still presses.
 
 In a plain weave of spacing L, with tension T in one family of yarns and none in the other, each crossing has
 N = 1/2 T (4 R / L') with L'^2 = L^2 + (2 R)^2. Bending of straight yarns into the crimp presses without any tension
-(16 EI R / L^3 for each yarn, for a small crimp), which holds a fabric together when its load is gone.
+(16 EI R / L^3 for each yarn, for a small crimp), which holds a fabric together when its load is gone. It carries the
+weight rho g L of a yarn between two crossings where L^4 < 16 mu EI R / (rho g); a wider weave needs tension.
 
 *Knit.* In a stitch contact both yarns run along the axis between the two nodes of the contact, and one pulls the other
 one across this axis e:
@@ -146,17 +150,19 @@ def find_normal_forces(
 ) -> None:
     """Force N [dyn] that presses the yarns of each crossing together."""
     i = wp.tid()
-    apart = force_of_yarn(link, segment, bend, turn, nodes, sliding, normal, height, i, 1)
-    apart -= force_of_yarn(link, segment, bend, turn, nodes, sliding, normal, height, i, 0)
+    of_u = force_of_yarn(link, segment, bend, turn, nodes, sliding, normal, height, i, 0)
+    of_v = force_of_yarn(link, segment, bend, turn, nodes, sliding, normal, height, i, 1)
     half = type(height[i][0])(0.5)
-    direction = normal[i]
+    zero = half - half
     result = half - half
     if axis[i] >= 0:
         direction, _inverse = unit_of(leg_vector(link[i, axis[i]], nodes, nodes[i]))
+        apart = of_v - of_u
         result = half * wp.length(apart - direction * wp.dot(direction, apart))
     else:
-        result = half * wp.dot(direction, apart) * wp.sign(height[i][0])
-    pressing[i] = wp.max(result, half - half)
+        side = normal[i] * wp.sign(height[i][0])
+        result = half * (wp.max(-wp.dot(side, of_u), zero) + wp.max(wp.dot(side, of_v), zero))
+    pressing[i] = result
 
 
 @dataclass(frozen=True, eq=False)

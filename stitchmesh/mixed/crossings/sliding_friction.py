@@ -282,6 +282,10 @@ class SlidingFriction(Term):
         super().resume(arrays)
         self._outdated = bool(arrays["friction outdated"][0])
 
+    def carried_arrays(self) -> dict[str, Any]:
+        """The anchors; limits are found again."""
+        return {"friction anchors": self.anchor}
+
     def _inputs(self, state: MixedVector) -> list[Any]:
         return [self.anchor, self.slip_length, self.limit, state.sliding]
 

@@ -32,7 +32,7 @@ from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.weight import Weight
 from stitchmesh.mixed.enrichment.embedding import Embedding, embed
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
-from stitchmesh.mixed.enrichment.region import Region
+from stitchmesh.mixed.enrichment.region import TRIANGLES, Region
 from stitchmesh.mixed.enrichment.tension_patterns import tension_left
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
@@ -139,7 +139,9 @@ def cloth_masses(cloth: Cloth, yarns: CrossingYarns, region: Region, model: Clot
     blended = blend_masses(region, ends, mass, coordinates, triangle_masses(cloth, model.triangles))
     if model.seams is None:
         return blended
-    of_rods = rod_masses(cloth, model.seams, _edge_weights(cloth, region))
+    # in the hybrid region the triangles have the mass of the yarns, that of their rods included
+    outside = (region.triangle_kind[cloth.seam_sides // 3] == TRIANGLES).mean(axis=1)
+    of_rods = rod_masses(cloth, model.seams, outside)
     return BlendedMasses(blended.vertices + of_rods, blended.yarns)
 
 
@@ -159,15 +161,13 @@ def _segments(yarns: CrossingYarns) -> tuple[NDArray[np.int64], NDArray[np.int64
 
 
 def _edge_weights(cloth: Cloth, region: Region) -> NDArray[np.float64]:
-    """Weight 1 - alpha of each edge of a seam, shape (S,).
+    """Weight 1 - alpha of each edge of a seam, shape (S,); none where a vertex is not unknown, among yarns alone.
 
-    A rod element reads the edge after it too. Edges beside one whose vertices are not unknown therefore have no rod:
-    the yarns carry the seam there.
+    The rods of the yarns have the weight alpha, so that each rod counts once along its whole length.
     """
-    edges, known = cloth.seam_edges, ~region.unknown_vertices
-    beside = np.zeros(len(known), dtype=bool)
-    beside[edges[known[edges].any(axis=1)]] = True
-    return np.where(beside[edges].any(axis=1), 0.0, 1.0 - region.vertex_alpha[edges].mean(axis=1))
+    edges = cloth.seam_edges
+    among_yarns = ~region.unknown_vertices[edges].all(axis=1)
+    return np.where(among_yarns, 0.0, 1.0 - region.vertex_alpha[edges].mean(axis=1))
 
 
 def _triangle_terms(cloth: Cloth, region: Region, model: ClothModel, scalar: Any, device: wp.Device) -> list[Term]:

@@ -61,13 +61,13 @@ class EquilibriumSettings:
     most_solve_iterations: int = 2000
     """Largest number of products of a linear solve."""
     most_updates: int = 20
-    """Largest number of updates of what lasts from step to step."""
+    """Largest number of updates of what lasts from step to step; with 0 friction holds everything where it began."""
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise ParameterError(f"equilibrium: {name}: got {value}; expected a number above 0")
+            value, least = getattr(self, name), "of at least 0" if name == "most_updates" else "above 0"
+            if not (np.isfinite(value) and (value > 0 or (value == 0 and name == "most_updates"))):
+                raise ParameterError(f"equilibrium: {name}: got {value}; expected a number {least}")
 
 
 @dataclass(frozen=True)

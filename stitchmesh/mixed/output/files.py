@@ -14,6 +14,7 @@ from stitchmesh.io.yarn_formats.animated_usd import UsdFrame, write_animated_usd
 from stitchmesh.mesh import Mesh
 from stitchmesh.mixed.assembly import MixedFabric
 from stitchmesh.mixed.output.display import Display
+from stitchmesh.mixed.output.displays import Displays
 from stitchmesh.mixed.output.fans import one_vertex_for_each_fan
 from stitchmesh.mixed.output.frames import Frame
 from stitchmesh.mixed.output.maps import StateMaps, triangle_tension, yarn_tension
@@ -27,9 +28,9 @@ FORMAT = "stitchmesh mixed maps"
 class RunFiles:
     """Writes the files of one run."""
 
-    def __init__(self, folder: Path, fabric: MixedFabric, display: Display) -> None:
+    def __init__(self, folder: Path, fabric: MixedFabric, displays: Displays) -> None:
         """Write into a folder, which is made if it is missing."""
-        self.folder, self.fabric, self.display = folder, fabric, display
+        self.folder, self.fabric, self.displays = folder, fabric, displays
 
     def write_state(self, frame: Frame, formats: Sequence[str]) -> None:
         """Write yarns, surface and maps of a state.
@@ -43,14 +44,14 @@ class RunFiles:
         """
         from stitchmesh.io import write_mesh, write_yarns
 
-        shown = self.display.show(frame.vertices, frame.nodes)
-        curves = self.display.curves(shown, self.fabric.yarn_radius)
+        display, shown = self.displays.of(frame), self.displays.show(frame)
+        curves = display.curves(shown, self.fabric.yarn_radius)
         for suffix in formats:
             write_yarns(self.folder / f"{YARNS}.{suffix}", curves)
         if len(shown.surface):
-            triangles, source = one_vertex_for_each_fan(self.display.triangles)
+            triangles, source = one_vertex_for_each_fan(display.triangles)
             write_mesh(self.folder / SURFACE, Mesh.from_polygons(shown.surface[source], triangles.tolist()))
-        write_dataclass(self.folder / MAPS, state_maps(self.fabric, self.display, frame), FORMAT)
+        write_dataclass(self.folder / MAPS, state_maps(self.fabric, display, frame), FORMAT)
 
     def write_animation(self, frames: Iterable[Frame], frames_per_second: float) -> int:
         """Write all frames as USD, and return their number.
@@ -59,17 +60,15 @@ class RunFiles:
             FileError: the file cannot be written.
         """
         path = self.folder / ANIMATION
-        return write_animated_usd(
-            path, self._animated(frames), self.display.triangles, frames_per_second=frames_per_second
-        )
+        return write_animated_usd(path, self._animated(frames), frames_per_second=frames_per_second)
 
     def _animated(self, frames: Iterable[Frame]) -> Iterator[UsdFrame]:
         for frame in frames:
-            shown = self.display.show(frame.vertices, frame.nodes)
+            display, shown = self.displays.of(frame), self.displays.show(frame)
             tension = triangle_tension(self.fabric.cloth, self.fabric.cloth_material, shown.vertices)
-            values = {"alpha": self.display.surface_alpha, "tension": self.display.at_surface(tension)}
-            curves = self.display.curves(shown, self.fabric.yarn_radius)
-            yield UsdFrame(frame.time, curves, shown.surface, values)
+            values = {"alpha": display.surface_alpha, "tension": display.at_surface(tension)}
+            curves = display.curves(shown, self.fabric.yarn_radius)
+            yield UsdFrame(frame.time, curves, shown.surface, display.triangles, values)
 
 
 def state_maps(fabric: MixedFabric, display: Display, frame: Frame) -> StateMaps:

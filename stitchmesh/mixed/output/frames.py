@@ -11,10 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from stitchmesh.io.checkpoint_file import CheckpointFile, read_checkpoint, write_checkpoint
-from stitchmesh.mesh import FloatArray
+from stitchmesh.mesh import FloatArray, IntArray
 
 FOLDER, SUFFIX = "frames", ".smc"
 """Folder of the files in the output folder, and their suffix."""
+STATE, PLACE = ("vertices", "nodes", "sliding"), ("triangle_kind", "vertex_alpha")
+"""Names of the arrays of a frame: what moves, and the region."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,15 +31,19 @@ class Frame:
     """Positions of the simulated nodes [cm], shape (n, 3)."""
     sliding: FloatArray
     """Eulerian coordinates of the simulated nodes [cm], shape (n, 2)."""
+    triangle_kind: IntArray
+    """Kind of each triangle in the region of this time (``enrichment.region``), shape (T,)."""
+    vertex_alpha: FloatArray
+    """The blending field at the vertices, shape (V,)."""
 
     def between(self, later: Frame, time: float) -> Frame:
-        """Return the state at a time between this one and a later one, on the straight line between both."""
+        """Return the state at a time between this one and a later one of the same region, on the straight line."""
         if time == later.time:
             return later
         part = (time - self.time) / (later.time - self.time)
-        names = ("vertices", "nodes", "sliding")
-        mixed = [(1.0 - part) * getattr(self, name) + part * getattr(later, name) for name in names]
-        return Frame(time, *mixed)
+        mixed = [(1.0 - part) * getattr(self, name) + part * getattr(later, name) for name in STATE]
+        vertices, nodes, sliding = mixed
+        return Frame(time, vertices, nodes, sliding, later.triangle_kind, later.vertex_alpha)
 
 
 class Frames:
@@ -49,6 +55,14 @@ class Frames:
         self._kept: list[Frame] = []
         self.count = 0
         """Number of frames."""
+
+    @classmethod
+    def of_folder(cls, folder: Path) -> Frames:
+        """Return the frames that an output folder holds now; a run may add more."""
+        found = cls(folder)
+        while found._path(found.count).is_file():
+            found.count += 1
+        return found
 
     def __iter__(self) -> Iterator[Frame]:
         """Yield the frames one after the other."""
@@ -65,9 +79,7 @@ class Frames:
         if self._folder is None:
             return self._kept[number]
         content = read_checkpoint(self._path(number))
-        return Frame(
-            float(content.header["time"]), *(content.arrays[name] for name in ("vertices", "nodes", "sliding"))
-        )
+        return Frame(float(content.header["time"]), **{name: content.arrays[name] for name in (*STATE, *PLACE)})
 
     def add(self, frame: Frame) -> None:
         """Add a frame.
@@ -78,7 +90,7 @@ class Frames:
         if self._folder is None:
             self._kept.append(frame)
         else:
-            arrays = {name: np.asarray(getattr(frame, name)) for name in ("vertices", "nodes", "sliding")}
+            arrays = {name: np.asarray(getattr(frame, name)) for name in (*STATE, *PLACE)}
             write_checkpoint(self._path(self.count), CheckpointFile({"time": frame.time}, arrays))
         self.count += 1
 

@@ -22,6 +22,8 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.region import TRIANGLES, Region
 from stitchmesh.mixed.placement.chosen_region import NodeBudget, choose_triangles, simulated_nodes
+from stitchmesh.mixed.placement.error_indicator import indicate_errors
+from stitchmesh.mixed.placement.moved_state import place_hidden_vertices
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 
 Integers = NDArray[np.int64]
@@ -69,6 +71,17 @@ def changed_triangles(
     if fits and values[new].sum() <= worth * values[now].sum():
         return now
     return new
+
+
+def present_errors(cloth: Cloth, region: Region, material: ClothMaterial, vertices: Numbers, nodes: Numbers) -> Numbers:
+    """The error that triangles alone would have in the present state of a run [erg], shape (T,).
+
+    Outside the region this is ``indicate_errors``. Inside, where the vertices are placed by the yarns, it is the larger
+    one of the indicator and ``detail_errors``. Arguments are those of ``detail_errors``.
+    """
+    placed = place_hidden_vertices(region, vertices, nodes)
+    indicated = indicate_errors(cloth, placed, material).total
+    return np.maximum(indicated, detail_errors(cloth, region, material, placed, nodes))
 
 
 def detail_errors(cloth: Cloth, region: Region, material: ClothMaterial, vertices: Numbers, nodes: Numbers) -> Numbers:

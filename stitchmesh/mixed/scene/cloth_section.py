@@ -40,6 +40,8 @@ class ClothSection:
     """Panels: ``name``, ``outline``, ``position``, ``side_edges``."""
     seams: tuple[Seam, ...] = ()
     """Seams between them: ``first`` and ``second`` (``panel``, ``start``, ``end``), ``angle``, ``edges``."""
+    seam_rods: bool = False
+    """Whether the rods along the seams, yarns to which others are joined, go on where triangles are simulated."""
     file: str | None = None
     """A file of panels and seams (``.toml``), a polygon mesh whose texture coordinates are its rest shape (``.obj``),
     or a stitch mesh (``.h5``, ``.smobj``), whose yarns are those of its stitches with ``knit = "stitches"``."""
@@ -53,7 +55,9 @@ class ClothSection:
     """Length of the edges of triangles [cm], 1 by default; that of the file of panels; an OBJ file has its own
     triangles."""
     material: str | None = None
-    """Name of a measured cloth, or a file (``.toml``); by default, a material is computed from the yarns."""
+    """Name of a measured cloth, a file (``.toml``), or ``matched``: fitted to the yarns by tests of one repeat, which
+    takes seconds and is kept in the output folder. By default, a weave has the stiffness of straight yarns, and a knit
+    that of a measured one."""
 
     def __post_init__(self) -> None:
         given = [name for name in ("rectangle", "panels", "file") if getattr(self, name)]

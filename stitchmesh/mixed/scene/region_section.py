@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -15,6 +16,7 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.placement.chosen_region import spread_errors
 
 ROUNDING = 1e-9
 """Distance from a box within which a point still lies in it [cm]."""
@@ -72,7 +74,7 @@ class RegionSection:
     """The region of interest: all boxes and faces together.
 
     Raises:
-        ParameterError: the number of rings or of nodes is below 1, or ``automatic`` has no number of nodes.
+        ParameterError: a number is not positive, or ``automatic`` has not exactly one of ``nodes`` and ``seconds``.
     """
 
     yarns: Literal["none", "chosen", "all", "automatic"] = "chosen"
@@ -80,6 +82,11 @@ class RegionSection:
     the largest errors; in the last case only in the boxes and faces, if there are any."""
     nodes: int | None = None
     """Largest number of yarn nodes that are simulated, with those of the hybrid region; for ``automatic``."""
+    seconds: float | None = None
+    """Time of a step, or of an equilibrium, in the place of ``nodes`` [s]; how many nodes it pays for is measured."""
+    adapt_every: int | None = None
+    """For ``automatic``: number of steps, or equilibria of a static scene, after which the region may grow, shrink or
+    move, where this pays. The run then begins with triangles alone. By default the region stays."""
     boxes: tuple[BoxSection, ...] = ()
     """Boxes; a triangle is chosen if its middle lies in one."""
     faces: tuple[int, ...] = ()
@@ -93,9 +100,25 @@ class RegionSection:
     def __post_init__(self) -> None:
         if self.rings < 1:
             raise ParameterError(f"region.rings: got {self.rings}; expected at least 1")
-        if (self.nodes is None and self.yarns == "automatic") or (self.nodes is not None and self.nodes < 1):
-            found = "nothing" if self.nodes is None else str(self.nodes)
-            raise ParameterError(f"region.nodes: got {found}; expected a number of yarn nodes of at least 1")
+        if self.nodes is not None and self.nodes < 1:
+            raise ParameterError(f"region.nodes: got {self.nodes}; expected a number of yarn nodes of at least 1")
+        if self.seconds is not None and not (math.isfinite(self.seconds) and self.seconds > 0.0):
+            raise ParameterError(f"region.seconds: got {self.seconds}; expected a positive time of a step")
+        if self.adapt_every is not None and self.adapt_every < 1:
+            raise ParameterError(f"region.adapt_every: got {self.adapt_every}; expected at least 1")
+        if self.yarns == "automatic" and (self.nodes is None) == (self.seconds is None):
+            found = "neither region.nodes nor region.seconds" if self.nodes is None else "both nodes and seconds"
+            raise ParameterError(f"region: got {found}; expected one of them with yarns = 'automatic'")
+
+    @property
+    def changes_every(self) -> int | None:
+        """Number of steps or equilibria after which the region may change; None if it stays."""
+        return self.adapt_every if self.yarns == "automatic" else None
+
+    @property
+    def grows_from_nothing(self) -> bool:
+        """Whether the region begins with triangles alone, and grows while the run goes on."""
+        return self.changes_every is not None and self.start == "layout"
 
     @property
     def starts_on_triangles(self) -> bool:
@@ -134,6 +157,24 @@ class RegionSection:
                 )
             parts.append(held)
         return np.unique(np.concatenate(parts))
+
+    def placing_errors(self, cloth: Cloth, error: FloatArray) -> FloatArray:
+        """Return the errors by which an automatic region is chosen, shape (T,).
+
+        Errors are spread (``placement.chosen_region.spread_errors``), and left out where no yarns may be: outside the
+        boxes and faces, if there are any.
+
+        Args:
+            cloth: the cloth.
+            error: indicated error of each triangle, shape (T,).
+
+        Raises:
+            ParameterError: as for ``named_triangles``.
+        """
+        spread = spread_errors(cloth.triangles, cloth.rest_area, error)
+        if not self.boxes and not self.faces:
+            return spread
+        return np.where(np.isin(np.arange(len(spread)), self.named_triangles(cloth)), spread, 0.0)
 
     def region(self, cloth: Cloth, yarns: CrossingYarns) -> Region:
         """Return the region.

@@ -67,10 +67,15 @@ class SolverSection:
     """Relative tolerance of the linear solves."""
     most_iterations: int = 500
     """Largest number of Newton iterations of one search for an equilibrium."""
+    friction_updates: int = 20
+    """Largest number of times that a search for an equilibrium lets go what friction no longer holds; with 0 yarns stay
+    where they cross as they are laid out, which is faster."""
 
     def __post_init__(self) -> None:
         for name in ("velocity_tolerance", "force_tolerance", "solve_tolerance", "most_iterations"):
             check_positive(f"solver.{name}", getattr(self, name))
+        if self.friction_updates < 0:
+            raise ParameterError(f"solver.friction_updates: got {self.friction_updates}; expected at least 0")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -18,18 +19,21 @@ from stitchmesh.mixed.contact.dressing import WornBody, dressed_vertices
 from stitchmesh.mixed.contact.self_collision import PRESSURE
 from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial
 from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
-from stitchmesh.mixed.enrichment.region import Region
-from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.enrichment.region import Region, region_around
+from stitchmesh.mixed.layout.crossing_yarns import ROD, CrossingYarns
 from stitchmesh.mixed.layout.from_stitches import lay_stitches
 from stitchmesh.mixed.memory import check_layout_memory, host_memory
 from stitchmesh.mixed.output.display import vertex_normals
 from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_knit, cloth_of_weave
+from stitchmesh.mixed.scene.matched_cloth import MATCHED, cell_of_scene, matched_cloth
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.material_file import material_of
+from stitchmesh.mixed.triangles.seam_material import SeamMaterial
+from stitchmesh.progress import Progress, no_progress
 
 STITCHES = "stitches"
 """Name of the knit whose loops are the stitches of the cloth."""
@@ -85,13 +89,18 @@ class PreparedScene:
         return sorted({one.release for one in self.scene.attachments if one.release is not None})
 
 
-def prepare(scene: Scene, *, cloth: Cloth | None = None, yarns: CrossingYarns | None = None) -> PreparedScene:
+def prepare(
+    scene: Scene, *, cloth: Cloth | None = None, yarns: CrossingYarns | None = None,
+    folder: Path | None = None, progress: Progress = no_progress,
+) -> PreparedScene:  # fmt: skip
     """Make what a scene simulates.
 
     Args:
         scene: the scene.
         cloth: a cloth in the place of that of the scene.
         yarns: yarns laid out on it in the place of those of the scene.
+        folder: where a material that is matched to the yarns is kept, and found again.
+        progress: called with the completed part of the matching and a line of text.
 
     Raises:
         ParameterError: a name is unknown, a box holds nothing, or something is not possible.
@@ -101,26 +110,39 @@ def prepare(scene: Scene, *, cloth: Cloth | None = None, yarns: CrossingYarns | 
     surface = scene.cloth.cloth() if cloth is None else cloth
     laid = _layout(scene, surface) if yarns is None else yarns
     materials = yarn_materials(scene.yarns)
-    fabric = MixedFabric(
-        cloth=surface,
-        yarns=laid,
-        cloth_material=_cloth_material(scene, surface, laid, materials),
-        yarn_materials=materials,
-    )
     region = scene.region.region(surface, laid)
     held = tuple(_attachment(number, one, surface, laid) for number, one in enumerate(scene.attachments))
     check_simulated(held, region)
+    bodies = tuple(LoadedBody(body=one.body(), friction=one.friction, thickness=one.thickness) for one in scene.bodies)
+    material = _cloth_material(scene, surface, laid, materials, folder, progress)  # last: a match takes seconds
+    fabric = MixedFabric(
+        cloth=surface,
+        yarns=laid,
+        cloth_material=material,
+        yarn_materials=materials,
+        seam_material=_seam_material(materials.rod) if scene.cloth.seam_rods and ROD in laid.yarn_family else None,
+    )
     prepared = PreparedScene(
         scene=scene,
         fabric=fabric,
         region=region,
         vertices=_disturbed(surface, scene.disturbance),
         held=held,
-        bodies=tuple(
-            LoadedBody(body=one.body(), friction=one.friction, thickness=one.thickness) for one in scene.bodies
-        ),
+        bodies=bodies,
     )
     return replace(prepared, vertices=_outside(prepared)) if scene.contact.start_outside else prepared
+
+
+def with_region(prepared: PreparedScene, chosen: IntArray) -> PreparedScene:
+    """Return a scene with yarns in other triangles.
+
+    Args:
+        prepared: the scene.
+        chosen: numbers of the triangles that have yarns alone.
+    """
+    fabric, rings = prepared.fabric, prepared.scene.region.rings
+    layout = len(fabric.cloth.vertices), fabric.yarns.triangle, fabric.yarns.barycentric
+    return replace(prepared, region=region_around(fabric.cloth.triangles, *layout, chosen, rings=rings))
 
 
 def _outside(prepared: PreparedScene) -> FloatArray:
@@ -170,7 +192,16 @@ def _yarn_material(section: YarnsSection, name: str | None) -> CrossingMaterial:
     return chosen_radius.finer(section.density)
 
 
-def _cloth_material(scene: Scene, cloth: Cloth, yarns: CrossingYarns, materials: FabricMaterials) -> ClothMaterial:
+def _cloth_material(
+    scene: Scene, cloth: Cloth, yarns: CrossingYarns, materials: FabricMaterials, folder: Path | None,
+    progress: Progress,
+) -> ClothMaterial:  # fmt: skip
+    if scene.cloth.material == MATCHED:
+        stitch = None
+        if scene.yarns.knit == STITCHES:
+            width, height = scene.cloth.stitch_size(scene.cloth.stitches())
+            stitch = width / scene.yarns.divisions, height / scene.yarns.divisions
+        return matched_cloth(cell_of_scene(scene.yarns, stitch, materials), folder, progress)
     if scene.cloth.material is not None:
         return material_of(scene.cloth.material)
     if yarns.kind == "weave":
@@ -180,6 +211,11 @@ def _cloth_material(scene: Scene, cloth: Cloth, yarns: CrossingYarns, materials:
     along = yarns.rest_sliding[yarns.yarn_node, yarns.yarn_coordinate]
     length = float(np.sum(along[yarns.yarn_start[1:] - 1] - along[yarns.yarn_start[:-1]]))
     return cloth_of_knit(materials.weft, length / float(cloth.rest_area.sum()))
+
+
+def _seam_material(rod: CrossingMaterial) -> SeamMaterial:
+    """The rods of triangles, like the yarns that are rods."""
+    return SeamMaterial(rod.stretch_stiffness, rod.bending_stiffness, rod.density)
 
 
 def _attachment(number: int, section: AttachmentSection, cloth: Cloth, yarns: CrossingYarns) -> Attachment:

@@ -43,9 +43,17 @@ def write_scene(path: FilePath, scene: Scene) -> None:
         FileError: the file cannot be written, or its suffix is not ``.toml``.
     """
     suffix_of(path, [SUFFIX])
-    folder = Path(path).resolve().parent
-    moved = _with_paths(scene, lambda inside: Path(os.path.relpath(inside, folder)).as_posix())
-    write_text(path, HEADER + "\n" + "\n".join(table_lines(changed_fields(moved), inline=INLINE)) + "\n")
+    write_text(path, scene_text(scene, Path(path).resolve().parent))
+
+
+def scene_text(scene: Scene, folder: Path | None = None) -> str:
+    """Return a scene as the text of a TOML file in a folder; without a folder, the paths in it are absolute."""
+
+    def relative(inside: str) -> str:
+        return (Path(inside).absolute() if folder is None else Path(os.path.relpath(inside, folder))).as_posix()
+
+    moved = _with_paths(scene, relative)
+    return HEADER + "\n" + "\n".join(table_lines(changed_fields(moved), inline=INLINE)) + "\n"
 
 
 def example_scene() -> str:
@@ -66,6 +74,11 @@ def _with_paths(scene: Scene, change: Callable[[str], str]) -> Scene:
     return replace(
         scene,
         cloth=replace(cloth, file=file(cloth.file), material=library(cloth.material)),
-        yarns=replace(yarns, knit=library(yarns.knit), material_file=file(yarns.material_file)),
+        yarns=replace(
+            yarns,
+            weave=library(yarns.weave),
+            knit=library(yarns.knit),
+            material_file=file(yarns.material_file),
+        ),
         bodies=tuple(replace(body, file=file(body.file)) for body in scene.bodies),
     )

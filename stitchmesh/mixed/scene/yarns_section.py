@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +19,6 @@ from stitchmesh.mixed.layout.knit import lay_knit
 from stitchmesh.mixed.layout.weave import lay_weave
 
 Matrix = NDArray[np.int64]
-WEAVES = "plain, basket-NxN, twill-AxB, satin-2x3, satin-3x2"
-"""Names of weaves, in words."""
 DEFAULT_DENSITY = 5.0
 """Yarns, wales or courses for each cm."""
 
@@ -34,7 +32,8 @@ class YarnsSection:
     """
 
     weave: str | tuple[str, ...] | None = None
-    """Name of a weave, or its matrix as rows from the top, such as ``["10", "01"]``: 1 where the weft lies above."""
+    """Name or file of a weave, or its matrix as rows from the top, such as ``["10", "01"]``: 1 where the weft lies
+    above."""
     knit: str | tuple[str, ...] | None = None
     """Name or file of a pattern of knit and purl stitches, or its chart as rows from the top, such as
     ``["kp", "kp"]``; ``stitches`` for the stitches of the cloth, if it is a stitch mesh."""
@@ -94,25 +93,40 @@ def weave_matrix(weave: str | tuple[str, ...]) -> Matrix:
     """Return the matrix of a weave: 1 where the weft of a row passes over the warp of a column.
 
     Names: ``plain``, ``basket-NxN`` (groups of N yarns), ``twill-AxB`` (over A and under B, one yarn further in each
-    row), and ``satin-2x3`` and ``satin-3x2`` (over 2 or 3 of five yarns, two yarns further in each row).
+    row), and those of the library of weaves, such as ``satin-2x3``.
 
     Raises:
-        ParameterError: the name is unknown, or rows are of different lengths or contain other characters.
+        ParameterError: the name is unknown, rows are of different lengths or contain other characters, or the weave has
+            several layers or yarns of different sizes.
+        FileError: a file cannot be read.
+        PatternError: a file does not describe a weave.
     """
     if not isinstance(weave, str):
         return _rows("yarns.weave", weave, "01")
-    i, j = np.arange(64)[:, None], np.arange(64)[None, :]
-    if weave == "plain":
-        return ((i + j) % 2 == 0)[:2, :2].astype(np.int64)
-    found = re.fullmatch(r"(basket|twill|satin)-([1-9])x([1-9])", weave)
-    kind, over, under = (found[1], int(found[2]), int(found[3])) if found else ("", 0, 0)
-    repeat = over + under
-    if kind == "basket" and over == under:
-        return ((i // over + j // over) % 2 == 0)[:repeat, :repeat].astype(np.int64)
-    if kind == "twill" or (kind == "satin" and (over, under) in ((2, 3), (3, 2))):
-        step = 1 if kind == "twill" else 2
-        return ((j - step * i) % repeat < over)[:repeat, :repeat].astype(np.int64)
-    raise ParameterError(f"yarns.weave: got {weave!r}; expected {WEAVES}, or rows such as ['10', '01']")
+    found = re.fullmatch(r"(basket|twill)-([1-9])x([1-9])", "basket-1x1" if weave == "plain" else weave)
+    if found is None:
+        return _written_weave(weave)
+    kind, over, repeat = found[1], int(found[2]), int(found[2]) + int(found[3])
+    i, j = np.arange(repeat)[:, None], np.arange(repeat)[None, :]
+    if kind == "twill":
+        return np.asarray((j - i) % repeat < over, dtype=np.int64)
+    if repeat != 2 * over:
+        raise ParameterError(f"yarns.weave: got {weave!r}; expected two equal numbers, such as 'basket-2x2'")
+    return np.asarray((i // over + j // over) % 2 == 0, dtype=np.int64)
+
+
+def _written_weave(name: str) -> Matrix:
+    """The matrix of a weave of the library, or of a file."""
+    from stitchmesh.periodic.weave.library import read_weave
+    from stitchmesh.periodic.weave.weave import Thread
+
+    weave = read_weave(name)
+    if weave.layer_count > 1:
+        found = f"{name!r} has {weave.layer_count} layers"
+        raise ParameterError(f"yarns.weave: {found}; expected one, in which two yarns cross at each crossing")
+    if any(replace(thread, colour=0) != Thread() for thread in (*weave.wefts, *weave.warps)):
+        raise ParameterError(f"yarns.weave: {name!r} has yarns of different sizes; expected equal ones")
+    return np.array(weave.matrix, dtype=np.int64)
 
 
 def knit_chart(knit: str | tuple[str, ...]) -> Matrix:

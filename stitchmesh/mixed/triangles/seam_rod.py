@@ -269,7 +269,7 @@ class SeamRod(Term):
             scalar: Warp's floating-point type.
             device: where the kernels run.
             weight: blending weight of each edge, shape (S,); by default 1. An angle has the smaller weight of its two
-                edges; vertices without weight are not read.
+                edges; the far vertex of an edge without weight is not read.
 
         Raises:
             ParameterError: a weight is not in [0, 1].
@@ -328,11 +328,11 @@ def _elements(
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Vertices of each element, -1 for none, shape (S, 3), and its constants, shape (S, 5)."""
     following = following_edges(cloth)
-    some, length = following >= 0, rest_lengths(cloth)
+    of_angle = np.minimum(weight, weight[following])
+    some, length = (following >= 0) & (of_angle > 0.0), rest_lengths(cloth)
     third = np.where(some, cloth.seam_edges[following, 1], -1)
     second_length = np.where(some, length[following], 1.0)
-    bending = np.where(some, 2.0 * material.bending / (length + second_length), 0.0)
-    bending *= np.minimum(weight, weight[following])
+    bending = np.where(some, 2.0 * material.bending / (length + second_length), 0.0) * of_angle
     angle = rest_angles(cloth, following)
     constants = np.column_stack([material.stretch * weight, bending, angle, length, second_length])
     return np.column_stack([cloth.seam_edges, third]), constants

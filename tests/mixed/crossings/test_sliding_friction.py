@@ -67,6 +67,18 @@ def test_bending_into_the_crimp_presses_without_tension():
     assert pressing[3, 3] == pytest.approx(expected, rel=4 * (2 * radius / SPACING) ** 2)
 
 
+def test_a_yarn_that_is_pressed_along_its_axis_leaves_the_part_of_the_other_one():
+    radius = 1e-3  # a small crimp, as above
+    material = replace(YARN, radius=radius, bending=1e3)
+    fabric = plain_weave(7, 7, SPACING)
+    _elements, _yarns, friction = with_friction(fabric, material)
+    pressing = pressing_at(friction, flat(fabric.position * [0.9, 1.0, 1.0], fabric.sliding)).reshape(7, 7)
+    expected = 8 * material.bending_stiffness * radius / SPACING**3
+    # 0.1 k_s 4 R / L of compression is more than the bending of the pressed yarns
+    assert 0.1 * material.stretch_stiffness * 4 * radius / SPACING > 4 * expected
+    assert pressing[3, 3] == pytest.approx(expected, rel=4 * (2 * radius / SPACING) ** 2)
+
+
 def test_normal_forces_do_not_depend_on_the_place_or_on_the_side_that_is_looked_at():
     fabric = plain_weave(5, 4, SPACING)
     state = disturbed(fabric, size=0.05)

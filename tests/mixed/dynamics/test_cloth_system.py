@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 import warp as wp
 
+from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel
-from stitchmesh.mixed.cloth.seams import cloth_from_panels
+from stitchmesh.mixed.cloth.seams import Border, Seam, cloth_from_panels
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
 from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
-from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_system
+from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_masses, cloth_system
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import Region, enriched_everywhere, region_around
 from stitchmesh.mixed.layout.knit import lay_knit
@@ -25,6 +26,7 @@ from stitchmesh.mixed.layout.weave import lay_weave
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
+from stitchmesh.mixed.triangles.seam_material import SeamMaterial
 from tests.mixed.dynamics.scene import CPU
 
 SIDE, ENDS = 3.0, 6.0
@@ -100,6 +102,29 @@ def test_a_cloth_in_free_fall_stays_as_it_is(name):
     np.testing.assert_allclose(run.positions.numpy()[2], start[2], atol=1e-7)
 
 
+def test_a_rod_along_a_seam_goes_on_from_the_triangles_to_the_yarns():
+    """It weighs the same wherever the yarns are, but for the two ends of a rod of yarn, beyond its last nodes."""
+    panels = [
+        Panel(name=name, outline=OUTLINE, position=PanelPosition(origin=(SIDE * number, 0.0, 0.0)))
+        for number, name in enumerate(("left", "right"))
+    ]
+    sides = Border(panel="left", start=1, end=2), Border(panel="right", start=3, end=0)
+    cloth = cloth_from_panels(panels, [Seam(first=sides[0], second=sides[1])], edge_length=0.6)
+    yarns = lay_weave(cloth, np.eye(2, dtype=int), ends=ENDS, picks=ENDS)
+    middle = cloth.vertices[cloth.triangles].mean(axis=1)
+    light = replace(YARN, density=1e-12)
+    model = ClothModel(
+        replace(SHEET, density=1e-12), FabricMaterials(light, light, YARN), SeamMaterial(1.0, 1.0, YARN.density)
+    )
+    weights = []
+    for chosen in (np.zeros(0), np.flatnonzero(middle[:, 1] < SIDE / 2), np.arange(len(middle))):
+        region = region_around(cloth.triangles, len(cloth.vertices), yarns.triangle, yarns.barycentric, chosen)
+        weights.append(cloth_masses(cloth, yarns, region, model).total)
+    assert weights[0] == pytest.approx(YARN.density * SIDE, rel=1e-6)
+    assert weights[2] == pytest.approx(YARN.density * (SIDE - 0.75 / ENDS), rel=1e-6)
+    assert weights[2] < weights[1] < weights[0]
+
+
 @pytest.mark.parametrize("name", ["middle", "one triangle"])
 def test_a_turned_cloth_has_no_forces(name):
     scene = built(REGIONS[name])
@@ -113,6 +138,31 @@ def test_a_turned_cloth_has_no_forces(name):
     # Rounding of the stretch of yarns: 1e4 dyn times 1e-15 over the length of a segment, and more for angles.
     assert (report.converged, report.iterations) == (True, 0)
     assert scene.masses.total == pytest.approx(turned.masses.total, rel=1e-14)
+
+
+@pytest.mark.parametrize("name", ["middle", "one triangle", "all yarns", "none"])
+def test_inner_forces_have_no_sum_and_no_moment_and_do_the_work_of_the_energy(name):
+    """Momentum and angular momentum of a free cloth are kept, whatever its shape."""
+    model = ClothModel(SHEET, FabricMaterials.of(YARN), acceleration=(0.0, 0.0, 0.0))
+    scene = cloth_system(CLOTH, YARNS, REGIONS[name], model, device=CPU)
+    random, system, state = np.random.default_rng(21), scene.system, scene.positions
+    moved, motion, force = state.like(), state.like(), state.like()
+    for vector, size in ((moved, 0.02), (motion, 1e-6)):
+        vector.values.assign(random.normal(scale=size, size=len(state.values)) * system.moves.numpy())
+        system.make_motion(vector)
+    values = state.values.numpy() + moved.values.numpy()
+    state.values.assign(values)
+    system.set_forces(state, force)
+    places, pulls = (np.concatenate(part.numpy()[:2]) for part in (state, force))
+    size = np.abs(pulls).sum()
+    np.testing.assert_allclose(pulls.sum(axis=0), 0.0, atol=1e-12 * size)  # rounding of sums of some 1,000 forces
+    np.testing.assert_allclose(np.cross(places, pulls).sum(axis=0), 0.0, atol=1e-12 * size * SIDE)
+    work, energies = float(force.values.numpy() @ motion.values.numpy()), []
+    for sign in (1.0, -1.0):
+        state.values.assign(values + sign * motion.values.numpy())
+        energies.append(sum(system.energies(state).values()))
+    # the difference of energies of 1e5 erg is rounded to 1e-11 of them
+    assert energies[1] - energies[0] == pytest.approx(2.0 * work, rel=1e-4, abs=1e-9 * max(energies))
 
 
 @pytest.mark.parametrize("scalar", [wp.float32, wp.float64])

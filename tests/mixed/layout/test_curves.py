@@ -52,6 +52,20 @@ def test_woven_yarns_pass_over_and_under_by_their_sides(matrix):
     np.testing.assert_allclose(height, 0.05 * sign, atol=1e-14)
 
 
+@pytest.mark.parametrize(("spacing", "crimp"), [(2.0, 0.1435), (2.4, 0.0946), (3.0, 0.0585)])
+def test_a_plain_weave_is_shown_with_nearly_the_crimp_of_peirces_geometry(spacing, crimp):
+    """Peirce: rigid round yarns of diameter d at distances of ``spacing`` d, which are arcs and straight lines."""
+    cloth = cloth_from_panels([rectangle(4.0, 3.0)], [], edge_length=1.0)
+    yarns = lay_weave(cloth, PLAIN, ends=3.0, picks=3.0)
+    curve = yarn_curves(cloth, yarns, radius=1.0 / 3.0 / spacing / 2.0).sampled(32)[4]
+    along = int(np.abs(curve[-1] - curve[0]).argmax())
+    inner = curve[(curve[:, along] > 1.0) & (curve[:, along] < 3.0)]
+    length = np.linalg.norm(np.diff(inner, axis=0), axis=1).sum()
+    found = length / abs(inner[-1, along] - inner[0, along]) - 1.0
+    # a cubic spline between the same crests is nearly a sine, whose crimp has other parts of fourth order in d / p
+    assert found == pytest.approx(crimp, rel=0.12)
+
+
 def test_yarns_of_different_radii_touch():
     cloth, yarns = woven()
     radius = np.where(yarns.yarn_family == 0, 0.03, 0.05)

@@ -10,7 +10,7 @@ import pytest
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, YARNS
 from stitchmesh.mixed.placement.changed_region import changed_triangles, detail_errors
-from stitchmesh.mixed.placement.chosen_region import NodeBudget, choose_triangles, simulated_nodes
+from stitchmesh.mixed.placement.chosen_region import NodeBudget, choose_triangles, simulated_nodes, spread_errors
 from tests.mixed.placement.sheets import WEAVE, sheet
 
 SHEET = sheet(10)
@@ -120,3 +120,13 @@ def test_impossible_budgets_rings_and_factors_are_refused() -> None:
         choose(np.ones(200), 100, rings=0)
     with pytest.raises(ParameterError, match="factors"):
         changed_triangles(CORNERS, HOME, np.ones(200), [0], ALL, kept=0.5)
+
+
+def test_spread_errors_keep_a_constant_density_and_reach_the_neighbours() -> None:
+    triangles, area = SHEET.cloth.triangles, SHEET.cloth.rest_area
+    assert np.allclose(spread_errors(triangles, area, 3.0 * area), 3.0 * area, rtol=1e-14)
+    one = np.zeros(len(triangles))
+    one[20] = 1.0
+    spread = spread_errors(triangles, area, one)
+    touching = np.isin(triangles, triangles[20]).any(axis=1)
+    assert np.array_equal(spread > 0.0, touching)

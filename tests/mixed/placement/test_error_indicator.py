@@ -68,6 +68,25 @@ def test_a_curve_costs_what_its_chords_cost() -> None:
     assert np.allclose(indicator.curves[inner], density * 0.5 / 256.0, rtol=1e-2)
 
 
+def test_uniform_strain_is_no_error_of_constant_strains() -> None:
+    indicator = indicate_errors(CLOTH, stretched([[1.1, 0.05], [0.0, 1.05]]), WEAVE)
+    assert indicator.strains.max() < 1e-20  # squares of rounding, times moduli of 1e5
+
+
+def test_a_strain_that_varies_is_an_error_of_the_order_of_the_square_of_the_triangles() -> None:
+    """With x -> x + g x^2 / 2 the strain is about g x, which a triangle of size h misses by up to g h / 2."""
+    gradient, errors = 0.01, []
+    for squares in (8, 16):
+        fine = sheet(squares)
+        x, y, _ = fine.cloth.vertices.T
+        bent = np.column_stack([x + 0.5 * gradient * x**2, y, np.zeros_like(x)])
+        errors.append(indicate_errors(fine.cloth, bent, WEAVE).strains.sum())
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)  # borders, where the mean of strains is one-sided
+    # a strain that varies linearly by g h on a square differs from its mean by (g h)^2 / 12 in the mean
+    # square, and on a triangle by (g h)^2 / 18
+    assert errors[1] == pytest.approx(0.5 * WEAVE.stretch_course * (gradient / 16.0) ** 2 / 15.0, rel=0.3)
+
+
 def test_different_laws_count_by_their_energy_at_the_strain() -> None:
     differences = {"course": ([-0.2, 0.0, 0.2], [4.0, 0.0, 8.0]), "shear": ([-0.5, 0.0, 0.5], [1.0, 0.0, 1.0])}
     areas = CLOTH.rest_area

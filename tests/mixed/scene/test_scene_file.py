@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from stitchmesh.errors import StitchMeshError
 from stitchmesh.mixed.cloth.panel_file import PanelTable
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.seams import Border, Seam
+from stitchmesh.mixed.scene import matched_cloth
 from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_weave
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
@@ -21,6 +23,7 @@ from stitchmesh.mixed.scene.scene import ContactSection, OutputSection, Scene, S
 from stitchmesh.mixed.scene.scene_fabric import prepare
 from stitchmesh.mixed.scene.scene_file import example_scene, read_scene, write_scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection, knit_chart, weave_matrix
+from stitchmesh.periodic.weave.library import read_weave
 
 BASE = """
 [cloth]
@@ -91,7 +94,9 @@ WRONG = {
     "unknown key inside": (BASE + "[region]\nrngs = 2\n", "did you mean 'rings'"),
     "no cloth": ("[cloth]\n[yarns]\nweave = 'plain'\n", "expected exactly one of rectangle, panels and file"),
     "two fabrics": (BASE + "knit = ['k']\n", "got both of weave and knit"),
-    "unknown weave": (BASE.replace('"plain"', '"plane"'), "expected plain, basket-NxN"),
+    "unknown weave": (BASE.replace('"plain"', '"plane"'), "did you mean plain"),
+    "weave of layers": (BASE.replace('"plain"', '"double-plain-stitched"'), "has 2 layers"),
+    "uneven basket": (BASE.replace('"plain"', '"basket-2x3"'), "expected two equal numbers"),
     "uneven rows": (BASE.replace('"plain"', '["10", "0"]'), "expected equal ones"),
     "unknown yarn": (BASE + 'material = "gong-9"\n', "did you mean 'gong-"),
     "unknown cloth": (BASE.replace("[yarns]", 'material = "denin"\n[yarns]'), "did you mean 'denim'"),
@@ -159,6 +164,41 @@ def test_weaves_by_name():
     assert basket.sum(axis=0).tolist() == [2] * 4
     assert basket[0].tolist() == basket[1].tolist()
     assert satin.sum(axis=0).tolist() == satin.sum(axis=1).tolist() == [2] * 5
+
+
+def test_weaves_of_the_library_and_of_files(tmp_path):
+    assert np.array_equal(weave_matrix("twill-4x1") == 1, read_weave("twill-4x1").over)
+    assert weave_matrix("satin-3x2").tolist() == [list(row) for row in read_weave("satin-3x2").matrix]
+    (tmp_path / "mine.weave").write_text("wefts colour: 0 1 2\n110\n011\n101\n")
+    text = BASE.replace('weave = "plain"', 'weave = "mine.weave"')
+    prepared = prepare(scene_of(tmp_path, text))
+    assert prepared.scene.yarns.weave == str(tmp_path / "mine.weave")
+    assert weave_matrix(prepared.scene.yarns.weave).tolist() == [[1, 1, 0], [0, 1, 1], [1, 0, 1]]
+
+
+def test_a_cloth_is_matched_once_and_kept(tmp_path, monkeypatch):
+    """The plain weave of straight yarns is matched exactly; the file is used again for the same yarns alone."""
+    stages: list[str] = []
+    scene = scene_of(tmp_path, BASE.replace("[yarns]", 'material = "matched"\n[yarns]'))
+    monkeypatch.setattr(matched_cloth, "_known", {})
+
+    def prepared(given):
+        stages.clear()
+        return prepare(given, folder=tmp_path / "out", progress=lambda stage, *_: stages.append(stage)).fabric
+
+    fabric = prepared(scene)
+    assert set(stages) == {"match"}
+    stiffness = 4.0 * fabric.yarn_materials.weft.stretch_stiffness
+    assert fabric.cloth_material.stretch_course == pytest.approx(stiffness, rel=0.2)  # of the linear law up to 20 %
+    matched_cloth._known.clear()
+    again = prepared(scene)
+    assert not stages
+    assert again.cloth_material == fabric.cloth_material
+    other = prepared(replace(scene, yarns=replace(scene.yarns, radius=0.04)))
+    assert set(stages) == {"match"}
+    assert other.cloth_material.stretch_course < fabric.cloth_material.stretch_course
+    finer = prepared(replace(scene, yarns=replace(scene.yarns, density=2.0)))
+    assert finer.cloth_material.stretch_course == pytest.approx(fabric.cloth_material.stretch_course, rel=1e-6)
 
 
 def test_knits_by_name_and_chart():

@@ -10,8 +10,8 @@ from typing import ClassVar
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.pages.edit.brush import BRUSHES, covered_faces
 from stitchmesh.app.pages.edit.edit_session import EditSession
-from stitchmesh.app.pages.edit.pointer import without_repeats
 from stitchmesh.app.pages.edit.tool import Tool
+from stitchmesh.app.scene.pointer import DragPath
 from stitchmesh.app.scene.scene import Pick, Stroke
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import IntArray
@@ -27,7 +27,7 @@ class BrushTool(Tool):
     def __init__(self, session: EditSession) -> None:
         """Start with no drag."""
         super().__init__(session)
-        self._path: list[int] = []
+        self._drag = DragPath()
 
     @abstractmethod
     def take(self, path: list[int], pick: Pick) -> None:
@@ -48,7 +48,7 @@ class BrushTool(Tool):
 
     def refresh(self) -> None:
         """Forget a drag over a fabric that has changed."""
-        self._path = []
+        self._drag.clear()
 
     def clicked(self, place: PickedPlace, pick: Pick) -> None:
         """Take what the brush covers."""
@@ -58,18 +58,14 @@ class BrushTool(Tool):
 
     def stroked(self, stroke: Stroke) -> None:
         """Show what a drag has covered so far, and take it at the end."""
-        pointer = self.session.pointer
-        if stroke.phase == "start":
-            pointer.begin()
-            self._path = []
-        self._path = without_repeats([*self._path, *(place.face for place in pointer.places_along(stroke))])
-        if not self._path:
+        path = [place.face for place in self._drag.follow(stroke, self.session.pointer)]
+        if not path:
             return
         if stroke.phase == "end":
-            path, self._path = self._path, []
+            self._drag.clear()
             self.take(path, stroke)
         else:
-            self.preview(self._path)
+            self.preview(path)
 
     def covered(self, path: list[int]) -> IntArray:
         """Return the faces that the brush covers along faces.

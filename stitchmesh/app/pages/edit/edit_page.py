@@ -24,9 +24,10 @@ from stitchmesh.app.pages.edit.tool import Tool
 from stitchmesh.app.pages.edit.whole_fabric import ChangeFabric, LookAround
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.scene.face_colours import ColourBy
+from stitchmesh.app.scene.pointer import visible_faces
 from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke, ViewName
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import IntArray, StitchMesh
+from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import SIDE_COUNTS, VOCABULARY, Stitch
 
 if TYPE_CHECKING:
@@ -246,16 +247,6 @@ class EditPage(Page):
 
 def _status(words: str) -> str:
     return f'<p style="margin:0;font-size:.82em" role="status">{words}</p>'
-
-
-def visible_faces(fabric: StitchMesh, box: ScreenBox) -> IntArray:
-    """Return the faces whose centres lie in a rectangle on the screen, and whose right sides face the camera."""
-    first = fabric.face_start[:-1]
-    centre = np.add.reduceat(fabric.corner_position, first, axis=0) / np.diff(fabric.face_start)[:, None]
-    inside = np.flatnonzero(box.inside(centre))
-    towards = np.asarray(box.camera.position) - centre[inside]
-    faces: IntArray = inside[np.einsum("ij,ij->i", towards, fabric.face_vector_area[inside]) > 0.0]
-    return faces
 
 
 def _face_words(fabric: StitchMesh, face: int) -> str:

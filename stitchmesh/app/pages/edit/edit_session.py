@@ -12,9 +12,9 @@ import numpy as np
 
 from stitchmesh.app.pages.edit.brush import Brush
 from stitchmesh.app.pages.edit.fabric_view import FabricView
-from stitchmesh.app.pages.edit.pointer import Pointer
 from stitchmesh.app.pages.edit.saved_selections import SavedSelections, faces_after
 from stitchmesh.app.scene.face_colours import ColourBy
+from stitchmesh.app.scene.pointer import Pointer
 from stitchmesh.editing.edit import Edit
 from stitchmesh.editing.on_selection import places_after
 from stitchmesh.errors import ParameterError, StitchMeshError
@@ -71,7 +71,7 @@ class EditSession:
     @property
     def pointer(self) -> Pointer:
         """What finds places of the present fabric under the pointer."""
-        if self._pointer is None or self._pointer.fabric is not self.fabric:
+        if self._pointer is None or self._pointer.mesh is not self.fabric:
             self._pointer = Pointer(self.fabric)
         return self._pointer
 

@@ -7,9 +7,9 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.app.pages.view.thing_view import Place
+from stitchmesh.app.pages.view.viewed import Thing
 from stitchmesh.app.scene.drawing import Labels, Lines
 from stitchmesh.app.scene.scene import Scene
-from stitchmesh.mesh import Mesh
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.picking import length_between
 
@@ -33,7 +33,7 @@ class Measurement:
         """Forget the places."""
         self.places = []
 
-    def text(self, thing: Mesh | YarnSet | None) -> str:
+    def text(self, thing: Thing | None) -> str:
         """Return what was measured, or what to do next."""
         if not self.places:
             return "Click the first place."
@@ -58,7 +58,7 @@ class Measurement:
         scene.show(LINE, Lines(ends[None], LINE_COLOUR, 4.0))
         scene.show(LABEL, Labels(ends.mean(axis=0)[None], (f"{self.distance():.2f} cm",)))
 
-    def _along(self, thing: Mesh | YarnSet | None) -> float | None:
+    def _along(self, thing: Thing | None) -> float | None:
         first, second = (place.yarn for place in self.places)
         if not isinstance(thing, YarnSet) or first is None or second is None:
             return None

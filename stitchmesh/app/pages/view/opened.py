@@ -13,7 +13,7 @@ from stitchmesh.app.pages.view.job_folder import JobFiles, job_files, read_job
 from stitchmesh.app.pages.view.viewed import Viewed, read_viewed
 from stitchmesh.errors import FileError, StitchMeshError
 
-WAITING = "Waiting for the first result: the folder holds no stitches.h5 and no yarns.h5 yet."
+WAITING = "Waiting for the first result: the folder holds no stitches.h5, no yarns.h5 and no frames yet."
 
 
 class Opened:
@@ -29,6 +29,7 @@ class Opened:
         self.viewed: Viewed | None = None
         self.watch: FolderWatch | None = None
         self._post, self._changed = post, changed
+        self._files: JobFiles | None = None
 
     def open_path(self, path: Path) -> None:
         """Open a file, or the output folder of a job, which is followed from now on.
@@ -41,7 +42,7 @@ class Opened:
             self.viewed = read_viewed(path)
             return
         files = job_files(path)
-        self.viewed = read_job(files) if files.times else Viewed(path.name, text=WAITING)
+        self.viewed = self._read(files) if files.times else Viewed(path.name, text=WAITING)
         self.watch = FolderWatch(path, lambda now: self._post(self.take_state, now))
 
     def receive(self, name: str, content: bytes) -> None:
@@ -60,8 +61,15 @@ class Opened:
             StitchMeshError: a file cannot be read.
         """
         if self.watch is not None and files.folder == self.watch.folder:
-            self.viewed = read_job(files)
+            self.viewed = self._read(files)
             self._changed()
+
+    def _read(self, files: JobFiles) -> Viewed:
+        """Read a state of a job; a state of the same folder before it saves work."""
+        before, self._files = self._files, files
+        if before is None or self.viewed is None or before.folder != files.folder:
+            return read_job(files)
+        return read_job(files, (before, self.viewed))
 
     def follow_again(self) -> None:
         """Watch the folder again after a stop, and read what has changed."""

@@ -16,25 +16,31 @@ from numpy.typing import NDArray
 from stitchmesh.app.controls.html_pieces import figures
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.view.clip_box import SIDES, Box, box_of_shares
+from stitchmesh.app.pages.view.draped_view import DrapedView
+from stitchmesh.app.pages.view.frame_panel import FramePanel
 from stitchmesh.app.pages.view.measurement import Measurement
 from stitchmesh.app.pages.view.opened import Opened, read_upload
+from stitchmesh.app.pages.view.picture_panel import PicturePanel
 from stitchmesh.app.pages.view.pieces import FRAMES, legend_of, list_of_results, shown_in_panel, status_line
 from stitchmesh.app.pages.view.residual_plot import residual_figure
+from stitchmesh.app.pages.view.run_figures import report_html
 from stitchmesh.app.pages.view.settings import (
     DEFAULTS,
+    DRAPED_COLOURS,
     FACE_COLOURS,
     ONE_COLOUR,
     YARN_COLOURS,
     checked_settings,
     colour_word,
 )
-from stitchmesh.app.pages.view.thing_view import Place, ThingView, view_of_thing
-from stitchmesh.app.pages.view.viewed import SUFFIXES, Viewed, project_results
+from stitchmesh.app.pages.view.thing_view import MeshView, Place, ThingView, YarnView
+from stitchmesh.app.pages.view.viewed import SUFFIXES, Thing, Viewed, project_results
 from stitchmesh.app.scene.drawing import Surface
 from stitchmesh.app.scene.scene import Pick, ViewName
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.face_triangles import face_triangles
+from stitchmesh.mixed.drape import Draped
 from stitchmesh.render.colouring import Coloured
 from stitchmesh.yarn import YarnSet
 
@@ -45,8 +51,6 @@ if TYPE_CHECKING:
 OPENED = "Opened file"
 """Entry of the list for a file or a folder that was opened."""
 VIEWS: tuple[ViewName, ...] = ("front", "back", "left", "right", "top")
-LARGEST_PICTURE = 4096
-"""Largest side of a saved picture [pixels]."""
 MOST_STITCHES = 99_999_999
 """Largest number of a stitch that can be typed."""
 COLOURING = "finding the colours"
@@ -123,6 +127,16 @@ class ViewPage(Page):
         self._keep(show=OPENED, path=str(path.absolute()))
         self._path.value = str(path.absolute())
 
+    def show_path(self, text: str) -> None:
+        """Open a file or a folder, and show it.
+
+        Raises:
+            StitchMeshError: it cannot be read.
+        """
+        self.open_path(text)
+        self._look_again = True
+        self.refresh()
+
     # ---- controls ----------------------------------------------------------------------------------------------------
 
     def _make_sources(self) -> None:
@@ -151,9 +165,14 @@ class ViewPage(Page):
             "Colour faces by", "What decides the colours of the faces.", tuple(FACE_COLOURS), kept["face colour"],
             lambda word: self._recolour("face colour", word),
         )  # fmt: skip
+        self._run_colour = controls.choice(
+            "Colour the run by", "What decides the colours of yarns and triangles.", tuple(DRAPED_COLOURS),
+            kept["run colour"], lambda word: self._recolour("run colour", word),
+        )  # fmt: skip
         self._one_colour = controls.colour(
             "Colour", "The colour of everything.", kept["one colour"], lambda word: self._recolour("one colour", word)
         )
+        self._frame_panel = FramePanel(controls, self._frame_chosen)
         self._legend = controls.html("")
         self._status = controls.html("")
 
@@ -164,7 +183,7 @@ class ViewPage(Page):
             "Measure", "Click two places: their distance, and the length of yarn between them.", False, self._measure
         )
         with controls.group("Clip box", opened=False):
-            self._clips = controls.toggle("Clip", "Show only what lies in a box.", False, self._clip)
+            self._clips = controls.toggle("Clip", "Show only what lies in a box.", False, lambda _: self._draw())
             for side, (_, far) in SIDES.items():
                 controls.slider(
                     side, f"Where the box ends at this side ({side.lower()}), in percent.", self._shares.get(side, far),
@@ -178,17 +197,11 @@ class ViewPage(Page):
             ]  # fmt: skip
             controls.button("Describe", "Say what the stitch is.", self._describe_stitch)
             controls.button("Measure between them", "Measure from one stitch to the other.", self._measure_stitches)
-        with controls.group("Picture", opened=False):
-            self._width = controls.number(
-                "Width", "Width of the picture [pixels].", 1600, _nothing, least=64, most=LARGEST_PICTURE, step=1
-            )
-            self._height = controls.number(
-                "Height", "Height of the picture [pixels].", 1000, _nothing, least=64, most=LARGEST_PICTURE, step=1
-            )
-            controls.button("Save picture", "Save what the scene shows as a PNG file.", self._save_picture)
+        PicturePanel(self.app)
         controls.toggle("Frame rate", "Show how fluently this browser draws.", False, self._show_frames)
         self._frames = controls.html(FRAMES)
         self._frames.visible = False
+        self._report = controls.html("")
         self._plot = controls.plot(None)
 
     # ---- what is shown -----------------------------------------------------------------------------------------------
@@ -205,8 +218,9 @@ class ViewPage(Page):
         if viewed is None or viewed.thing is None:
             self._view, self._coloured = None, None
             self.app.scene.clear()
+            self._frame_panel.show(None)
         elif changed or self._view is None:
-            self._view = view_of_thing(viewed.thing, self._view)
+            self._view = self._view_of(viewed.thing)
             if self._coloured is not None and len(self._coloured.points) != self._view.coloured_count:
                 self._coloured = None
             if not isinstance(viewed.thing, YarnSet):
@@ -218,13 +232,37 @@ class ViewPage(Page):
             self._look_again = False
             self._turn("front")
 
+    def _view_of(self, thing: Thing) -> ThingView:
+        """Return the view of something; that of an earlier state of the same thing saves work."""
+        before = self._view
+        if isinstance(thing, Draped):
+            if not isinstance(before, DrapedView):
+                self.app.scene.clear()
+            return self._frame_panel.view(thing, before)
+        self._frame_panel.show(None)
+        if isinstance(before, DrapedView):
+            before.clear(self.app.scene)
+        return YarnView(thing, before) if isinstance(thing, YarnSet) else MeshView(thing)
+
+    def _frame_chosen(self) -> None:
+        """Show the frame that was chosen; of several choices the newest one."""
+        self.app.queue.post_newest((id(self), "frame"), self._show_frame)
+
+    def _show_frame(self) -> None:
+        thing = None if self._viewed is None else self._viewed.thing
+        if self.app.page is self and isinstance(thing, Draped):
+            self._view = self._frame_panel.view(thing, self._view)
+            self._describe()
+            self._colour()
+
     def _show_controls(self) -> None:
         """Show the controls that what is shown needs."""
         thing = None if self._viewed is None else self._viewed.thing
         yarns, faces = isinstance(thing, YarnSet), isinstance(thing, Mesh)
         self._yarn_colour.visible = yarns
         self._face_colour.visible = isinstance(thing, StitchMesh)
-        self._one_colour.visible = (yarns or faces) and self._colour_word().startswith("#")
+        self._run_colour.visible = run = isinstance(thing, Draped)
+        self._one_colour.visible = (yarns or faces or run) and self._colour_word().startswith("#")
 
     def _describe(self) -> None:
         """Show the figures, the picture, the text and the plot of what is shown."""
@@ -234,6 +272,8 @@ class ViewPage(Page):
         self._facts = figures(rows, title) if rows else f"<strong>{escape(title)}</strong>"
         self._say("" if viewed is None or self._view is None else viewed.text)
         self._picture.content = "" if viewed is None else shown_in_panel(viewed)
+        report = viewed.thing.report if viewed is not None and isinstance(viewed.thing, Draped) else {}
+        self._report.content = report_html(report)
         self._plot.figure = residual_figure(viewed.history) if viewed is not None and viewed.history else None
 
     def _say(self, text: str) -> None:
@@ -317,9 +357,7 @@ class ViewPage(Page):
         text = str(self._path.value).strip()
         if not text:
             raise ParameterError("path: got nothing; expected a file, or the output folder of a job")
-        self.open_path(text)
-        self._look_again = True
-        self.refresh()
+        self.show_path(text)
 
     def _uploaded(self, name: str, content: bytes) -> None:
         self._opened.receive(name, content)
@@ -386,17 +424,10 @@ class ViewPage(Page):
 
         return changed
 
-    def _clip(self, on: bool) -> None:
-        self._draw()
-
     def _box(self) -> Box | None:
         if not self._clips.value or self._view is None:
             return None
         return box_of_shares(*self._view.bounds(), self._shares)
-
-    def _save_picture(self) -> None:
-        picture = self.app.scene.screenshot(int(self._width.value), int(self._height.value))
-        self.app.download("view.png", picture)
 
     def _show_frames(self, on: bool) -> None:
         self._frames.visible = on

@@ -243,11 +243,6 @@ class MeshView:
         return corners, face, None if many else Lines(self._lifted[ends], EDGE_COLOUR, 1.0)
 
 
-def view_of_thing(thing: Mesh | YarnSet, before: ThingView | None = None) -> ThingView:
-    """Return the view of a mesh or of yarns; ``before`` is the view of an earlier state of the same thing."""
-    return YarnView(thing, before) if isinstance(thing, YarnSet) else MeshView(thing)
-
-
 def _same_segments(first: YarnSet, second: YarnSet) -> bool:
     """Whether two sets of yarns have the same segments, so that only positions differ."""
     alike = np.array_equal(first.start, second.start) and np.array_equal(first.closed, second.closed)

@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the page shows: a mesh, stitches or yarns with what belongs to them, a picture, or a text."""
+"""What the page shows: a mesh, stitches, yarns or a run with what belongs to them, a picture, or a text."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeAlias
 
 from stitchmesh.app.project.project import Project
 from stitchmesh.errors import FileError
@@ -19,6 +20,7 @@ from stitchmesh.io.yarns import read_yarns
 from stitchmesh.labeling.labeling_file import FORMAT as LABELING
 from stitchmesh.labeling.labeling_file import read_labeling
 from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mixed.drape import Draped
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint_yarns import checkpoint_yarns
 
@@ -33,14 +35,18 @@ SUFFIXES = (
 """Suffixes of files that can be uploaded."""
 
 
+Thing: TypeAlias = Mesh | YarnSet | Draped
+"""What can stand in the scene; a run is one of mixed yarns and triangles."""
+
+
 @dataclass(frozen=True, eq=False)
 class Viewed:
     """Something to look at, with what is known about it."""
 
     name: str
     """What it is, in the words of the user."""
-    thing: Mesh | YarnSet | None = None
-    """The mesh, the stitches or the yarns; None for a picture, a plot or a text alone."""
+    thing: Thing | None = None
+    """The mesh, the stitches, the yarns or the run; None for a picture, a plot or a text alone."""
     fabric: StitchMesh | None = None
     """The stitches from which yarns were made, for colours by stitch."""
     history: Sequence[HistoryEntry] = ()

@@ -24,6 +24,7 @@ from stitchmesh.app.scene.scene import Pick, ScreenBox
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.pipeline import relax_with_options
+from stitchmesh.progress import Progress
 from stitchmesh.render.colouring import Coloured
 from stitchmesh.reporting.figures import report_figures
 from stitchmesh.reporting.verdict import relaxation_verdict
@@ -175,7 +176,7 @@ class YarnsPage(Page):
         check_pins(settings.pins, yarns)
         options = settings.relax_options(project, resume=resume)
 
-        def relax(control: RunControl[YarnSet]) -> Relaxation:
+        def relax(control: RunControl[YarnSet], progress: Progress) -> Relaxation:
             return relax_with_options(
                 yarns, options, quality=quality, device=settings.device_name(), fabric=fabric,
                 keep_shape=settings.keep_shape, control=control,

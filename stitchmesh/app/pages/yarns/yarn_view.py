@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from stitchmesh.app.controls.legend import LegendEntry, legend
 from stitchmesh.app.pages.view.thing_view import SLOW_COLOURS
 from stitchmesh.app.scene.drawing import Colour, Surface, YarnTubes
+from stitchmesh.app.scene.point_marks import point_marks
 from stitchmesh.app.scene.scene import Scene
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.mesh.face_triangles import face_triangles
@@ -32,8 +33,6 @@ BODY_COLOUR: Colour = (176, 168, 158)
 BODY_OPACITY = 0.75
 PIN_SIZE = 3.0
 """Size of the mark of a pinned stitch, in apparent radii of the yarn."""
-OCTAHEDRON = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.float64)
-OCTAHEDRON_FACES = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
 
 
 class YarnView:
@@ -105,9 +104,7 @@ class YarnView:
             self._scene.remove("pins")
             return
         size = PIN_SIZE * float(self._yarns.drawn_radius.mean())
-        points = (centres[:, None] + size * OCTAHEDRON).reshape(-1, 3)
-        triangles = (len(OCTAHEDRON) * np.arange(len(centres))[:, None, None] + OCTAHEDRON_FACES).reshape(-1, 3)
-        self._scene.show("pins", Surface(points, triangles, PIN_COLOUR))
+        self._scene.show("pins", point_marks(centres, size, PIN_COLOUR))
 
     def show_body(self, body: Mesh | None) -> None:
         """Draw the body; None removes it."""

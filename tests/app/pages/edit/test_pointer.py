@@ -7,8 +7,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.app.pages.edit.pointer import Pointer, nearest_side, without_repeats
-from stitchmesh.app.scene.scene import Pick
+from stitchmesh.app.pages.edit.nearest_side import nearest_side
+from stitchmesh.app.scene.pointer import DragPath, Pointer
+from stitchmesh.app.scene.scene import Pick, Stroke
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, TOP
 from stitchmesh.mesh.picking import PickedPlace
@@ -52,14 +53,12 @@ def test_a_stitch_inside_the_fabric_has_no_border():
 
 
 def test_a_fast_drag_passes_every_stitch_between_two_reports():
-    pointer = Pointer(WIDE)
+    pointer, drag = Pointer(WIDE), DragPath()
     eye = np.array([5.0, 4.0, 60.0])
-    pointer.begin()
-    found: list[int] = []
-    for face in (41, 48, 88):
+    for face, phase in ((3, "start"), (41, "start"), (48, "move"), (88, "end")):  # a start forgets the drag before
         target = WIDE.corner_position[WIDE.sides_of(np.array([face]))].mean(axis=0)
-        found += [place.face for place in pointer.places_along(Pick(eye, target - eye))]
-    assert without_repeats(found) == [*range(41, 49), 58, 68, 78, 88]
+        found = drag.follow(Stroke(eye, target - eye, phase=phase), pointer)
+    assert [place.face for place in found] == [*range(41, 49), 58, 68, 78, 88]
 
 
 def test_a_ray_beside_the_fabric_has_no_place():

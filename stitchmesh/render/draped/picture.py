@@ -9,16 +9,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray, Mesh
-from stitchmesh.mixed.contact.motion import RigidMotion
 from stitchmesh.mixed.drape import Draped
-from stitchmesh.mixed.output.files import state_maps
 from stitchmesh.render.camera import camera_around
-from stitchmesh.render.colour_scale import ColourScale, sequential_scale
+from stitchmesh.render.colour_scale import sequential_scale
 from stitchmesh.render.colouring import Coloured, colour_yarns
+from stitchmesh.render.draped.body_places import bodies_at
+from stitchmesh.render.draped.colouring import ALPHA_SCALE, LEAST_TENSION, DrapedValues, nodes_at_points
 from stitchmesh.render.lettering import INK
 from stitchmesh.render.options import PictureOptions
 from stitchmesh.render.picture import detail_for, yarn_tubes
@@ -30,12 +29,8 @@ if TYPE_CHECKING:
 
 NAME_HEIGHT = 0.03
 """Size of the letters of names, divided by the height of the picture."""
-LEAST_TENSION = 1.0
-"""Smallest tension of the last colour [dyn]."""
 AROUND = 0.1
 """How far around a cloth bodies are shown whole, as a part of its size; a body may be much larger than a cloth."""
-ALPHA_SCALE = ColourScale(np.array([[128, 152, 184], [200, 176, 130], [196, 84, 60]]), 0.0, 1.0)
-"""Colours of the blending field: triangles, hybrid region, yarns."""
 
 
 def render_draped(
@@ -126,15 +121,7 @@ def camera_directions(azimuth: float, elevation: float) -> tuple[FloatArray, Flo
 
 def bodies_at_end(run: Draped) -> list[Mesh]:
     """Return the bodies of a run where they are at its end."""
-    moved = []
-    for each in run.prepared.bodies:
-        mesh, motion, end = each.body.mesh, each.body.motion, run.end.time
-        if isinstance(motion, RigidMotion):
-            place = motion.places_at(mesh.vertices, end)
-        else:
-            place = motion.vertices_at(end)
-        moved.append(Mesh(place, mesh.face_start, mesh.face_vertex, mesh.twin))
-    return moved
+    return bodies_at(run.prepared.bodies, run.end.time)
 
 
 def colours_of_runs(runs: Sequence[Draped], curves: Sequence[YarnSet], colour: str) -> list[Coloured]:
@@ -157,13 +144,6 @@ def colours_of_runs(runs: Sequence[Draped], curves: Sequence[YarnSet], colour: s
 
 
 def _values_at_points(run: Draped, curves: YarnSet, colour: str) -> FloatArray:
-    """Alpha or tension at the node that is nearest to each control point, shape (P,)."""
-    nodes = run.shown.nodes
-    if colour == "alpha":
-        values = run.prepared.region.node_alpha
-    else:
-        maps = state_maps(run.prepared.fabric, run.display, run.end)
-        values = np.zeros(len(nodes))
-        np.maximum.at(values, maps.yarn_node, maps.yarn_tension)
-    nearest: NDArray[np.int64] = cKDTree(nodes).query(curves.points)[1]
-    return values[nearest]
+    """Alpha or tension at each control point, shape (P,)."""
+    values = DrapedValues(run, run.end, nodes_at_points(run, run.end, curves))
+    return values.alpha()[0] if colour == "alpha" else values.yarn_tension()

@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The drawing of a scene before it runs: the cloth in the colours of its region, what is held, bodies and a box."""
+
+from __future__ import annotations
+
+from itertools import chain
+from typing import Literal
+
+import numpy as np
+
+from stitchmesh.app.controls.html_pieces import colour_bar
+from stitchmesh.app.controls.legend import LegendEntry, legend
+from stitchmesh.app.pages.drape.opened_scene import OpenedScene
+from stitchmesh.app.pages.view.clip_box import Box
+from stitchmesh.app.scene.drawing import Colour, Colours, Lines, Surface
+from stitchmesh.app.scene.point_marks import point_marks
+from stitchmesh.app.scene.scene import Scene
+from stitchmesh.mesh import IntArray, Mesh
+from stitchmesh.mesh.face_triangles import face_triangles
+from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, YARNS
+from stitchmesh.render.draped.body_places import bodies_at
+from stitchmesh.render.draped.colouring import ALPHA_SCALE
+from stitchmesh.render.surface import lifted_corners
+
+ClothColour = Literal["Region", "Alpha"]
+COLOURS: tuple[ClothColour, ...] = ("Region", "Alpha")
+KIND_COLOURS = ALPHA_SCALE.table(3)
+"""Colours of triangles without yarns, in the hybrid region, and with yarns alone; sRGB."""
+ALLOWED = np.array([170, 150, 190], dtype=np.uint8)
+"""Colour of triangles where an automatic region may have yarns."""
+ADDED: Colour = (222, 124, 20)
+REMOVED: Colour = (20, 96, 170)
+"""Colours of triangles that a drag adds to the region, and takes out of it."""
+EDGE: Colour = (60, 60, 66)
+HELD: Colour = (20, 96, 170)
+BODY: Colour = (176, 168, 158)
+MOST_EDGED = 12_000
+"""Largest number of triangles whose edges are drawn."""
+MARK_SIZE = 0.12
+"""Size of the mark of a held vertex over the mean length of an edge."""
+
+
+class ClothDrawing:
+    """Draws one scene; positions are sent again only for another cloth."""
+
+    def __init__(self, scene: Scene) -> None:
+        """Draw nothing yet."""
+        self._scene = scene
+        self._mesh: Mesh | None = None
+        self._bodies = 0
+
+    def show(self, opened: OpenedScene, colour: ClothColour, *, takes_strokes: bool) -> None:
+        """Draw a scene.
+
+        Args:
+            opened: the scene.
+            colour: what decides the colours of the triangles.
+            takes_strokes: whether a drag on the cloth paints instead of turning the view.
+        """
+        mesh = opened.mesh
+        if self._mesh is not mesh:
+            self._mesh, self._lifted = mesh, lifted_corners(mesh)
+            self._corners = face_triangles(mesh).corners
+            self._show_fixed(opened)
+        if colour == "Alpha":
+            at_corners = ALPHA_SCALE.of(opened.region.vertex_alpha[mesh.face_vertex])
+            self._scene.show("cloth", Surface(
+                mesh.corner_position, self._corners, Colours.of(at_corners), flat=False, takes_strokes=takes_strokes
+            ))  # fmt: skip
+            return
+        of_faces = Colours.of(region_colours(opened))
+        self._scene.show("cloth", Surface(mesh.corner_position, self._corners, of_faces, takes_strokes=takes_strokes))
+
+    def preview(self, triangles: IntArray, *, adds: bool) -> None:
+        """Mark the triangles that a drag covers; none removes the mark."""
+        if self._mesh is None or not len(triangles):
+            self._scene.remove("painted")
+            return
+        corners = np.arange(3 * len(triangles)).reshape(-1, 3)
+        points = self._lifted[self._corners[triangles]].reshape(-1, 3)
+        self._scene.show("painted", Surface(points, corners, ADDED if adds else REMOVED, opacity=0.6))
+
+    def show_box(self, box: Box | None) -> None:
+        """Draw the box that is about to be chosen; None removes it."""
+        if box is None:
+            self._scene.remove("box")
+        else:
+            self._scene.show("box", box.edges())
+
+    def look(self) -> None:
+        """Show the whole cloth."""
+        if self._mesh is not None:
+            self._scene.look_at(self._mesh.vertices.min(axis=0), self._mesh.vertices.max(axis=0))
+
+    def clear(self) -> None:
+        """Remove everything."""
+        bodies = (f"body {number}" for number in range(self._bodies))
+        for name in chain(("cloth", "cloth edges", "held", "painted", "box"), bodies):
+            self._scene.remove(name)
+        self._mesh = None
+
+    def _show_fixed(self, opened: OpenedScene) -> None:
+        """Draw what changes only with the cloth: edges, held vertices and bodies."""
+        mesh, prepared = opened.mesh, opened.prepared
+        if mesh.face_count <= MOST_EDGED:
+            ends = np.stack([mesh.edge_side, mesh.side_next[mesh.edge_side]], axis=1)
+            self._scene.show("cloth edges", Lines(self._lifted[ends], EDGE, 1.0))
+        held = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(one.vertices for one in prepared.held)]))
+        if len(held):
+            size = MARK_SIZE * float(mesh.side_length.mean())
+            self._scene.show("held", point_marks(mesh.vertices[held], size, HELD))
+        bodies = bodies_at(prepared.bodies, 0.0)
+        for number, body in enumerate(bodies):
+            corners = body.face_vertex[face_triangles(body).corners]
+            self._scene.show(f"body {number}", Surface(body.vertices, corners, BODY, flat=False))
+        self._bodies = len(bodies)
+
+
+def region_colours(opened: OpenedScene) -> np.ndarray:
+    """Return the colour of each triangle by what is simulated there (sRGB), shape (T, 3)."""
+    colours = KIND_COLOURS[opened.region.triangle_kind]
+    if opened.scene.region.yarns == "automatic":
+        colours[opened.marked] = ALLOWED
+    return colours
+
+
+def legend_of(opened: OpenedScene, colour: ClothColour) -> str:
+    """Return the legend of the colours as HTML."""
+    if colour == "Alpha":
+        return colour_bar(ALPHA_SCALE.table(9), ("0 triangles", "0.5", "1 yarns"), "Alpha")
+    names = {TRIANGLES: "triangles", HYBRID: "triangles and yarns (hybrid)", YARNS: "yarns"}
+    entries = [LegendEntry(text, (_rgb(KIND_COLOURS[kind]),)) for kind, text in names.items()]
+    if opened.scene.region.yarns == "automatic" and len(opened.marked):
+        entries.append(LegendEntry("where the automatic region may be", (_rgb(ALLOWED),)))
+    return legend(entries, "What is simulated")
+
+
+def _rgb(colour: np.ndarray) -> Colour:
+    red, green, blue = colour.tolist()
+    return red, green, blue

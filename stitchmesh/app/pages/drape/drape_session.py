@@ -1,0 +1,155 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the parts of the page Drape share: the scene, its changes with undo, and where it is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stitchmesh.app.pages.drape.opened_scene import OpenedScene, open_scene, with_region, with_scene
+from stitchmesh.app.pages.drape.scene_history import SceneHistory
+from stitchmesh.app.pages.drape.scene_opening import scene_of_file
+from stitchmesh.compute.device import alone
+from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.drape import SCENE_FILE
+from stitchmesh.mixed.scene.region_section import RegionSection
+from stitchmesh.mixed.scene.scene import Scene
+from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
+from stitchmesh.progress import Progress
+
+if TYPE_CHECKING:
+    from stitchmesh.app.application import App
+
+FOLDER, RUN, FILES = "drape", "run", "files"
+"""Folder in the project, and the folders in it: of the run, and of files that were uploaded."""
+OPENING = "opening the scene"
+"""Name of the task that makes what a scene describes."""
+
+
+class DrapeSession:
+    """The scene of the page. All methods belong to the event thread."""
+
+    def __init__(self, app: App, shown: Callable[[], None]) -> None:
+        """Start without a scene; ``shown`` is called after each change."""
+        self.app, self.show = app, shown
+        self.opened: OpenedScene | None = None
+        self.history: SceneHistory | None = None
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the page in the project."""
+        return self.app.project.folder / FOLDER
+
+    @property
+    def scene_path(self) -> Path:
+        """File of the scene in the project."""
+        return self.folder / SCENE_FILE
+
+    @property
+    def run_folder(self) -> Path:
+        """Output folder of the run."""
+        return self.folder / RUN
+
+    def open_path(self, path: Path) -> None:
+        """Open a scene, or a cloth as a new one; it replaces the scene of the project.
+
+        Raises:
+            ParameterError: another task runs.
+        """
+
+        def done(opened: OpenedScene) -> None:
+            self.history = SceneHistory(opened.scene)
+            self._take(opened)
+
+        folder = self.run_folder
+        self._open(lambda progress: open_scene(scene_of_file(path), folder, progress), done)
+
+    def open_kept(self) -> None:
+        """Open the scene that the project holds, if there is one and no task runs."""
+        if self.opened is None and self.scene_path.is_file() and not self.app.tasks.running:
+            path, folder = self.scene_path, self.run_folder
+            self._open(lambda progress: open_scene(read_scene(path), folder, progress), self._take_kept)
+
+    def change(self, scene: Scene) -> None:
+        """Change the scene.
+
+        Raises:
+            ParameterError: another task runs.
+        """
+        history = self._history().changed(scene)
+        if history is not self.history:
+            self._go_to(history)
+
+    def change_region(self, change: Callable[[RegionSection, Cloth], RegionSection]) -> None:
+        """Change the region: the function gets the region and the cloth."""
+        scene = self._history().scene
+        assert self.opened is not None
+        self.change(replace(scene, region=change(scene.region, self.opened.cloth)))
+
+    def undo(self) -> None:
+        """Return to the scene before the last change."""
+        self._go_to(self._history().undone())
+
+    def redo(self) -> None:
+        """Make the change again that was undone last."""
+        self._go_to(self._history().redone())
+
+    def _go_to(self, history: SceneHistory) -> None:
+        """Show the present scene of a history; a change of the region alone is shown at once."""
+        self._check_idle()
+        opened, scene = self.opened, history.scene
+        assert opened is not None
+        if replace(scene, region=opened.scene.region) == opened.scene:
+            self.history = history
+            self._take(with_region(opened, scene.region))
+            return
+
+        def done(found: OpenedScene) -> None:
+            self.history = history
+            self._take(found)
+
+        folder = self.run_folder
+        self._open(lambda progress: with_scene(opened, scene, folder, progress), done)
+
+    def _open(self, work: Callable[[Progress], OpenedScene], done: Callable[[OpenedScene], None]) -> None:
+        """Make a scene in the worker thread; errors become notices, and the scene before stays."""
+        project = self.app.project
+
+        def make(progress: Progress) -> OpenedScene:
+            with alone():
+                return work(progress)
+
+        def take(opened: OpenedScene) -> None:
+            if self.app.project is project:
+                done(opened)
+
+        self.app.tasks.start(OPENING, make, take, lambda error: self.show())
+
+    def _take_kept(self, opened: OpenedScene) -> None:
+        self.history, self.opened = SceneHistory(opened.scene), opened
+        self.show()
+
+    def _take(self, opened: OpenedScene) -> None:
+        """Keep a scene, in the project too, and show it."""
+        self.opened = opened
+        write_scene(self.scene_path, opened.scene)
+        self.show()
+
+    def _history(self) -> SceneHistory:
+        if self.history is None or self.opened is None:
+            raise ParameterError("scene: there is none yet; open one first")
+        return self.history
+
+    def _check_idle(self) -> None:
+        """Check that nothing runs that uses the scene.
+
+        Raises:
+            ParameterError: something does.
+        """
+        task = self.app.tasks.current
+        if task is not None:
+            raise ParameterError(f"scene: cannot change during {task.name}; stop that first, or wait")

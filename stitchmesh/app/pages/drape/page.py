@@ -1,0 +1,249 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page Drape: a scene is opened, its region of yarns is chosen or painted, and it runs while it is watched."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from stitchmesh.app.pages.drape.cloth_drawing import COLOURS, ClothColour, ClothDrawing, legend_of
+from stitchmesh.app.pages.drape.drape_session import DrapeSession
+from stitchmesh.app.pages.drape.files_panel import FilesPanel
+from stitchmesh.app.pages.drape.paint_tool import PaintTool
+from stitchmesh.app.pages.drape.region_panel import RegionPanel
+from stitchmesh.app.pages.drape.run_words import counts_html, end_html, run_words
+from stitchmesh.app.pages.drape.scene_panel import ScenePanel
+from stitchmesh.app.pages.drape.scene_run import SceneRun
+from stitchmesh.app.pages.page import Page
+from stitchmesh.app.pages.run_panel import RunPanel
+from stitchmesh.app.pages.view.draped_view import DrapedView
+from stitchmesh.app.pages.view.frame_panel import FramePanel
+from stitchmesh.app.pages.view.pieces import legend_of as legend_of_colours
+from stitchmesh.app.pages.view.run_figures import report_html
+from stitchmesh.app.pages.view.settings import DRAPED_COLOURS
+from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke
+from stitchmesh.mixed.drape import Draped
+from stitchmesh.run_control import Snapshot
+
+if TYPE_CHECKING:
+    from stitchmesh.app.application import App
+    from stitchmesh.mixed.scene.scene import Scene
+
+RUN, RUN_AGAIN, CONTINUE = "Run the scene", "Run from the start again", "Continue the run"
+"""Labels of the buttons that start a run."""
+SCENE, RESULT = "Scene", "Run"
+"""What the page can show."""
+
+
+class DrapePage(Page):
+    """Scenes of mixed yarns and triangles."""
+
+    name: ClassVar[str] = "Drape"
+    hint: ClassVar[str] = "Open a scene or a cloth, choose where yarns are simulated, and run it."
+
+    def __init__(self, app: App) -> None:
+        """Make the page; nothing is open yet."""
+        super().__init__(app)
+        self.session = DrapeSession(app, self._changed)
+        self.run = SceneRun(self.session, self._ended)
+        self._drawing = ClothDrawing(app.scene)
+        self._paint = PaintTool(self.session, self._drawing)
+        self._shows = SCENE
+        self._colour: ClothColour = COLOURS[0]
+        self._run_colour = next(iter(DRAPED_COLOURS))
+        self._view: DrapedView | None = None
+        self._built_for: tuple[object, ...] | None = None
+
+    def build(self) -> None:
+        """Make the controls, and draw."""
+        controls, session = self.app.controls, self.session
+        self._counts = controls.html("")
+        self._end = controls.html("")
+        self._start = controls.button(RUN, "Simulate yarns in the region, and triangles elsewhere.", self.start,
+                                      main=True)  # fmt: skip
+        self._continue = controls.button(CONTINUE, "Go on where the run was stopped.", self.resume, main=True)
+        self._panel = RunPanel(controls, "a time step, or an iteration of an equilibrium", run_words)
+        self._make_look()
+        self._files = FilesPanel(session, controls, lambda: self.run.result)
+        self._region = RegionPanel(session, self._drawing, self._paint, controls, self.run.find_region)
+        self._scene_panel = ScenePanel(session, controls, self._scene())
+        self._files.build_save(controls)
+        self._report = controls.html("")
+        for label, key, modifier, act in (
+            ("Undo", "Z", "ctrl", session.undo), ("Redo", "Y", "ctrl", session.redo),
+            ("Redo also", "Z", "ctrl+shift", session.redo),
+        ):  # fmt: skip
+            controls.key(label, f"{label} of the last change of the scene", key, modifier, act)
+        self._built_for = self._kind_of_controls()
+        self._drawing.clear()
+        self._view = None
+        if self.run.live is not None:
+            self.run.live.on_snapshot = self._show_snapshot
+        session.open_kept()
+        self.run.read_result()
+        self.refresh()
+        self._drawing.look()
+
+    def leave(self) -> None:
+        """Let the run go on unseen."""
+        if self.run.live is not None:
+            self.run.live.on_snapshot = None
+        self._built_for = None
+
+    def refresh(self) -> None:
+        """Show the scene or the run, and what can be done."""
+        opened, live = self.session.opened, self.run.live
+        self._counts.content = counts_html(opened)
+        self._end.content = "" if live is not None else end_html(self.run.result)
+        self._panel.show(live)
+        can_continue, idle = self.run.can_continue, live is None and opened is not None
+        self._start.label = RUN_AGAIN if can_continue or self.run.result is not None else RUN
+        self._start.visible, self._continue.visible = idle, idle and can_continue
+        self._region.refresh()
+        self._scene_panel.refresh()
+        self._files.refresh()
+        self._draw()
+
+    def start(self) -> None:
+        """Run the scene from its start."""
+        self._begin(resume=False)
+
+    def resume(self) -> None:
+        """Continue the run that was stopped."""
+        self._begin(resume=True)
+
+    def picked(self, pick: Pick) -> None:
+        """Paint at a click, or say what of the run is there."""
+        if self._shows == SCENE:
+            self._paint.clicked(pick)
+
+    def stroked(self, stroke: Stroke) -> None:
+        """Paint along a drag."""
+        if self._shows == SCENE:
+            self._paint.stroked(stroke)
+
+    def boxed(self, box: ScreenBox) -> None:
+        """Paint a rectangle of the screen."""
+        if self._shows == SCENE:
+            self._paint.boxed(box)
+
+    def _make_look(self) -> None:
+        """Make the controls of what is shown."""
+        controls = self.app.controls
+        self._show_choice = controls.choice("Show", "The scene at its start, or the run.", (SCENE, RESULT), self._shows,
+                                            self._set_shows)  # fmt: skip
+        self._colour_choice = controls.choice(
+            "Colours", "What is simulated where, or the weight of the yarns.", COLOURS, self._colour, self._set_colour
+        )
+        self._run_colour_choice = controls.choice(
+            "Colour the run by", "What decides the colours of yarns and triangles.", tuple(DRAPED_COLOURS),
+            self._run_colour, self._set_run_colour,
+        )  # fmt: skip
+        self._frames = FramePanel(controls, self._frame_chosen)
+        self._legend = controls.html("")
+        self._follow = controls.button("Look on the page View", "The run with all tools of that page.", self._to_view)
+
+    def _begin(self, *, resume: bool) -> None:
+        self.run.start(resume=resume)
+        assert self.run.live is not None
+        self.run.live.on_snapshot = self._show_snapshot
+        self._shows = self._show_choice.value = RESULT
+        self._view = None
+        self.refresh()
+
+    def _scene(self) -> Scene | None:
+        return None if self.session.opened is None else self.session.opened.scene
+
+    def _kind_of_controls(self) -> tuple[object, ...]:
+        """What decides which controls there are: the yarns of the scene decide the materials and the densities."""
+        scene = self._scene()
+        if scene is None:
+            return ()
+        yarns, cloth = scene.yarns, scene.cloth
+        return yarns.material_file, yarns.weave is None, yarns.knit, cloth.material, cloth.file, scene.solver.device
+
+    def _changed(self) -> None:
+        """Show a scene that was opened or changed."""
+        if self.app.page is not self or self._built_for is None:
+            return
+        if self._built_for != self._kind_of_controls():
+            self.app.open_page(self.name)
+            return
+        self.refresh()
+        self._drawing.look()
+
+    def _ended(self) -> None:
+        """Show the end of a run."""
+        if self.app.page is self and self._built_for is not None:
+            self.refresh()
+
+    def _newest(self) -> Draped | None:
+        """The state of the run that is shown: the newest one of a run that goes on, or the result of the last one."""
+        live = self.run.live
+        if live is not None:
+            return None if live.newest is None else live.newest.state
+        return self.run.result
+
+    def _draw(self) -> None:
+        draped, opened = self._newest(), self.session.opened
+        shows_run = self._shows == RESULT and (draped is not None or self.run.live is not None)
+        self._show_choice.visible = self._follow.visible = draped is not None or self.run.live is not None
+        self._colour_choice.visible = not shows_run and opened is not None
+        self._run_colour_choice.visible = shows_run
+        self._report.content = report_html(draped.report) if shows_run and draped is not None else ""
+        if shows_run and draped is not None:
+            self._draw_run(draped)
+            return
+        self._frames.show(None)
+        if self._view is not None:
+            self._view.clear(self.app.scene)
+            self._view = None
+        if opened is not None:
+            self._drawing.show(opened, self._colour, takes_strokes=self._paint.paints and not shows_run)
+            self._legend.content = legend_of(opened, self._colour)
+
+    def _draw_run(self, draped: Draped) -> None:
+        """Draw the chosen frame of a run."""
+        self._drawing.clear()
+        first = self._view is None
+        self._view = self._frames.view(draped, self._view)
+        word = DRAPED_COLOURS[self._run_colour] or "#c9b89a"
+        coloured = self._view.coloured(word, None, None)
+        self._view.draw(self.app.scene, coloured.points, None)
+        self._legend.content = legend_of_colours(coloured)
+        if first:
+            self.app.scene.look_at(*self._view.bounds())
+
+    def _show_snapshot(self, snapshot: Snapshot[Draped]) -> None:
+        """Show a state of the run."""
+        self._panel.update()
+        if self._shows == RESULT:
+            self._draw()
+
+    def _frame_chosen(self) -> None:
+        self.app.queue.post_newest((id(self), "frame"), self._draw_if_open)
+
+    def _draw_if_open(self) -> None:
+        if self.app.page is self and self._built_for is not None:
+            self._draw()
+
+    def _set_shows(self, shows: str) -> None:
+        self._shows = shows
+        self._draw()
+
+    def _set_colour(self, colour: str) -> None:
+        self._colour = next(known for known in COLOURS if known == colour)
+        self._draw()
+
+    def _set_run_colour(self, colour: str) -> None:
+        self._run_colour = colour
+        self._draw()
+
+    def _to_view(self) -> None:
+        """Open the run on the page View, which follows it."""
+        from stitchmesh.app.pages.view.page import ViewPage
+
+        folder = self.session.run_folder
+        self.app.open_page(ViewPage.name)
+        assert isinstance(self.app.page, ViewPage)
+        self.app.page.show_path(str(folder))

@@ -1,0 +1,124 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Painting the region: a brush adds triangles or takes them out, by clicks, drags and rectangles of the screen."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.pages.drape.cloth_brush import BRUSHES, covered_triangles
+from stitchmesh.app.pages.drape.cloth_drawing import ClothDrawing
+from stitchmesh.app.pages.drape.drape_session import DrapeSession
+from stitchmesh.app.pages.drape.opened_scene import NO_TRIANGLES
+from stitchmesh.app.scene.pointer import DragPath, Pointer, visible_faces
+from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke
+from stitchmesh.mesh import IntArray
+from stitchmesh.mesh.picking import PickedPlace
+from stitchmesh.mixed.scene.painted_region import with_triangles, without_triangles
+
+LOOK, ADD, REMOVE = "turns the view", "adds to the region", "takes out of the region"
+DRAGS = (LOOK, ADD, REMOVE)
+"""What a drag on the cloth does."""
+RADIUS = 0.8
+"""Radius of the circle at first, over the mean length of an edge."""
+
+
+class PaintTool:
+    """The brush; a drag is painted at once and is one change."""
+
+    def __init__(self, session: DrapeSession, drawing: ClothDrawing) -> None:
+        """Start with a drag that turns the view."""
+        self._session, self._drawing = session, drawing
+        self._does, self._brush = LOOK, BRUSHES[0]
+        self._drag, self._covered, self._seen = DragPath(), NO_TRIANGLES, 0
+        self._pointer: Pointer | None = None
+        self._stroking = -1
+
+    def build(self, controls: Controls) -> None:
+        """Make the controls."""
+        hint = "What a drag on the cloth does; shift+drag takes a rectangle of the screen."
+        controls.choice("A drag", hint, DRAGS, self._does, self._set_drag)
+        self._brush_choice = controls.choice(
+            "Brush", "What the brush covers: a circle on the cloth, one triangle, or a panel.", BRUSHES, self._brush,
+            self._set_brush,
+        )  # fmt: skip
+        self._radius = controls.number(
+            "Radius", "Radius of the brush Circle [cm].", 1.0, lambda _: None, least=0.01, most=1000.0,
+            step=0.1,
+        )  # fmt: skip
+        self._show_controls()
+
+    @property
+    def paints(self) -> bool:
+        """Whether a drag on the cloth paints."""
+        return self._does != LOOK
+
+    def refresh(self) -> None:
+        """Follow a scene that has changed; another cloth gets a circle of its own size."""
+        opened = self._session.opened
+        if opened is not None and (self._pointer is None or self._pointer.mesh is not opened.mesh):
+            self._pointer = Pointer(opened.mesh)
+            self._radius.value = round(RADIUS * float(opened.mesh.side_length.mean()), 2)
+        self._end()
+
+    def clicked(self, pick: Pick) -> None:
+        """Paint at a click."""
+        place = None if self._pointer is None else self._pointer.place(pick)
+        if self.paints and place is not None:
+            self._take(self._covered_by([place]))
+
+    def stroked(self, stroke: Stroke) -> None:
+        """Show what a drag covers so far, and paint it at its end."""
+        if stroke.phase == "start":
+            self._end()
+            self._stroking = stroke.client
+        if self._pointer is None or stroke.client != self._stroking or not self.paints:
+            return  # Another browser has begun a drag since.
+        places = self._drag.follow(stroke, self._pointer)
+        self._covered = np.union1d(self._covered, self._covered_by(places[self._seen :]))
+        # The next place may stand for the last one, if both are on one triangle.
+        self._seen = max(len(places) - 1, 0)
+        if stroke.phase == "end":
+            covered = self._covered
+            self._end()
+            self._take(covered)
+        else:
+            self._drawing.preview(self._covered, adds=self._does == ADD)
+
+    def boxed(self, box: ScreenBox) -> None:
+        """Paint the triangles in a rectangle of the screen that face the camera."""
+        opened = self._session.opened
+        if opened is not None:
+            self._take(visible_faces(opened.mesh, box))
+
+    def _covered_by(self, places: list[PickedPlace]) -> IntArray:
+        opened = self._session.opened
+        if opened is None or not places:
+            return NO_TRIANGLES
+        return covered_triangles(opened.cloth, self._brush, places, float(self._radius.value))
+
+    def _take(self, triangles: IntArray) -> None:
+        if not len(triangles):
+            return
+        paint = without_triangles if self._does == REMOVE else with_triangles
+        self._session.change_region(lambda section, cloth: paint(section, cloth, triangles))
+
+    def _end(self) -> None:
+        """Forget the drag."""
+        self._drag.clear()
+        self._covered, self._seen = NO_TRIANGLES, 0
+        self._drawing.preview(NO_TRIANGLES, adds=True)
+
+    def _set_drag(self, does: str) -> None:
+        self._does = does
+        self._show_controls()
+        self._session.show()
+
+    def _set_brush(self, brush: str) -> None:
+        self._brush = next(known for known in BRUSHES if known == brush)
+        self._show_controls()
+
+    def _show_controls(self) -> None:
+        self._brush_choice.visible = self.paints
+        self._radius.visible = self.paints and self._brush == "Circle"

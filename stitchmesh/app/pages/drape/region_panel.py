@@ -1,0 +1,249 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The controls of the region: kind, budget, brush, box, words, undo and redo."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from html import escape
+from typing import Literal
+
+import numpy as np
+
+from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.pages.drape.cloth_drawing import ClothDrawing
+from stitchmesh.app.pages.drape.drape_session import DrapeSession
+from stitchmesh.app.pages.drape.named_triangles import triangles_named
+from stitchmesh.app.pages.drape.paint_tool import PaintTool
+from stitchmesh.app.pages.view.clip_box import Box
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import IntArray
+from stitchmesh.mixed.scene.painted_region import with_triangles, without_triangles
+from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
+
+Kind = Literal["none", "chosen", "all", "automatic"]
+KINDS: dict[str, Kind] = {
+    "nowhere": "none", "in the region": "chosen", "where triangles err": "automatic", "everywhere": "all",
+}  # fmt: skip
+"""Where yarns are simulated, in the words of the page and of the scene."""
+BUDGET = 1000
+"""Largest number of yarn nodes at first, for an automatic region."""
+MOST_NODES, MOST_RINGS, MOST_STEPS = 100_000_000, 20, 1_000_000
+"""Largest budget, largest width of the hybrid region, and most steps between two changes of a region."""
+WORDS = "Such as hem 6 or rows 10-20 for stitches; names of panels, all, or faces 3, 10-20 for another cloth."
+THIRDS = (1 / 3, 2 / 3)
+"""Places of the left, right, lower and upper side of the box at first, over the box of the cloth."""
+BESIDE = 1.0
+"""Distance of the box at first from the front of the cloth, and from the back of a flat one [cm]."""
+
+
+class RegionPanel:
+    """The group of the region."""
+
+    def __init__(
+        self, session: DrapeSession, drawing: ClothDrawing, paint: PaintTool, controls: Controls,
+        find: Callable[[], None],
+    ) -> None:  # fmt: skip
+        """Make the controls.
+
+        Args:
+            session: the scene.
+            drawing: draws the box.
+            paint: the brush.
+            controls: where the controls stand.
+            find: finds the region that a run would choose.
+        """
+        self._session, self._drawing, self._paint = session, drawing, paint
+        self._cloth: object = None
+        with controls.group("Region of yarns") as self._group:
+            self._kind = controls.choice(
+                "Yarns", "Where yarns are simulated; elsewhere the cloth is triangles.", tuple(KINDS), "nowhere",
+                self._set_kind,
+            )  # fmt: skip
+            self._nodes = controls.number(
+                "Most nodes", "Largest number of yarn nodes that are simulated.", BUDGET, self._set_nodes, least=1,
+                most=MOST_NODES, step=1,
+            )  # fmt: skip
+            self._find = controls.button(
+                "Find the region now", "Run the triangles alone, and take the triangles with the largest errors.", find
+            )
+            self._changes = controls.number(
+                "Change every", "Steps after which the region may grow, shrink or move; 0 keeps it as it is.", 0,
+                self._set_changes, least=0, most=MOST_STEPS, step=1,
+            )  # fmt: skip
+            self._rings = controls.number(
+                "Hybrid rings", "Width of the region in which yarns and triangles overlap, in rings of triangles.", 1,
+                self._set_rings, least=1, most=MOST_RINGS, step=1,
+            )  # fmt: skip
+            paint.build(controls)
+            controls.buttons("Changes", "Ctrl+Z and Ctrl+Y do the same.", ("Undo", "Redo", "Clear"), self._step)
+        with controls.group("Box and selection", opened=False) as self._other_group:
+            self._low = controls.text("Box from", "Smallest x, y, z [cm].", "", lambda _: self._draw_box())
+            self._high = controls.text("Box to", "Largest x, y, z [cm].", "", lambda _: self._draw_box())
+            controls.buttons("Box", "The triangles in the box, or no box at all.", ("Add box", "Take out", "Hide"),
+                             self._use_box)  # fmt: skip
+            self._words = controls.text("By words", WORDS, "", lambda _: None)
+            controls.buttons("These", "The triangles that the words name.", ("Add", "Remove", "Only"), self._use_words)
+            self._list = controls.html("", self._drop_box)
+
+    def refresh(self) -> None:
+        """Show the region of the scene."""
+        opened = self._session.opened
+        self._group.visible = self._other_group.visible = opened is not None
+        if opened is None:
+            return
+        section = opened.scene.region
+        self._kind.value = next(words for words, kind in KINDS.items() if kind == section.yarns)
+        self._nodes.value = section.nodes or BUDGET
+        automatic = section.yarns == "automatic"
+        self._nodes.visible = automatic and section.seconds is None
+        self._find.visible = self._changes.visible = automatic
+        self._changes.value = section.adapt_every or 0
+        self._rings.value = section.rings
+        self._list.content = box_list(section)
+        if self._cloth is not opened.mesh:
+            self._cloth = opened.mesh
+            self._propose_box()
+        self._paint.refresh()
+
+    def _set_kind(self, words: str) -> None:
+        kind = KINDS[words]
+        nodes = int(self._nodes.value)
+
+        def change(section: RegionSection) -> RegionSection:
+            needs = kind == "automatic" and section.seconds is None
+            return replace(section, yarns=kind, nodes=nodes if needs else None)
+
+        self._change(change)
+
+    def _set_changes(self, steps: float) -> None:
+        self._change(lambda section: replace(section, adapt_every=int(steps) or None))
+
+    def _set_nodes(self, nodes: float) -> None:
+        self._change(lambda section: replace(section, nodes=int(nodes)))
+
+    def _set_rings(self, rings: float) -> None:
+        self._change(lambda section: replace(section, rings=int(rings)))
+
+    def _change(self, change: Callable[[RegionSection], RegionSection]) -> None:
+        try:
+            self._session.change_region(lambda section, cloth: change(section))
+        finally:
+            self.refresh()  # A change that is refused leaves the controls as they were.
+
+    def _step(self, which: str) -> None:
+        if which == "Clear":
+            self._change(lambda section: replace(section, yarns="chosen", nodes=None, boxes=(), faces=()))
+        else:
+            self._session.undo() if which == "Undo" else self._session.redo()
+
+    def _propose_box(self) -> None:
+        """Fill in a box around the middle of the front of the cloth."""
+        opened = self._session.opened
+        assert opened is not None
+        low, high = opened.mesh.vertices.min(axis=0), opened.mesh.vertices.max(axis=0)
+        first, last = low + THIRDS[0] * (high - low), low + THIRDS[1] * (high - low)
+        first[2], last[2] = 0.5 * (low[2] + high[2]), high[2] + BESIDE
+        first[2] -= BESIDE if high[2] - low[2] < BESIDE else 0.0
+        self._low.value, self._high.value = (", ".join(f"{x:.3g}" for x in corner) for corner in (first, last))
+
+    def _box(self) -> BoxSection:
+        """The box that is typed.
+
+        Raises:
+            ParameterError: it is not one of three numbers each, or it is empty.
+        """
+        return BoxSection(low=_three("box from", self._low.value), high=_three("box to", self._high.value))
+
+    def _draw_box(self) -> None:
+        """Draw the box as soon as it is one."""
+        try:
+            box = self._box()
+        except ParameterError:
+            self._drawing.show_box(None)
+        else:
+            self._drawing.show_box(Box(_triple(box.low), _triple(box.high)))
+
+    def _use_box(self, which: str) -> None:
+        if which == "Hide":
+            self._drawing.show_box(None)
+            return
+        box = self._box()
+        opened = self._session.opened
+        if opened is None:
+            raise ParameterError("box: there is no cloth yet; open a scene first")
+        held = RegionSection(boxes=(box,)).named_triangles(opened.cloth)
+        self._draw_box()
+        if which == "Take out":
+            self._session.change_region(lambda section, cloth: without_triangles(section, cloth, held))
+            return
+        no_triangles = np.zeros(0, dtype=np.int64)
+
+        def add(section: RegionSection, cloth: object) -> RegionSection:
+            chosen = with_triangles(section, opened.cloth, no_triangles)
+            return chosen if box in chosen.boxes else replace(chosen, boxes=(*chosen.boxes, box))
+
+        self._session.change_region(add)
+
+    def _use_words(self, which: str) -> None:
+        opened = self._session.opened
+        if opened is None:
+            raise ParameterError("selection: there is no cloth yet; open a scene first")
+        found: IntArray = triangles_named(opened, str(self._words.value))
+        if which == "Remove":
+            self._session.change_region(lambda section, cloth: without_triangles(section, cloth, found))
+            return
+
+        def add(section: RegionSection, cloth: object) -> RegionSection:
+            kind: Kind = "automatic" if section.yarns == "automatic" else "chosen"
+            start = replace(section, yarns=kind, boxes=(), faces=()) if which == "Only" else section
+            return with_triangles(start, opened.cloth, found)
+
+        self._session.change_region(add)
+
+    def _drop_box(self, action: str, value: str) -> None:
+        """Remove a box of the list."""
+        boxes = () if self._session.opened is None else self._session.opened.scene.region.boxes
+        if action != "drop" or not value.isdecimal() or int(value) >= len(boxes):
+            raise ParameterError("box: the list of boxes has changed; look at it again")
+        kept = tuple(box for number, box in enumerate(boxes) if number != int(value))
+        self._change(lambda section: replace(section, boxes=kept))
+
+
+def box_list(section: RegionSection) -> str:
+    """Return the boxes as a list, each with a button that removes it, and the number of single triangles."""
+    style = "list-style:none;margin:0;padding:0;font-size:.82em"
+    button = (
+        "font:inherit;cursor:pointer;border-radius:6px;padding:.15em .5em;color:var(--mantine-color-text);"
+        "border:1px solid var(--mantine-color-default-border);background:var(--mantine-color-default)"
+    )
+    items = [
+        f'<li style="display:flex;gap:4px;align-items:center;margin:.2em 0"><span style="flex:1 1 auto">'
+        f'{escape(str(box))}</span><button type="button" data-action="drop" data-value="{number}" style="{button}" '
+        f'aria-label="Remove the {escape(str(box))}">Remove</button></li>'
+        for number, box in enumerate(section.boxes)
+    ]
+    if section.faces:
+        items.append(f"<li>{len(section.faces):,} single triangles</li>")
+    return f'<ul style="{style}">{"".join(items)}</ul>' if items else ""
+
+
+def _three(name: str, text: str) -> tuple[float, ...]:
+    """The three numbers of a text.
+
+    Raises:
+        ParameterError: there are not three.
+    """
+    try:
+        numbers = tuple(float(part) for part in str(text).replace(";", ",").split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != 3 or not np.isfinite(numbers).all():
+        raise ParameterError(f"{name}: got {str(text)[:40]!r}; expected three numbers of cm, such as 1, 2.5, -1")
+    return numbers
+
+
+def _triple(numbers: tuple[float, ...]) -> tuple[float, float, float]:
+    x, y, z = numbers
+    return x, y, z

@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the page says about a scene and its run, as HTML."""
+
+from __future__ import annotations
+
+from stitchmesh.app.controls.html_pieces import figures, message
+from stitchmesh.app.live_run import AnyRun
+from stitchmesh.app.pages.drape.opened_scene import OpenedScene
+from stitchmesh.mixed.drape import Draped
+from stitchmesh.reporting.figures import duration
+
+NO_SCENE = "There is no scene yet. Open a scene file, or a cloth: panels, a mesh or stitches."
+
+
+def counts_html(opened: OpenedScene | None) -> str:
+    """Return the numbers of nodes and vertices of a scene, and the memory that it needs."""
+    if opened is None:
+        return message(NO_SCENE, "info")
+    counts, free = opened.counts, opened.free_memory()
+    rows = [
+        ("Yarn nodes, simulated", f"{counts['yarn_nodes_full']:,}"),
+        ("Yarn nodes, hybrid", f"{counts['yarn_nodes_hybrid']:,}"),
+        ("Yarn nodes, all", f"{counts['yarn_nodes']:,} of {counts['yarns']:,} yarns"),
+        ("Vertices, triangles only", f"{counts['vertices_triangle_only']:,}"),
+        ("Vertices, hybrid", f"{counts['vertices_hybrid']:,}"),
+        ("Triangles", f"{counts['triangles']:,}"),
+        ("Memory, about", f"{1e-6 * opened.memory:,.0f} of {1e-6 * free:,.0f} MB that are free"),
+    ]
+    trouble = message(opened.trouble, "doubtful") if opened.trouble else ""
+    if not trouble and opened.memory > free:
+        trouble = message("The run needs more memory than is free; make the region smaller.", "doubtful")
+    if not trouble and opened.scene.region.yarns == "automatic":
+        trouble = message("The region is found at the start of the run, or now by the button below.", "info")
+    return figures(rows) + trouble
+
+
+def run_words(run: AnyRun) -> str:
+    """Return how far a run is."""
+    if run.newest is None:
+        return f"Running: {run.task.stage}, {100 * run.task.done:.0f} %." if run.task.stage else "Preparing."
+    now = run.newest
+    state = "Paused" if run.paused else "Running"
+    left = run.seconds_left
+    remaining = f" About {duration(left)} left." if left is not None and not run.paused else ""
+    time = now.state.end.time
+    return f"{state}: {time:.4g} s of the scene, {now.iteration:,} steps, {duration(now.seconds)}.{remaining}"
+
+
+def end_html(draped: Draped | None) -> str:
+    """Return how a run ended; an empty text without one."""
+    mixed = {} if draped is None else draped.report.get("mixed", {})
+    if not mixed:
+        return ""
+    unit = "dyn" if mixed["mode"] == "static" else "cm/s"
+    if mixed["converged"]:
+        return message(f"The run has converged: {mixed['steps']:,} steps, {duration(mixed['seconds'])}.", "good")
+    return message(f"The run was stopped or has not converged: the error is {mixed['error']:.2g} {unit}.", "doubtful")

@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Files as scenes: a scene as it is, panels, meshes and stitches as the cloth of a new one."""
+
+from __future__ import annotations
+
+from os import fspath
+from pathlib import Path
+
+import numpy as np
+
+from stitchmesh.errors import FileError
+from stitchmesh.io.toml_file import read_table
+from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.scene.cloth_section import STITCH_SUFFIXES, ClothSection
+from stitchmesh.mixed.scene.motion_section import AttachmentSection
+from stitchmesh.mixed.scene.region_section import BoxSection
+from stitchmesh.mixed.scene.scene import Scene
+from stitchmesh.mixed.scene.scene_fabric import STITCHES
+from stitchmesh.mixed.scene.scene_file import read_scene
+from stitchmesh.mixed.scene.yarns_section import YarnsSection
+
+SUFFIXES = (".toml", ".obj", *STITCH_SUFFIXES)
+"""Suffixes of the files that can be opened."""
+HELD = 0.02
+"""Part of the height of a new cloth that is held at its top."""
+BESIDE = 1.0
+"""Distance by which the box around what is held is larger than the cloth [cm]."""
+
+
+def scene_of_file(path: Path) -> Scene:
+    """Return the scene of a file, or a new scene whose cloth is in the file.
+
+    The upper border of a new cloth is held, and gravity acts; its yarns are a plain weave, or the stitches of the file.
+
+    Raises:
+        FileError: the file cannot be read.
+        ParameterError: a panel or a texture coordinate is not possible.
+        MeshError: the cloth is no surface.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise FileError(f"{path.name}: got the suffix {suffix!r}; expected one of {', '.join(SUFFIXES)}")
+    if suffix == ".toml" and "cloth" in read_table(path):
+        return read_scene(path)
+    section = ClothSection(file=fspath(path.absolute()))
+    cloth = section.cloth()
+    yarns = YarnsSection(knit=STITCHES) if suffix in STITCH_SUFFIXES else YarnsSection(weave="plain")
+    return Scene(cloth=section, yarns=yarns, attachments=(held_at_top(cloth),))
+
+
+def held_at_top(cloth: Cloth) -> AttachmentSection:
+    """Return an attachment that holds the uppermost part of a cloth."""
+    low, high = cloth.vertices.min(axis=0) - BESIDE, cloth.vertices.max(axis=0) + BESIDE
+    low[1] = cloth.vertices[:, 1].max() - HELD * float(np.ptp(cloth.vertices[:, 1]))
+    first, last = np.round(low, 4).tolist(), np.round(high, 4).tolist()
+    return AttachmentSection(boxes=(BoxSection(low=tuple(first), high=tuple(last)),))

@@ -1,0 +1,150 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The run of the scene in the worker thread, and its result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from stitchmesh.app.live_run import LiveRun
+from stitchmesh.app.pages.drape.drape_session import DrapeSession
+from stitchmesh.app.pages.drape.opened_scene import OpenedScene
+from stitchmesh.compute.device import alone, device_named
+from stitchmesh.compute.precision import scalar_named
+from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.mixed.automatic_region import place_yarns
+from stitchmesh.mixed.drape import SCENE_FILE, Draped, drape
+from stitchmesh.mixed.draped_folder import read_draped
+from stitchmesh.mixed.enrichment.region import YARNS
+from stitchmesh.mixed.measured_budget import node_budget
+from stitchmesh.mixed.run_checkpoint import NAME as CHECKPOINT
+from stitchmesh.mixed.scene.region_section import RegionSection
+from stitchmesh.mixed.scene.scene import Scene
+from stitchmesh.mixed.scene.scene_file import read_scene, scene_text
+from stitchmesh.mixed.triangle_run import run_triangles
+from stitchmesh.progress import Progress
+from stitchmesh.run_control import RunControl
+
+Run: TypeAlias = LiveRun[Draped, Draped]
+DRAPING, PLACING = "draping the cloth", "finding the region"
+"""Names of the tasks."""
+BYTES_PER_POINT = 12
+"""About how much a frame sends for each control point or vertex."""
+
+
+class SceneRun:
+    """At most one run; all methods belong to the event thread."""
+
+    def __init__(self, session: DrapeSession, ended: Callable[[], object]) -> None:
+        """Start without a run; ``ended`` is called after the end of each."""
+        self._session, self._ended = session, ended
+        self.live: Run | None = None
+        self.result: Draped | None = None
+        """The result of the last run."""
+
+    @property
+    def can_continue(self) -> bool:
+        """Whether the last run was stopped before its end, and the scene is still the same."""
+        folder, opened = self._session.run_folder, self._session.opened
+        if self.live is not None or opened is None or not (folder / CHECKPOINT).is_file():
+            return False
+        if self.result is not None and self.result.report.get("mixed", {}).get("converged"):
+            return False
+        return same_scene(folder / SCENE_FILE, opened.scene)
+
+    def start(self, *, resume: bool) -> None:
+        """Start a run, or continue the one that was stopped.
+
+        Raises:
+            ParameterError: there is no scene, its region is not possible, or another task runs.
+        """
+        opened = self._checked()
+        scene, folder, project = opened.scene, self._session.run_folder, self._session.app.project
+
+        def run(control: RunControl[Draped], progress: Progress) -> Draped:
+            made = drape(scene, folder, control=control, progress=progress, resume=resume)
+            made.write(folder)
+            return made
+
+        def done(made: Draped) -> None:
+            self.live = None
+            if self._session.app.project is project:
+                self.result = made
+            self._ended()
+
+        def failed(error: Exception | None) -> None:
+            self.live = None
+            self._ended()
+
+        if not resume:
+            (folder / CHECKPOINT).unlink(missing_ok=True)
+        self.live = LiveRun(
+            self._session.app.tasks, DRAPING, run, stage=None, done=done, failed=failed,
+            frame_bytes=BYTES_PER_POINT * opened.counts["yarn_nodes"],
+        )  # fmt: skip
+        self.result = None
+
+    def find_region(self) -> None:
+        """Run the triangles alone, and take the triangles with the largest errors as the region.
+
+        Raises:
+            ParameterError: as for ``start``.
+        """
+        opened = self._checked()
+
+        def work(progress: Progress) -> tuple[int, ...]:
+            return automatic_triangles(opened, progress)
+
+        def done(found: tuple[int, ...]) -> None:
+            if self._session.opened is opened:
+                self._session.change_region(lambda section, cloth: chosen_region(section, found))
+
+        self._session.app.tasks.start(PLACING, work, done)
+
+    def read_result(self) -> None:
+        """Read the result that the project holds, if there is one; a damaged one is left out."""
+        if self.live is None and self.result is None and (self._session.run_folder / SCENE_FILE).is_file():
+            try:
+                self.result = read_draped(self._session.run_folder)
+            except StitchMeshError:
+                self.result = None
+
+    def _checked(self) -> OpenedScene:
+        opened = self._session.opened
+        if opened is None:
+            raise ParameterError("run: there is no scene yet; open one first")
+        if opened.trouble:
+            raise ParameterError(opened.trouble)
+        return opened
+
+
+def automatic_triangles(opened: OpenedScene, progress: Progress) -> tuple[int, ...]:
+    """Return the triangles with yarns alone that an automatic region would have, from a run with triangles alone.
+
+    Raises:
+        StitchMeshError: the scene cannot run, or the budget is too small.
+    """
+    device, scalar = device_named(opened.scene.solver.device), scalar_named(opened.scene.solver.precision)
+    with alone():
+        error = run_triangles(opened.prepared, scalar, device, progress=progress).error
+        budget = node_budget(opened.prepared, error, scalar, device)
+        region = place_yarns(opened.prepared, error, budget).region
+    return tuple(np.flatnonzero(region.triangle_kind == YARNS).tolist())
+
+
+def chosen_region(section: RegionSection, triangles: tuple[int, ...]) -> RegionSection:
+    """Return an automatic region as a chosen one with the triangles that were found."""
+    return replace(section, yarns="chosen", nodes=None, seconds=None, boxes=(), faces=triangles)
+
+
+def same_scene(path: Path, scene: Scene) -> bool:
+    """Whether a scene file holds a scene; files may be named in another way."""
+    try:
+        return scene_text(read_scene(path)) == scene_text(scene)
+    except StitchMeshError:
+        return False

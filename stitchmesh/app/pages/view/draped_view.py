@@ -1,0 +1,189 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A run of mixed yarns and triangles in the scene: yarns in the region, a smooth surface outside it, frame by frame."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.app.pages.view.clip_box import Box
+from stitchmesh.app.pages.view.thing_view import EDGES, NAME, Place
+from stitchmesh.app.scene.drawing import Colour, Colours, Surface, YarnTubes
+from stitchmesh.app.scene.scene import Scene
+from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
+from stitchmesh.mesh.face_triangles import face_triangles
+from stitchmesh.mesh.palette import parse_colour
+from stitchmesh.mesh.picking import pick as pick_face
+from stitchmesh.mesh.picking import picking_table
+from stitchmesh.mixed.drape import Draped
+from stitchmesh.mixed.enrichment.region import TRIANGLES, YARNS
+from stitchmesh.mixed.output.display import Display, Shown
+from stitchmesh.mixed.output.frames import Frame
+from stitchmesh.render.colour_scale import ColourScale, sequential_scale
+from stitchmesh.render.colouring import Coloured, colour_yarns
+from stitchmesh.render.draped.body_places import bodies_at
+from stitchmesh.render.draped.colouring import ALPHA_SCALE, LEAST_TENSION, DrapedValues, nodes_at_points
+from stitchmesh.render.yarn_blocks import YarnBlocks, make_blocks
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.picking import pick_yarn, yarn_picking_table
+
+SURFACE = "viewed surface"
+"""Name of the drawing of the triangles."""
+BODIES = "viewed bodies"
+"""Name of the drawing of the bodies."""
+CLOTH_COLOUR: Colour = (214, 208, 196)
+BODY_COLOUR: Colour = (176, 168, 158)
+THICKNESS = 4.0
+"""Thickness of the cloth over the radius of its yarns, within which a yarn belongs to the triangle before it."""
+KINDS = ("triangles are simulated", "triangles and yarns are simulated", "yarns are simulated")
+"""What is simulated at a place, by the kind of the triangle there."""
+
+
+class DrapedView:
+    """One frame of a run."""
+
+    def __init__(
+        self, draped: Draped, before: object = None, *, frame: int | None = None, everywhere: bool = False
+    ) -> None:
+        """Prepare a frame.
+
+        Args:
+            draped: the run.
+            before: the view of another frame, whose structure is used again if it is of the same run.
+            frame: number of the frame; the last one by default.
+            everywhere: whether all yarns are drawn, and no triangles.
+        """
+        self.draped, self.everywhere = draped, everywhere
+        self.frame: Frame = draped.frames[-1 if frame is None else frame]
+        self.shown: Shown = draped.shown_at(self.frame)
+        self.display: Display = draped.display_of(self.frame)
+        self.yarns: YarnSet = self.display.curves(self.shown, draped.prepared.fabric.yarn_radius)
+        self._of_yarns, self.coloured_count = len(self.yarns.points), len(self.yarns.points) + len(self.shown.surface)
+        known = before if isinstance(before, DrapedView) and before.display is self.display else None
+        self.node: IntArray = nodes_at_points(draped, self.frame, self.yarns) if known is None else known.node
+        self._blocks: tuple[Box | None, bool, YarnBlocks | None] | None = None if known is None else known._blocks
+        self._triangles: tuple[Box | None, IntArray] | None = None if known is None else known._triangles
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Return the box of the cloth."""
+        return self.shown.vertices.min(axis=0), self.shown.vertices.max(axis=0)
+
+    def figures(self) -> list[tuple[str, str]]:
+        """Return the time, and the numbers of nodes and vertices."""
+        region = self.display.region
+        kinds = [int((region.node_kind == kind).sum()) for kind in (TRIANGLES, 1, YARNS)]
+        size = " x ".join(f"{side:.1f}" for side in np.ptp(self.shown.vertices, axis=0))
+        return [
+            ("Time", f"{self.frame.time:.4g} s"), ("Frames", f"{len(self.draped.frames):,}"),
+            ("Yarn nodes, simulated", f"{kinds[2]:,}"), ("Yarn nodes, hybrid", f"{kinds[1]:,}"),
+            ("Yarn nodes that follow", f"{kinds[0]:,}"), ("Triangles", f"{len(region.triangles):,}"),
+            ("Size", f"{size} cm"),
+        ]  # fmt: skip
+
+    def is_slow(self, colour: str) -> bool:
+        """Return False: the colours are quick."""
+        return False
+
+    def coloured(self, colour: str, fabric: StitchMesh | None, body: Mesh | None) -> Coloured:
+        """Return the colours of the control points, and then those of the vertices of the surface."""
+        values = DrapedValues(self.draped, self.frame, self.node)
+        if colour == "alpha":
+            return self._scaled(*values.alpha(), ALPHA_SCALE, "alpha")
+        if colour == "cloth-tension":
+            found = values.cloth_tension()
+            return self._scaled(*found, sequential_scale(np.concatenate(found), LEAST_TENSION, low=0.0), "dyn/cm")
+        if colour == "yarn-tension":
+            tension = values.yarn_tension()
+            return self._on_plain_cloth(self._scaled(
+                tension, None, sequential_scale(tension, LEAST_TENSION, low=0.0), "dyn"
+            ))  # fmt: skip
+        if colour.startswith("#"):
+            return Coloured(np.tile(parse_colour(colour), (self.coloured_count, 1)))
+        found_colours = colour_yarns(self.yarns, "yarn")
+        return self._on_plain_cloth(Coloured(found_colours.points, found_colours.key))
+
+    def draw(self, scene: Scene, colours: NDArray[np.uint8], clip: Box | None) -> None:
+        """Draw the yarns and the surface in the box, and the bodies."""
+        scene.remove(EDGES)
+        self._draw_yarns(scene, colours[: self._of_yarns], clip)
+        self._draw_surface(scene, colours[self._of_yarns :], clip)
+        bodies = bodies_at(self.draped.prepared.bodies, self.frame.time)
+        for number, mesh in enumerate(bodies):
+            corners = mesh.face_vertex[face_triangles(mesh).corners]
+            scene.show(f"{BODIES} {number}", Surface(mesh.vertices, corners, BODY_COLOUR, flat=False))
+
+    def clear(self, scene: Scene) -> None:
+        """Remove the drawings."""
+        scene.remove(NAME)
+        scene.remove(SURFACE)
+        for number in range(len(self.draped.prepared.bodies)):
+            scene.remove(f"{BODIES} {number}")
+
+    def pick(self, origin: FloatArray, direction: FloatArray, fabric: StitchMesh | None) -> Place | None:
+        """Return the place on the cloth under a ray, and the yarn there if yarns are drawn."""
+        region, cloth = self.display.region, self.draped.prepared.fabric.cloth
+        mesh = Mesh.from_polygons(self.shown.vertices, region.triangles.tolist())
+        met = pick_face(picking_table(mesh), origin, direction)
+        if met is None:
+            return None
+        words = f"Triangle {met.face} of {cloth.panel_names[cloth.panel[met.face]]}"
+        words = f"{words}: {KINDS[int(region.triangle_kind[met.face])]}"
+        yarn = pick_yarn(yarn_picking_table(self.yarns), origin, direction)
+        if yarn is None or yarn.depth > met.depth + THICKNESS * float(self.yarns.radius.max()):
+            return Place(met.point, words)
+        return Place(yarn.point, f"{words}. Yarn {yarn.yarn}", yarn)
+
+    def stitch(self, number: int, fabric: StitchMesh | None) -> Place | None:
+        """Return the middle of a triangle."""
+        triangles = self.display.region.triangles
+        if not 0 <= number < len(triangles):
+            return None
+        kind = KINDS[int(self.display.region.triangle_kind[number])]
+        return Place(self.shown.vertices[triangles[number]].mean(axis=0), f"Triangle {number}: {kind}")
+
+    def _draw_yarns(self, scene: Scene, colours: NDArray[np.uint8], clip: Box | None) -> None:
+        if self._blocks is None or self._blocks[:2] != (clip, self.everywhere):
+            segments = self._segments(clip)
+            self._blocks = clip, self.everywhere, make_blocks(self.yarns, segments) if len(segments) else None
+        blocks = self._blocks[2]
+        if blocks is None:
+            scene.remove(NAME)
+        else:
+            scene.show(NAME, YarnTubes(blocks, self.yarns.points, colours))
+
+    def _draw_surface(self, scene: Scene, colours: NDArray[np.uint8], clip: Box | None) -> None:
+        if self._triangles is None or self._triangles[0] != clip:
+            self._triangles = clip, self._inside(clip)
+        corners = self._triangles[1]
+        if self.everywhere or not len(corners):
+            scene.remove(SURFACE)
+        else:
+            scene.show(SURFACE, Surface(self.shown.surface, corners, Colours.of(colours), flat=False))
+
+    def _segments(self, clip: Box | None) -> IntArray:
+        """Segments that are drawn: those that are simulated, or all, in the box."""
+        middle = self.yarns.segment_points[:, 1:3]
+        drawn = np.ones(len(middle), dtype=bool)
+        if not self.everywhere:
+            drawn = (self.display.region.node_kind[self.node][middle] != TRIANGLES).all(axis=1)
+        if clip is not None:
+            drawn &= clip.inside(self.yarns.points[middle].mean(axis=1))
+        return np.flatnonzero(drawn)
+
+    def _inside(self, clip: Box | None) -> IntArray:
+        """Triangles of the surface in the box."""
+        corners = self.display.triangles
+        return corners if clip is None else corners[clip.inside(self.shown.surface[corners].mean(axis=1))]
+
+    def _scaled(self, points: FloatArray, surface: FloatArray | None, scale: ColourScale, unit: str) -> Coloured:
+        values = points if surface is None else np.concatenate([points, surface])
+        form = ",.0f" if scale.high >= 1000.0 else ".3g"
+        return Coloured(scale.of(values), scale.key(lambda value: f"{value:{form}} {unit}"), scale)
+
+    def _on_plain_cloth(self, of_yarns: Coloured) -> Coloured:
+        """The colours of yarns, and one colour for the surface."""
+        plain = np.tile(np.array(CLOTH_COLOUR, dtype=np.uint8), (len(self.shown.surface), 1))
+        return replace(of_yarns, points=np.concatenate([of_yarns.points, plain]))

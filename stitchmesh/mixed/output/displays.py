@@ -1,0 +1,37 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The displays of a run whose region may change: frames of the same region share one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.enrichment.region import Region
+from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.output.display import ROUNDS, Display, Shown
+from stitchmesh.mixed.output.frames import Frame
+
+
+class Displays:
+    """Makes the display of each frame, and keeps the one that it has made last."""
+
+    def __init__(self, cloth: Cloth, yarns: CrossingYarns, region: Region, rounds: int = ROUNDS) -> None:
+        """Begin with the region at the start; arguments are those of ``Display``."""
+        self.cloth, self.yarns, self.rounds = cloth, yarns, rounds
+        self._made = Display(cloth, yarns, region, rounds)
+
+    def of(self, frame: Frame) -> Display:
+        """Return the display of a frame."""
+        region = self._made.region
+        same = np.array_equal(region.triangle_kind, frame.triangle_kind)
+        if not (same and np.array_equal(region.vertex_alpha, frame.vertex_alpha)):
+            own = replace(region, triangle_kind=frame.triangle_kind, vertex_alpha=frame.vertex_alpha)
+            self._made = Display(self.cloth, self.yarns, own, self.rounds)
+        return self._made
+
+    def show(self, frame: Frame) -> Shown:
+        """Return vertices, yarn nodes and smooth surface of a frame [cm]."""
+        return self.of(frame).show(frame.vertices, frame.nodes)

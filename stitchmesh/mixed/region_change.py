@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How the state of a run is taken over into another region.
+
+Positions and velocities move as ``placement.moved_state`` says, and what terms remember as ``placement.carried_terms``
+says. What is held goes to the place that its attachment prescribes, with the hybrid nodes and vertices around it: nodes
+that begin on a triangle with a free corner are not there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from stitchmesh.mesh import FloatArray
+from stitchmesh.mixed.assembly import Loads, MixedFabric, contact_points, loaded_system
+from stitchmesh.mixed.contact.attachments import Attachment
+from stitchmesh.mixed.contact.prescribed_motion import PrescribedMotion
+from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
+from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
+from stitchmesh.mixed.dynamics.vector_sums import choose, set_sum
+from stitchmesh.mixed.enrichment.region import Region
+from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.placement.carried_terms import RegionChange, carry_terms
+from stitchmesh.mixed.placement.moved_state import move_state
+from stitchmesh.mixed.term import Term
+
+SETTLING_ITERATIONS = 3
+"""Newton iterations with which new nodes come near to their equilibrium."""
+
+
+def moved_vector(change: RegionChange, vector: MixedVector, rest_sliding: FloatArray) -> MixedVector:
+    """Return positions or velocities for another region.
+
+    Args:
+        change: the region of the vector, and that of the result.
+        vector: positions or velocities.
+        rest_sliding: Eulerian coordinates of new nodes, for all nodes of the layout, shape (N, 2); zeros for
+            velocities.
+    """
+    state = move_state(change.old, change.new, *vector.numpy(), rest_sliding)
+    return MixedVector.from_numpy(state.vertices, state.nodes, state.sliding, vector.scalar, vector.device)
+
+
+def region_change(fabric: MixedFabric, old: Region, new: Region, loads: Loads) -> RegionChange:
+    """Return both regions of a fabric, with the contact points that they have under loads."""
+    if not loads.bodies:
+        return RegionChange(old, new)
+    points = [contact_points(fabric, region, loads.thickness)[0] for region in (old, new)]
+    return RegionChange(old, new, *points)
+
+
+def settle_changed(
+    fabric: MixedFabric,
+    change: RegionChange,
+    loads: Loads,
+    vertices: FloatArray,
+    old_terms: Sequence[Term],
+    positions: MixedVector,
+    time_step: float,
+) -> None:
+    """Let nodes that begin on triangles, and vertices that begin at yarns, move towards equilibrium with what stays.
+
+    Nodes on flat triangles have yarns that are bent at the sides of triangles, and stretched as a whole triangle is;
+    vertices that are placed by yarns stretch their triangles. A step in time from rest, without the gravity that moves
+    all together, takes the energy of this away before the motion makes waves of it. Nodes whose triangles have become
+    hybrid or full move too; all others stay.
+
+    Args:
+        fabric: cloth, yarns and materials.
+        change: both regions.
+        loads: what acts.
+        vertices: positions of the vertices at the start of the run [cm], shape (V, 3).
+        old_terms: the terms of the old region, with what they remember.
+        positions: positions in the new region [cm]; changed.
+        time_step: length of the step [s].
+    """
+    old, new = change.old, change.new
+    same = np.flatnonzero(old.node_kind == new.node_kind)
+    nodes = np.unique(np.concatenate([same, *(each.nodes for each in loads.held)]))
+    known = np.flatnonzero(old.unknown_vertices)
+    corners = np.unique(np.concatenate([known, *(each.vertices for each in loads.held)]))
+    if np.isin(new.nodes, nodes).all() and np.isin(np.flatnonzero(new.unknown_vertices), corners).all():
+        return
+    stays = Attachment(corners, nodes)
+    held = replace(loads, held=[stays], gravity=(0.0, 0.0, 0.0))
+    system = loaded_system(fabric, change.new, held, vertices, scalar=positions.scalar, device=positions.device)
+    carry_terms(old_terms, system.terms, change)
+    settings = EquilibriumSettings(
+        most_iterations=SETTLING_ITERATIONS, first_time_step=time_step, longest_time_step=time_step
+    )
+    find_equilibrium(system, positions, settings)
+
+
+def place_held(system: MixedSystem, motion: PrescribedMotion, positions: MixedVector, time: float) -> None:
+    """Move what is held to its place at a time, and what is hybrid with it.
+
+    Args:
+        system: the system.
+        motion: the motion of what is held.
+        positions: positions [cm]; changed.
+        time: the time [s].
+    """
+    present, places = positions.numpy(), motion.places(time)
+    moves = [np.zeros_like(part) for part in present]
+    for part, fixed in ((0, motion.fixed_vertices), (1, motion.fixed_nodes)):
+        moves[part][fixed] = places[part][fixed] - present[part][fixed]
+    vertices, nodes, sliding = moves
+    wanted = MixedVector.from_numpy(vertices, nodes, sliding, system.scalar, system.device)
+    choose(wanted, system.moves, wanted.like(), wanted)
+    system.make_motion(wanted)
+    set_sum(positions, 1.0, positions, 1.0, wanted)

@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A pinned strip of a weave buckles under Euler's load, as triangles, as yarns, and as both."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh, null_space
+
+from stitchmesh.mixed.cloth.panels import Panel
+from stitchmesh.mixed.cloth.seams import cloth_from_panels
+from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
+from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_system
+from stitchmesh.mixed.enrichment.region import Region, region_around
+from stitchmesh.mixed.layout.weave import lay_weave
+from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_weave
+from tests.mixed.dynamics.scene import CPU
+
+LENGTH, WIDTH, DENSITY = 6.0, 1.0, 4.0
+OUTLINE = np.array([[0.0, 0.0], [LENGTH, 0.0], [LENGTH, WIDTH], [0.0, WIDTH]])
+CLOTH = cloth_from_panels([Panel(name="strip", outline=OUTLINE)], [], edge_length=0.5)
+WEAVE = lay_weave(CLOTH, np.eye(2, dtype=int), ends=DENSITY, picks=DENSITY)
+YARN = FabricMaterials.of(CrossingMaterial.named())
+MATERIAL = cloth_of_weave(YARN, DENSITY, DENSITY)
+STRAIN = np.pi**2 * MATERIAL.bending_course / (MATERIAL.stretch_course * LENGTH**2)
+"""Euler: pi^2 B / L^2 = Y e."""
+
+
+def heights(scene: ClothSystem, strain: float, motions: np.ndarray) -> np.ndarray:
+    """The Hessian for motions of the heights of vertices and nodes, where the strip is pressed by a strain."""
+    state, vertices = scene.positions.like(), len(CLOTH.vertices)
+    v, p, s = (part.copy() for part in scene.positions.numpy())
+    v[:, 0] *= 1.0 - strain
+    p[:, 0] *= 1.0 - strain
+    state.assign(scene.positions.from_numpy(v, p, s, scene.system.scalar, CPU))
+    scene.system.linearize(state, 1.0)
+    direction, product = state.like(), state.like()
+    columns = []
+    for motion in motions.T:
+        v, p, s = (np.zeros_like(part) for part in (v, p, s))
+        v[:, 2], p[:, 2] = motion[:vertices], motion[vertices:]
+        direction.assign(state.from_numpy(v, p, s, scene.system.scalar, CPU))
+        scene.system.set_hessian_product(direction, product)
+        of_vertices, of_nodes, _ = product.numpy()
+        columns.append(np.concatenate([of_vertices[:, 2], of_nodes[:, 2]]))
+    return motions.T @ np.stack(columns, axis=1)
+
+
+def motions_of(scene: ClothSystem, pinned: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """All motions p = B v + F x of heights with pinned ends."""
+    embedding, region = scene.system.embedding, scene.region
+    own = embedding.independent.T.toarray()
+    rows = np.zeros((own.shape[0], len(CLOTH.vertices) + len(region.nodes)))
+    rows[:, : len(CLOTH.vertices)] = -embedding.gram.toarray()
+    rows[:, len(CLOTH.vertices) + embedding.nodes] = own
+    held = np.concatenate([pinned[0] | ~region.unknown_vertices, pinned[1]])
+    return null_space(np.concatenate([rows, np.eye(rows.shape[1])[held]]))
+
+
+def region_of(name: str) -> Region:
+    middle = CLOTH.vertices[CLOTH.triangles].mean(axis=1)[:, 0]
+    chosen = {"none": middle < 0.0, "middle": np.abs(middle - LENGTH / 2) < 1.0, "all": middle > 0.0}[name]
+    return region_around(
+        CLOTH.triangles, len(CLOTH.vertices), WEAVE.triangle, WEAVE.barycentric, np.flatnonzero(chosen)
+    )
+
+
+@pytest.mark.parametrize("name", ["none", "middle", "all"])
+def test_the_load_under_which_a_mixed_strip_buckles(name):
+    region = region_of(name)
+    scene = cloth_system(CLOTH, WEAVE, region, ClothModel(MATERIAL, YARN, acceleration=(0.0, 0.0, 0.0)), device=CPU)
+    x, at = CLOTH.vertices[:, 0], WEAVE.position[region.nodes, 0]
+    first, last = (WEAVE.position[:, 0].min(), WEAVE.position[:, 0].max()) if name == "all" else (0.0, LENGTH)
+    pinned = (x < 1e-9) | (x > LENGTH - 1e-9), (at < first + 1e-9) | (at > last - 1e-9)
+    motions = motions_of(scene, pinned)
+    bending = heights(scene, 0.0, motions)
+    pressing = bending - heights(scene, STRAIN, motions)
+    load = 1.0 / eigh(pressing, bending, eigvals_only=True)[-1] * ((last - first) / LENGTH) ** 2
+    assert load == pytest.approx(1.0, rel=0.015)  # edges and spacings of a twelfth and less of the half wave
