@@ -1,12 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Projects that open at one page: a swatch in the designer, a file in the viewer."""
+"""Projects that open at one page: a swatch in the designer, a file in the viewer, a scene on the page Drape."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
 
+from stitchmesh.app.pages.drape.drape_session import FOLDER
+from stitchmesh.app.pages.drape.scene_opening import scene_of_file
+from stitchmesh.app.pages.drape.scene_run import same_scene
 from stitchmesh.app.pages.swatch.state import Look, SwatchState, read_state, state_table
 from stitchmesh.app.pages.view.viewed import read_viewed
 from stitchmesh.app.project.opening import title_of
@@ -14,10 +17,12 @@ from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.project_folder import TABLE_NAME
 from stitchmesh.app.project.recent import new_project_folder, projects_folder
 from stitchmesh.errors import FileError, StitchMeshError
+from stitchmesh.mixed.drape import SCENE_FILE
+from stitchmesh.mixed.scene.scene_file import write_scene
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_design import SwatchDesign
 
-SWATCH, VIEW, EDIT = "Swatch", "View", "Edit"
+SWATCH, VIEW, EDIT, DRAPE = "Swatch", "View", "Edit", "Drape"
 """Names of the pages."""
 OPENED = "Opened file"
 """Entry of the page View for what was opened."""
@@ -59,6 +64,26 @@ def view_project(path: str) -> Project:
     except FileError:  # Another program shows a file already.
         project = Project.create(new_project_folder(VIEW))
     project.set_settings(VIEW, {**project.settings(VIEW), "show": OPENED, "path": str(Path(path).absolute())})
+    return project
+
+
+def drape_project(path: Path) -> Project:
+    """Open a project whose page Drape shows a scene, or a new scene with the cloth of a file.
+
+    It is a project that holds just this scene already, or a new one.
+
+    Raises:
+        StitchMeshError: the file cannot be read.
+    """
+    scene = scene_of_file(path)
+    for kept in sorted(projects_folder().glob(f"*/{FOLDER}/{SCENE_FILE}")):
+        if same_scene(kept, scene):
+            try:
+                return Project.open(kept.parent.parent)
+            except StitchMeshError:
+                continue  # Another program uses it, or it is damaged.
+    project = Project.create(new_project_folder(title_of(path.name)), title_of(path.name))
+    write_scene(project.folder / FOLDER / SCENE_FILE, scene)
     return project
 
 

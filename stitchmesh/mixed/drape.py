@@ -11,6 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -41,9 +42,10 @@ from stitchmesh.mixed.run_checkpoint import NAME, RunCheckpoint, read_run, run_i
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
 from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
+from stitchmesh.mixed.search_progress import search_progress
 from stitchmesh.mixed.simulation import Simulation, SimulationStep, begin_simulation
-from stitchmesh.mixed.triangle_run import run_triangles
-from stitchmesh.progress import Progress, no_progress, relaxing_progress
+from stitchmesh.mixed.triangle_run import run_triangles, unwatched
+from stitchmesh.progress import Progress, no_progress
 from stitchmesh.run_control import RunControl, RunStopped, Snapshot
 from stitchmesh.time_limit import check_time
 from stitchmesh.yarn import YarnSet
@@ -151,14 +153,17 @@ def drape(
     contact = bool(given.bodies) or given.contact.self_collision
     with alone():
         state = read_run(target / NAME, run_inputs(prepared, device)) if resume and target is not None else None
-        start = _start(prepared, device, progress) if state is None else _resumed(prepared, state)
+        start = _start(prepared, device, progress, control) if state is None else _resumed(prepared, state)
         check_memory(start.prepared.region, available_memory(device), contact=contact)
         run = _Run(start, target, device)
         if state is not None:
             run.resume(state)
         if target is not None:
             write_scene(target / SCENE_FILE, prepared.scene)
-        run.go(progress, control, checkpoint_every)
+        if start.stopped is None:
+            run.go(progress, control, checkpoint_every)
+        else:
+            run.end_with(start.stopped)
     return run.result()
 
 
@@ -179,9 +184,13 @@ class _Start:
     """Nodes that the region may have while the run goes on; for automatic regions."""
     triangles: RunTotals | None = None
     """Work of the run with triangles alone, if there was one."""
+    stopped: Simulation | None = None
+    """The run with triangles alone where it was stopped."""
 
 
-def _start(prepared: PreparedScene, device: wp.Device, progress: Progress) -> _Start:
+def _start(
+    prepared: PreparedScene, device: wp.Device, progress: Progress, control: RunControl[Draped] | None
+) -> _Start:
     """Run the triangles alone where the region or the start of the yarns follows from them."""
     section = prepared.scene.region
     grows = section.grows_from_nothing
@@ -189,13 +198,36 @@ def _start(prepared: PreparedScene, device: wp.Device, progress: Progress) -> _S
     if not (by_errors or section.starts_on_triangles):
         return _Start(prepared, NodeBudget(nodes=section.nodes or 0))
     scalar = scalar_named(prepared.scene.solver.precision)
-    run = run_triangles(prepared, scalar, device, progress=progress)
+    watch = unwatched if control is None else partial(_watch_triangles, control)
+    run = run_triangles(prepared, scalar, device, progress=progress, after_step=watch)
     budget = NodeBudget(nodes=0)
+    if run.stopped:
+        return _Start(run.end.prepared, budget, run.totals, run.end)
     if section.yarns == "automatic":
         budget = node_budget(prepared, run.error, scalar, device)
         prepared = prepared if grows else place_yarns(prepared, run.error, budget)
     starts = run.vertices if section.starts_on_triangles else None
     return _Start(replace(prepared, triangle_equilibrium=starts), budget, run.totals)
+
+
+def _watch_triangles(control: RunControl[Draped], simulation: Simulation, iterations: int, error: float) -> None:
+    """Show the triangles, and wait or stop where the user asks for it."""
+
+    def snapshot() -> Snapshot[Draped]:
+        prepared, frames = simulation.prepared, Frames()
+        fabric, region = prepared.fabric, prepared.region
+        frames.add(frame_of(simulation))
+        displays = Displays(fabric.cloth, fabric.yarns, region, prepared.scene.output.subdivisions)
+        state = Draped(prepared=prepared, displays=displays, frames=frames, report={})
+        return Snapshot(state, iterations, error, simulation.tolerance, 0.0, simulation.energies())
+
+    control.after_step(snapshot, aside=others_may_launch)
+
+
+def frame_of(simulation: Simulation) -> Frame:
+    """Return the present state of a simulation."""
+    region = simulation.prepared.region
+    return Frame(simulation.time, *simulation.positions, region.triangle_kind, region.vertex_alpha)
 
 
 def _resumed(prepared: PreparedScene, state: RunCheckpoint) -> _Start:
@@ -246,6 +278,12 @@ class _Run:
         if self.frames[-1].time != self.simulation.time:
             self.frames.add(self._frame())
 
+    def end_with(self, simulation: Simulation) -> None:
+        """End with the state of a run with triangles alone that was stopped; there is nothing to resume."""
+        self.stopped = True
+        self.frames.begin()
+        self.frames.add(frame_of(simulation))
+
     def result(self) -> Draped:
         """The result so far."""
         return Draped(prepared=self.prepared, displays=self.displays, frames=self.frames, report=self._report())
@@ -268,13 +306,11 @@ class _Run:
         self, progress: Progress, control: RunControl[Draped] | None, every: int | None
     ) -> AfterIteration:
         """What follows each iteration of a search for an equilibrium."""
-        scene, found = self.prepared.scene, self.totals.steps
-
-        def of_run(stage: str, done: float, note: str) -> None:
-            progress(stage, min((found + done) / scene.equilibria, 1.0), note)
-
-        most = scene.solver.most_iterations
-        report = relaxing_progress(STAGE, self.simulation.tolerance, of_run, max_iterations=most)
+        scene = self.prepared.scene
+        report = search_progress(
+            STAGE, self.totals.steps, scene.equilibria, progress,
+            tolerance=self.simulation.tolerance, most_iterations=scene.solver.most_iterations,
+        )  # fmt: skip
 
         def after_iteration(iterations: int, force: float) -> None:
             report(iterations, force)
@@ -303,8 +339,7 @@ class _Run:
             number += 1
 
     def _frame(self) -> Frame:
-        region = self.prepared.region
-        return Frame(self.simulation.time, *self.simulation.positions, region.triangle_kind, region.vertex_alpha)
+        return frame_of(self.simulation)
 
     def _note(self, made: SimulationStep) -> str:
         unit = "dyn" if self.prepared.scene.mode == "static" else "cm/s"

@@ -4,13 +4,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from stitchmesh.app.pages.swatch.state import read_state
 from stitchmesh.cli.main import main
 from stitchmesh.io.stitches import write_stitches
+from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
 from tests.app.project.projects import mesh_bytes
 from tests.editing.fabrics import flat
+from tests.mixed.small_scene import SWINGING
 
 
 @pytest.fixture
@@ -69,6 +73,17 @@ def test_swatch_view_opens_the_designer_with_the_pattern(started):
     assert read_state(other.settings("Swatch")).design.dials.gamma == 1.0
 
 
+def test_drape_view_opens_the_page_with_the_scene(started, tmp_path):
+    path = tmp_path / "swinging.toml"
+    write_scene(path, SWINGING)
+    project, _, page = started("drape", path, "--view")
+    assert page == "Drape" and read_scene(project.folder / "drape" / "scene.toml") == SWINGING
+    again, _, _ = started("drape", path, "--view")
+    write_scene(path, replace(SWINGING, duration=0.5))
+    other, _, _ = started("drape", path, "--view")
+    assert again.folder == project.folder != other.folder
+
+
 def test_view_opens_a_file_or_a_folder(started, tube_file, tmp_path):
     project, _, page = started("view", tube_file)
     assert page == "View" and project.settings("View")["path"] == str(tube_file)
@@ -84,6 +99,8 @@ def test_view_opens_a_file_or_a_folder(started, tube_file, tmp_path):
         (["edit", "missing.h5"], "there is no such file"),
         (["edit", "a.h5", "-o", "b.h5"], "needs one edit or one log"),
         (["swatch", "nothing", "--view"], "nothing"),
+        (["drape", "missing.toml", "--view"], "missing.toml"),
+        (["drape", "scene.toml"], "needs -o DIR for its files, --view for the browser"),
         (["swatch", "plain"], "needs -o DIR for its files, or --view"),
     ],
 )

@@ -227,9 +227,7 @@ def test_a_time_is_turned_into_nodes_by_the_line_through_two_trials(monkeypatch:
     assert node_budget(prepared, error, wp.float64, CPU).nodes == pytest.approx(90, abs=1)  # rounded down
     assert timed[0] == 0
     assert 0 < timed[1] < timed[2]
-    with pytest.raises(
-        ParameterError, match=r"region\.seconds: got 0\.4 s, and a step .* takes 0\.5"
-    ):
+    with pytest.raises(ParameterError, match=r"region\.seconds: got 0\.4 s, and a step .* takes 0\.5"):
         node_budget(prepare(replace(FLYING, region=replace(section, seconds=0.4))), error, wp.float64, CPU)
 
 

@@ -30,6 +30,7 @@ from stitchmesh.mixed.scene.scene_file import write_scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.run_control import RunControl
 from stitchmesh.tessellate import tessellate
+from stitchmesh.time_limit import TimeLimit, limited_to
 from tests.gallery import grid
 
 FORMS = ("none", "chosen", "all")
@@ -191,6 +192,20 @@ def test_yarns_that_begin_on_the_triangles_come_to_the_same_equilibrium(tmp_path
     assert ["triangle_run" in each for each in numbers] == [False, True]
     # the tolerance of the forces over the smallest stiffness of a smooth motion, that of shear
     np.testing.assert_allclose(placed.shown.nodes, laid.shown.nodes, atol=1e-5)
+
+
+def test_the_run_with_triangles_alone_stops_too(tmp_path):
+    region = replace(HANGING.region, start="triangles")
+    scene = replace(HANGING, attachments=(PULLED, LOWER), load_steps=4, region=region)
+    seen: list[Draped] = []
+    control: RunControl[Draped] = RunControl(lambda found: (seen.append(found.state), control.stop()), seconds=0.0)
+    stopped = drape(scene, tmp_path, control=control)
+    assert len(seen[0].end.nodes) == len(stopped.end.nodes) == 0  # triangles alone
+    assert not stopped.report["mixed"]["converged"]
+    assert np.array_equal(stopped.end.vertices, seen[0].end.vertices)
+    assert not (tmp_path / NAME).exists()
+    with limited_to(TimeLimit(0.0)):
+        assert not drape(scene).report["mixed"]["converged"]
 
 
 def test_a_motion_cannot_begin_on_the_triangles():

@@ -21,7 +21,7 @@ LAYERS = [
     {"contact"},
     {"enrichment"},
     {"dynamics"},
-    {"assembly", "memory"},
+    {"assembly", "memory", "search_progress"},
     {"output", "placement", "matching"},
     {"scene"},
     {"region_change"},

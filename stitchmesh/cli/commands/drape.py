@@ -4,15 +4,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from tyro.conf import Positional
+from tyro.conf import Positional, arg
 
 from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.options import Device, Threads
 from stitchmesh.cli.output_folder import draw_if_possible, output_folder
+from stitchmesh.cli.serving import Serving
 from stitchmesh.cli.summary import AsJson, files_to_open, print_result
 from stitchmesh.errors import FileError, ParameterError
 
@@ -58,9 +59,12 @@ class Drape:
     no_picture: Flag = False
     """do not write preview.png"""
     json: AsJson = False
+    view: Flag = False
+    """open the scene, or a cloth as a new one, in the browser; nothing is written"""
+    serving: Annotated[Serving, arg(name="")] = field(default_factory=Serving)
 
     def run(self) -> int | None:
-        """Run the scene, write its files, and print a summary.
+        """Run the scene, write its files, and print a summary; or open the application at its page.
 
         Returns:
             The exit status if the run did not converge, otherwise None.
@@ -71,8 +75,14 @@ class Drape:
         if self.init:
             _write_example(Path(self.scene))
             return None
+        if self.view:
+            from stitchmesh.app.starts import DRAPE, drape_project
+
+            self.serving.run(drape_project(Path(self.scene)), DRAPE)
+            return None
         if self.output is None:
-            raise ParameterError("drape: needs -o DIR for its files, or --init for an example scene")
+            message = "drape: needs -o DIR for its files, --view for the browser, or --init for an example scene"
+            raise ParameterError(message)
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.io.atomic import write_json
 

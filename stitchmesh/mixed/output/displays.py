@@ -25,12 +25,13 @@ class Displays:
 
     def of(self, frame: Frame) -> Display:
         """Return the display of a frame."""
-        region = self._made.region
+        made = self._made  # Another thread may ask for another frame meanwhile.
+        region = made.region
         same = np.array_equal(region.triangle_kind, frame.triangle_kind)
         if not (same and np.array_equal(region.vertex_alpha, frame.vertex_alpha)):
             own = replace(region, triangle_kind=frame.triangle_kind, vertex_alpha=frame.vertex_alpha)
-            self._made = Display(self.cloth, self.yarns, own, self.rounds)
-        return self._made
+            self._made = made = Display(self.cloth, self.yarns, own, self.rounds)
+        return made
 
     def show(self, frame: Frame) -> Shown:
         """Return vertices, yarn nodes and smooth surface of a frame [cm]."""

@@ -33,6 +33,8 @@ from stitchmesh.run_control import RunControl
 Run: TypeAlias = LiveRun[Draped, Draped]
 DRAPING, PLACING = "draping the cloth", "finding the region"
 """Names of the tasks."""
+CHECKPOINT_STEPS = 20
+"""Time steps, or iterations of an equilibrium, after which a run that is killed can go on."""
 BYTES_PER_POINT = 12
 """About how much a frame sends for each control point or vertex."""
 
@@ -67,7 +69,9 @@ class SceneRun:
         scene, folder, project = opened.scene, self._session.run_folder, self._session.app.project
 
         def run(control: RunControl[Draped], progress: Progress) -> Draped:
-            made = drape(scene, folder, control=control, progress=progress, resume=resume)
+            made = drape(
+                scene, folder, control=control, progress=progress, resume=resume, checkpoint_every=CHECKPOINT_STEPS
+            )
             made.write(folder)
             return made
 
