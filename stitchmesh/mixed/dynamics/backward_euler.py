@@ -67,7 +67,7 @@ class DynamicsSettings:
     most_solve_iterations: int = 2000
     """Largest number of products of a linear solve."""
     exact_hessian: bool = True
-    """Whether the matrix is the exact Hessian until a step meets a direction of negative curvature."""
+    """Whether the matrix is the exact Hessian where no direction of negative curvature is met."""
     stiffness_in_metric: bool = True
     """Whether the preconditioner contains the diagonal of the Hessian for positions too, after the first Newton
     iteration of a step. Loads make forces that are smooth, for which the metric of the masses takes fewer products."""
@@ -233,7 +233,7 @@ class Dynamics:
             report = newton.iterate(state, self.positions, quadratic, *tolerances, energies)
             energies = report.energies
             solves, stuck = solves + report.solve.iterations, report.step == 0.0 and exact == 0.0
-            exact = 0.0 if report.solve.negative or report.step == 0.0 else exact
+            exact = 0.0 if report.solve.negative or report.step == 0.0 else float(settings.exact_hessian)
         return settings.most_newton_iterations, solves, np.inf
 
     def _begin(self, h: float, quadratic: Quadratic) -> None:
