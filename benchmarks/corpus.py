@@ -27,8 +27,8 @@ from solvers import GradientRecordingSimulation
 
 import stitchmesh as sm
 from stitchmesh.compute.device import device_named
+from stitchmesh.periodic.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
-from stitchmesh.periodic.swatch import draw_swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.library import weave_names
 from stitchmesh.periodic.weave.weave import Weave

@@ -24,9 +24,9 @@ from scipy.optimize import brentq
 
 import stitchmesh as sm
 from stitchmesh.lattice import lattice_frame
+from stitchmesh.periodic.drawn_swatch import draw_swatch
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.support import planes
-from stitchmesh.periodic.swatch import draw_swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.render import render_swatch

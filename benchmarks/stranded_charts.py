@@ -31,7 +31,7 @@ from stitchmesh.io.atomic import write_json
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.pattern import Cell, Pattern, Row
 from stitchmesh.periodic.contact_samples import close_contacts
-from stitchmesh.periodic.swatch import draw_swatch
+from stitchmesh.periodic.drawn_swatch import draw_swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet

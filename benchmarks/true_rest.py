@@ -10,7 +10,8 @@ Each pattern of the library is relaxed in a free cell with each preset, at each 
 spacing. The result of the finest of these presets is then sampled with ``TRUE``, about a third more control points than
 ``reference`` has, and relaxed in float64 to a residual and a remaining change of 1e-4 by Newton's method: the true rest
 of the fabric, with the error of the sampling. A second solver, L-BFGS alone, relaxes the same start to the same
-residual, and the difference of both is noted. The error of a preset is the largest relative error of the two periods.
+residual; where both differ by more than ``AGREE``, the true rest is not known. The error of a preset is the largest
+relative error of the two periods.
 
 Each case, a pattern with a loop length, is a process of its own with one thread. A case that takes longer than the
 limit is ended, and so are all after ``--seconds``; the small ones come first. Lines of several files can be merged.
@@ -36,10 +37,12 @@ import stitchmesh as sm
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.periodic.contact_samples import close_contacts
 from stitchmesh.periodic.continuation import size_of
+from stitchmesh.periodic.drawn_swatch import draw_swatch
 from stitchmesh.periodic.even_sampling import sample_evenly
+from stitchmesh.periodic.prepared_swatch import PreparedSwatch, prepare_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.sampling import refined
-from stitchmesh.periodic.swatch import PreparedSwatch, draw_swatch, prepare_swatch, relax_prepared
+from stitchmesh.periodic.swatch import relax_prepared
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.library import weave_names
 from stitchmesh.quality import PRESETS
@@ -274,17 +277,23 @@ def counts_of(cases: list[dict[str, Any]], quality: str) -> str:
 
 def errors_of(cases: list[dict[str, Any]], quality: str) -> np.ndarray:
     """Errors of a preset in the cases of which the true rest is known."""
-    known = [case for case in cases if "true" in case and case["true"]["converged"]]
-    return np.array([error_of(case["presets"][quality], case["true"]) for case in known])
+    return np.array([error_of(case["presets"][quality], case["true"]) for case in cases if is_known(case)])
+
+
+def is_known(case: dict[str, Any]) -> bool:
+    """Whether the true rest of a case was found, and the second solver, where it ended, agrees with it."""
+    if "true" not in case or not case["true"]["converged"]:
+        return False
+    return case.get("other") is None or error_of(case["other"], case["true"]) <= AGREE
 
 
 def summary_of(found: list[dict[str, Any]], quality: str) -> str:
     """Return how many cases are at rest with a preset, and how many of them keep its promise."""
     made = [case for case in found if quality in case.get("presets", {})]
     at_rest = [case for case in made if case["presets"][quality]["converged"]]
-    known = [case for case in at_rest if "true" in case and case["true"]["converged"]]
+    known = [case for case in at_rest if is_known(case)]
     errors = errors_of(at_rest, quality)
-    agreed = sum("other" in case and error_of(case["other"], case["true"]) <= AGREE for case in known)
+    agreed = sum(case.get("other") is not None for case in known)
     promise = PROMISE[quality]
     text = f"{quality}: {len(at_rest)} of {len(made)} at rest; true rest known for {len(known)}, of which two solvers "
     text += f"agree in {agreed}: {(errors <= promise).sum()} within {100 * promise:g} %, "

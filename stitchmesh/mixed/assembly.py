@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.contact.attachments import Attachment, at_simulated_nodes
@@ -28,7 +29,9 @@ from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.dynamics.cloth_system import ClothModel, cloth_system
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.enrichment.region import Region
-from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.layout.laid_yarns import LaidYarns
+from stitchmesh.mixed.layout.spline_yarns import SplineYarns
+from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.term import Term
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.seam_material import SeamMaterial
@@ -40,18 +43,26 @@ class MixedFabric:
 
     cloth: Cloth
     """The triangles."""
-    yarns: CrossingYarns
+    yarns: LaidYarns
     """The yarns, everywhere on the cloth."""
     cloth_material: ClothMaterial
     """Material of the triangles."""
-    yarn_materials: FabricMaterials
-    """Materials of the yarns."""
+    yarn_materials: FabricMaterials | SplineMaterial
+    """Materials of the yarns, for their model."""
     seam_material: SeamMaterial | None = None
     """Material of the rods along seams where triangles are simulated; None for none."""
+
+    def __post_init__(self) -> None:
+        if isinstance(self.yarns, SplineYarns) != isinstance(self.yarn_materials, SplineMaterial):
+            found = f"{type(self.yarns).__name__} with {type(self.yarn_materials).__name__}"
+            raise ParameterError(f"fabric: got {found}; expected yarns and a material of the same model")
 
     @property
     def yarn_radius(self) -> FloatArray:
         """Radius of each yarn [cm], shape (Y,)."""
+        if isinstance(self.yarns, SplineYarns):
+            return self.yarns.curves.radius
+        assert isinstance(self.yarn_materials, FabricMaterials)
         return np.array([material.radius for material in self.yarn_materials.by_family])[self.yarns.yarn_family]
 
 
@@ -137,12 +148,14 @@ def _contact_terms(fabric: MixedFabric, region: Region, loads: Loads, scalar: An
 def contact_points(fabric: MixedFabric, region: Region, thickness: float) -> tuple[ContactPoints, SeamLinks]:
     """Return contact points on triangles and at nodes, weighted by alpha, and the links of seams."""
     cloth, yarns, simulated = fabric.cloth, fabric.yarns, region.nodes
+    # control points of B-splines lie in the middle of a yarn, and crossings in the middle of the cloth
+    of_node = 2.0 * float(fabric.yarn_radius.mean()) if isinstance(yarns, SplineYarns) else thickness
     on_triangles, links = points_on_triangles(
         cloth.triangles, cloth.rest, cloth.panel, vertex_count=len(cloth.vertices), node_count=len(simulated),
         weight=1.0 - region.triangle_alpha, thickness=thickness,
     )  # fmt: skip
     at_nodes = points_at_nodes(
         len(cloth.vertices), panel=yarns.panel[simulated], rest=yarns.position[simulated],
-        area=float(cloth.rest_area.sum()) / yarns.node_count, weight=region.node_alpha[simulated], thickness=thickness,
+        area=float(cloth.rest_area.sum()) / yarns.node_count, weight=region.node_alpha[simulated], thickness=of_node,
     )  # fmt: skip
     return join_points([on_triangles, at_nodes]), links

@@ -29,7 +29,7 @@ from stitchmesh.mixed.adaptive_region import AdaptiveRegion, resumed_region
 from stitchmesh.mixed.automatic_region import place_yarns
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.dynamics.equilibrium import AfterIteration
-from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.measured_budget import node_budget
 from stitchmesh.mixed.memory import available_memory, check_memory
 from stitchmesh.mixed.output.display import Display, Shown
@@ -124,7 +124,7 @@ class Draped:
 
 def drape(
     scene: Scene | FilePath, folder: str | PathLike[str] | None = None, *, cloth: Cloth | None = None,
-    yarns: CrossingYarns | None = None, progress: Progress = no_progress,
+    yarns: LaidYarns | None = None, progress: Progress = no_progress,
     control: RunControl[Draped] | None = None, checkpoint_every: int | None = None, resume: bool = False,
 ) -> Draped:  # fmt: skip
     """Run a scene of mixed yarns and triangles.

@@ -20,21 +20,27 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.assembly import held_in_state, loaded_system
 from stitchmesh.mixed.contact.prescribed_motion import PrescribedMotion
+from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.equilibrium import AfterIteration, EquilibriumSearch, EquilibriumSettings, unwatched
 from stitchmesh.mixed.dynamics.kept_momentum import keep_momentum
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.vector_sums import choose, set_sum
 from stitchmesh.mixed.enrichment.region import Region
+from stitchmesh.mixed.enrichment.start_positions import make_consistent
 from stitchmesh.mixed.mixed_vector import MixedVector, Parts
 from stitchmesh.mixed.output.report import RunTotals
 from stitchmesh.mixed.placement.carried_terms import RegionChange, carry_terms
-from stitchmesh.mixed.placement.moved_state import move_state
 from stitchmesh.mixed.region_change import moved_vector, place_held, region_change, settle_changed
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene
+from stitchmesh.mixed.splines.spline_term import SplineTerm
+
+MOST_PARTS = 200
+"""Largest number of parts in which attachments move between two equilibria beside B-spline yarns."""
 
 
 @dataclass(frozen=True)
@@ -216,7 +222,9 @@ class DynamicSimulation(Simulation):
         self._dynamics.resume(arrays)
 
     def _dynamics_at(self, time: float, positions: MixedVector) -> Dynamics:
-        scene, material = self.prepared.scene, self.prepared.fabric.yarn_materials.weft
+        scene, materials = self.prepared.scene, self.prepared.fabric.yarn_materials
+        assert isinstance(materials, FabricMaterials)  # a scene with B-spline yarns is static
+        material = materials.weft
         system, self._motion = self.system_at(time)
         self._built = time
         settings = DynamicsSettings(
@@ -249,6 +257,7 @@ class StaticSimulation(Simulation):
         self._search: EquilibriumSearch | None = None
         self._positions = self.begin()
         self._system, self._motion = self.system_at(self._built)
+        make_consistent(self._system.embedding, self._system.free, self._positions)
         if prepared.triangle_equilibrium is not None:
             self._place_on(prepared.triangle_equilibrium)
 
@@ -315,7 +324,7 @@ class StaticSimulation(Simulation):
         if any(self._built < release <= end for release in self.prepared.releases):
             self._renew(end, self.arrays())
         if self._moved < end:
-            self._move(*self._motion.displacements(self._moved, end))
+            self._move_held(self._motion_of(*self._motion.displacements(self._moved, end)))
             self._moved = end
         return self._new_search()
 
@@ -336,22 +345,43 @@ class StaticSimulation(Simulation):
             own = {name[len(prefix) :]: array for name, array in arrays.items() if name.startswith(prefix)}
             term.resume(own)
 
-    def _move(self, vertices: FloatArray, nodes: FloatArray, sliding: FloatArray, *, free: Parts | None = None) -> None:
-        """Move what is held, and what is hybrid with it; ``free`` are the displacements of what is not held."""
+    def _motion_of(
+        self, vertices: FloatArray, nodes: FloatArray, sliding: FloatArray, *, free: Parts | None = None
+    ) -> MixedVector:
+        """The motion of what is held, and what is hybrid with it; ``free`` are displacements of what is not held."""
         fixed = MixedVector.from_numpy(vertices, nodes, sliding, self.scalar, self.device)
         move = fixed.like() if free is None else MixedVector.from_numpy(*free, self.scalar, self.device)
         choose(move, self._system.moves, move, fixed)
         self._system.make_motion(move)
-        set_sum(self._positions, 1.0, self._positions, 1.0, move)
+        return move
+
+    def _move_held(self, move: MixedVector) -> None:
+        """Move in parts in which no yarn passes through another one.
+
+        Raises:
+            SolverError: the parts become too small, because the motion leads one yarn through another one.
+        """
+        guards = [term for term in self._system.terms if isinstance(term, SplineTerm)]
+        left = 1.0
+        for _ in range(MOST_PARTS):
+            part = min((term.step_limit(self._positions, move) for term in guards), default=1.0)
+            part = min(part, left)
+            set_sum(self._positions, 1.0, self._positions, part, move)
+            left -= part
+            if left <= 0.0:
+                return
+        raise SolverError(
+            f"attachments: the yarns beside them would pass through one another at time {self._end:g} s; expected "
+            "shorter ways between two equilibria: take more load_steps"
+        )
 
     def _place_on(self, vertices: FloatArray) -> None:
         """Place the yarns on the triangles, and what is held where it is at the end."""
-        prepared, rest = self.prepared, self.prepared.fabric.yarns.rest_sliding
-        none = np.zeros((0, 3)), np.zeros((0, 2))
-        placed = move_state(prepared.without_yarns, prepared.region, vertices, *none, rest)
-        start = self._positions.numpy()
-        free = placed.vertices - start[0], placed.nodes - start[1], placed.sliding - start[2]
-        self._move(*self._motion.displacements(0.0, self._moved), free=free)
+        prepared, start = self.prepared, self._positions.numpy()
+        nodes = prepared.fabric.yarns.world(prepared.fabric.cloth, vertices)[prepared.region.nodes]
+        free = vertices - start[0], nodes - start[1], prepared.sliding - start[2]
+        move = self._motion_of(*self._motion.displacements(0.0, self._moved), free=free)
+        set_sum(self._positions, 1.0, self._positions, 1.0, move)
 
 
 def begin_simulation(prepared: PreparedScene, scalar: Any, device: wp.Device) -> Simulation:

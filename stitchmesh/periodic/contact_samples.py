@@ -37,8 +37,12 @@ def with_contacts(
         cell: its degrees of freedom; None for constant periods.
     """
     is_free = cell is not None and cell.free.any()
-    is_small = fabric is not None and fabric.face_count <= SMALL_CELL * smallest.copies
-    return close_contacts(with_smooth_contacts(quality) if is_free and is_small else quality, options)
+    return close_contacts(with_smooth_contacts(quality) if is_free and is_small(fabric, smallest) else quality, options)
+
+
+def is_small(fabric: StitchMesh | None, smallest: SmallestCell) -> bool:
+    """Whether the cell that comes to rest has few stitches; that of a weave (None) has none."""
+    return fabric is not None and fabric.face_count <= SMALL_CELL * smallest.copies
 
 
 def close_contacts(quality: Quality, options: SwatchOptions) -> Quality:

@@ -37,8 +37,9 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import FloatArray
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.continuation import change_period, size_of
+from stitchmesh.periodic.prepared_swatch import PreparedSwatch, prepare_swatch
 from stitchmesh.periodic.support import planes
-from stitchmesh.periodic.swatch import PreparedSwatch, Swatch, prepare_swatch, relax_prepared
+from stitchmesh.periodic.swatch import Swatch, relax_prepared
 from stitchmesh.periodic.swatch_options import STRETCH_STEPS
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named

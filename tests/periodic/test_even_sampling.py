@@ -11,9 +11,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 from stitchmesh.errors import YarnError
+from stitchmesh.periodic.drawn_swatch import draw_swatch
 from stitchmesh.periodic.even_sampling import even_lengths, sample_evenly
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
-from stitchmesh.periodic.swatch import draw_swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from stitchmesh.lattice import Lattice
+from stitchmesh.periodic.drawn_swatch import draw_swatch
 from stitchmesh.periodic.fabric_shape import LAYER, FabricShape, FlatFabric, thickness_of
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
-from stitchmesh.periodic.swatch import draw_swatch, scale_yarns, swatch
+from stitchmesh.periodic.swatch import scale_yarns, swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet

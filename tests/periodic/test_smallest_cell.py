@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 
 from stitchmesh.periodic.continuation import size_of
+from stitchmesh.periodic.drawn_swatch import draw_swatch
+from stitchmesh.periodic.prepared_swatch import prepare_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.sampling import GENERATED
 from stitchmesh.periodic.smallest_cell import SmallestCell
-from stitchmesh.periodic.swatch import Swatch, draw_swatch, prepare_swatch, relax_prepared, swatch
+from stitchmesh.periodic.swatch import Swatch, relax_prepared, swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths

@@ -12,10 +12,11 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.continuation import size_of
+from stitchmesh.periodic.drawn_swatch import draw_swatch
 from stitchmesh.periodic.fabric_shape import THICK, FlatFabric
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.support import CLEARANCE, planes, remedy_of
-from stitchmesh.periodic.swatch import Swatch, draw_swatch, scale_yarns, swatch
+from stitchmesh.periodic.swatch import Swatch, scale_yarns, swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial

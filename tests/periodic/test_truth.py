@@ -16,7 +16,8 @@ import pytest
 from stitchmesh.patterns import parse_pattern, read_pattern
 from stitchmesh.periodic.contact_samples import close_contacts
 from stitchmesh.periodic.continuation import size_of
-from stitchmesh.periodic.swatch import Swatch, draw_swatch, swatch
+from stitchmesh.periodic.drawn_swatch import draw_swatch
+from stitchmesh.periodic.swatch import Swatch, swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.library import read_weave

@@ -59,6 +59,7 @@ def blend_masses(
     segment_mass: ArrayLike,
     segment_coordinate: ArrayLike,
     triangle_mass: ArrayLike,
+    segment_alpha: ArrayLike | None = None,
 ) -> BlendedMasses:
     """The masses of a region.
 
@@ -68,6 +69,7 @@ def blend_masses(
         segment_mass: mass of each segment [g], shape (E,).
         segment_coordinate: 0 where the segment is part of the u yarn of the node, 1 for the v yarn, shape (E, 2).
         triangle_mass: mass of each triangle of the cloth [g], shape (T,).
+        segment_alpha: weight of each segment, shape (E,); by default alpha at the centroid of its two nodes.
 
     Raises:
         ParameterError: shapes do not agree, or a mass is negative or not finite.
@@ -79,7 +81,8 @@ def blend_masses(
     if shapes != ((len(ends),), ends.shape, (len(region.triangles),)):
         expected = ((len(ends),), ends.shape, (len(region.triangles),))
         raise ParameterError(f"masses: got segments and triangles of shapes {shapes}; expected {expected}")
-    alpha, kind = region.element_alpha(ends), region.node_kind[ends]
+    alpha = region.element_alpha(ends) if segment_alpha is None else np.asarray(segment_alpha, dtype=np.float64)
+    kind = region.node_kind[ends]
     yarns = np.zeros((len(region.nodes), 2))
     kept = (alpha > 0.0)[:, None] & (kind != TRIANGLES)
     half = np.broadcast_to((mass * alpha / 2.0)[:, None], ends.shape)

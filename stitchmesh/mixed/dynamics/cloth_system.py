@@ -1,10 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The mixed system of a cloth with crossing yarns laid out on it, for a region of interest.
+"""The mixed system of a cloth with yarns laid out on it, for a region of interest.
 
 All energies of the triangles have the weight 1 - alpha, all energies of the yarns the weight alpha, and masses are
 blended (Casafranca et al. 2020, sections 4.1 and 4.2). Contact, attachments and other loads are further terms, which
 ``MixedSystem.add`` takes.
+
+The two yarn models, crossings and B-splines, differ in what ``YarnPart`` holds. Where the nodes of B-splines stand out
+of the triangles, the positions at the beginning are not yet of the form p = B v + F x. They are changed so that they
+are (``enrichment.start_positions``); the heights of the loops then belong to F x.
 """
 
 from __future__ import annotations
@@ -17,6 +21,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import ArrayLike, NDArray
 
+from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.blending import FULL
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements, crossing_elements
@@ -27,15 +32,21 @@ from stitchmesh.mixed.crossings.stitch_term import StitchTerm, stitch_elements
 from stitchmesh.mixed.crossings.yarn_gravity import YarnGravity
 from stitchmesh.mixed.crossings.yarn_mass import YarnMass
 from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses, blend_masses
-from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix
+from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix, NodeMasses
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
+from stitchmesh.mixed.dynamics.spline_masses import spline_masses
+from stitchmesh.mixed.dynamics.spline_part import spline_term
 from stitchmesh.mixed.dynamics.weight import Weight
 from stitchmesh.mixed.enrichment.embedding import Embedding, embed
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.region import TRIANGLES, Region
+from stitchmesh.mixed.enrichment.start_positions import make_consistent
 from stitchmesh.mixed.enrichment.tension_patterns import tension_left
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.layout.laid_yarns import LaidYarns
+from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.term import Term
 from stitchmesh.mixed.triangles.cloth_mass import rod_masses, triangle_masses
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
@@ -54,14 +65,28 @@ class ClothModel:
 
     triangles: ClothMaterial | Sequence[ClothMaterial]
     """Material of all panels, or one for each panel."""
-    yarns: FabricMaterials
-    """Materials of the families of yarns."""
+    yarns: FabricMaterials | SplineMaterial
+    """Materials of the families of crossing yarns, or of B-spline yarns."""
     seams: SeamMaterial | None = None
     """Material of the rods along seams outside the yarns; no rods by default."""
     acceleration: tuple[float, float, float] = EARTH
     """Acceleration by gravity [cm/s^2]."""
     friction: bool = True
-    """Whether yarns rub where they cross."""
+    """Whether crossing yarns rub where they cross."""
+
+
+@dataclass(frozen=True, eq=False)
+class YarnPart:
+    """What a yarn model brings to the system."""
+
+    terms: Sequence[Term]
+    """Energies of the yarns."""
+    slides: NDArray[np.bool_]
+    """Whether the model lets each Eulerian coordinate move, shape (n, 2)."""
+    node_masses: NodeMasses | None
+    """Blocks of the mass matrix at the nodes; the masses alone by default."""
+    weighs: bool
+    """Whether the terms hold the weight of the yarns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,19 +94,18 @@ class ClothSystem:
     """A mixed system, what it was made from, and where it begins."""
 
     cloth: Cloth
-    yarns: CrossingYarns
+    yarns: LaidYarns
     region: Region
-    elements: CrossingElements
-    """Elements of the simulated nodes."""
     masses: BlendedMasses
     system: MixedSystem
     positions: MixedVector
-    """Positions at the beginning: nodes lie on their triangles, and yarns have the lengths of the layout."""
+    """Positions at the beginning: nodes lie on their triangles, or above them, and yarns have the lengths of the
+    layout."""
 
 
 def cloth_system(
     cloth: Cloth,
-    yarns: CrossingYarns,
+    yarns: LaidYarns,
     region: Region,
     model: ClothModel,
     *,
@@ -107,36 +131,57 @@ def cloth_system(
     Raises:
         ParameterError: materials, masses or numbers do not fit the cloth.
     """
-    nodes, alpha = region.nodes, region.node_alpha[region.nodes]
-    elements = crossing_elements(yarns, model.yarns, nodes=nodes, alpha=alpha, full=alpha >= FULL)
+    part = _yarn_part(cloth, yarns, region, model, scalar, device)
     free = FreeUnknowns.of(region, fixed_vertices=fixed_vertices, fixed_nodes=fixed_nodes)
-    free = replace(free, sliding=free.sliding & elements.slides)
+    free = replace(free, sliding=free.sliding & part.slides)
     masses = cloth_masses(cloth, yarns, region, model)
     start = cloth.vertices if vertices is None else vertices
-    positions = MixedVector.from_numpy(start, yarns.world(cloth, start)[nodes], elements.rest_sliding, scalar, device)
-    terms = [
-        *_yarn_terms(yarns, elements, model, alpha, scalar, device),
-        *_triangle_terms(cloth, region, model, scalar, device),
-    ]
-    of_nodes = YarnMass(elements, scalar, device)
+    placed = yarns.world(cloth, start)[region.nodes]
+    positions = MixedVector.from_numpy(start, placed, yarns.rest_sliding[region.nodes], scalar, device)
+    terms = [*part.terms, *_triangle_terms(cloth, region, model, scalar, device)]
     embedding = embedded(yarns, region)
-    system = MixedSystem(embedding, free, masses, terms, node_masses=of_nodes, scalar=scalar, device=device)
-    without_yarns = BlendedMasses(masses.vertices, np.zeros_like(masses.yarns))
-    system.add(Weight(MassMatrix(without_yarns, scalar, device), model.acceleration))
-    return ClothSystem(cloth, yarns, region, elements, masses, system, positions)
+    system = MixedSystem(embedding, free, masses, terms, node_masses=part.node_masses, scalar=scalar, device=device)
+    of_yarns = np.zeros_like(masses.yarns) if part.weighs else masses.yarns
+    weighing = MassMatrix(BlendedMasses(masses.vertices, of_yarns), scalar, device)
+    system.add(Weight(weighing, model.acceleration))
+    make_consistent(embedding, free, positions)
+    return ClothSystem(cloth, yarns, region, masses, system, positions)
 
 
-def cloth_masses(cloth: Cloth, yarns: CrossingYarns, region: Region, model: ClothModel) -> BlendedMasses:
+def _yarn_part(
+    cloth: Cloth, yarns: LaidYarns, region: Region, model: ClothModel, scalar: Any, device: wp.Device
+) -> YarnPart:
+    """Energies, sliding and inertia of the yarns.
+
+    Raises:
+        ParameterError: the material is that of the other yarn model.
+    """
+    if isinstance(yarns, SplineYarns):
+        if not isinstance(model.yarns, SplineMaterial):
+            raise ParameterError("cloth: got B-spline yarns with the material of crossings; expected a SplineMaterial")
+        term = spline_term(cloth, yarns, model.yarns, region, scalar, device)
+        still = np.zeros((len(region.nodes), 2), dtype=bool)
+        return YarnPart([] if term is None else [term], still, None, weighs=False)
+    if isinstance(model.yarns, SplineMaterial):
+        raise ParameterError("cloth: got crossing yarns with the material of B-splines; expected FabricMaterials")
+    nodes, alpha = region.nodes, region.node_alpha[region.nodes]
+    elements = crossing_elements(yarns, model.yarns, nodes=nodes, alpha=alpha, full=alpha >= FULL)
+    terms = _crossing_terms(yarns, elements, model, model.yarns, alpha, scalar, device)
+    return YarnPart(terms, elements.slides, YarnMass(elements, scalar, device), weighs=True)
+
+
+def cloth_masses(cloth: Cloth, yarns: LaidYarns, region: Region, model: ClothModel) -> BlendedMasses:
     """Masses of a cloth: of its yarns in the enriched region, and by density elsewhere.
 
     Raises:
         ParameterError: the number of materials is not that of the panels.
     """
-    ends, coordinates = _segments(yarns)
-    begin, end = yarns.rest_sliding[ends, coordinates].T
-    density = np.array([material.density for material in model.yarns.by_family])
-    mass = (end - begin) * density[yarns.yarn_family[yarns.node_yarn[ends[:, 0], coordinates[:, 0]]]]
-    blended = blend_masses(region, ends, mass, coordinates, triangle_masses(cloth, model.triangles))
+    of_triangles = triangle_masses(cloth, model.triangles)
+    if isinstance(yarns, SplineYarns) and isinstance(model.yarns, SplineMaterial):
+        blended = spline_masses(yarns.curves, model.yarns.density, region, of_triangles)
+    else:
+        assert isinstance(yarns, CrossingYarns) and isinstance(model.yarns, FabricMaterials)
+        blended = _crossing_masses(yarns, model.yarns, region, of_triangles)
     if model.seams is None:
         return blended
     # in the hybrid region the triangles have the mass of the yarns, that of their rods included
@@ -145,9 +190,20 @@ def cloth_masses(cloth: Cloth, yarns: CrossingYarns, region: Region, model: Clot
     return BlendedMasses(blended.vertices + of_rods, blended.yarns)
 
 
-def embedded(yarns: CrossingYarns, region: Region) -> Embedding:
+def _crossing_masses(
+    yarns: CrossingYarns, materials: FabricMaterials, region: Region, of_triangles: NDArray[np.float64]
+) -> BlendedMasses:
+    """Masses with those of the yarn between two crossings."""
+    ends, coordinates = _segments(yarns)
+    begin, end = yarns.rest_sliding[ends, coordinates].T
+    density = np.array([material.density for material in materials.by_family])
+    mass = (end - begin) * density[yarns.yarn_family[yarns.node_yarn[ends[:, 0], coordinates[:, 0]]]]
+    return blend_masses(region, ends, mass, coordinates, of_triangles)
+
+
+def embedded(yarns: LaidYarns, region: Region) -> Embedding:
     """How hybrid nodes move with the triangles; in a weave the filter passes tension too."""
-    if yarns.kind != "weave":
+    if isinstance(yarns, SplineYarns) or yarns.kind != "weave":
         return embed(region)
     ends, coordinates = _segments(yarns)
     return embed(region, tension_left(region, ends, coordinates[:, 0]))
@@ -182,10 +238,11 @@ def _triangle_terms(cloth: Cloth, region: Region, model: ClothModel, scalar: Any
     return terms
 
 
-def _yarn_terms(
+def _crossing_terms(
     yarns: CrossingYarns,
     elements: CrossingElements,
     model: ClothModel,
+    materials: FabricMaterials,
     alpha: NDArray[np.float64],
     scalar: Any,
     device: wp.Device,
@@ -196,7 +253,7 @@ def _yarn_terms(
     elastic = CrossingTerm(elements, scalar, device)
     terms: list[Term] = [elastic, YarnGravity(elements, scalar, device, model.acceleration)]
     if yarns.kind == "knit":
-        stitches = stitch_elements(yarns, elements, model.yarns.weft, alpha=alpha, full=alpha >= FULL)
+        stitches = stitch_elements(yarns, elements, materials.weft, alpha=alpha, full=alpha >= FULL)
         terms.append(StitchTerm(stitches, elements.count, scalar, device))
     if model.friction:
         terms.append(SlidingFriction(elements, elastic))

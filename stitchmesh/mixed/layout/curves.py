@@ -52,11 +52,16 @@ def yarn_curves(
 
 def node_normals(cloth: Cloth, yarns: CrossingYarns, vertices: FloatArray) -> FloatArray:
     """Return the unit normal of the cloth at each node, interpolated from the vertices, shape (N, 3)."""
+    return normals_at(cloth, yarns.triangle, yarns.barycentric, vertices)
+
+
+def normals_at(cloth: Cloth, triangle: IntArray, barycentric: FloatArray, vertices: FloatArray) -> FloatArray:
+    """Return the unit normals of the cloth at points in triangles, interpolated from the vertices, shape (n, 3)."""
     corners = vertices[cloth.triangles]
     areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     sums = [np.bincount(cloth.triangles.ravel(), np.repeat(areas[:, axis], 3), len(vertices)) for axis in range(3)]
     at_vertices = _units(np.stack(sums, axis=1).astype(np.float64))
-    normals: FloatArray = np.einsum("nk,nkd->nd", yarns.barycentric, at_vertices[cloth.triangles[yarns.triangle]])
+    normals: FloatArray = np.einsum("nk,nkd->nd", barycentric, at_vertices[cloth.triangles[triangle]])
     return _units(normals)
 
 

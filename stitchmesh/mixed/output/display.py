@@ -10,13 +10,15 @@ yarns with them: points are moved along the interpolated normal n of the surface
 
     x = B v + n (n . (L v - B v))        with the place B v on the triangles.
 
+Control points of B-spline yarns stand above these places by their heights, along n.
+
 In the hybrid region, alpha times the simulated place of a node and 1 - alpha times its place on the surface are shown,
 so that nothing jumps where the full-yarn region (alpha = 1) or the triangles (alpha = 0) begin.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -25,8 +27,9 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.embedding import basis_of
 from stitchmesh.mixed.enrichment.region import YARNS, Region
-from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.curves import yarn_curves
+from stitchmesh.mixed.layout.laid_yarns import LaidYarns
+from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.output.covered_vertices import CoveredVertices
 from stitchmesh.mixed.output.loop_subdivision import Subdivision, loop_subdivision
 from stitchmesh.yarn import YarnSet
@@ -50,7 +53,7 @@ class Shown:
 class Display:
     """The maps from a state to what is shown, for one cloth and one region."""
 
-    def __init__(self, cloth: Cloth, yarns: CrossingYarns, region: Region, rounds: int = ROUNDS) -> None:
+    def __init__(self, cloth: Cloth, yarns: LaidYarns, region: Region, rounds: int = ROUNDS) -> None:
         """Make the maps.
 
         Args:
@@ -98,7 +101,10 @@ class Display:
         places[self.region.nodes] = simulated
         corners = self._covered.placed(vertices, places)
         normals = vertex_normals(self.cloth.triangles, corners)
-        smooth = self._basis @ corners + _along_normals(self._basis @ normals, self._node_change @ corners)
+        at_nodes = self._basis @ normals
+        smooth = self._basis @ corners + _along_normals(at_nodes, self._node_change @ corners)
+        if isinstance(self.yarns, SplineYarns):
+            smooth += self.yarns.height[:, None] * _units(at_nodes)
         nodes = smooth + self.region.node_alpha[:, None] * (places - smooth)
         linear = self._linear @ corners
         change = _along_normals(self._linear @ normals, self._change @ corners)
@@ -106,6 +112,8 @@ class Display:
 
     def curves(self, shown: Shown, radius: float | FloatArray) -> YarnSet:
         """Return the yarns as curves in space; ``radius`` is that of all yarns, or of each yarn [cm], shape (Y,)."""
+        if isinstance(self.yarns, SplineYarns):
+            return replace(self.yarns.curves, points=shown.nodes)
         return yarn_curves(self.cloth, self.yarns, radius=radius, nodes=shown.nodes, vertices=shown.vertices)
 
     def _changes_at_nodes(self, outside: IntArray, divided: Subdivision, smooth: csr_array) -> csr_array:

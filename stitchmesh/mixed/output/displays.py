@@ -10,7 +10,7 @@ import numpy as np
 
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.region import Region
-from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.output.display import ROUNDS, Display, Shown
 from stitchmesh.mixed.output.frames import Frame
 
@@ -18,7 +18,7 @@ from stitchmesh.mixed.output.frames import Frame
 class Displays:
     """Makes the display of each frame, and keeps the one that it has made last."""
 
-    def __init__(self, cloth: Cloth, yarns: CrossingYarns, region: Region, rounds: int = ROUNDS) -> None:
+    def __init__(self, cloth: Cloth, yarns: LaidYarns, region: Region, rounds: int = ROUNDS) -> None:
         """Begin with the region at the start; arguments are those of ``Display``."""
         self.cloth, self.yarns, self.rounds = cloth, yarns, rounds
         self._made = Display(cloth, yarns, region, rounds)

@@ -11,13 +11,15 @@ import numpy as np
 
 from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
 from stitchmesh.io.yarn_formats.animated_usd import UsdFrame, write_animated_usd
-from stitchmesh.mesh import Mesh
+from stitchmesh.mesh import FloatArray, Mesh
 from stitchmesh.mixed.assembly import MixedFabric
-from stitchmesh.mixed.output.display import Display
+from stitchmesh.mixed.layout.spline_yarns import SplineYarns
+from stitchmesh.mixed.output.display import Display, Shown
 from stitchmesh.mixed.output.displays import Displays
 from stitchmesh.mixed.output.fans import one_vertex_for_each_fan
 from stitchmesh.mixed.output.frames import Frame
-from stitchmesh.mixed.output.maps import StateMaps, triangle_tension, yarn_tension
+from stitchmesh.mixed.output.maps import StateMaps, spline_tension, triangle_tension, yarn_tension
+from stitchmesh.mixed.splines.spline_material import SplineMaterial
 
 YARNS, SURFACE, MAPS, ANIMATION = "yarns", "cloth.obj", "maps.h5", "animation.usdc"
 """Names of files in the output folder; that of the yarns without its suffix."""
@@ -86,8 +88,17 @@ def state_maps(fabric: MixedFabric, display: Display, frame: Frame) -> StateMaps
         nodes=shown.nodes,
         yarn_start=yarns.yarn_start,
         yarn_node=yarns.yarn_node,
-        yarn_tension=yarn_tension(yarns, fabric.yarn_materials, shown.nodes, sliding),
+        yarn_tension=_tension(fabric, display, shown, sliding),
     )
+
+
+def _tension(fabric: MixedFabric, display: Display, shown: Shown, sliding: FloatArray) -> FloatArray:
+    """Tension of the yarns after each passage [dyn], shape (M,)."""
+    yarns, materials = fabric.yarns, fabric.yarn_materials
+    if isinstance(yarns, SplineYarns) or isinstance(materials, SplineMaterial):
+        assert isinstance(materials, SplineMaterial)
+        return spline_tension(display.curves(shown, fabric.yarn_radius), materials)
+    return yarn_tension(yarns, materials, shown.nodes, sliding)
 
 
 def read_maps(path: Path) -> StateMaps:

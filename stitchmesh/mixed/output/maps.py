@@ -6,7 +6,12 @@ The tension of a triangle is the larger principal value of the Cauchy stress tim
 sigma = F S F^T / det F with the deformation gradient F and the second Piola-Kirchhoff stress S. In the full-yarn region
 it is that of triangles that follow the yarns, with the stiffness of the cloth. The tension of the yarns themselves is
 
-    k_s (|w| - 1) [dyn],    w = dx / du on each segment (Cirio et al. 2014).
+    k_s (|w| - 1) [dyn],    w = dx / du on each segment (Cirio et al. 2014),
+
+and that of B-spline yarns, with the length L and the rest length l of a segment, the derivative of stretch and length
+penalty by L where the parameter speed is uniform (``yarnrelax.energies.stretch``),
+
+    2 (k_len + k_length) (L / l - 1) / l [dyn].
 """
 
 from __future__ import annotations
@@ -19,8 +24,10 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.tension_curve import TensionCurve
+from stitchmesh.yarn import YarnSet
 
 
 def triangle_tension(cloth: Cloth, material: ClothMaterial, vertices: FloatArray) -> FloatArray:
@@ -93,6 +100,19 @@ def yarn_tension(
     tension = np.zeros(len(yarns.yarn_node))
     rest = np.maximum(along[inner + 1] - along[inner], 1e-12)
     tension[inner] = stiffness[yarns.yarn_family[yarns.passage_yarn[inner]]] * (length / rest - 1.0)
+    return tension
+
+
+def spline_tension(curves: YarnSet, material: SplineMaterial) -> FloatArray:
+    """Return the tension of the segment that begins near each control point [dyn], 0 where none begins, shape (N,).
+
+    Args:
+        curves: the yarns.
+        material: their material.
+    """
+    stiffness = 2.0 * (material.yarn.k_len + material.yarn.k_length)
+    tension = np.zeros(len(curves.points))
+    tension[curves.segment_points[:, 1]] = stiffness * curves.strain / curves.rest_length
     return tension
 
 

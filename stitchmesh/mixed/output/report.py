@@ -13,7 +13,7 @@ import numpy as np
 
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, YARNS, Region
-from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 
 
 @dataclass
@@ -36,7 +36,7 @@ class RunTotals:
     """Error of the last step [cm/s or dyn]."""
 
 
-def region_counts(cloth: Cloth, yarns: CrossingYarns, region: Region) -> dict[str, int]:
+def region_counts(cloth: Cloth, yarns: LaidYarns, region: Region) -> dict[str, int]:
     """Return the sizes of a mixed system as Casafranca et al. 2020 list them in table 1."""
     corners = [np.unique(region.triangles[region.triangle_kind == kind]) for kind in (TRIANGLES, HYBRID)]
     hybrid = len(corners[1])

@@ -15,7 +15,7 @@ from stitchmesh.errors import ParameterError, first_few
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.region import Region, region_around
-from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.placement.chosen_region import spread_errors
 
 ROUNDING = 1e-9
@@ -176,7 +176,7 @@ class RegionSection:
             return spread
         return np.where(np.isin(np.arange(len(spread)), self.named_triangles(cloth)), spread, 0.0)
 
-    def region(self, cloth: Cloth, yarns: CrossingYarns) -> Region:
+    def region(self, cloth: Cloth, yarns: LaidYarns) -> Region:
         """Return the region.
 
         Raises:

@@ -20,8 +20,10 @@ from stitchmesh.mixed.contact.self_collision import PRESSURE
 from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial
 from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.enrichment.region import Region, region_around
-from stitchmesh.mixed.layout.crossing_yarns import ROD, CrossingYarns
+from stitchmesh.mixed.layout.crossing_yarns import ROD
 from stitchmesh.mixed.layout.from_stitches import lay_stitches
+from stitchmesh.mixed.layout.laid_yarns import LaidYarns
+from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.memory import check_layout_memory, host_memory
 from stitchmesh.mixed.output.display import vertex_normals
 from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_knit, cloth_of_weave
@@ -29,14 +31,16 @@ from stitchmesh.mixed.scene.matched_cloth import MATCHED, cell_of_scene, matched
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
-from stitchmesh.mixed.scene.yarns_section import YarnsSection
+from stitchmesh.mixed.scene.spline_layout import lay_scene_splines, spline_material
+from stitchmesh.mixed.scene.yarns_section import STITCHES, YarnsSection
+from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.material_file import material_of
 from stitchmesh.mixed.triangles.seam_material import SeamMaterial
 from stitchmesh.progress import Progress, no_progress
 
-STITCHES = "stitches"
-"""Name of the knit whose loops are the stitches of the cloth."""
+POINTS_OF_STITCH = 16.0
+"""About the number of control points of a stitch with its row end, for an estimate of the memory."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -73,7 +77,7 @@ class PreparedScene:
         """Return what acts at a time [s]: attachments are held until they are released."""
         sections = zip(self.scene.attachments, self.held, strict=True)
         contact = self.scene.contact
-        radius = max(material.radius for material in self.fabric.yarn_materials.by_family)
+        radius = float(self.fabric.yarn_radius.max())
         return Loads(
             gravity=self.scene.gravity,
             held=[held for section, held in sections if section.release is None or time < section.release],
@@ -90,7 +94,7 @@ class PreparedScene:
 
 
 def prepare(
-    scene: Scene, *, cloth: Cloth | None = None, yarns: CrossingYarns | None = None,
+    scene: Scene, *, cloth: Cloth | None = None, yarns: LaidYarns | None = None,
     folder: Path | None = None, progress: Progress = no_progress,
 ) -> PreparedScene:  # fmt: skip
     """Make what a scene simulates.
@@ -109,7 +113,7 @@ def prepare(
     """
     surface = scene.cloth.cloth() if cloth is None else cloth
     laid = _layout(scene, surface) if yarns is None else yarns
-    materials = yarn_materials(scene.yarns)
+    materials = _materials(scene.yarns, laid)
     region = scene.region.region(surface, laid)
     held = tuple(_attachment(number, one, surface, laid) for number, one in enumerate(scene.attachments))
     check_simulated(held, region)
@@ -120,7 +124,7 @@ def prepare(
         yarns=laid,
         cloth_material=material,
         yarn_materials=materials,
-        seam_material=_seam_material(materials.rod) if scene.cloth.seam_rods and ROD in laid.yarn_family else None,
+        seam_material=_seam_material(laid, materials) if scene.cloth.seam_rods else None,
     )
     prepared = PreparedScene(
         scene=scene,
@@ -158,20 +162,30 @@ def _outside(prepared: PreparedScene) -> FloatArray:
     )  # fmt: skip
 
 
-def _layout(scene: Scene, cloth: Cloth) -> CrossingYarns:
+def _layout(scene: Scene, cloth: Cloth) -> LaidYarns:
     """The yarns of a scene on its cloth."""
     free = host_memory()
     if scene.yarns.knit != STITCHES:
         check_layout_memory(scene.yarns.crossings_on(cloth), free)
         return scene.yarns.layout(cloth)
     fabric = scene.cloth.stitches()
-    check_layout_memory(4.0 * fabric.face_count * scene.yarns.divisions**2, free)
+    per_stitch = POINTS_OF_STITCH if scene.yarns.model == "splines" else 4.0 * scene.yarns.divisions**2
+    check_layout_memory(per_stitch * fabric.face_count, free)
+    if scene.yarns.model == "splines":
+        return lay_scene_splines(scene.yarns, fabric, cloth)
     width, height = scene.cloth.stitch_size(fabric)
     return lay_stitches(cloth, fabric, stitch_width=width, course_height=height, divisions=scene.yarns.divisions)
 
 
+def _materials(section: YarnsSection, yarns: LaidYarns) -> FabricMaterials | SplineMaterial:
+    """The material of the yarns for their model."""
+    if isinstance(yarns, SplineYarns):
+        return spline_material(section, float(yarns.curves.radius.mean()))
+    return yarn_materials(section)
+
+
 def yarn_materials(section: YarnsSection) -> FabricMaterials:
-    """Return the materials of the yarns of a scene.
+    """Return the materials of the crossing yarns of a scene.
 
     Raises:
         ParameterError: no material has the name.
@@ -193,9 +207,17 @@ def _yarn_material(section: YarnsSection, name: str | None) -> CrossingMaterial:
 
 
 def _cloth_material(
-    scene: Scene, cloth: Cloth, yarns: CrossingYarns, materials: FabricMaterials, folder: Path | None,
+    scene: Scene, cloth: Cloth, yarns: LaidYarns, materials: FabricMaterials | SplineMaterial, folder: Path | None,
     progress: Progress,
 ) -> ClothMaterial:  # fmt: skip
+    if isinstance(yarns, SplineYarns) or isinstance(materials, SplineMaterial):
+        if scene.cloth.material in (None, MATCHED):
+            found = "none" if scene.cloth.material is None else repr(MATCHED)
+            raise ParameterError(
+                f"cloth.material: got {found} with B-spline yarns; expected a measured cloth or a file: "
+                "'stitchmesh stretch' measures one"
+            )
+        return material_of(scene.cloth.material)
     if scene.cloth.material == MATCHED:
         stitch = None
         if scene.yarns.knit == STITCHES:
@@ -213,12 +235,15 @@ def _cloth_material(
     return cloth_of_knit(materials.weft, length / float(cloth.rest_area.sum()))
 
 
-def _seam_material(rod: CrossingMaterial) -> SeamMaterial:
-    """The rods of triangles, like the yarns that are rods."""
+def _seam_material(yarns: LaidYarns, materials: FabricMaterials | SplineMaterial) -> SeamMaterial | None:
+    """The rods of triangles, like the yarns that are rods; None without such yarns."""
+    if isinstance(yarns, SplineYarns) or isinstance(materials, SplineMaterial) or ROD not in yarns.yarn_family:
+        return None
+    rod = materials.rod
     return SeamMaterial(rod.stretch_stiffness, rod.bending_stiffness, rod.density)
 
 
-def _attachment(number: int, section: AttachmentSection, cloth: Cloth, yarns: CrossingYarns) -> Attachment:
+def _attachment(number: int, section: AttachmentSection, cloth: Cloth, yarns: LaidYarns) -> Attachment:
     """The vertices and the nodes of the layout in the boxes of an attachment."""
     name = f"attachments[{number}]"
     wrong = [vertex for vertex in section.vertices if not 0 <= vertex < len(cloth.vertices)]
@@ -245,7 +270,7 @@ def check_simulated(held: tuple[Attachment, ...], region: Region) -> None:
             )
 
 
-def _in_boxes(section: AttachmentSection, cloth: Cloth, yarns: CrossingYarns) -> tuple[IntArray, IntArray]:
+def _in_boxes(section: AttachmentSection, cloth: Cloth, yarns: LaidYarns) -> tuple[IntArray, IntArray]:
     """Vertices and nodes in any of the boxes; a vertex lies wherever one of its triangles has it."""
     corners, panel = cloth.triangles.ravel(), np.repeat(cloth.panel, 3)
     of_vertices, of_nodes = np.zeros(len(corners), dtype=bool), np.zeros(yarns.node_count, dtype=bool)

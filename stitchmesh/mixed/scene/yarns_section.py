@@ -7,6 +7,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,8 @@ from stitchmesh.mixed.layout.knit import lay_knit
 from stitchmesh.mixed.layout.weave import lay_weave
 
 Matrix = NDArray[np.int64]
+STITCHES = "stitches"
+"""Name of the knit whose loops are the stitches of the cloth."""
 DEFAULT_DENSITY = 5.0
 """Yarns, wales or courses for each cm."""
 
@@ -34,6 +37,9 @@ class YarnsSection:
     weave: str | tuple[str, ...] | None = None
     """Name or file of a weave, or its matrix as rows from the top, such as ``["10", "01"]``: 1 where the weft lies
     above."""
+    model: Literal["crossings", "splines"] = "crossings"
+    """How yarns are simulated: as nodes at their crossings, or as B-splines in contact with loops that stand out of the
+    cloth. B-splines are for static scenes of a stitch mesh, with ``knit = "stitches"``."""
     knit: str | tuple[str, ...] | None = None
     """Name or file of a pattern of knit and purl stitches, or its chart as rows from the top, such as
     ``["kp", "kp"]``; ``stitches`` for the stitches of the cloth, if it is a stitch mesh."""
@@ -50,6 +56,8 @@ class YarnsSection:
     density: float = 1.0
     """Number of yarns in the place of each one: it multiplies ends, picks, wales and courses, and makes the yarns
     finer, so that the cloth stays as heavy and as stiff; not for ``stitches``, which have ``divisions``."""
+    loop_length: float | None = None
+    """Length of yarn in each plain stitch [cm], with ``model = "splines"``; that of the loops as drawn by default."""
     material: str | None = None
     """Name of the yarns' material, of the named ones or in ``material_file``."""
     warp_material: str | None = None
@@ -57,16 +65,31 @@ class YarnsSection:
     material_file: str | None = None
     """A file of materials (``.toml``)."""
     radius: float | None = None
-    """Radius of the yarns [cm]; that of the material by default."""
+    """Radius of the yarns [cm]; that of the material by default, and an eighth of a stitch for B-splines."""
 
     def __post_init__(self) -> None:
         if (self.weave is None) == (self.knit is None):
             found = "neither" if self.weave is None else "both"
             raise ParameterError(f"yarns: got {found} of weave and knit; expected one of them")
-        for name in ("ends", "picks", "wales", "courses", "density", "radius", "divisions"):
+        self._check_model()
+        for name in ("ends", "picks", "wales", "courses", "density", "radius", "divisions", "loop_length"):
             value = getattr(self, name)
             if value is not None and not (np.isfinite(value) and value > 0.0):
                 raise ParameterError(f"yarns.{name}: got {value}; expected a positive number")
+
+    def _check_model(self) -> None:
+        """Check that the keys fit the yarn model."""
+        if self.model == "crossings":
+            if self.loop_length is not None:
+                raise ParameterError("yarns.loop_length: got one with crossings; expected model = 'splines' beside it")
+            return
+        if self.knit != STITCHES:
+            raise ParameterError("yarns.model: got 'splines' without stitches; expected knit = 'stitches' beside it")
+        for name in ("material_file", "warp_material"):
+            if getattr(self, name) is not None:
+                raise ParameterError(f"yarns.{name}: got one with B-splines; expected the name of a material alone")
+        if self.divisions != 1:
+            raise ParameterError(f"yarns.divisions: got {self.divisions} with B-splines; expected 1")
 
     def crossings_on(self, cloth: Cloth) -> float:
         """Return about how many crossings the yarns have on a cloth; each loop of a knit has four."""

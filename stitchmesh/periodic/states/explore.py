@@ -14,19 +14,13 @@ import numpy as np
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.patterns import Pattern
-from stitchmesh.periodic.states.perturbation import perturb
+from stitchmesh.periodic.lowest_rest import perturbed_start
+from stitchmesh.periodic.prepared_swatch import prepare_swatch
 from stitchmesh.periodic.states.rest_states import Rest, distinct_rests
-from stitchmesh.periodic.swatch import PreparedSwatch, Swatch, prepare_swatch, relax_prepared
+from stitchmesh.periodic.swatch import Swatch, relax_prepared
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
-from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
-from stitchmesh.yarnrelax.relax_partly import relax_partly
-
-KICKS = 3
-"""Displacements of a start; the yarns are separated between them."""
-BETWEEN = 20
-"""Iterations between two displacements."""
 
 logger = logging.getLogger(__name__)
 
@@ -99,29 +93,13 @@ def explore(
                 own = relax_prepared(usual, usual.yarns, progress)
                 made.append(own)
             else:
-                made.append(relax_prepared(prepared, perturbed_start(prepared, random), progress))
+                made.append(relax_prepared(prepared, perturbed_start(prepared, prepared.yarns, random), progress))
         except SolverError as error:
             logger.warning("explore: start %d: %s", number, error)
             last_error = error
     if not made and last_error is not None:
         raise last_error
     return _exploration(made, own, starts + 1)
-
-
-def perturbed_start(prepared: PreparedSwatch, random: np.random.Generator) -> YarnSet:
-    """Return the prepared yarns after ``KICKS`` equal displacements, separated after each of them.
-
-    Raises:
-        SolverError: the yarns cannot be separated.
-    """
-    yarns, state = prepared.yarns, random.bit_generator.state
-    for _kick in range(KICKS):
-        random.bit_generator.state = state
-        yarns = relax_partly(
-            perturb(yarns, random), material=prepared.similar, quality=prepared.path[0], iterations=BETWEEN,
-            device=prepared.device, cell=prepared.cell, terms=prepared.terms,
-        )  # fmt: skip
-    return yarns
 
 
 def _exploration(made: list[Swatch], own: Swatch | None, starts: int) -> Exploration:

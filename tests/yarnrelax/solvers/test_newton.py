@@ -12,8 +12,8 @@ import pytest
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.periodic.continuation import size_of
+from stitchmesh.periodic.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
-from stitchmesh.periodic.swatch import draw_swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet

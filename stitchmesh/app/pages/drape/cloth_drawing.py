@@ -35,6 +35,8 @@ REMOVED: Colour = (20, 96, 170)
 EDGE: Colour = (60, 60, 66)
 HELD: Colour = (20, 96, 170)
 BODY: Colour = (176, 168, 158)
+BODY_OPACITY = 0.4
+"""Opacity of bodies, which may stand before the cloth."""
 MOST_EDGED = 12_000
 """Largest number of triangles whose edges are drawn."""
 MARK_SIZE = 0.12
@@ -113,7 +115,7 @@ class ClothDrawing:
         bodies = bodies_at(prepared.bodies, 0.0)
         for number, body in enumerate(bodies):
             corners = body.face_vertex[face_triangles(body).corners]
-            self._scene.show(f"body {number}", Surface(body.vertices, corners, BODY, flat=False))
+            self._scene.show(f"body {number}", Surface(body.vertices, corners, BODY, flat=False, opacity=BODY_OPACITY))
         self._bodies = len(bodies)
 
 

@@ -58,7 +58,10 @@ class OpenedScene:
     @cached_property
     def marked(self) -> IntArray:
         """The triangles that the scene marks, ascending: those of yarns, or where an automatic region may be."""
-        return NO_TRIANGLES if self.trouble else marked_triangles(self.scene.region, self.cloth)
+        try:
+            return marked_triangles(self.scene.region, self.cloth)
+        except StitchMeshError:
+            return NO_TRIANGLES  # The trouble says why.
 
     @cached_property
     def counts(self) -> dict[str, int]:
@@ -112,10 +115,11 @@ def with_region(opened: OpenedScene, section: RegionSection) -> OpenedScene:
     """Return the scene with another region."""
     scene = replace(opened.scene, region=section)
     yarns = opened.prepared.fabric.yarns
+    region, trouble = RegionSection().region(opened.cloth, yarns), ""
     try:
-        region, trouble = section.region(opened.cloth, yarns), ""
         marked_triangles(section, opened.cloth)
+        region = section.region(opened.cloth, yarns)
         check_simulated(opened.prepared.held, region)
     except StitchMeshError as error:
-        region, trouble = RegionSection().region(opened.cloth, yarns), str(error)
+        trouble = str(error)
     return replace(opened, prepared=replace(opened.prepared, scene=scene, region=region), trouble=trouble)

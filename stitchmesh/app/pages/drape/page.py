@@ -94,7 +94,8 @@ class DrapePage(Page):
         """Show the scene or the run, and what can be done."""
         opened, live = self.session.opened, self.run.live
         self._counts.content = counts_html(opened)
-        self._end.content = "" if live is not None else end_html(self.run.result)
+        self.run.forget_others()
+        self._end.content = "" if live is not None else end_html(self.run.result, current=self.run.is_current)
         self._panel.show(live)
         can_continue, idle = self.run.can_continue, live is None and opened is not None
         self._start.label = RUN_AGAIN if can_continue or self.run.result is not None else RUN

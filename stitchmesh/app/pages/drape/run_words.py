@@ -47,11 +47,18 @@ def run_words(run: AnyRun) -> str:
     return f"{state}: {time:.4g} s of the scene, {now.iteration:,} steps, {duration(now.seconds)}.{remaining}"
 
 
-def end_html(draped: Draped | None) -> str:
-    """Return how a run ended; an empty text without one."""
+def end_html(draped: Draped | None, *, current: bool) -> str:
+    """Return how a run ended; an empty text without one.
+
+    Args:
+        draped: the result.
+        current: whether it is that of the scene as it is now.
+    """
     mixed = {} if draped is None else draped.report.get("mixed", {})
     if not mixed:
         return ""
+    if not current:
+        return message("The scene has changed since the run, which shows it as it was.", "info")
     unit = "dyn" if mixed["mode"] == "static" else "cm/s"
     if mixed["converged"]:
         return message(f"The run has converged: {mixed['steps']:,} steps, {duration(mixed['seconds'])}.", "good")

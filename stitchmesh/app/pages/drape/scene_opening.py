@@ -22,8 +22,9 @@ from stitchmesh.mixed.scene.yarns_section import YarnsSection
 
 SUFFIXES = (".toml", ".obj", *STITCH_SUFFIXES)
 """Suffixes of the files that can be opened."""
-HELD = 0.02
-"""Part of the height of a new cloth that is held at its top."""
+HELD = 1.1
+"""Height of what is held at the top of a new cloth over the mean length of an edge; the loops of the last row of a knit
+cross the others near the bottom of their stitches."""
 BESIDE = 1.0
 """Distance by which the box around what is held is larger than the cloth [cm]."""
 
@@ -52,6 +53,8 @@ def scene_of_file(path: Path) -> Scene:
 def held_at_top(cloth: Cloth) -> AttachmentSection:
     """Return an attachment that holds the uppermost part of a cloth."""
     low, high = cloth.vertices.min(axis=0) - BESIDE, cloth.vertices.max(axis=0) + BESIDE
-    low[1] = cloth.vertices[:, 1].max() - HELD * float(np.ptp(cloth.vertices[:, 1]))
+    ends = cloth.vertices[cloth.side_vertices]
+    edge = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean())
+    low[1] = cloth.vertices[:, 1].max() - HELD * edge
     first, last = np.round(low, 4).tolist(), np.round(high, 4).tolist()
     return AttachmentSection(boxes=(BoxSection(low=tuple(first), high=tuple(last)),))

@@ -110,6 +110,25 @@ class SceneRun:
 
         self._session.app.tasks.start(PLACING, work, done)
 
+    @property
+    def is_current(self) -> bool:
+        """Whether the result is that of the scene as it is now."""
+        opened = self._session.opened
+        return (
+            opened is None or self.result is None or scene_text(self.result.prepared.scene) == scene_text(opened.scene)
+        )
+
+    def forget_others(self) -> None:
+        """Forget a result with another cloth or other yarns than those of the scene."""
+        opened = self._session.opened
+        if opened is None or self.result is None or self.live is not None:
+            return
+        made, scene = self.result.prepared.scene, opened.scene
+        # Texts, because two names may stand for one file.
+        first, second = (scene_text(replace(scene, cloth=one.cloth, yarns=one.yarns)) for one in (made, scene))
+        if first != second:
+            self.result = None
+
     def read_result(self) -> None:
         """Read the result that the project holds, if there is one; a damaged one is left out."""
         if self.live is None and self.result is None and (self._session.run_folder / SCENE_FILE).is_file():

@@ -36,6 +36,8 @@ BODIES = "viewed bodies"
 """Name of the drawing of the bodies."""
 CLOTH_COLOUR: Colour = (214, 208, 196)
 BODY_COLOUR: Colour = (176, 168, 158)
+BODY_OPACITY = 0.4
+"""Opacity of bodies, which may stand before the cloth."""
 THICKNESS = 4.0
 """Thickness of the cloth over the radius of its yarns, within which a yarn belongs to the triangle before it."""
 KINDS = ("triangles are simulated", "triangles and yarns are simulated", "yarns are simulated")
@@ -113,7 +115,8 @@ class DrapedView:
         bodies = bodies_at(self.draped.prepared.bodies, self.frame.time)
         for number, mesh in enumerate(bodies):
             corners = mesh.face_vertex[face_triangles(mesh).corners]
-            scene.show(f"{BODIES} {number}", Surface(mesh.vertices, corners, BODY_COLOUR, flat=False))
+            body = Surface(mesh.vertices, corners, BODY_COLOUR, flat=False, opacity=BODY_OPACITY)
+            scene.show(f"{BODIES} {number}", body)
 
     def clear(self, scene: Scene) -> None:
         """Remove the drawings."""

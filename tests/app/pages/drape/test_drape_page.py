@@ -22,6 +22,7 @@ from stitchmesh.compute.device import alone
 from stitchmesh.io import write_stitches
 from stitchmesh.labeling import label
 from stitchmesh.mixed.drape import drape
+from stitchmesh.mixed.enrichment.region import YARNS
 from stitchmesh.mixed.memory import estimate_memory
 from stitchmesh.mixed.output.report import region_counts
 from stitchmesh.mixed.placement.triangle_choice import triangles_of_faces
@@ -252,6 +253,18 @@ def test_frames_are_chosen_and_the_page_view_shows_the_run(swinging):
     assert np.array_equal(swinging.scene.drawings["viewed"].points, result.yarns.points)
 
 
+def test_a_result_belongs_to_its_scene(swinging, tmp_path):
+    """After a change the page says so; with another cloth the result is forgotten."""
+    run(swinging, RUN)
+    call(swinging, swinging.controls.set, "Hybrid rings", 2)
+    assert "The scene has changed since the run" in words(swinging)
+    press(swinging, "Undo")
+    assert "The run has converged" in words(swinging)
+    write_scene(tmp_path / "other.toml", replace(SWINGING, cloth=replace(SWINGING.cloth, rectangle=(4.0, 3.0))))
+    open_file(swinging, tmp_path / "other.toml")
+    assert page_of(swinging).run.result is None and "run" not in words(swinging)
+
+
 def test_a_project_comes_back_with_its_scene_and_its_result(swinging):
     call(swinging, swinging.controls.set, "Hybrid rings", 2)
     run(swinging, RUN)
@@ -275,6 +288,8 @@ def test_the_example_and_the_stitches_of_the_project_are_opened(tmp_path):
         wait_for_task(shown)
         assert opened(shown).fabric.face_count == shown.project.fabric.face_count
         assert opened(shown).prepared.fabric.yarns.kind == "knit"
+        call(shown, shown.controls.set, "Yarns", "everywhere")
+        assert opened(shown).trouble == ""  # its border is held by yarns too
         assert shown.notices() == ""
 
 
@@ -326,6 +341,7 @@ def test_a_region_that_takes_hold_of_nothing_is_said_before_it_runs(shown, tmp_p
     assert "none of its yarn nodes" not in words(shown)
     call(shown, shown.controls.set, "Yarns", "everywhere")
     assert "none of its yarn nodes" in words(shown)
+    assert (opened(shown).region.triangle_kind == YARNS).all()  # it is shown nevertheless
 
 
 def test_the_scene_does_not_change_while_it_runs(swinging):

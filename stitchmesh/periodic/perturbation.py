@@ -20,6 +20,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.lattice import Lattice, lattice_frame
 from stitchmesh.mesh import FloatArray
@@ -34,16 +35,17 @@ STRAIN = 0.1
 Random = np.random.Generator
 
 
-def perturb(yarns: YarnSet, random: Random) -> YarnSet:
+def perturb(yarns: YarnSet, random: Random, free: NDArray[np.bool_]) -> YarnSet:
     """Return yarns on a lattice after a random displacement; equal states of ``random`` give equal displacements.
 
     Args:
         yarns: the yarns, on their lattice.
         random: source of random numbers.
+        free: whether the strain along the courses, that along the wales and the lean may change, shape (3,).
     """
     assert yarns.lattice is not None
     e1, e2, normal = lattice_frame(yarns.lattice.periods)
-    first, second, lean = STRAIN * random.uniform(-1.0, 1.0, 3)
+    first, second, lean = STRAIN * random.uniform(-1.0, 1.0, 3) * free
     strain = np.eye(3) + first * np.outer(e1, e1) + second * np.outer(e2, e2) + lean * np.outer(e2, e1)
     waved = yarns.points + waves(yarns, random) @ np.stack([e1, e2, normal])
     return replace(yarns, points=waved @ strain, lattice=Lattice(yarns.lattice.periods @ strain))

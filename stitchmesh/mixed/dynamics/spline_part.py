@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What B-spline yarns bring to a mixed system: the energy of the yarns in the region and beside it.
+
+Segments have weights by alpha at their control points, as all elements of yarns (``blending``). Control points beside
+the region have an alpha of zero, are carried by the triangles, and reach as far as yarns of the region touch them. Each
+weight is at least the smallest one of the region.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from stitchmesh.mixed.blending import FULL, element_weight
+from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.enrichment.region import TRIANGLES, YARNS, Region
+from stitchmesh.mixed.layout.spline_yarns import SplineYarns
+from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.splines.carried_points import CarriedPoints, Carrier
+from stitchmesh.mixed.splines.spline_material import SplineMaterial
+from stitchmesh.mixed.splines.spline_pieces import SplinePieces, spline_pieces
+from stitchmesh.mixed.splines.spline_term import SplineTerm
+from stitchmesh.mixed.splines.turned_vectors import TurnedVectors
+
+REACH = 2
+"""Rings of triangles around the region in which yarns are carried: a loop reaches through one stitch to the next."""
+Numbers = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+def spline_term(
+    cloth: Cloth, yarns: SplineYarns, material: SplineMaterial, region: Region, scalar: Any, device: wp.Device
+) -> SplineTerm | None:
+    """Return the energy of B-spline yarns in a region; None without yarns in it.
+
+    Args:
+        cloth: the cloth, in the shape in which the yarns were laid out.
+        yarns: the yarns, everywhere on it.
+        material: their material.
+        region: the region of interest.
+        scalar: Warp's floating-point type.
+        device: where the term runs.
+    """
+    if len(region.nodes) == 0:
+        return None
+    near = np.flatnonzero(_near(region)[region.node_triangle])
+    pieces = spline_pieces(yarns.curves, nodes=near, alpha=spline_weights(yarns, region, near))
+    if pieces.curves is None:
+        return None
+    point = near[pieces.node]
+    own = replace(pieces, node=region.node_number[point])
+    carried = np.flatnonzero(own.node < 0)
+    carrier = None
+    if len(carried):
+        triangle = yarns.triangle[point[carried]]
+        places = CarriedPoints(
+            point=carried,
+            corners=cloth.triangles[triangle],
+            weight=yarns.barycentric[point[carried]],
+            place=yarns.curves.points[point[carried]],
+        )
+        carrier = Carrier(places, cloth.vertices, scalar, device)
+    term = SplineTerm(own, material, scalar, device, carrier=carrier)
+    if (own.alpha < FULL).any():
+        whole = SplineTerm(replace(own, alpha=np.ones_like(own.alpha)), material, scalar, device, carrier=carrier)
+        term.set_loads(_loads(cloth, yarns, region, own, point, (term, whole)))
+    return term
+
+
+def weights_of(points: Integers, region: Region) -> Numbers:
+    """Return the weight of segments, at least the smallest one of the region, shape (S,).
+
+    Args:
+        points: control points of the segments, shape (S, 4).
+        region: the region of interest.
+    """
+    alpha = region.node_alpha[points]
+    weight = element_weight(alpha, np.ones_like(alpha, dtype=bool), alpha >= FULL)
+    return np.maximum(weight, region.smallest_alpha)
+
+
+def spline_weights(yarns: SplineYarns, region: Region, near: Integers) -> Numbers:
+    """Return the weight of each segment, 0 where a control point is neither simulated nor carried, shape (S,).
+
+    Args:
+        yarns: the yarns.
+        region: the region of interest.
+        near: control points that are simulated or carried, ascending.
+    """
+    points = yarns.curves.segment_points
+    present = np.zeros(yarns.node_count, dtype=bool)
+    present[near] = True
+    return np.where(present[points].all(axis=1), weights_of(points, region), 0.0)
+
+
+def _loads(
+    cloth: Cloth, yarns: SplineYarns, region: Region, pieces: SplinePieces, point: Integers,
+    terms: tuple[SplineTerm, SplineTerm],
+) -> TurnedVectors:  # fmt: skip
+    """The loads that restore the balance of the layout; ``terms`` are that with weights and that of full weight."""
+    weighted, whole = terms
+    scalar, device = weighted.model.scalar, weighted.model.device
+    nodes = yarns.curves.points[region.nodes]
+    state = MixedVector.from_numpy(cloth.vertices, nodes, np.zeros((len(nodes), 2)), scalar, device)
+    load = region.node_alpha[point, None] * whole.point_forces(state) - weighted.point_forces(state)
+    triangle = yarns.triangle[point]
+    outside = np.flatnonzero(region.triangle_kind != YARNS)
+    middle = cloth.vertices[cloth.triangles].mean(axis=1)
+    covered = np.flatnonzero(region.triangle_kind[triangle] == YARNS)
+    triangle[covered] = outside[cKDTree(middle[outside]).query(yarns.curves.points[point[covered]])[1]]
+    return TurnedVectors(cloth.triangles[triangle], load, cloth.vertices, scalar, device)
+
+
+def _near(region: Region) -> NDArray[np.bool_]:
+    """Whether each triangle belongs to the region or lies within ``REACH`` rings around it, shape (T,)."""
+    near = np.asarray(region.triangle_kind != TRIANGLES)
+    for _ in range(REACH):
+        reached = np.zeros(len(region.vertex_alpha), dtype=bool)
+        reached[region.triangles[near]] = True
+        near = np.asarray(reached[region.triangles].any(axis=1))
+    return near

@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Control points beside the region, which triangles carry.
+
+Loops at the border of the region need the yarn beyond: without it they would lose what they hold and what holds them,
+and open. The control points beside the region therefore belong to the model without unknowns of their own,
+
+    q = B v + o,
+
+where the offset o turns with the triangle of the point and is constant within an iteration of the solver. A force f on
+such a point acts on the vertices as B' f, and a motion of the vertices moves it by B dv.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import vector
+from stitchmesh.mixed.splines.turned_vectors import TurnedVectors
+
+Numbers = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@kernel
+def place_carried(
+    # model
+    point: wp.array[wp.int32],
+    corners: wp.array[wp.vec3i],
+    weight: wp.array[Any],
+    origin: Any,
+    per_unit: Any,
+    with_offset: int,
+    # state in
+    offset: wp.array[Any],
+    vertices: wp.array[Any],
+    # state out
+    points: wp.array[Any],
+) -> None:
+    """The carried control points of the yarn model; without an origin and offsets also directions."""
+    k = wp.tid()
+    corner, b = corners[k], weight[k]
+    place = vertices[corner[0]] * b[0] + vertices[corner[1]] * b[1] + vertices[corner[2]] * b[2] - origin
+    if with_offset != 0:
+        place += offset[k]
+    points[point[k]] = place * per_unit
+
+
+@kernel
+def add_to_vertices(
+    # model
+    vertex: wp.array[wp.int32],
+    start: wp.array[wp.int32],
+    point: wp.array[wp.int32],
+    weight: wp.array[Any],
+    factor: Any,
+    # state in
+    values: wp.array[Any],
+    # state in and out
+    vertices: wp.array[Any],
+) -> None:
+    """Add a multiple of B' f to each vertex, in ascending order of the points."""
+    i = wp.tid()
+    total = vertices[vertex[i]] * (factor - factor)
+    for k in range(start[i], start[i + 1]):
+        total += values[point[k]] * weight[k]
+    vertices[vertex[i]] = vertices[vertex[i]] + total * factor
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CarriedPoints:
+    """Control points that are carried."""
+
+    point: Integers
+    """Numbers of the control points in the yarn model, shape (m,)."""
+    corners: Integers
+    """Vertices of the triangle of each, shape (m, 3)."""
+    weight: Numbers
+    """Barycentric coordinates of each, shape (m, 3)."""
+    place: Numbers
+    """Position of each at the layout [cm], shape (m, 3)."""
+
+
+class Carrier:
+    """Carried control points on a device."""
+
+    def __init__(self, carried: CarriedPoints, vertices: Numbers, scalar: Any, device: wp.Device) -> None:
+        """Store the points with their offsets from the triangles at ``vertices`` [cm], shape (V, 3)."""
+        foot = np.einsum("nk,nkd->nd", carried.weight, vertices[carried.corners])
+        self._offset = TurnedVectors(carried.corners, carried.place - foot, vertices, scalar, device)
+        self._point = wp.array(carried.point, dtype=wp.int32, device=device)
+        self._corners = wp.array(carried.corners.astype(np.int32), dtype=wp.vec3i, device=device)
+        self._weight = wp.array(carried.weight, dtype=vector(3, scalar), device=device)
+        self._origin = vector(3, scalar)()
+        rows = np.repeat(carried.point, 3)
+        shape = (len(vertices), int(carried.point.max(initial=-1)) + 1)
+        of_vertices = csr_array((carried.weight.ravel(), (carried.corners.ravel(), rows)), shape=shape)
+        of_vertices.sort_indices()
+        used = np.flatnonzero(np.diff(of_vertices.indptr))
+        tables = used, np.append(of_vertices.indptr[used], of_vertices.indptr[-1]), of_vertices.indices
+        self._gather = [wp.array(table, dtype=wp.int32, device=device) for table in tables]
+        self._gather.append(wp.array(of_vertices.data, dtype=scalar, device=device))
+
+    def turn(self, vertices: wp.array[Any]) -> None:
+        """Turn the offsets with the triangles."""
+        self._offset.turn(vertices)
+
+    def place(self, vertices: wp.array[Any], points: wp.array[Any], origin: Any, unit: Any, launcher: Launcher) -> Any:
+        """The launch that places the points; ``unit`` is that of the yarn model over cm."""
+        return self._placed(vertices, points, origin, unit, launcher, with_offset=1)
+
+    def move(self, vertices: wp.array[Any], motion: wp.array[Any], unit: Any, launcher: Launcher) -> Any:
+        """The launch that finds how the points move with the vertices."""
+        return self._placed(vertices, motion, self._origin, unit, launcher, with_offset=0)
+
+    def add(self, values: wp.array[Any], vertices: wp.array[Any], factor: Any, launcher: Launcher) -> Any:
+        """The launch that adds ``factor`` B' f to the vertices."""
+        return launcher(add_to_vertices, len(self._gather[0]), [*self._gather, factor, values], [vertices])
+
+    def _placed(
+        self, vertices: wp.array[Any], points: wp.array[Any], origin: Any, unit: Any, launcher: Launcher, *,
+        with_offset: int,
+    ) -> Any:  # fmt: skip
+        inputs = [self._point, self._corners, self._weight, origin, unit, with_offset, self._offset.vectors, vertices]
+        return launcher(place_carried, len(self._point), inputs, [points])

@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Between the nodes of the mixed system and the control points of the yarn model, which has units of its own.
+
+The yarn model has lengths in yarn radii r from an origin o: q = (p - o) / r (``yarnrelax.model``). Forces on p are
+those on q over r, and second derivatives those by q over r^2. The blocks on the diagonal of the Hessian at a control
+point are the sums over its four segments, with its place k among their control points:
+
+    sum of  (D_k - D_(k-1))' H (D_k - D_(k-1))        H by the three legs, D_j the part of leg j
+    sum of  B_k(s_i)^2 (a a^T - b I)                  over the samples s_i and the pairs that touch them
+
+Pairs whose two samples both depend on the control point are left out of the second sum; they are rare, and the blocks
+serve as a metric alone.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.yarnrelax.model.spline import weight_row
+
+
+@kernel
+def place_points(
+    # model
+    node: wp.array[wp.int32],
+    origin: Any,
+    per_unit: Any,
+    # state in
+    nodes: wp.array[Any],
+    # state out
+    points: wp.array[Any],
+) -> None:
+    """The control points of the yarn model that are nodes; with an origin of zero also directions."""
+    k = wp.tid()
+    if node[k] >= 0:
+        points[k] = (nodes[node[k]] - origin) * per_unit
+
+
+@kernel
+def add_to_nodes(
+    # model
+    node: wp.array[wp.int32],
+    factor: Any,
+    # state in
+    values: wp.array[Any],
+    # state in and out
+    nodes: wp.array[Any],
+) -> None:
+    """Add a multiple of the vector of each control point to its node; no node occurs twice."""
+    k = wp.tid()
+    if node[k] >= 0:
+        nodes[node[k]] = nodes[node[k]] + values[k] * factor
+
+
+@kernel
+def add_loads(
+    # model
+    factor: Any,
+    load: wp.array[Any],
+    # state in and out
+    force: wp.array[Any],
+) -> None:
+    """Add a multiple of the load of each control point to the force on it."""
+    k = wp.tid()
+    force[k] = force[k] + load[k] * factor
+
+
+@kernel
+def load_energies(
+    # model
+    factor: Any,
+    load: wp.array[Any],
+    # state in
+    points: wp.array[Any],
+    # state out
+    energy: wp.array[Any],
+) -> None:
+    """Energy of the load of each control point [erg]."""
+    k = wp.tid()
+    energy[k] = -wp.dot(load[k], points[k]) * factor
+
+
+@wp.func
+def leg_block(leg_hessian: wp.array2d[Any], s: int, slot: int) -> Any:
+    """Second derivative of the energy of a segment by the control point in a slot."""
+    block = leg_hessian[0, s]
+    if slot == 1:
+        block = leg_hessian[0, s] + leg_hessian[3, s] - leg_hessian[1, s] - wp.transpose(leg_hessian[1, s])
+    if slot == 2:
+        block = leg_hessian[3, s] + leg_hessian[5, s] - leg_hessian[4, s] - wp.transpose(leg_hessian[4, s])
+    if slot == 3:
+        block = leg_hessian[5, s] + leg_hessian[5, s] * type(leg_hessian[5, s][0, 0])(0.0)
+    return block
+
+
+@kernel
+def add_point_blocks(
+    # model
+    model: Any,
+    node: wp.array[wp.int32],
+    factor: Any,
+    # state in
+    leg_hessian: wp.array2d[Any],
+    touching_count: wp.array[wp.int32],
+    stiffness: wp.array2d[Any],
+    # state in and out
+    blocks: wp.array[Any],
+) -> None:
+    """Add a multiple of the block of each control point to that of its node."""
+    i = wp.tid()
+    if node[i] < 0:
+        return
+    slots = model.point_segments[i]
+    total = blocks[node[i]] * (factor - factor)
+    identity = wp.identity(n=3, dtype=type(factor))
+    for slot in range(4):
+        s = slots[slot]
+        if s >= 0:
+            total += leg_block(leg_hessian, s, slot)
+            first = model.sample_start[s]
+            count = model.sample_start[s + 1] - first
+            row = weight_row(model, count, 0)
+            for k in range(count):
+                weight = model.sample_basis[row + k][slot]
+                for c in range(touching_count[first + k]):
+                    pair = stiffness[first + k, c]
+                    apart = wp.vector(pair[0], pair[1], pair[2])
+                    total += (wp.outer(apart, apart) - identity * pair[3]) * (weight * weight)
+    blocks[node[i]] = blocks[node[i]] + total * factor

@@ -1,0 +1,47 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The material of B-spline yarns in the mixed system: stiffnesses for their radius, and how finely they are sampled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, REFERENCE_RADIUS, YarnMaterial
+
+
+@dataclass(frozen=True)
+class SplineMaterial:
+    """Stiffnesses and sampling.
+
+    Raises:
+        ParameterError: the yarn has no mass, or a count is below 1.
+    """
+
+    yarn: YarnMaterial
+    """Stiffness and mass of yarn of the radius at hand."""
+    quadrature_points: int = 3
+    """Gauss points of a segment."""
+    contact_samples: int = 3
+    """Contact samples of a segment; long segments have more."""
+
+    def __post_init__(self) -> None:
+        if not self.yarn.mass_per_length > 0.0:
+            raise ParameterError(f"spline yarns: got a mass of {self.yarn.mass_per_length} g/cm; expected more than 0")
+        for name in ("quadrature_points", "contact_samples"):
+            if getattr(self, name) < 1:
+                raise ParameterError(f"spline yarns: {name}: got {getattr(self, name)}; expected at least 1")
+
+    @staticmethod
+    def named(name: str = DEFAULT_MATERIAL, *, radius: float) -> SplineMaterial:
+        """A named material of ``YarnMaterial`` for yarn of a radius [cm].
+
+        Raises:
+            ParameterError: there is no material of that name, or the radius is not positive.
+        """
+        return SplineMaterial(YarnMaterial.named(name).scaled(radius / REFERENCE_RADIUS))
+
+    @property
+    def density(self) -> float:
+        """Mass of a length of yarn [g/cm]."""
+        return self.yarn.mass_per_length

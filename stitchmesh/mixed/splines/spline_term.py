@@ -1,0 +1,266 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The energy of B-spline yarns as a term of the mixed system: stretch, length, bending and contact of ``yarnrelax``.
+
+    E = sum over segments s of  alpha_s (stretch + length + bending)_s
+      + sum over pairs of contact samples p, q of  (alpha_p alpha_q)^(1/2) contact_pq
+      - sum over control points i of  c_i . q_i        [erg]
+
+alpha_s is the weight of a segment (``spline_pieces``), and that of its samples. A pair weighs the geometric mean of its
+two samples, which differs from alpha at the centroid by the square of their difference, and lets both samples carry
+their part of the weight. Control points are nodes, or lie beside the region and are carried (``carried_points``).
+
+A loop at rest is bent, and the loops that it holds and is held by keep it so. In the hybrid region the weights of these
+energies differ from loop to loop. The loads c restore the balance in which the yarns were laid out,
+
+    c_i = alpha_i f_i - g_i        [dyn]
+
+with the force f_i of all yarns at full weight on the control point at the layout, zero for yarns at rest, and that of
+the weighted energies, g_i. They are the dead loads with which couplings of atoms and continua remove ghost forces
+(Shenoy et al. 1999, *An adaptive finite element approach to atomic-scale mechanics*). Each one turns with a triangle
+and is constant within an iteration of the solver.
+
+No move lets a yarn pass through another one. Each control point has a budget around the place where the candidate lists
+were made, less than half the clearance of the yarn that it shapes (``yarnrelax.collision.step_limit``). A move of the
+mixed system is one direction for all nodes: it is shortened until every control point keeps its budget. Where a
+direction leads beyond the budgets that are left, the lists are made again first.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.launch import launch
+from stitchmesh.compute.precision import vector
+from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.mixed.kept_share import keep_share
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
+from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.splines.carried_points import Carrier
+from stitchmesh.mixed.splines.spline_kernels import (
+    add_loads,
+    add_point_blocks,
+    add_to_nodes,
+    load_energies,
+    place_points,
+)
+from stitchmesh.mixed.splines.spline_limit import longest_move
+from stitchmesh.mixed.splines.spline_material import SplineMaterial
+from stitchmesh.mixed.splines.spline_pieces import SplinePieces
+from stitchmesh.mixed.splines.turned_vectors import TurnedVectors
+from stitchmesh.mixed.term import Term
+from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
+from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN, make_candidates
+from stitchmesh.yarnrelax.energies.by_term import contact_energies, segment_energies
+from stitchmesh.yarnrelax.energies.evaluation import force_launches
+from stitchmesh.yarnrelax.hessian.hessian_product import Hessian
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.spline import place_contact_samples
+from stitchmesh.yarnrelax.model.state import make_state
+from stitchmesh.yarnrelax.model.upload import put_model
+
+
+class SplineTerm(Term):
+    """Yarns as B-splines in contact, on a device."""
+
+    name = "yarns"
+
+    def __init__(
+        self, pieces: SplinePieces, material: SplineMaterial, scalar: Any, device: wp.Device, *,
+        carrier: Carrier | None = None,
+    ) -> None:  # fmt: skip
+        """Send the pieces to the device, and list their contacts where they are.
+
+        Args:
+            pieces: the yarns of the model, with their weights; at least one segment.
+            material: stiffnesses and sampling.
+            scalar: Warp's floating-point type.
+            device: where the kernels run.
+            carrier: the control points that are no nodes.
+
+        Raises:
+            ParameterError: there is no segment.
+            SolverError: two yarns are too close to one another.
+        """
+        if pieces.curves is None:
+            raise ParameterError("spline yarns: got no segment; expected at least one")
+        self.model = _weighted_model(pieces, material, scalar, device)
+        self.state = make_state(self.model)
+        self._carrier = carrier
+        self._loads: TurnedVectors | None = None
+        self._node = self.model.integers(pieces.node)
+        self._launch = partial(launch, device=device)
+        self._motion, self._product = self.model.empty(len(pieces.node), 3), self.model.empty(len(pieces.node), 3)
+        self._no_stiffness = self.model.empty(self.model.point_count)
+        counts = [*(3 * [self.model.segment_count]), self.model.sample_count, self.model.point_count]
+        ends = np.cumsum([0, *counts]).tolist()
+        self._energy = self.model.empty(ends[-1])
+        self._energies = [self._energy[a:b] for a, b in pairwise(ends)]
+        """Stretch, length and bending of segments, contact of samples, and the loads: parts of ``_energy``."""
+        self._generation = 0
+        self._hessian: Hessian | None = None
+        self._candidates = make_candidates(self.model, WIDEST_MARGIN)
+        self._search = ContactSearch(self.model, self.state, self._candidates, reallocated=self._reallocated)
+        self._list_contacts()
+
+    def set_loads(self, loads: TurnedVectors) -> None:
+        """Let each control point bear a load [dyn]."""
+        self._loads = loads
+
+    @property
+    def generation(self) -> int:
+        """Number of times that the candidate lists have grown."""
+        return self._generation
+
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launches that find the weighted energy of each element, and where it is.
+
+        The candidate lists hold all pairs up to ``step_limit``.
+        """
+        model, points = self.model, self.state.points
+        made = self._place(state, launcher)
+        made.append(place_contact_samples(model, self.state, launcher))
+        inputs = [model.constants, self.state.samples, self._candidates.count, self._candidates.lists]
+        made.append(launcher(segment_energies, model.segment_count, [model.constants, points], self._energies[:3]))
+        made.append(launcher(contact_energies, model.sample_count, inputs, [self._energies[3]]))
+        if self._loads is not None:
+            loaded = [model.number(model.unit), self._loads.vectors, points]
+            made.append(launcher(load_energies, model.point_count, loaded, [self._energies[4]]))
+        return made, self._energy
+
+    def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that place control points and samples, find the forces, and add them."""
+        model = self.model
+        made = self._place(state, launcher)
+        made += force_launches(model, self.state, self._candidates, (), self._no_stiffness, launcher)
+        if self._loads is not None:
+            inputs = [model.number(model.unit), self._loads.vectors]
+            made.append(launcher(add_loads, model.point_count, inputs, [self.state.force]))
+        return made + self._add(self.state.force, force, launcher)
+
+    def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that find the blocks of all segments and the stiffness of all pairs that touch."""
+        share = self.model.number(self.exact)
+        made = [launcher(keep_share, 1, [share], [self._whole_hessian.exact]), *self._place(state, launcher)]
+        made.append(place_contact_samples(self.model, self.state, launcher))
+        return made + self._whole_hessian.find_launches(launcher)
+
+    def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that add H d."""
+        made = self._find_motion(direction, launcher)
+        made += self._whole_hessian.product_launches(self._motion, self._product, launcher)
+        return made + self._add(self._product, product, launcher)
+
+    def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
+        """The launch that adds the blocks of the nodes."""
+        model, hessian = self.model, self._whole_hessian
+        inputs = [model.constants, self._node, model.number(model.unit**-2), hessian.leg_hessian,
+                  hessian.touching.count, hessian.touching.stiffness]  # fmt: skip
+        return [launcher(add_point_blocks, model.point_count, inputs, [blocks.nodes])]
+
+    def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:
+        """Turn what triangles carry, and list the contacts."""
+        for turned in (self._carrier, self._loads):
+            if turned is not None:
+                turned.turn(state.vertices)
+        self._list_contacts_at(state)
+
+    def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
+        """The part of a direction along which no yarn can pass through another one."""
+        limit = self._limit(state, direction)
+        if limit < 1.0:
+            self._list_contacts_at(state)
+            limit = self._limit(state, direction)
+        return limit
+
+    @property
+    def _whole_hessian(self) -> Hessian:
+        """The matrices of the Hessian, with room for all pairs that are listed."""
+        if self._hessian is None:
+            self._hessian = Hessian(self.model, self.state, self._candidates)
+        return self._hessian
+
+    def point_forces(self, state: MixedVector) -> NDArray[np.float64]:
+        """Weighted forces on all control points, also those that are carried [dyn], shape (K, 3)."""
+        self.begin_step(state, 0.0, 0.0)
+        self._place(state, self._launch)
+        force_launches(self.model, self.state, self._candidates, (), self._no_stiffness, self._launch)
+        return self.state.force.numpy().astype(np.float64) / self.model.unit
+
+    def _place(self, state: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that set the control points to the positions of their nodes, or carry them."""
+        model, points = self.model, self.state.points
+        origin, per_unit = vector(3, model.scalar)(*model.cells[0].origin.tolist()), self._per_unit
+        made = [launcher(place_points, model.point_count, [self._node, origin, per_unit, state.nodes], [points])]
+        if self._carrier is not None:
+            made.append(self._carrier.place(state.vertices, points, origin, per_unit, launcher))
+        return made
+
+    def _find_motion(self, direction: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that find how a direction moves the control points."""
+        model, origin, per_unit = self.model, vector(3, self.model.scalar)(), self._per_unit
+        inputs = [self._node, origin, per_unit, direction.nodes]
+        made = [launcher(place_points, model.point_count, inputs, [self._motion])]
+        if self._carrier is not None:
+            made.append(self._carrier.move(direction.vertices, self._motion, per_unit, launcher))
+        return made
+
+    def _add(self, values: wp.array[Any], target: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that add forces on the control points to nodes and vertices."""
+        inputs = [self._node, self._per_unit, values]
+        made = [launcher(add_to_nodes, self.model.point_count, inputs, [target.nodes])]
+        if self._carrier is not None:
+            made.append(self._carrier.add(values, target.vertices, self._per_unit, launcher))
+        return made
+
+    @property
+    def _per_unit(self) -> Any:
+        """1 over the unit of the yarn model [1/cm]."""
+        return self.model.number(1.0 / self.model.unit)
+
+    def _limit(self, state: MixedVector, direction: MixedVector) -> float:
+        self._place(state, self._launch)
+        self._find_motion(direction, self._launch)
+        return longest_move(self.model, self.state, self._motion)
+
+    def _list_contacts_at(self, state: MixedVector) -> None:
+        self._place(state, self._launch)
+        self._list_contacts()
+
+    def _list_contacts(self) -> None:
+        """Make candidate lists and budgets for the present control points."""
+        self._search.run()
+        too_close = self._search.too_close()
+        if too_close:
+            raise SolverError(f"spline yarns: {too_close[0]}")
+
+    def _reallocated(self) -> None:
+        """Forget the arrays that are as large as the lists, and tell the solver that its launches are stale."""
+        self._hessian = None
+        self._generation += 1
+
+
+def _weighted_model(pieces: SplinePieces, material: SplineMaterial, scalar: Any, device: wp.Device) -> Model:
+    """The constants of the pieces on a device, with the stiffness of each segment and sample times its weight."""
+    assert pieces.curves is not None
+    model = put_model(
+        pieces.curves,
+        material.yarn,
+        quadrature_points=material.quadrature_points,
+        contact_samples=material.contact_samples,
+        scalar=scalar,
+        device=device,
+    )
+    of_sample = np.sqrt(np.repeat(pieces.alpha, np.diff(model.sample_start)))
+    constants = model.constants
+    constants.segment_stiffness = model.upload(model.segment_stiffness * pieces.alpha[:, None], 3)
+    constants.sample_weight = model.upload(constants.sample_weight.numpy() * of_sample)
+    constants.sample_stiffness = model.upload(constants.sample_stiffness.numpy() * of_sample)
+    return model

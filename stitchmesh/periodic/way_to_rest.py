@@ -1,0 +1,54 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The way of a free repeat to rest: from one sampling to the next, and to the lowest of its states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Literal
+
+from stitchmesh.io.history import HistoryEntry
+from stitchmesh.periodic.even_sampling import sample_evenly
+from stitchmesh.periodic.lowest_rest import lowest_rest
+from stitchmesh.periodic.prepared_swatch import PreparedSwatch
+from stitchmesh.quality import PRESETS, Quality
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import relax_yarns
+from stitchmesh.yarnrelax.relaxation_result import Relaxation
+from stitchmesh.yarnrelax.saddle import continued, relax_to_minimum
+
+
+def relax_along(
+    prepared: PreparedSwatch, yarns: YarnSet, progress: Callable[[HistoryEntry], None] | Literal[False] | None
+) -> Relaxation:
+    """Relax yarns through the samplings of their path; iterations and history are those of the way to the result.
+
+    The first sampling goes to the lowest state (``lowest_rest``), from which the others continue. A limit of iterations
+    that is that of a preset holds for each sampling, any other one for all of them together.
+
+    Raises:
+        SolverError: the yarns cannot be relaxed, or a yarn passed through another one.
+    """
+    most, found = iterations_of(prepared.path), None
+    for step in prepared.path:
+        done = 0 if found is None else found.report["iterations"]
+        quality = replace(step, max_iterations=max(min(step.max_iterations, most - done), 0))
+        relax = partial(
+            relax_yarns if prepared.cell is None else relax_to_minimum, material=prepared.similar, quality=quality,
+            device=prepared.device, cell=prepared.cell, terms=prepared.terms, progress=progress,
+        )  # fmt: skip
+        if found is None:
+            found = lowest_rest(prepared, yarns, relax)
+        else:
+            yarns = sample_evenly(found.yarns, prepared.smallest.part_of(prepared.drawn_with(quality)))
+            found = continued(relax(yarns), found)
+    assert found is not None
+    return found
+
+
+def iterations_of(path: Sequence[Quality]) -> int:
+    """Return the largest number of iterations of all resolutions of a path together."""
+    is_preset = path[-1].max_iterations in {preset.max_iterations for preset in PRESETS.values()}
+    return sum(step.max_iterations for step in path) if is_preset else path[-1].max_iterations
