@@ -43,6 +43,7 @@ from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
 from stitchmesh.mixed.enrichment.region import HYBRID, YARNS, Region, region_around
+from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_knit, cloth_of_weave
 from stitchmesh.mixed.scene.cloth_section import ClothSection
@@ -172,7 +173,7 @@ def _options() -> argparse.Namespace:
 
 
 def _prepared(garment: Garment, options: argparse.Namespace) -> PreparedScene:
-    """The garment as a scene, strained, with all its yarns."""
+    """The garment as a scene, with all its yarns."""
     cloth = _cloth(garment)
     yarns = garment.yarns(garment.nodes * options.scale / float(cloth.rest_area.sum()))
     scene = Scene(
@@ -208,7 +209,9 @@ def _loads(prepared: PreparedScene) -> Loads:
     height = cloth.vertices[:, 1]
     sewn = np.unique(cloth.seam_edges)
     vertices = sewn[height[sewn] > height.max() - SHOULDERS]
-    around = np.isin(cloth.triangles, vertices).any(axis=1)
+    held: NDArray[np.bool_] = np.zeros(len(height), dtype=bool)
+    held[vertices] = True
+    around: NDArray[np.bool_] = held[cloth.triangles].any(axis=1)
     nodes = np.flatnonzero(around[yarns.triangle])
     return replace(prepared.loads(0.0), held=[Attachment(vertices, nodes, name="shoulders")])
 
@@ -222,6 +225,7 @@ def _materials(section: YarnsSection, fabric: MixedFabric) -> dict[str, Any]:
     if section.weave:
         return {"yarn_materials": of_yarns, "cloth_material": cloth_of_weave(of_yarns, section.ends, section.picks)}
     yarns = fabric.yarns
+    assert isinstance(yarns, CrossingYarns)
     along = yarns.rest_sliding[yarns.yarn_node, yarns.yarn_coordinate]
     length = float(np.sum(along[yarns.yarn_start[1:] - 1] - along[yarns.yarn_start[:-1]]))
     of_triangles = cloth_of_knit(yarn, length / float(fabric.cloth.rest_area.sum()))
@@ -291,7 +295,9 @@ def _dynamics(prepared: PreparedScene, scalar: type, device: wp.Device) -> Dynam
     system = loaded_system(
         prepared.fabric, prepared.region, _loads(prepared), prepared.vertices, scalar=scalar, device=device
     )
-    material = prepared.fabric.yarn_materials.weft
+    materials = prepared.fabric.yarn_materials
+    assert isinstance(materials, FabricMaterials)
+    material = materials.weft
     settings = DynamicsSettings(
         time_step=TIME_STEP,
         damping_mass=material.damping_mass,

@@ -143,7 +143,7 @@ class Newton:
         ``_product`` becomes the product of the direction with the Hessian of damping.
         """
         self.system.set_mass_product(direction, self._of_mass)
-        vectors = self.gradient_force, direction, state.inertia, self._of_mass
+        vectors: tuple[MixedVector, ...] = (self.gradient_force, direction, state.inertia, self._of_mass)
         if quadratic.stiffness:
             self.system.linearize(start, 0.0)
             self.system.set_hessian_product(direction, self._product)

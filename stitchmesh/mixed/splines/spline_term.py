@@ -147,8 +147,8 @@ class SplineTerm(Term):
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that find the blocks of all segments and the stiffness of all pairs that touch."""
-        share = self.model.number(self.exact)
-        made = [launcher(keep_share, 1, [share], [self._whole_hessian.exact]), *self._place(state, launcher)]
+        share, kept = self.model.number(self.exact), [self._whole_hessian.exact]
+        made = [launcher(keep_share, self.model.cell_count, [share], kept), *self._place(state, launcher)]
         made.append(place_contact_samples(self.model, self.state, launcher))
         return made + self._whole_hessian.find_launches(launcher)
 
