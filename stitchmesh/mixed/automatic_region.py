@@ -30,9 +30,9 @@ def place_yarns(prepared: PreparedScene, error: NDArray[np.float64], budget: Nod
     """
     section, fabric = prepared.scene.region, prepared.fabric
     cloth, yarns = fabric.cloth, fabric.yarns
-    spread = section.placing_errors(cloth, error)
-    chosen = choose_triangles(cloth.triangles, yarns.triangle, spread, budget, rings=section.rings)
-    if len(chosen) == 0 and spread.any():
+    allowed = section.placing_errors(cloth, error)
+    chosen = choose_triangles(cloth.triangles, yarns.triangle, allowed, budget, rings=section.rings)
+    if len(chosen) == 0 and allowed.any():
         raise ParameterError(
             f"region.nodes: {budget.nodes} nodes hold no triangle with {section.rings} hybrid rings around it; "
             "expected more nodes, or smaller triangles"

@@ -82,9 +82,9 @@ def step_seconds(prepared: PreparedScene, scalar: Any, device: wp.Device) -> flo
 def _trial(prepared: PreparedScene, error: Numbers, nodes: int, scalar: Any, device: wp.Device) -> tuple[int, float]:
     """Nodes of a region within a budget, and the time of a step with it [s]."""
     fabric, rings = prepared.fabric, prepared.scene.region.rings
-    spread = prepared.scene.region.placing_errors(fabric.cloth, error)
+    allowed = prepared.scene.region.placing_errors(fabric.cloth, error)
     chosen = choose_triangles(
-        fabric.cloth.triangles, fabric.yarns.triangle, spread, NodeBudget(nodes=nodes), rings=rings
+        fabric.cloth.triangles, fabric.yarns.triangle, allowed, NodeBudget(nodes=nodes), rings=rings
     )
     trial = with_region(prepared, chosen)
     return len(trial.region.nodes), step_seconds(trial, scalar, device)

@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The triangles on which a budget of yarn nodes removes the most error.
 
-Triangles are added to the region one after the other, always the one with the most indicated error for each node that
-it adds to the simulation. The nodes that a triangle adds are those in itself and in the hybrid rings around it, as far
-as they are not simulated already. A triangle beside the region adds few, and a triangle far from it pays for a whole
-ring of its own. Regions therefore grow together, and a new one begins only where its error is worth a ring.
+A triangle needs the nodes in itself and in the hybrid rings around it, and neighbours share most of them. With a price
+for each node, the region with the most error less its price is a closure of largest weight, which a minimum cut finds
+exactly (Picard 1976). The price is lowered as far as the budget allows (``best_closure``).
+
+Nodes that are left, which suffice for no closure, are filled triangle by triangle, always with the one that has the
+most error for each node that it adds. Where growth of this kind alone removes more error, its region is taken.
 
 The order does not depend on rounding of sums: equal triangles are taken by their numbers.
 """
@@ -20,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.mixed.placement.best_closure import best_closure
 
 Integers = NDArray[np.int64]
 Numbers = NDArray[np.float64]
@@ -89,25 +92,14 @@ def choose_triangles(
     if rings < 1:
         raise ParameterError(f"region: got {rings} hybrid rings; expected at least 1")
     nodes = np.bincount(np.asarray(node_triangle, dtype=np.int64), minlength=len(corners))
-    growth = _Growth(reach_of(corners, rings), nodes, values, budget.nodes)
-    return growth.run(least_error * float(values.max(initial=0.0)))
-
-
-def spread_errors(triangles: ArrayLike, area: ArrayLike, error: ArrayLike) -> Numbers:
-    """The errors of triangles, spread evenly over each triangle and those that touch it, shape (T,).
-
-    An indicator says less well in which triangle the error is than how large it is around. Regions from spread errors
-    are also more compact, so that they lose less of their nodes to hybrid rings.
-
-    Args:
-        triangles: vertices of each triangle, shape (T, 3).
-        area: area of each triangle [cm^2], shape (T,).
-        error: error of each triangle, shape (T,).
-    """
-    beside = reach_of(np.asarray(triangles, dtype=np.int64), 1).astype(bool).astype(np.float64)
-    sizes = np.asarray(area, dtype=np.float64)
-    spread: Numbers = sizes * (beside @ np.asarray(error, dtype=np.float64)) / (beside @ sizes)
-    return spread
+    reach, least = reach_of(corners, rings), least_error * float(values.max(initial=0.0))
+    wanted = np.where(values >= least, values, 0.0)
+    regions = []
+    for start in (best_closure(reach, nodes, wanted, budget.nodes), np.zeros(0, dtype=np.int64)):
+        growth = _Growth(reach, nodes, values, budget.nodes)
+        growth.begin(start)
+        regions.append(growth.run(least))
+    return max(regions, key=lambda chosen: float(values[chosen].sum()))
 
 
 def reach_of(triangles: Integers, rings: int) -> csr_array:
@@ -143,6 +135,11 @@ class _Growth:
         self.added = np.asarray(reach.astype(bool).astype(np.int64) @ nodes)
         self.simulated = np.zeros(len(nodes), dtype=bool)
         self.chosen = np.zeros(len(nodes), dtype=bool)
+
+    def begin(self, chosen: Integers) -> None:
+        """Take triangles whose nodes are within the budget."""
+        for t in chosen.tolist():
+            self._add(t)
 
     def run(self, least: float) -> Integers:
         """Add triangles as long as one that is worth it fits."""

@@ -16,7 +16,6 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.laid_yarns import LaidYarns
-from stitchmesh.mixed.placement.chosen_region import spread_errors
 
 ROUNDING = 1e-9
 """Distance from a box within which a point still lies in it [cm]."""
@@ -161,8 +160,7 @@ class RegionSection:
     def placing_errors(self, cloth: Cloth, error: FloatArray) -> FloatArray:
         """Return the errors by which an automatic region is chosen, shape (T,).
 
-        Errors are spread (``placement.chosen_region.spread_errors``), and left out where no yarns may be: outside the
-        boxes and faces, if there are any.
+        Errors are left out where no yarns may be: outside the boxes and faces, if there are any.
 
         Args:
             cloth: the cloth.
@@ -171,10 +169,9 @@ class RegionSection:
         Raises:
             ParameterError: as for ``named_triangles``.
         """
-        spread = spread_errors(cloth.triangles, cloth.rest_area, error)
         if not self.boxes and not self.faces:
-            return spread
-        return np.where(np.isin(np.arange(len(spread)), self.named_triangles(cloth)), spread, 0.0)
+            return error
+        return np.where(np.isin(np.arange(len(error)), self.named_triangles(cloth)), error, 0.0)
 
     def region(self, cloth: Cloth, yarns: LaidYarns) -> Region:
         """Return the region.

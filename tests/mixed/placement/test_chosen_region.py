@@ -9,8 +9,9 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, YARNS
+from stitchmesh.mixed.placement.best_closure import best_closure
 from stitchmesh.mixed.placement.changed_region import changed_triangles, detail_errors
-from stitchmesh.mixed.placement.chosen_region import NodeBudget, choose_triangles, simulated_nodes, spread_errors
+from stitchmesh.mixed.placement.chosen_region import NodeBudget, choose_triangles, reach_of, simulated_nodes
 from tests.mixed.placement.sheets import WEAVE, sheet
 
 SHEET = sheet(10)
@@ -122,11 +123,28 @@ def test_impossible_budgets_rings_and_factors_are_refused() -> None:
         changed_triangles(CORNERS, HOME, np.ones(200), [0], ALL, kept=0.5)
 
 
-def test_spread_errors_keep_a_constant_density_and_reach_the_neighbours() -> None:
-    triangles, area = SHEET.cloth.triangles, SHEET.cloth.rest_area
-    assert np.allclose(spread_errors(triangles, area, 3.0 * area), 3.0 * area, rtol=1e-14)
-    one = np.zeros(len(triangles))
-    one[20] = 1.0
-    spread = spread_errors(triangles, area, one)
-    touching = np.isin(triangles, triangles[20]).any(axis=1)
-    assert np.array_equal(spread > 0.0, touching)
+def test_the_best_closure_is_the_best_of_all_regions_for_its_nodes() -> None:
+    """Among all regions of a small sheet that simulate no more nodes, none removes more error."""
+    small = sheet(3)
+    corners, home = small.patch.triangles, small.patch.node_triangle
+    count = len(corners)
+    error = np.random.default_rng(5).uniform(size=count) ** 4
+    reach, nodes = reach_of(corners, 1), np.bincount(home, minlength=count)
+    reached = reach.toarray().astype(bool)
+    masks = (np.arange(2**count)[:, None] >> np.arange(count)) & 1
+    simulated = (masks @ reached > 0) @ nodes
+    removed = masks @ error
+    for budget in (int(0.4 * nodes.sum()), int(0.7 * nodes.sum()), int(nodes.sum())):
+        found = best_closure(reach, nodes, error, budget)
+        used = simulated_nodes(corners, home, found)
+        assert used <= budget
+        # capacities are whole numbers of 2^-29 of the error
+        assert error[found].sum() >= removed[simulated <= used].max() - 1e-6
+
+
+def test_what_a_closure_leaves_of_the_budget_is_filled() -> None:
+    error = bump(0.3, 0.3) + bump(0.8, 0.7, 0.1)
+    for budget in (60, 150, 300):
+        chosen = choose(error, budget)
+        closure = best_closure(reach_of(CORNERS, 1), np.bincount(HOME, minlength=len(CORNERS)), error, budget)
+        assert error[chosen].sum() >= error[closure].sum()
