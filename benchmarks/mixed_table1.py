@@ -209,10 +209,10 @@ def _loads(prepared: PreparedScene) -> Loads:
     height = cloth.vertices[:, 1]
     sewn = np.unique(cloth.seam_edges)
     vertices = sewn[height[sewn] > height.max() - SHOULDERS]
-    held: NDArray[np.bool_] = np.zeros(len(height), dtype=bool)
+    held = np.zeros(len(height), dtype=bool)
     held[vertices] = True
-    around: NDArray[np.bool_] = held[cloth.triangles].any(axis=1)
-    nodes = np.flatnonzero(around[yarns.triangle])
+    first, second, third = cloth.triangles[yarns.triangle].T
+    nodes = np.flatnonzero(held[first] | held[second] | held[third])
     return replace(prepared.loads(0.0), held=[Attachment(vertices, nodes, name="shoulders")])
 
 
