@@ -2,14 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """How uniform deformation passes the hybrid region, with the filter of the triangles alone and with that of tension.
 
-A weave with triangles as stiff as its yarns is held at its border in a uniform stretch of 0.1 % or 5 %, or a shear of
-1 %, and comes to its equilibrium. The root mean square displacement of the full-yarn nodes is given in spacings of
-yarns for each unit of strain.
+A weave with triangles that are matched to its yarns is held at its border in a uniform stretch of 0.1 % or 5 %, or a
+shear of 1 %, and comes to its equilibrium. The root mean square displacement of the full-yarn nodes is given in
+spacings of yarns for each unit of strain.
 
     python benchmarks/mixed_patch_test.py
 """
 
 from __future__ import annotations
+
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +20,10 @@ import stitchmesh as sm
 from stitchmesh.compute.device import device_named
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import cloth_from_panels
-from stitchmesh.mixed.dynamics import cloth_system as systems
+from stitchmesh.mixed.dynamics.cloth_system import ClothModel, cloth_system
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
-from stitchmesh.mixed.enrichment.embedding import embed
 from stitchmesh.mixed.enrichment.region import YARNS, region_around
 from stitchmesh.mixed.layout.weave import lay_weave
-from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_weave
 
 Numbers = NDArray[np.float64]
 SIDE, EDGE, HALF = 3.0, 0.6, 0.5
@@ -44,23 +44,23 @@ def displacements(density: float, rings: int, deformation: Numbers, *, tension: 
     yarns = lay_weave(cloth, np.eye(2, dtype=int), ends=density, picks=density)
     middle = np.abs(cloth.vertices[cloth.triangles].mean(axis=1)[:, :2] - SIDE / 2).max(axis=1) < HALF
     layout = cloth.triangles, len(cloth.vertices), yarns.triangle, yarns.barycentric
-    region = region_around(*layout, np.flatnonzero(middle), rings=rings)
+    region = region_around(*layout, np.flatnonzero(middle), rings=rings, passes_tension=tension)
     material = sm.FabricMaterials.of(sm.CrossingMaterial.named("gong-1"))
-    model = systems.ClothModel(cloth_of_weave(material, density, density), material, acceleration=(0, 0, 0))
+    model = ClothModel(matched(density, material), material, acceleration=(0, 0, 0))
     border = np.abs(cloth.vertices[:, :2] - SIDE / 2).max(axis=1) > SIDE / 2 - 1e-9
-    with_tension = systems.embedded
-    if not tension:
-        systems.embedded = lambda _yarns, chosen: embed(chosen)
-    try:
-        made = systems.cloth_system(
-            cloth, yarns, region, model, fixed_vertices=np.flatnonzero(border), vertices=cloth.vertices @ deformation.T,
-            device=device_named("cpu"),
-        )  # fmt: skip
-    finally:
-        systems.embedded = with_tension
+    made = cloth_system(
+        cloth, yarns, region, model, fixed_vertices=np.flatnonzero(border), vertices=cloth.vertices @ deformation.T,
+        device=device_named("cpu"),
+    )  # fmt: skip
     start = made.positions.numpy()[1].copy()
     find_equilibrium(made.system, made.positions, EquilibriumSettings(force_tolerance=TOLERANCE))
     return (made.positions.numpy()[1] - start)[region.node_kind[region.nodes] == YARNS]
+
+
+@cache
+def matched(density: float, material: sm.FabricMaterials) -> sm.ClothMaterial:
+    """The material of triangles that is fitted to the weave."""
+    return sm.match_cloth(sm.weave_cell([[1, 0], [0, 1]], ends=density, picks=density, materials=material)).material
 
 
 def row(density: float, rings: int) -> str:

@@ -37,9 +37,10 @@ from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.spline_masses import spline_masses
 from stitchmesh.mixed.dynamics.spline_part import spline_term
 from stitchmesh.mixed.dynamics.weight import Weight
+from stitchmesh.mixed.enrichment.balanced_weights import balanced_weights
 from stitchmesh.mixed.enrichment.embedding import Embedding, embed
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
-from stitchmesh.mixed.enrichment.region import TRIANGLES, Region
+from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, Region
 from stitchmesh.mixed.enrichment.start_positions import make_consistent
 from stitchmesh.mixed.enrichment.tension_patterns import tension_left
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
@@ -138,7 +139,8 @@ def cloth_system(
     start = cloth.vertices if vertices is None else vertices
     placed = yarns.world(cloth, start)[region.nodes]
     positions = MixedVector.from_numpy(start, placed, yarns.rest_sliding[region.nodes], scalar, device)
-    terms = [*part.terms, *_triangle_terms(cloth, region, model, scalar, device)]
+    stretch = _stretch_weights(cloth, yarns, region)
+    terms = [*part.terms, *_triangle_terms(cloth, region, model, scalar, device, stretch)]
     embedding = embedded(yarns, region)
     system = MixedSystem(embedding, free, masses, terms, node_masses=part.node_masses, scalar=scalar, device=device)
     of_yarns = np.zeros_like(masses.yarns) if part.weighs else masses.yarns
@@ -202,11 +204,32 @@ def _crossing_masses(
 
 
 def embedded(yarns: LaidYarns, region: Region) -> Embedding:
-    """How hybrid nodes move with the triangles; in a weave the filter passes tension too."""
-    if isinstance(yarns, SplineYarns) or yarns.kind != "weave":
+    """How hybrid nodes move with the triangles; in a weave the filter can pass tension too."""
+    if isinstance(yarns, SplineYarns) or yarns.kind != "weave" or not region.passes_tension:
         return embed(region)
+    return embed(region, _tension(yarns, region))
+
+
+def _tension(yarns: CrossingYarns, region: Region, *, at_ends: bool = False) -> NDArray[np.float64]:
+    """The patterns of ``tension_left``."""
     ends, coordinates = _segments(yarns)
-    return embed(region, tension_left(region, ends, coordinates[:, 0]))
+    return tension_left(region, ends, coordinates[:, 0], at_ends=at_ends)
+
+
+def _stretch_weights(cloth: Cloth, yarns: LaidYarns, region: Region) -> NDArray[np.float64]:
+    """Weights of the stretch of the triangles; in a weave uniform tension balances that of the yarns."""
+    hybrid = (region.triangle_kind == HYBRID).any()
+    if isinstance(yarns, SplineYarns) or yarns.kind != "weave" or not hybrid:
+        return 1.0 - region.triangle_alpha
+    ends, coordinates = _segments(yarns)
+    begin, end = yarns.rest_sliding[ends, coordinates].T
+    apart = np.array([np.median((end - begin)[coordinates[:, 0] == c]) for c in (1, 0)])  # of wefts along warps
+    edges = np.linalg.inv(np.swapaxes(cloth.rest[:, 1:] - cloth.rest[:, :1], 1, 2))
+    gradients = np.concatenate([-edges.sum(axis=1, keepdims=True), edges], axis=1)
+    border = np.zeros(len(cloth.vertices), dtype=bool)
+    border[cloth.side_vertices[cloth.border_sides]] = True
+    pulls = _tension(yarns, region, at_ends=True)
+    return balanced_weights(region, gradients, cloth.rest_area, border, pulls, apart)
 
 
 def _segments(yarns: CrossingYarns) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -226,11 +249,13 @@ def _edge_weights(cloth: Cloth, region: Region) -> NDArray[np.float64]:
     return np.where(among_yarns, 0.0, 1.0 - region.vertex_alpha[edges].mean(axis=1))
 
 
-def _triangle_terms(cloth: Cloth, region: Region, model: ClothModel, scalar: Any, device: wp.Device) -> list[Term]:
+def _triangle_terms(
+    cloth: Cloth, region: Region, model: ClothModel, scalar: Any, device: wp.Device, stretch: NDArray[np.float64]
+) -> list[Term]:
     """The energies of the triangles and of the rods along seams."""
     weight = 1.0 - region.triangle_alpha
     terms: list[Term] = [
-        Membrane(cloth, model.triangles, scalar, device, weight),
+        Membrane(cloth, model.triangles, scalar, device, stretch),
         ShellBending(cloth, model.triangles, scalar, device, weight),
     ]
     if model.seams is not None and len(cloth.seam_edges):

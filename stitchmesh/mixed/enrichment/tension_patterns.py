@@ -32,15 +32,16 @@ SMALLEST = 1e-3
 """Smallest pattern that counts, over the largest one."""
 
 
-def tension_left(region: Region, segments: ArrayLike, family: ArrayLike) -> Numbers:
+def tension_left(region: Region, segments: ArrayLike, family: ArrayLike, *, at_ends: bool = False) -> Numbers:
     """Weight of the segment after each hybrid node less that of the segment before it, for two families of yarns.
 
-    Yarns that end at a node have no pattern: their end has no tension.
+    Yarns that end at a node have no pattern: their end has no tension, unless it is held.
 
     Args:
         region: the region of interest.
         segments: numbers in the layout of the nodes before and after each segment, shape (E, 2).
         family: family of each segment, 0 or 1, shape (E,).
+        at_ends: whether the ends of yarns have the tension of their last segment.
 
     Returns:
         The patterns r, shape (H, 2) for H hybrid nodes.
@@ -53,7 +54,7 @@ def tension_left(region: Region, segments: ArrayLike, family: ArrayLike) -> Numb
         sides[side, ends[:, side], column] = weight
         there[side, ends[:, side], column] = True
     hybrid = region.node_kind == HYBRID
-    pattern: Numbers = np.where(there.all(axis=0), sides[0] - sides[1], 0.0)[hybrid]
+    pattern: Numbers = np.where(at_ends | there.all(axis=0), sides[0] - sides[1], 0.0)[hybrid]
     return pattern
 
 

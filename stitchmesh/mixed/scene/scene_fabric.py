@@ -144,9 +144,12 @@ def with_region(prepared: PreparedScene, chosen: IntArray) -> PreparedScene:
         prepared: the scene.
         chosen: numbers of the triangles that have yarns alone.
     """
-    fabric, rings = prepared.fabric, prepared.scene.region.rings
+    fabric, section = prepared.fabric, prepared.scene.region
     layout = len(fabric.cloth.vertices), fabric.yarns.triangle, fabric.yarns.barycentric
-    return replace(prepared, region=region_around(fabric.cloth.triangles, *layout, chosen, rings=rings))
+    region = region_around(
+        fabric.cloth.triangles, *layout, chosen, rings=section.rings, passes_tension=section.passes_tension
+    )
+    return replace(prepared, region=region)
 
 
 def _outside(prepared: PreparedScene) -> FloatArray:

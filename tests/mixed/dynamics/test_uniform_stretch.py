@@ -21,21 +21,23 @@ from tests.mixed.dynamics.scene import CPU
 SIDE, DENSITY = 3.0, 10.0
 CLOTH = cloth_from_panels([Panel(name="square", outline=SIDE * np.array([[0, 0], [1, 0], [1, 1], [0, 1]]))], [],
                           edge_length=0.6)  # fmt: skip
-WEAVE = lay_weave(CLOTH, np.eye(2, dtype=int), ends=DENSITY, picks=DENSITY)
+LAYOUT = lay_weave(CLOTH, np.eye(2, dtype=int), ends=DENSITY, picks=DENSITY)
 FROM_MIDDLE = np.abs(CLOTH.vertices[:, :2] - SIDE / 2).max(axis=1)
 MIDDLE = np.flatnonzero(np.abs(CLOTH.vertices[CLOTH.triangles].mean(axis=1)[:, :2] - SIDE / 2).max(axis=1) < 0.5)
 YARN = FabricMaterials.of(CrossingMaterial.named())
+MATERIAL = cloth_of_weave(YARN, DENSITY, DENSITY)
 STRAIN = 1e-3
 """Small, so that the laws of triangles and yarns, which differ by the square of the strain, do not."""
 
 
 def moved_nodes(deformation: np.ndarray, rings: int) -> np.ndarray:
     """Distances by which nodes of the full-yarn region leave a uniform deformation [spacings of yarns]."""
-    region = region_around(CLOTH.triangles, len(CLOTH.vertices), WEAVE.triangle, WEAVE.barycentric, MIDDLE, rings=rings)
-    model = ClothModel(cloth_of_weave(YARN, DENSITY, DENSITY), YARN, acceleration=(0.0, 0.0, 0.0))
+    layout = CLOTH.triangles, len(CLOTH.vertices), LAYOUT.triangle, LAYOUT.barycentric
+    region = region_around(*layout, MIDDLE, rings=rings, passes_tension=True)
+    model = ClothModel(MATERIAL, YARN, acceleration=(0.0, 0.0, 0.0))
     border = np.flatnonzero(FROM_MIDDLE > SIDE / 2 - 1e-9)
     scene = cloth_system(
-        CLOTH, WEAVE, region, model, fixed_vertices=border, vertices=CLOTH.vertices @ deformation.T, device=CPU
+        CLOTH, LAYOUT, region, model, fixed_vertices=border, vertices=CLOTH.vertices @ deformation.T, device=CPU
     )
     start = scene.positions.numpy()[1].copy()
     # forces of yarns at this strain are 40 dyn

@@ -8,7 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import warp as wp
 
+from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.stitches import read_stitches, write_stitches
 from stitchmesh.labeling import label
@@ -21,6 +23,7 @@ from stitchmesh.mixed.scene.scene import OutputSection, Scene, SolverSection
 from stitchmesh.mixed.scene.scene_fabric import prepare
 from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
+from stitchmesh.mixed.simulation import StaticSimulation
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarngen import check_loops
 from tests.gallery import ROOT, grid
@@ -111,3 +114,14 @@ def test_attachments_that_would_lead_yarns_through_one_another_are_refused(tmp_p
     )
     with pytest.raises(SolverError, match=r"too close|load_steps|between control points"):
         drape(replace(scene, attachments=crossing))
+
+
+def test_a_run_that_is_resumed_has_the_same_bits(tmp_path):
+    prepared = prepare(replace(patch(tmp_path, pull=0.04 * WIDTH), load_steps=2))
+    whole, later = (StaticSimulation(prepared, wp.float64, device_named("cpu")) for _ in range(2))
+    whole.step()
+    later.resume(whole.arrays())
+    for run in (whole, later):
+        run.step()
+    for ours, theirs in zip(whole.positions, later.positions, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
