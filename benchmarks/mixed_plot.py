@@ -11,7 +11,7 @@ MEASURES = (
     ("near", "rms distance in the measured part [spacings]", 1.0),
     ("spectrum", "difference of the spectrum of wrinkles [%]", 100.0),
     ("energy", "difference of the stored energy [%]", 100.0),
-    ("products", "products with the matrix", 1.0),
+    ("products", "products (line: yarns everywhere)", 1.0),
 )
 """Columns of the picture: entry of a row, name and factor."""
 STYLES = {"by hand": ("s", "tab:orange", "-"), "automatic": ("o", "tab:blue", "-"),
