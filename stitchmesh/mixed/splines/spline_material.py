@@ -22,7 +22,7 @@ class SplineMaterial:
     """Stiffness and mass of yarn of the radius at hand."""
     quadrature_points: int = 3
     """Gauss points of a segment."""
-    contact_samples: int = 3
+    contact_samples: int = 4
     """Contact samples of a segment; long segments have more."""
 
     def __post_init__(self) -> None:
