@@ -107,6 +107,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--density", type=float, default=4.0, help="its warps and wefts for each cm")
     parser.add_argument("--edge", type=float, default=1.0, help="edges of its triangles [cm]")
     parser.add_argument("--rings", type=int, nargs="+", help="hybrid widths; 1 by default, and 1 and 2 for the corner")
+    parser.add_argument("--adapting", action="store_true", help="also regions that change after each load step")
     parser.add_argument("--repeats", type=int, default=2, help="runs from shaken starts")
     parser.add_argument("--tolerance", type=float, default=0.1, help="largest unbalanced force [dyn]")
     parser.add_argument("--device", default="cpu")
@@ -150,8 +151,9 @@ def _rows(loading: Loading, options: argparse.Namespace) -> list[Row]:
             budget = NodeBudget(nodes=len(hand.region.nodes))
             placed = place_yarns(_ringed(start, rings), error, budget)
             rows.append(compare.row(AUTOMATIC, size, placed, _run(placed)))
-            adapting = _run(_ringed(none, rings, adapt_every=1), budget)
-            rows.append(compare.row(ADAPTING, size, _ringed(none, rings), adapting))
+            if options.adapting:
+                adapting = _run(_ringed(none, rings, adapt_every=1), budget)
+                rows.append(compare.row(ADAPTING, size, _ringed(none, rings), adapting))
     return rows
 
 

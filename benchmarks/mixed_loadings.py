@@ -100,7 +100,7 @@ def corner(solver: SolverSection, *, size: float = 8.0, density: float = 4.0, ed
     return Loading("corner", prepared, 1.0 / density, near, (part, 1.3 * part, 1.7 * part, 2.0 * part), by_hand, (1, 2))
 
 
-def sheared(solver: SolverSection, *, shear: float = 0.6, edge: float = 0.8) -> Loading:
+def sheared(solver: SolverSection, *, shear: float = 0.35, edge: float = 0.8) -> Loading:
     """Return the patch that is sheared by a displacement [cm]."""
     scene = read_scene(EXAMPLES / "sheared.toml")
     fixed, moved = scene.attachments

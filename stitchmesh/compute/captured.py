@@ -76,6 +76,38 @@ class CopyArray:
         return _of_words(copy_words, self.source, self.target)
 
 
+@dataclass(frozen=True, eq=False)
+class Branches:
+    """Two sequences of launches of which neither reads what the other one writes; a GPU runs them side by side."""
+
+    first: Sequence[Any]
+    second: Sequence[Any]
+
+    def launch_beside(self, stream: wp.Stream) -> None:
+        """Run the first sequence on the stream of the device, and the second one on another stream."""
+        with wp.ScopedStream(stream):
+            _launch_all(self.second, stream)
+        _launch_all(self.first, stream)
+        stream.device.stream.wait_stream(stream)
+
+
+def _launch_all(launches: Sequence[Any], stream: wp.Stream) -> None:
+    """Run launches; branches have a part on the given stream."""
+    for launch in launches:
+        if isinstance(launch, Branches):
+            launch.launch_beside(stream)
+        else:
+            launch.launch()
+
+
+def _in_a_row(launches: Sequence[Any]) -> list[Any]:
+    """Launches without branches."""
+    result: list[Any] = []
+    for launch in launches:
+        result += _in_a_row([*launch.first, *launch.second]) if isinstance(launch, Branches) else [launch]
+    return result
+
+
 class CapturedLaunches:
     """Prepared launches in a fixed order."""
 
@@ -85,12 +117,13 @@ class CapturedLaunches:
         self.graph: Any = None
         self.tables: list[Any] = []
         if device.is_cuda:
+            has_branches = any(isinstance(launch, Branches) for launch in self.launches)
+            beside = wp.Stream(device) if has_branches else device.stream
             with wp.ScopedCapture(device=device) as capture:
-                for launch in self.launches * times:
-                    launch.launch()
+                _launch_all(self.launches * times, beside)
             self.graph = capture.graph
         else:
-            self.tables = _in_tables(self.launches * times)
+            self.tables = _in_tables(_in_a_row(self.launches) * times)
 
     def launch(self) -> None:
         """Run all launches."""
@@ -98,6 +131,48 @@ class CapturedLaunches:
             wp.capture_launch(self.graph)
         for table in self.tables:
             table.launch()
+
+
+class CapturedLoop:
+    """Launches that are repeated as long as a number on the device is not zero.
+
+    A GPU that can looks at the number itself, without the host: all repetitions are one graph. Others, and a CPU, run
+    batches of repetitions, after each of which the host looks; launches after the end must change nothing.
+    """
+
+    def __init__(
+        self, first: Sequence[Any], repeated: Sequence[Any], condition: wp.array[Any], device: wp.Device, *, batch: int
+    ) -> None:
+        """Capture the launches.
+
+        Args:
+            first: what runs before, and sets the condition.
+            repeated: what is repeated, and sets the condition again.
+            condition: an array of one integer.
+            device: where the launches run.
+            batch: repetitions between two looks of the host.
+        """
+        self._condition = condition
+        self._graph: Any = None
+        if device.is_cuda and wp.is_conditional_graph_supported():
+            self._launches = [*first, *repeated]  # their arrays live as long as the graph
+            beside = wp.Stream(device)
+            with wp.ScopedCapture(device=device) as capture:
+                _launch_all(first, beside)
+                wp.capture_while(condition, lambda: _launch_all(repeated, beside))
+            self._graph = capture.graph
+        else:
+            self._first = CapturedLaunches(first, device)
+            self._batch = CapturedLaunches(repeated, device, times=batch)
+
+    def launch(self) -> None:
+        """Run the first launches, and the others until the condition is zero."""
+        if self._graph is not None:
+            wp.capture_launch(self._graph)
+            return
+        self._first.launch()
+        while self._condition.numpy()[0] != 0:
+            self._batch.launch()
 
 
 def _in_tables(launches: Sequence[Any]) -> list[Any]:

@@ -34,8 +34,8 @@ def place_yarns(prepared: PreparedScene, error: NDArray[np.float64], budget: Nod
     chosen = choose_triangles(cloth.triangles, yarns.triangle, allowed, budget, rings=section.rings)
     if len(chosen) == 0 and allowed.any():
         raise ParameterError(
-            f"region.nodes: {budget.nodes} nodes hold no triangle with {section.rings} hybrid rings around it; "
-            "expected more nodes, or smaller triangles"
+            f"region: {budget.nodes} nodes hold no triangle with {section.rings} hybrid rings around it; expected more "
+            "nodes or seconds, or smaller triangles"
         )
     placed = with_region(prepared, chosen)
     check_simulated(placed.held, placed.region)

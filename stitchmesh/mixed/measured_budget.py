@@ -60,10 +60,11 @@ def node_budget(prepared: PreparedScene, error: Numbers, scalar: Any, device: wp
     few, first = _trial(prepared, error, max(layout // FIRST_PART, 1), scalar, device)
     guess = NodeBudget.of_seconds(seconds, base=base, per_node=max((first - base) / max(few, 1), LEAST))
     many, second = _trial(prepared, error, min(guess.nodes, layout), scalar, device)
-    if many == few:
-        return guess
-    per_node = max((second - first) / (many - few), LEAST)
-    return NodeBudget.of_seconds(seconds, base=max(second - per_node * many, 0.0), per_node=per_node)
+    slope = (second - first) / (many - few) if many != few else 0.0
+    if slope <= 0.0:  # times of equal regions, or so near one another that the machine's other work decides
+        slope = max((second - base) / max(many, 1), LEAST)
+    line = NodeBudget.of_seconds(seconds, base=max(second - slope * many, 0.0), per_node=slope)
+    return NodeBudget(nodes=max(line.nodes, few)) if first <= seconds else line
 
 
 def step_seconds(prepared: PreparedScene, scalar: Any, device: wp.Device) -> float:

@@ -54,8 +54,11 @@ def estimate_memory(region: Region, *, contact: bool) -> MemoryEstimate:
 
 def available_memory(device: wp.Device) -> float:
     """Return the memory that is free on a device [bytes]."""
-    if device.is_cuda:
-        return float(device.free_memory)
+    return float(device.free_memory) if device.is_cuda else host_memory()
+
+
+def host_memory() -> float:
+    """Return the memory that is free beside the processor [bytes]; layouts are made there, whatever simulates them."""
     try:
         with open("/proc/meminfo", encoding="ascii") as file:
             lines = dict(line.split(":", 1) for line in file)

@@ -16,12 +16,16 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any
+from functools import partial
+from typing import Any, Literal
 
 import numpy as np
+import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.launch import launch
+from stitchmesh.compute.reduction import minimum, ordered_sum
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 
@@ -35,13 +39,25 @@ class Term(ABC):
     """Part of the exact Hessian in the products, in [0, 1]: 1 for the exact Hessian, 0 for the one that is never
     negative (Gauss-Newton). Read when ``linearize`` is called."""
 
-    @abstractmethod
     def energy(self, state: MixedVector) -> float:
         """Energy [erg] at a state, summed in a fixed order."""
+        _launches, energies = self.element_energies(state, partial(launch, device=state.device))
+        return ordered_sum(energies) if len(energies) else 0.0
+
+    @abstractmethod
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launches that find the energy of each element [erg] at a state, and the array that they write it to.
+
+        The array is always the same one, so that a solver can capture the launches and the sums.
+        """
 
     @abstractmethod
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add minus the gradient of the energy [dyn] at ``state`` to ``force``."""
+
+    acts_on: Literal["all", "vertices", "nodes"] = "all"
+    """What the forces, products and blocks of the term are added to: vertices alone, nodes and their Eulerian
+    coordinates alone, or any of them. Launches of terms of the first two kinds may run side by side."""
 
     @abstractmethod
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
@@ -76,6 +92,15 @@ class Term(ABC):
             time_step: length of the step [s]; 0 for a static equilibrium.
         """
 
+    def element_limits(
+        self, state: MixedVector, direction: MixedVector, launcher: Launcher
+    ) -> tuple[list[Any], wp.array[Any]] | None:
+        """The launches that find the limit of each element for ``step_limit``, and the array that they write it to.
+
+        None for a term without limits, and for one whose ``step_limit`` does more than to take the smallest one.
+        """
+        return None
+
     def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
         """The part of a direction, in [0, 1], along which nothing can pass what it must not pass; 1 where nothing can.
 
@@ -86,7 +111,8 @@ class Term(ABC):
             state: positions at the start of the move.
             direction: the move, as displacements.
         """
-        return 1.0
+        found = self.element_limits(state, direction, partial(launch, device=state.device))
+        return minimum(found[1]) if found and len(found[1]) else 1.0
 
     @property
     def generation(self) -> int:

@@ -14,9 +14,7 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import matrix, vector
-from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.mixed.gather import GatherTable
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
@@ -97,14 +95,16 @@ class Springs(Term):
         self.ends = wp.array(pairs, dtype=wp.vec2i, device=device)
         self.constant = wp.array(constant, dtype=vector(2, scalar), device=device)
         self.table = GatherTable.of(pairs, count, device)
+        self.energies = wp.zeros(len(pairs), dtype=scalar, device=device)
         self.blocks = wp.zeros(len(pairs), dtype=matrix(3, scalar), device=device)
         self.slots = wp.zeros(2 * len(pairs), dtype=vector(3, scalar), device=device)
         self.block_slots = wp.zeros(2 * len(pairs), dtype=matrix(3, scalar), device=device)
 
-    def energy(self, state: MixedVector) -> float:
-        energy = wp.zeros(self.count, dtype=self.scalar, device=self.device)
-        launch(spring_energies, self.count, [self.ends, self.constant, self._of(state)], [energy], self.device)
-        return ordered_sum(energy)
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        if self.count == 0:
+            return [], self.energies
+        inputs = [self.ends, self.constant, self._of(state)]
+        return [launcher(spring_energies, self.count, inputs, [self.energies])], self.energies
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         inputs = [self.ends, self.constant, self._of(state)]

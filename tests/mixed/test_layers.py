@@ -13,7 +13,7 @@ from tests.gallery import ROOT
 
 PACKAGE = ROOT / "stitchmesh" / "mixed"
 LAYERS = [
-    {"mixed_vector", "mixed_blocks", "gather", "blending"},
+    {"mixed_vector", "mixed_blocks", "gather", "blending", "kept_share"},
     {"term"},
     {"cloth"},
     {"layout"},

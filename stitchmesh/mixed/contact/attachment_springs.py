@@ -10,7 +10,6 @@ with the place a(t) at the end of the step.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,9 +17,7 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
-from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.contact.attachments import Attachment
 from stitchmesh.mixed.contact.prescribed_motion import PrescribedMotion
@@ -100,7 +97,6 @@ class _Springs:
         self.number = wp.array(self.numbers.astype(np.int32), dtype=wp.int32, device=device)
         self.stiffness = wp.array(stiffness, dtype=scalar, device=device)
         self.aim = wp.zeros(len(self.numbers), dtype=vector(3, scalar), device=device)
-        self.energy = wp.zeros(len(self.numbers), dtype=scalar, device=device)
 
     def __len__(self) -> int:
         return len(self.numbers)
@@ -141,6 +137,7 @@ class AttachmentSprings(Term):
         PrescribedMotion([_held(attachment) for attachment in soft], vertices, nodes)  # refuses what it cannot hold
         self._start = {"vertices": np.asarray(vertices, float), "nodes": np.asarray(nodes, float)}
         self._springs = [_Springs(soft, kind, scalar, device) for kind in ("vertices", "nodes")]
+        self._energy = wp.zeros(sum(len(springs) for springs in self._springs), dtype=scalar, device=device)
         self._device = device
         self._move_to(0.0)
 
@@ -148,14 +145,15 @@ class AttachmentSprings(Term):
         """Move the ends of the springs to the end of the step."""
         self._move_to(time + time_step)
 
-    def energy(self, state: MixedVector) -> float:
-        """Energy of all springs [erg]."""
-        total = 0.0
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launch that finds the energy of each spring, and where it is."""
+        launches, first = [], 0
         for springs, position in self._with(state):
             inputs = [springs.number, springs.stiffness, springs.aim, position]
-            partial(launch, device=self._device)(spring_energies, len(springs), inputs, [springs.energy])
-            total += ordered_sum(springs.energy)
-        return total
+            own = self._energy[first : first + len(springs)]
+            launches.append(launcher(spring_energies, len(springs), inputs, [own]))
+            first += len(springs)
+        return launches, self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add the pull of the springs."""

@@ -36,7 +36,7 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
-from stitchmesh.compute.reduction import minimum, ordered_sum
+from stitchmesh.compute.reduction import minimum
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.contact.body import Body, PlacedBody, to_body
@@ -44,6 +44,7 @@ from stitchmesh.mixed.contact.body_stiffness import body_block, outside_block, w
 from stitchmesh.mixed.contact.contact_points import ContactPoints
 from stitchmesh.mixed.contact.point_map import PointMap
 from stitchmesh.mixed.contact.self_collision import PRESSURE
+from stitchmesh.mixed.kept_share import keep_share
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
@@ -294,14 +295,13 @@ class BodyContact(Term):
         if minimum(distance) < -self.depth:
             raise SolverError(self._too_deep(distance.numpy()))
 
-    def energy(self, state: MixedVector) -> float:
-        """Energy of all points [erg]."""
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launch that finds the energy of each point, and where it is."""
         if not len(self.points):
-            return 0.0
-        run = self._launcher()
-        self.points.place(state, self.place, run)
-        run(body_energies, len(self.points), [*self._inputs(), self.place], [self._numbers])
-        return ordered_sum(self._numbers)
+            return [], self._numbers
+        launches = self.points.place(state, self.place, launcher)
+        inputs = [*self._inputs(), self.place]
+        return [*launches, launcher(body_energies, len(self.points), inputs, [self._numbers])], self._numbers
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add the push of the body."""
@@ -318,8 +318,8 @@ class BodyContact(Term):
         """The launches that store the Hessian of each point."""
         if not len(self.points):
             return []
-        self._exact.fill_(self.exact)
-        launches = self.points.place(state, self.place, launcher)
+        launches = [launcher(keep_share, 1, [self._number(self.exact)], [self._exact])]
+        launches += self.points.place(state, self.place, launcher)
         surface, reach, size, depth, *placed = self._inputs()
         inputs = [surface, reach, size, depth, self._exact, *placed, self.place]
         return [*launches, launcher(body_blocks, len(self.points), inputs, [self._block])]

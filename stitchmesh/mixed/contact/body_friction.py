@@ -33,7 +33,6 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
-from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.contact.body import to_body
 from stitchmesh.mixed.contact.body_distance import BodyContact, block_products
@@ -242,14 +241,13 @@ class BodyFriction(Term):
         super().resume(arrays)
         self._begun = True
 
-    def energy(self, state: MixedVector) -> float:
-        """Energy of all points [erg]."""
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launch that finds the energy of each point, and where it is."""
         if not len(self.points):
-            return 0.0
-        run = partial(launch, device=self.points.device)
-        self.points.place(state, self._place, run)
-        run(friction_energies, len(self.points), self._inputs(), [self._numbers])
-        return ordered_sum(self._numbers)
+            return [], self._numbers
+        launches = self.points.place(state, self._place, launcher)
+        launches.append(launcher(friction_energies, len(self.points), self._inputs(), [self._numbers]))
+        return launches, self._numbers
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add friction."""

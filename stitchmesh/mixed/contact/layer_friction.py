@@ -32,7 +32,6 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
-from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.contact.pair_penalty import distance_of, pair_size, pair_slope
 from stitchmesh.mixed.contact.self_collision import SelfCollision
@@ -238,14 +237,13 @@ class LayerFriction(Term):
         outputs = [self._load, self._normal, *self._lists]
         run(find_layer_loads, len(self.points), self.collision.inputs(self._start), outputs)
 
-    def energy(self, state: MixedVector) -> float:
-        """Energy of all points [erg]."""
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launch that finds the energy of each point, and where it is."""
         if not len(self.points):
-            return 0.0
-        run = partial(launch, device=self.points.device)
-        self._slips(state, run)
-        run(slip_energies, len(self.points), [self._law, self._load, self._slip], [self._numbers])
-        return ordered_sum(self._numbers)
+            return [], self._numbers
+        launches = self._slips(state, launcher)
+        inputs = [self._law, self._load, self._slip]
+        return [*launches, launcher(slip_energies, len(self.points), inputs, [self._numbers])], self._numbers
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add friction."""

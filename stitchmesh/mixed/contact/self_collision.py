@@ -24,7 +24,7 @@ import warp as wp
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
-from stitchmesh.compute.reduction import minimum, ordered_sum
+from stitchmesh.compute.reduction import minimum
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.contact.contact_points import ContactPoints
 from stitchmesh.mixed.contact.pair_lists import PairLists
@@ -39,6 +39,7 @@ from stitchmesh.mixed.contact.pair_penalty import (
 from stitchmesh.mixed.contact.point_map import PointMap
 from stitchmesh.mixed.contact.rest_neighbours import seam_neighbours
 from stitchmesh.mixed.contact.triangle_points import SeamLinks
+from stitchmesh.mixed.kept_share import keep_share
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
@@ -253,13 +254,13 @@ class SelfCollision(Term):
         self._move.zero_()
         self.pairs.cover(self._place, self._move)
 
-    def energy(self, state: MixedVector) -> float:
-        """Energy of all pairs [erg]."""
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launch that finds the energy of each point's pairs, and where it is."""
         if not len(self.points):
-            return 0.0
-        self._place_now(state)
-        self._launch(pair_energies, [*self._model, self._place, *self._lists], [self._numbers])
-        return ordered_sum(self._numbers)
+            return [], self._numbers
+        launches = self.points.place(state, self._place, launcher)
+        inputs = [*self._model, self._place, *self._lists]
+        return [*launches, launcher(pair_energies, len(self.points), inputs, [self._numbers])], self._numbers
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add the forces of all pairs."""
@@ -271,8 +272,8 @@ class SelfCollision(Term):
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that store the places of the points."""
-        self._exact.fill_(self.exact)
-        return self.points.place(state, self._linear, launcher)
+        share = launcher(keep_share, 1, [self.points.scalar(self.exact)], [self._exact])
+        return [share, *self.points.place(state, self._linear, launcher)]
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add H d."""

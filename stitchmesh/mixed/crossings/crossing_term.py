@@ -15,13 +15,11 @@ import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.launch import launch
-from stitchmesh.compute.precision import matrix, vector
-from stitchmesh.compute.reduction import ordered_sum
+from stitchmesh.compute.precision import vector
 from stitchmesh.mixed.crossings.bending_yield import turn_after_yield
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
 from stitchmesh.mixed.crossings.crossing_model import CrossingModel
 from stitchmesh.mixed.crossings.star_hessian import (
-    PAIRS,
     add_star_diagonal,
     find_star_blocks,
     find_star_products,
@@ -29,7 +27,8 @@ from stitchmesh.mixed.crossings.star_hessian import (
     multiply_star_blocks,
 )
 from stitchmesh.mixed.crossings.star_kernels import add_star_slots, find_star_energies, find_star_forces
-from stitchmesh.mixed.crossings.step_limit import sliding_step_limit
+from stitchmesh.mixed.crossings.star_memory import BLOCK_NUMBERS, LEG_NUMBERS, numbers_of
+from stitchmesh.mixed.crossings.step_limit import sliding_limits
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
@@ -42,6 +41,7 @@ class CrossingTerm(Term):
     """
 
     name = "crossing yarns"
+    acts_on = "nodes"
 
     def __init__(
         self,
@@ -69,27 +69,34 @@ class CrossingTerm(Term):
         self.turn = wp.array(elements.rest_turn, dtype=scalar, device=device)
         self._yields = bool(np.isfinite(elements.yield_curvature[elements.bending > 0.0]).any())
         self._yield_curvature = wp.array(elements.yield_curvature, dtype=scalar, device=device)
-        self._slots = wp.zeros(4 * count, dtype=vector(4, scalar), device=device)
-        self._block = wp.zeros((len(PAIRS), count if stored else 0), dtype=matrix(4, block_scalar), device=device)
+        places = numbers_of(count, LEG_NUMBERS)
+        self._slots = wp.zeros(places, dtype=scalar, device=device)
+        of_products = block_scalar if stored else scalar
+        self._product_slots = wp.zeros(places, dtype=of_products, device=device)
+        self._limits = wp.zeros(count, dtype=scalar, device=device)
+        self._energy = wp.zeros(count, dtype=wp.float64, device=device)
+        places = numbers_of(count if stored else 0, BLOCK_NUMBERS)
+        self._block = wp.zeros(places, dtype=block_scalar, device=device)
         kept = 0 if stored else count
         self._nodes = wp.zeros(kept, dtype=vector(3, scalar), device=device)
         self._sliding = wp.zeros(kept, dtype=vector(2, scalar), device=device)
         self._share = wp.zeros(1, dtype=scalar, device=device)
         self._scalar = scalar
 
-    def energy(self, state: MixedVector) -> float:
-        """Energy [erg]."""
-        energies = wp.zeros(self.model.count, dtype=wp.float64, device=self.device)
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launch that finds the energy of each star, and where it is."""
+        if self.model.count == 0:
+            return [], self._energy
         inputs = [*self.model.constants, self.turn, state.nodes, state.sliding]
-        launch(find_star_energies, self.model.count, inputs, [energies], self.device)
-        return ordered_sum(energies)
+        return [launcher(find_star_energies, self.model.count, inputs, [self._energy])], self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The forces of all stars, and their sums at the nodes."""
         if self.model.count == 0:
             return []
         inputs = [*self.model.constants, self.turn, state.nodes, state.sliding]
-        return [launcher(find_star_forces, self.model.count, inputs, [self._slots]), self._gather(force, launcher)]
+        own = launcher(find_star_forces, self.model.count, inputs, [self._slots])
+        return [own, self._gather(self._slots, force, launcher)]
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launch that finds the blocks, or keeps the state."""
@@ -109,12 +116,12 @@ class CrossingTerm(Term):
         given = [direction.nodes, direction.sliding]
         if self.stored:
             inputs = [self.model.link, self.model.slides, self.model.shear, self._block, *given]
-            own = launcher(multiply_star_blocks, self.model.count, inputs, [self._slots])
+            own = launcher(multiply_star_blocks, self.model.count, inputs, [self._product_slots])
         else:
             kept = [self.turn, self._nodes, self._sliding, self._share]
             inputs = [*self.model.constants, self.model.slides, *kept, *given]
-            own = launcher(find_star_products, self.model.count, inputs, [self._slots])
-        return [own, self._gather(product, launcher)]
+            own = launcher(find_star_products, self.model.count, inputs, [self._product_slots])
+        return [own, self._gather(self._product_slots, product, launcher)]
 
     def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
         """The launch that adds the diagonal blocks; none without stored blocks."""
@@ -124,9 +131,11 @@ class CrossingTerm(Term):
         outputs = [blocks.nodes, blocks.sliding, blocks.coupling_u, blocks.coupling_v]
         return [launcher(add_star_diagonal, self.model.count, inputs, outputs)]
 
-    def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
-        """The part of a direction along which no segment loses more than half of its rest length."""
-        return sliding_step_limit(self.model, state, direction)
+    def element_limits(
+        self, state: MixedVector, direction: MixedVector, launcher: Launcher
+    ) -> tuple[list[Any], wp.array[Any]]:
+        """The launch that finds the part of a direction along which no segment loses half of its rest length."""
+        return sliding_limits(self.model, state, direction, self._limits, launcher), self._limits
 
     def end_step(self, state: MixedVector, time: float, time_step: float) -> None:
         """Let the yarns yield."""
@@ -138,7 +147,7 @@ class CrossingTerm(Term):
         """The rest angles of bending."""
         return {"yarn rest angles": self.turn}
 
-    def _gather(self, target: MixedVector, launcher: Launcher) -> Any:
+    def _gather(self, slots: wp.array[Any], target: MixedVector, launcher: Launcher) -> Any:
         """The launch that adds up the slots of each node."""
-        inputs = [self.model.link, self.model.slides, self._slots]
+        inputs = [self.model.link, self.model.slides, slots]
         return launcher(add_star_slots, self.model.count, inputs, [target.nodes, target.sliding])

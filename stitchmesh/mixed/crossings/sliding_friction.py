@@ -34,7 +34,6 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
-from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
 from stitchmesh.mixed.crossings.normal_forces import NormalForces
@@ -199,6 +198,7 @@ class SlidingFriction(Term):
     """Friction between the yarns of each crossing on a device."""
 
     name = "sliding friction"
+    acts_on = "nodes"
 
     def __init__(self, elements: CrossingElements, yarns: CrossingTerm) -> None:
         """Anchor all yarns where they are laid out.
@@ -221,6 +221,7 @@ class SlidingFriction(Term):
         self.slip_length = wp.array(SLIP_SHARE * elements.radius, dtype=two, device=device)
         """e of both coordinates of each crossing [cm], shape (N,)."""
         self._sticking = wp.zeros(elements.count, dtype=two, device=device)
+        self._energy = wp.zeros(elements.count, dtype=wp.float64, device=device)
         self._outdated = True
 
     def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:
@@ -240,11 +241,11 @@ class SlidingFriction(Term):
         self._outdated = True
         self._run(drag_anchors, self.count, [self.slip_length, state.sliding], [self.anchor])
 
-    def energy(self, state: MixedVector) -> float:
-        """Energy of all springs [erg]."""
-        energies = wp.zeros(self.count, dtype=wp.float64, device=self.device)
-        self._run(find_friction_energies, self.count, self._inputs(state), [energies])
-        return ordered_sum(energies)
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launch that finds the energy of each crossing's two springs, and where it is."""
+        if self.count == 0:
+            return [], self._energy
+        return [launcher(find_friction_energies, self.count, self._inputs(state), [self._energy])], self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launch that adds the friction."""

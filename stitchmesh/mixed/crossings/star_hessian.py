@@ -3,9 +3,9 @@
 """The Hessian of the star of each crossing node: blocks of 4 x 4 for each pair of legs, and their products.
 
 A star has ten blocks (``PAIRS``); the others are their transposes. They are found once for a state and stored, which
-takes 160 scalars for each node, or found again in each product, which takes none. Stored blocks may have less precision
-than the state: they are found in the precision of the state and rounded, and so are the changes of legs that they
-multiply, so that a direction that moves nothing has no product.
+takes 160 scalars for each node (``star_memory``), or found again in each product, which takes none. Stored blocks may
+have less precision than the state: they are found in the precision of the state and rounded, and so are the changes of
+legs that they multiply, so that a direction that moves nothing has no product.
 """
 
 from __future__ import annotations
@@ -17,22 +17,10 @@ import warp as wp
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.mixed.crossings.star import leg_change, leg_of, quadrant_blocks, slot_behind, yarn_blocks
 from stitchmesh.mixed.crossings.star_kernels import HALF_TURN
+from stitchmesh.mixed.crossings.star_memory import load_block, store_block, store_leg
 
 PAIRS = ((0, 0), (1, 1), (2, 2), (3, 3), (1, 0), (3, 2), (0, 2), (0, 3), (1, 2), (1, 3))
 """The pairs of legs whose blocks are stored, in this order."""
-
-
-@wp.func
-def rounded_block(block: Any, like: Any) -> Any:
-    """A 4 x 4 block in the precision of another one."""
-    return type(like)(
-        type(like[0, 0])(block[0, 0]), type(like[0, 0])(block[0, 1]), type(like[0, 0])(block[0, 2]),
-        type(like[0, 0])(block[0, 3]), type(like[0, 0])(block[1, 0]), type(like[0, 0])(block[1, 1]),
-        type(like[0, 0])(block[1, 2]), type(like[0, 0])(block[1, 3]), type(like[0, 0])(block[2, 0]),
-        type(like[0, 0])(block[2, 1]), type(like[0, 0])(block[2, 2]), type(like[0, 0])(block[2, 3]),
-        type(like[0, 0])(block[3, 0]), type(like[0, 0])(block[3, 1]), type(like[0, 0])(block[3, 2]),
-        type(like[0, 0])(block[3, 3]),
-    )  # fmt: skip
 
 
 @wp.func
@@ -55,40 +43,40 @@ def find_star_blocks(
     nodes: wp.array[Any],
     sliding: wp.array[Any],
     # state out
-    block: wp.array2d[Any],
+    block: wp.array[Any],
 ) -> None:
-    """The ten blocks of each star [dyn/cm], shape (10, N)."""
+    """The ten blocks of each star [dyn/cm]."""
     i = wp.tid()
     k0, k1, k2, k3 = link[i, 0], link[i, 1], link[i, 2], link[i, 3]
     a, b = leg_of(link, nodes, sliding, i, 0), leg_of(link, nodes, sliding, i, 1)
     c, d = leg_of(link, nodes, sliding, i, 2), leg_of(link, nodes, sliding, i, 3)
     aa, ba, bb = yarn_blocks(k0, k1, a, b, segment[i, 0], bend[i, 0], turn[i, 0], exact)
     cc, dc, dd = yarn_blocks(k2, k3, c, d, segment[i, 1], bend[i, 1], turn[i, 1], exact)
-    block[4, i] = rounded_block(ba, block[4, i])
-    block[5, i] = rounded_block(dc, block[5, i])
+    store_block(block, i, 4, ba)
+    store_block(block, i, 5, dc)
     stiffness, angle = shear[i], shear_rest[i]
     other = type(angle)(HALF_TURN) - angle
     if wp.max(stiffness) > type(angle)(0.0):
         own, both, far = quadrant_blocks(k0, k2, a, c, angle, stiffness[0], exact)
         aa += own
         cc += far
-        block[6, i] = rounded_block(both, block[6, i])
+        store_block(block, i, 6, both)
         own, both, far = quadrant_blocks(k0, k3, a, d, other, stiffness[1], exact)
         aa += own
         dd += far
-        block[7, i] = rounded_block(both, block[7, i])
+        store_block(block, i, 7, both)
         own, both, far = quadrant_blocks(k1, k2, b, c, other, stiffness[2], exact)
         bb += own
         cc += far
-        block[8, i] = rounded_block(both, block[8, i])
+        store_block(block, i, 8, both)
         own, both, far = quadrant_blocks(k1, k3, b, d, angle, stiffness[3], exact)
         bb += own
         dd += far
-        block[9, i] = rounded_block(both, block[9, i])
-    block[0, i] = rounded_block(aa, block[0, i])
-    block[1, i] = rounded_block(bb, block[1, i])
-    block[2, i] = rounded_block(cc, block[2, i])
-    block[3, i] = rounded_block(dd, block[3, i])
+        store_block(block, i, 9, both)
+    store_block(block, i, 0, aa)
+    store_block(block, i, 1, bb)
+    store_block(block, i, 2, cc)
+    store_block(block, i, 3, dd)
 
 
 @kernel
@@ -98,7 +86,7 @@ def multiply_star_blocks(
     slides: wp.array[Any],
     shear: wp.array[Any],
     # state in
-    block: wp.array2d[Any],
+    block: wp.array[Any],
     d_nodes: wp.array[Any],
     d_sliding: wp.array[Any],
     # state out
@@ -106,23 +94,28 @@ def multiply_star_blocks(
 ) -> None:
     """Products of the stored blocks with a direction [dyn]; slot 4 i + k for leg k."""
     i = wp.tid()
-    one = block[0, i][0, 0]
+    one = block[0]
     a = rounded_leg(leg_change(link, slides, d_nodes, d_sliding, i, 0), one)
     b = rounded_leg(leg_change(link, slides, d_nodes, d_sliding, i, 1), one)
     c = rounded_leg(leg_change(link, slides, d_nodes, d_sliding, i, 2), one)
     d = rounded_leg(leg_change(link, slides, d_nodes, d_sliding, i, 3), one)
     # a vector times a matrix is the transpose of the matrix times the vector
-    of_a, of_b = block[0, i] * a + b * block[4, i], block[1, i] * b + block[4, i] * a
-    of_c, of_d = block[2, i] * c + d * block[5, i], block[3, i] * d + block[5, i] * c
+    both, other = load_block(block, i, 4), load_block(block, i, 5)
+    of_a, of_b = load_block(block, i, 0) * a + b * both, load_block(block, i, 1) * b + both * a
+    of_c, of_d = load_block(block, i, 2) * c + d * other, load_block(block, i, 3) * d + other * c
     if wp.max(shear[i]) > type(shear[i][0])(0.0):
-        of_a += block[6, i] * c + block[7, i] * d
-        of_b += block[8, i] * c + block[9, i] * d
-        of_c += a * block[6, i] + b * block[8, i]
-        of_d += a * block[7, i] + b * block[9, i]
-    slots[4 * i] = rounded_leg(of_a, slots[0][0])
-    slots[4 * i + 1] = rounded_leg(of_b, slots[0][0])
-    slots[4 * i + 2] = rounded_leg(of_c, slots[0][0])
-    slots[4 * i + 3] = rounded_leg(of_d, slots[0][0])
+        ac, ad = load_block(block, i, 6), load_block(block, i, 7)
+        of_a += ac * c + ad * d
+        of_c += a * ac
+        of_d += a * ad
+        bc, bd = load_block(block, i, 8), load_block(block, i, 9)
+        of_b += bc * c + bd * d
+        of_c += b * bc
+        of_d += b * bd
+    store_leg(slots, i, 0, of_a)
+    store_leg(slots, i, 1, of_b)
+    store_leg(slots, i, 2, of_c)
+    store_leg(slots, i, 3, of_d)
 
 
 @kernel
@@ -171,10 +164,10 @@ def find_star_products(
         own, both, far = quadrant_blocks(k1, k3, b, d, angle, stiffness[3], exact)
         of_b += own * xb + both * xd
         of_d += far * xd + xb * both
-    slots[4 * i] = of_a
-    slots[4 * i + 1] = of_b
-    slots[4 * i + 2] = of_c
-    slots[4 * i + 3] = of_d
+    store_leg(slots, i, 0, of_a)
+    store_leg(slots, i, 1, of_b)
+    store_leg(slots, i, 2, of_c)
+    store_leg(slots, i, 3, of_d)
 
 
 @kernel
@@ -219,7 +212,7 @@ def add_star_diagonal(
     link: wp.array2d[wp.int32],
     slides: wp.array[Any],
     # state in
-    block: wp.array2d[Any],
+    block: wp.array[Any],
     # state out
     of_nodes: wp.array[Any],
     of_sliding: wp.array[Any],
@@ -229,9 +222,10 @@ def add_star_diagonal(
     """Add the diagonal blocks of the Hessian, from the stored blocks of each node's star and of its neighbours."""
     i = wp.tid()
     # a node moves against all its legs, a coordinate against the two legs of its yarn
-    along = block[0, i] + block[1, i] + block[4, i] + wp.transpose(block[4, i])
-    across = block[2, i] + block[3, i] + block[5, i] + wp.transpose(block[5, i])
-    both = block[6, i] + block[7, i] + block[8, i] + block[9, i]
+    ba, dc = load_block(block, i, 4), load_block(block, i, 5)
+    along = load_block(block, i, 0) + load_block(block, i, 1) + ba + wp.transpose(ba)
+    across = load_block(block, i, 2) + load_block(block, i, 3) + dc + wp.transpose(dc)
+    both = load_block(block, i, 6) + load_block(block, i, 7) + load_block(block, i, 8) + load_block(block, i, 9)
     whole = along + across + both + wp.transpose(both)
     uu, vv = along[3, 3], across[3, 3]
     # columns of the coordinates: rows of all legs, and columns of the legs of one yarn
@@ -240,7 +234,7 @@ def add_star_diagonal(
     for k in range(n):
         if link[i, k] >= 0:
             slot = slot_behind(link[i, k], k)
-            there = block[slot % 4, slot // 4]
+            there = load_block(block, slot // 4, slot % 4)
             whole += there
             if k < 2:
                 uu += there[3, 3]

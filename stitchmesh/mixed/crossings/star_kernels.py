@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Kernels over the stars of all crossing nodes: energies, forces, and their sums at the nodes.
 
-A node writes the forces on its legs to four slots of its own, 4 i + k. The slot in which a neighbour keeps the force of
-the same segment follows from the link, so that a second pass adds up the slots of each node in a fixed order.
+A node writes the forces on its legs to four slots of its own, 4 i + k (``star_memory`` says where they lie). The slot
+in which a neighbour keeps the force of the same segment follows from the link, so that a second pass adds up the slots
+of each node in a fixed order.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from stitchmesh.mixed.crossings.star import (
     yarn_energy,
     yarn_force,
 )
+from stitchmesh.mixed.crossings.star_memory import load_leg, store_leg
 
 HALF_TURN = wp.constant(3.141592653589793)
 
@@ -90,10 +92,10 @@ def find_star_forces(
         on_b += bc + bd
         on_c += ca + cb
         on_d += da + db
-    slots[4 * i] = on_a
-    slots[4 * i + 1] = on_b
-    slots[4 * i + 2] = on_c
-    slots[4 * i + 3] = on_d
+    store_leg(slots, i, 0, on_a)
+    store_leg(slots, i, 1, on_b)
+    store_leg(slots, i, 2, on_c)
+    store_leg(slots, i, 3, on_d)
 
 
 @kernel
@@ -109,13 +111,15 @@ def add_star_slots(
 ) -> None:
     """Add what acts on each node, from its own slots and those of its neighbours."""
     i = wp.tid()
-    total_u = type(slots[0])()
-    total_v = type(slots[0])()
+    zero = on_sliding[i][0] - on_sliding[i][0]
+    total_u = wp.vector(zero, zero, zero, zero)
+    total_v = wp.vector(zero, zero, zero, zero)
     for k in range(2):
         if link[i, k] >= 0:
-            total_u += slots[slot_behind(link[i, k], k)] - slots[4 * i + k]
+            total_u += load_leg(slots, slot_behind(link[i, k], k), zero) - load_leg(slots, 4 * i + k, zero)
         if link[i, 2 + k] >= 0:
-            total_v += slots[slot_behind(link[i, 2 + k], 2 + k)] - slots[4 * i + 2 + k]
+            behind = slot_behind(link[i, 2 + k], 2 + k)
+            total_v += load_leg(slots, behind, zero) - load_leg(slots, 4 * i + 2 + k, zero)
     whole = total_u + total_v
     on_nodes[i] += type(on_nodes[0])(whole[0], whole[1], whole[2])
     on_sliding[i] += wp.cw_mul(type(on_sliding[0])(total_u[3], total_v[3]), slides[i])

@@ -13,9 +13,8 @@ from typing import Any
 
 import warp as wp
 
+from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.launch import launch
-from stitchmesh.compute.reduction import minimum
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_model import CrossingModel
 from stitchmesh.mixed.crossings.star import coordinate_of
@@ -51,13 +50,23 @@ def find_step_limits(
     limit[i] = longest
 
 
-def sliding_step_limit(model: CrossingModel, state: MixedVector, direction: MixedVector, share: float = 0.5) -> float:
-    """The longest step t in (0, 1] along ``direction``.
+def sliding_limits(
+    model: CrossingModel,
+    state: MixedVector,
+    direction: MixedVector,
+    limits: wp.array[Any],
+    launcher: Launcher,
+    *,
+    share: float = 0.5,
+) -> list[Any]:
+    """The launch that finds the longest step t in (0, 1] along a direction for the segments of each node.
 
     Args:
         model: the segments.
         state: Eulerian coordinates at the beginning of the step [cm].
         direction: what a step of 1 adds to the state.
+        limits: set to t of each node, shape (N,).
+        launcher: ``launch`` or ``prepare`` with the device bound.
         share: share of its rest length that a segment may lose, in (0, 1).
 
     Raises:
@@ -66,8 +75,6 @@ def sliding_step_limit(model: CrossingModel, state: MixedVector, direction: Mixe
     if not 0.0 < share < 1.0:
         raise ParameterError(f"step limit: got a share of {share}; expected a number between 0 and 1")
     if model.count == 0:
-        return 1.0
-    limits = wp.empty(model.count, dtype=state.scalar, device=state.device)
+        return []
     inputs = [model.link, model.slides, model.segment, state.scalar(share), state.sliding, direction.sliding]
-    launch(find_step_limits, model.count, inputs, [limits], state.device)
-    return minimum(limits)
+    return [launcher(find_step_limits, model.count, inputs, [limits])]

@@ -29,9 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import matrix, vector
-from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.mixed.blending import element_weight
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
 from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
@@ -238,6 +236,7 @@ class StitchTerm(Term):
     """Wrapping and length of stitch contacts on a device."""
 
     name = "stitch contacts"
+    acts_on = "nodes"
 
     def __init__(self, elements: StitchElements, node_count: int, scalar: Any, device: wp.Device) -> None:
         """Put the elements on a device, in the precision of ``scalar``."""
@@ -248,16 +247,18 @@ class StitchTerm(Term):
         self._index = wp.array(elements.nodes.astype(np.int32), dtype=wp.int32, device=device)
         self._stitch = wp.array(values, dtype=vector(4, scalar), device=device)
         self._gather = GatherTable.of(elements.nodes, node_count, device)
+        self._energy = wp.zeros(self.count, dtype=wp.float64, device=device)
         self._slots = wp.zeros(4 * self.count, dtype=vector(3, scalar), device=device)
         self._blocks = wp.zeros(4 * self.count, dtype=matrix(3, scalar), device=device)
         self._nodes = wp.zeros(node_count, dtype=vector(3, scalar), device=device)
         self._share = wp.zeros(1, dtype=scalar, device=device)
 
-    def energy(self, state: MixedVector) -> float:
-        """Energy [erg]."""
-        energies = wp.zeros(self.count, dtype=wp.float64, device=self.device)
-        launch(find_stitch_energies, self.count, [self._index, self._stitch, state.nodes], [energies], self.device)
-        return ordered_sum(energies)
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launch that finds the energy of each stitch contact, and where it is."""
+        if self.count == 0:
+            return [], self._energy
+        inputs = [self._index, self._stitch, state.nodes]
+        return [launcher(find_stitch_energies, self.count, inputs, [self._energy])], self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The forces of all elements, and their sums at the nodes."""

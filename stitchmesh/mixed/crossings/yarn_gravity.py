@@ -22,12 +22,11 @@ from numpy.typing import ArrayLike
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
-from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
 from stitchmesh.mixed.crossings.star import coordinate_of, leg_vector
+from stitchmesh.mixed.kept_share import keep_share
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
 
@@ -135,21 +134,11 @@ def add_weight_products(
     on_sliding[i] += wp.cw_mul(of_coordinates, slides[i]) * exact
 
 
-@kernel
-def keep_share(
-    # state in
-    exact: Any,
-    # state out
-    share: wp.array[Any],
-) -> None:
-    """Keep the share of the exact Hessian."""
-    share[wp.tid()] = exact
-
-
 class YarnGravity(Term):
     """The weight of crossing yarns on a device; the energy is relative to the origin."""
 
     name = "weight of crossing yarns"
+    acts_on = "nodes"
 
     def __init__(
         self,
@@ -182,13 +171,14 @@ class YarnGravity(Term):
         self._density = wp.array(elements.density, dtype=scalar, device=device)
         self._acceleration = vector(3, scalar)(*pull)
         self._share = wp.zeros(1, dtype=scalar, device=device)
+        self._energy = wp.zeros(self.count, dtype=wp.float64, device=device)
 
-    def energy(self, state: MixedVector) -> float:
-        """Potential energy [erg] relative to the origin."""
-        energies = wp.zeros(self.count, dtype=wp.float64, device=self.device)
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launch that finds the energy of each node's segments, and where it is."""
+        if self.count == 0:
+            return [], self._energy
         inputs = [self._link, self._density, self._acceleration, state.nodes, state.sliding]
-        launch(find_weight_energies, self.count, inputs, [energies], self.device)
-        return ordered_sum(energies)
+        return [launcher(find_weight_energies, self.count, inputs, [self._energy])], self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launch that adds the weights."""

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.newton import Newton, NewtonState, Quadratic
-from stitchmesh.mixed.dynamics.vector_sums import choose, dot, set_sum
+from stitchmesh.mixed.dynamics.vector_sums import choose, set_sum
 from stitchmesh.mixed.mixed_vector import MixedVector, Parts
 
 CALM_STEPS = 4
@@ -157,7 +157,7 @@ class Dynamics:
         """Energy of each term and kinetic energy [erg] by name."""
         product = self.positions.like()
         self.system.set_mass_product(self.velocities, product)
-        return {**self.system.energies(self.positions), "kinetic": 0.5 * dot(self.velocities, product)}
+        return {**self.system.energies(self.positions), "kinetic": 0.5 * self.system.dot(self.velocities, product)}
 
     def momentum(self) -> NDArray[np.float64]:
         """Momentum of vertices and nodes [g cm/s], shape (3,)."""
@@ -217,6 +217,7 @@ class Dynamics:
         quadratic = Quadratic(1.0 / h**2 + settings.damping_mass / h, settings.damping_stiffness / h)
         self._begin(h, quadratic)
         exact, solves, stuck = float(settings.exact_hessian), 0, False
+        energies: Mapping[str, float] | None = None
         for iteration in range(settings.most_newton_iterations + 1):
             newton.set_downhill_force(state, quadratic)
             error = h * self.system.velocity_rms(newton.gradient_force)
@@ -229,7 +230,8 @@ class Dynamics:
                 self.system.set_factors(*factors, state.position, stiffness_in_metric=iteration > 0)
             self.system.linearize(state.position, exact)
             tolerances = settings.solve_tolerance, settings.most_solve_iterations
-            report = newton.iterate(state, self.positions, quadratic, *tolerances)
+            report = newton.iterate(state, self.positions, quadratic, *tolerances, energies)
+            energies = report.energies
             solves, stuck = solves + report.solve.iterations, report.step == 0.0 and exact == 0.0
             exact = 0.0 if report.solve.negative or report.step == 0.0 else float(settings.exact_hessian)
         return settings.most_newton_iterations, solves, np.inf
@@ -266,7 +268,8 @@ class Dynamics:
         """Potential of the state without damping by stiffness [erg]."""
         state, product = self._state, self._product
         self.system.set_mass_product(state.inertia, product)
-        return sum(self.system.energies(state.position).values()) + dot(state.inertia, product) / (2 * quadratic.mass)
+        kinetic = self.system.dot(state.inertia, product) / (2 * quadratic.mass)
+        return sum(self.system.energies(state.position).values()) + kinetic
 
     def _prescribed_motion(self, h: float) -> MixedVector:
         """Displacements of what is fixed in a step of length ``h``."""

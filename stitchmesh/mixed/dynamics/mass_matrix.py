@@ -22,7 +22,9 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.partial_sums import chunk_of, part_count, parts_for
 from stitchmesh.compute.precision import vector
+from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
@@ -37,6 +39,7 @@ def combine_products(
     coupling_v: wp.array[Any],
     sliding_mass: wp.array[Any],
     factors: wp.array[Any],
+    chunk: int,
     # state in
     vertices: wp.array[Any],
     nodes: wp.array[Any],
@@ -45,19 +48,30 @@ def combine_products(
     vertex_product: wp.array[Any],
     node_product: wp.array[Any],
     sliding_product: wp.array[Any],
+    # state out
+    parts: wp.array2d[wp.float64],
 ) -> None:
-    """Replace H d by factor 1 times H d plus factor 0 times M d."""
-    i = wp.tid()
+    """Replace H d by A d, factor 1 times H d plus factor 0 times M d; and find the parts of d . A d."""
+    block, lane = wp.tid()
     of_mass, of_stiffness = factors[0][0], factors[0][1]
-    if i < vertices.shape[0]:
-        vertex_product[i] = vertex_product[i] * of_stiffness + vertices[i] * (vertex_mass[i] * of_mass)
-    else:
-        j = i - vertices.shape[0]
-        x, slide = nodes[j] * of_mass, sliding[j] * of_mass
-        push = x * node_mass[j] + coupling_u[j] * slide[0] + coupling_v[j] * slide[1]
-        pull = type(slide)(wp.dot(coupling_u[j], x), wp.dot(coupling_v[j], x)) + wp.cw_mul(sliding_mass[j], slide)
-        node_product[j] = node_product[j] * of_stiffness + push
-        sliding_product[j] = sliding_product[j] * of_stiffness + pull
+    vertex_count = vertices.shape[0]
+    sums = Slots()
+    for i in range(block * chunk + lane, wp.min((block + 1) * chunk, vertex_count + nodes.shape[0]), wp.block_dim()):
+        if i < vertex_count:
+            force = vertex_product[i] * of_stiffness + vertices[i] * (vertex_mass[i] * of_mass)
+            vertex_product[i] = force
+            sums[0] += wp.float64(wp.dot(force, vertices[i]))
+        else:
+            j = i - vertex_count
+            x, slide = nodes[j] * of_mass, sliding[j] * of_mass
+            push = x * node_mass[j] + coupling_u[j] * slide[0] + coupling_v[j] * slide[1]
+            pull = type(slide)(wp.dot(coupling_u[j], x), wp.dot(coupling_v[j], x)) + wp.cw_mul(sliding_mass[j], slide)
+            push += node_product[j] * of_stiffness
+            pull += sliding_product[j] * of_stiffness
+            node_product[j] = push
+            sliding_product[j] = pull
+            sums[0] += wp.float64(wp.dot(push, nodes[j])) + wp.float64(wp.dot(pull, sliding[j]))
+    sum_over_block(sums, parts[block])
 
 
 @kernel
@@ -146,10 +160,16 @@ class MassMatrix:
         self.total = masses.total
         self.vertices = wp.array(masses.vertices, dtype=scalar, device=device)
         self.nodes: NodeMasses = nodes or ConstantNodeMasses(masses.nodes, scalar, device)
-        self._count = len(self.vertices) + len(self.nodes.mass)
+        self._count, self._device = len(self.vertices) + len(self.nodes.mass), device
+        self._parts = parts_for(self._count, device)
 
     def combine_products(
-        self, factors: wp.array[Any], direction: MixedVector, product: MixedVector, launcher: Launcher
+        self,
+        factors: wp.array[Any],
+        direction: MixedVector,
+        product: MixedVector,
+        launcher: Launcher,
+        parts: wp.array[Any] | None = None,
     ) -> list[Any]:
         """The launches that replace a product H d by factor 1 times H d plus factor 0 times M d.
 
@@ -158,10 +178,13 @@ class MassMatrix:
             direction: d.
             product: H d, replaced.
             launcher: ``launch`` or ``prepare`` with the device bound.
+            parts: set to the parts of the dot product of the direction and the result.
         """
-        inputs = [*self._constants(factors), direction.vertices, direction.nodes, direction.sliding]
-        outputs = [product.vertices, product.nodes, product.sliding]
-        return [launcher(combine_products, self._count, inputs, outputs)]
+        chunk = chunk_of(self._count, self._device)
+        inputs = [*self._constants(factors), chunk, direction.vertices, direction.nodes, direction.sliding]
+        outputs = [product.vertices, product.nodes, product.sliding, self._parts if parts is None else parts]
+        count = part_count(self._count, self._device)
+        return [launcher(combine_products, count, inputs, outputs, tile=THREADS)]
 
     def combine_blocks(self, factors: wp.array[Any], blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
         """The launches that replace diagonal blocks of H by factor 1 times the block plus factor 0 times that of M."""

@@ -9,7 +9,7 @@ only when the arrays of a term are replaced.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -17,14 +17,16 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.compute.captured import Launcher, ZeroArray
+from stitchmesh.compute.captured import Branches, CopyArray, Launcher, ZeroArray
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses
 from stitchmesh.mixed.dynamics.conjugate_gradients import ConjugateGradients
 from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix, NodeMasses
-from stitchmesh.mixed.dynamics.vector_sums import choose, dot
+from stitchmesh.mixed.dynamics.read_sums import ReadSums
+from stitchmesh.mixed.dynamics.repeated_launches import RepeatedLaunches
+from stitchmesh.mixed.dynamics.vector_sums import choose
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.preconditioner import Preconditioner
@@ -85,6 +87,7 @@ class MixedSystem:
         self._impulse, self._motion = self.zeros(), self.zeros()
         self._solvers: dict[bool, ConjugateGradients] = {}
         self._captured: tuple[int, ...] = ()
+        self._repeated = RepeatedLaunches(device)
         self._set_projection(masses)
 
     def _set_projection(self, masses: BlendedMasses) -> None:
@@ -97,16 +100,28 @@ class MixedSystem:
 
     def update_masses(self, state: MixedVector) -> None:
         """Find the blocks of the mass matrix at the nodes at the beginning of a step."""
-        self.mass.nodes.update_launches(state, self.launch)
+        self.repeated.run("masses", (state,), lambda run, _: self.mass.nodes.update_launches(state, run))
 
     def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
         """Longest part of a direction, at most 1, that all terms allow a line search to try."""
-        return min((term.step_limit(state, direction) for term in self.terms), default=1.0)
+
+        def make(run: Launcher, sums: ReadSums) -> list[Any]:
+            launches: list[Any] = []
+            for term in self.terms:
+                found = term.element_limits(state, direction, run)
+                if found is not None:
+                    launches += found[0]
+                    sums.add_minimum(found[1])
+            return launches
+
+        limits = self.repeated.read("limits", (state, direction), make)
+        by_themselves = (term for term in self.terms if type(term).step_limit is not Term.step_limit)
+        return min([1.0, *map(float, limits), *(term.step_limit(state, direction) for term in by_themselves)])
 
     def add(self, term: Term) -> None:
         """Add a term, for example the weight of ``mass``."""
         self.terms.append(term)
-        self._solvers.clear()
+        self._forget_launches()
 
     def zeros(self) -> MixedVector:
         """A vector of zeros."""
@@ -114,50 +129,88 @@ class MixedSystem:
 
     def energies(self, state: MixedVector) -> dict[str, float]:
         """Energy of each term [erg] by name; terms of one name are added up."""
+
+        def make(run: Launcher, sums: ReadSums) -> list[Any]:
+            launches: list[Any] = []
+            for term in self.terms:
+                own, energies = term.element_energies(state, run)
+                launches += own
+                sums.add_sum(energies)
+            return launches
+
         result: dict[str, float] = {}
-        for term in self.terms:
-            result[term.name] = result.get(term.name, 0.0) + term.energy(state)
+        for term, energy in zip(self.terms, self.repeated.read("energies", (state,), make), strict=True):
+            result[term.name] = result.get(term.name, 0.0) + float(energy)
         return result
 
     def set_forces(self, state: MixedVector, force: MixedVector) -> None:
         """Set ``force`` to the forces of all terms [dyn]."""
-        force.values.zero_()
-        for term in self.terms:
-            term.forces(state, force, self.launch)
+
+        def make(run: Launcher, _sums: ReadSums) -> list[Any]:
+            return [ZeroArray(force.values), *self._beside(lambda term: term.forces(state, force, run))]
+
+        self.repeated.run("forces", (state, force), make)
 
     def linearize(self, state: MixedVector, exact: float) -> None:
         """Store what the products of all terms need; ``exact`` is the part of the exact Hessian."""
         for term in self.terms:
             term.exact = exact
-            term.linearize(state, self.launch)
+
+        def make(run: Launcher, _sums: ReadSums) -> list[Any]:
+            return self._beside(lambda term: term.linearize(state, run))
+
+        self.repeated.run(("linearize", exact), (state,), make)
 
     def set_mass_product(self, direction: MixedVector, product: MixedVector) -> None:
         """Set ``product`` to M d."""
-        product.values.zero_()
-        self.mass.combine_products(self._unit, direction, product, self.launch)
+
+        def make(run: Launcher, _sums: ReadSums) -> list[Any]:
+            mass = self.mass.combine_products(self._unit, direction, product, run)
+            return [ZeroArray(product.values), *mass]
+
+        self.repeated.run("mass product", (direction, product), make)
 
     def set_hessian_product(self, direction: MixedVector, product: MixedVector) -> None:
         """Set ``product`` to H d of the last ``linearize``."""
-        product.values.zero_()
-        for term in self.terms:
-            term.products(direction, product, self.launch)
+
+        def make(run: Launcher, _sums: ReadSums) -> list[Any]:
+            return [ZeroArray(product.values), *self._beside(lambda term: term.products(direction, product, run))]
+
+        self.repeated.run("product", (direction, product), make)
+
+    def dot(self, first: MixedVector, second: MixedVector) -> float:
+        """Dot product of two vectors, in a fixed order and read back to the host."""
+
+        def make(_run: Launcher, sums: ReadSums) -> list[Any]:
+            sums.add_dot(first.values, second.values)
+            return []
+
+        return float(self.repeated.read("dot", (first, second), make)[0])
 
     def make_motion(self, motion: MixedVector) -> None:
         """Change a motion the least in the metric of the masses so that p = B v + F x; what is fixed stays."""
-        self._by_mass.project_launches(motion, self.launch)
+        self.repeated.run("motion", (motion,), lambda run, _: self._by_mass.project_launches(motion, run))
 
     def set_filtered(self, force: MixedVector, filtered: MixedVector) -> None:
         """Set ``filtered`` to the part of a force that moves something: zero at an equilibrium."""
-        filtered.assign(force)
-        self._by_mass.launches(filtered, self._motion, self.launch)
-        self._motion.values.zero_()
+
+        def make(run: Launcher, _sums: ReadSums) -> list[Any]:
+            copy = CopyArray(force.values, filtered.values)
+            return [copy, *self._by_mass.launches(filtered, self._motion, run), ZeroArray(self._motion.values)]
+
+        self.repeated.run("filter", (force, filtered), make)
         choose(filtered, self.moves, filtered, self._motion)
 
     def velocity_rms(self, impulse: MixedVector) -> float:
         """Root mean square velocity [cm/s] that an impulse [dyn s] gives the masses, without stiffness."""
-        self._impulse.assign(impulse)
-        self._by_mass.launches(self._impulse, self._motion, self.launch)
-        return float(np.sqrt(max(dot(self._impulse, self._motion), 0.0) / self.mass.total))
+
+        def make(run: Launcher, sums: ReadSums) -> list[Any]:
+            sums.add_dot(self._impulse.values, self._motion.values)
+            copy = CopyArray(impulse.values, self._impulse.values)
+            return [copy, *self._by_mass.launches(self._impulse, self._motion, run)]
+
+        (square,) = self.repeated.read("velocity", (impulse,), make)
+        return float(np.sqrt(max(float(square), 0.0) / self.mass.total))
 
     def set_factors(self, of_mass: float, of_hessian: float, at: MixedVector, *, stiffness_in_metric: bool) -> None:
         """Set the factors of the matrix, and the metric of the preconditioner.
@@ -178,8 +231,11 @@ class MixedSystem:
         blocks = self._blocks
         blocks.clear()
         self.linearize(at, 0.0)
-        for term in self.terms:
-            term.diagonal(self._blocks, self.launch)
+
+        def make(run: Launcher, _sums: ReadSums) -> list[Any]:
+            return self._beside(lambda term: term.diagonal(blocks, run))
+
+        self.repeated.run("diagonal", (), make)
         if not stiffness_in_metric:
             for part in (blocks.vertices, blocks.nodes, blocks.coupling_u, blocks.coupling_v):
                 part.zero_()
@@ -194,19 +250,44 @@ class MixedSystem:
     @property
     def solver(self) -> ConjugateGradients:
         """The solver of the matrix of ``set_factors`` and the last ``linearize``; one for each kind of metric."""
-        generations = tuple(term.generation for term in self.terms)
-        if generations != self._captured:
-            self._solvers.clear()
-            self._captured = generations
+        self._check_generations()
         if self._stiff not in self._solvers:
-            solver = ConjugateGradients(self.zeros(), self._products, self.preconditioner.launches)
+            solver = ConjugateGradients(self.zeros(), self._products, self.preconditioner)
             self._solvers[self._stiff] = solver
         return self._solvers[self._stiff]
 
-    def _products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launches of a product with the matrix."""
-        of_terms = [each for term in self.terms for each in term.products(direction, product, launcher)]
-        mass = self.mass.combine_products(self._factors, direction, product, launcher)
+    @property
+    def repeated(self) -> RepeatedLaunches:
+        """Launches that are captured once; forgotten where they are stale."""
+        self._check_generations()
+        return self._repeated
+
+    def _check_generations(self) -> None:
+        """Forget what was captured before an array of a term was replaced."""
+        generations = tuple(term.generation for term in self.terms)
+        if generations != self._captured:
+            self._forget_launches()
+            self._captured = generations
+
+    def _beside(self, launches_of: Callable[[Term], list[Any]]) -> list[Any]:
+        """The launches of all terms; those of terms that act on vertices alone beside those that act on nodes alone."""
+        kinds: dict[str, list[Any]] = {"nodes": [], "vertices": [], "all": []}
+        for term in self.terms:
+            kinds[term.acts_on] += launches_of(term)
+        nodes, vertices = kinds["nodes"], kinds["vertices"]
+        beside = [Branches(nodes, vertices)] if nodes and vertices else [*nodes, *vertices]
+        return [*beside, *kinds["all"]]
+
+    def _forget_launches(self) -> None:
+        self._solvers.clear()
+        self._repeated.clear()
+
+    def _products(
+        self, direction: MixedVector, product: MixedVector, parts: wp.array[Any], launcher: Launcher
+    ) -> list[Any]:
+        """The launches of a product with the matrix, and of the parts of the dot product of both."""
+        of_terms = self._beside(lambda term: term.products(direction, product, launcher))
+        mass = self.mass.combine_products(self._factors, direction, product, launcher, parts)
         return [ZeroArray(product.values), *of_terms, *mass]
 
 

@@ -17,14 +17,18 @@ at the slope instead.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
 
+from stitchmesh.compute.captured import Launcher
 from stitchmesh.mixed.dynamics.conjugate_gradients import SolveReport
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
-from stitchmesh.mixed.dynamics.vector_sums import dot, set_sum
+from stitchmesh.mixed.dynamics.read_sums import ReadSums
+from stitchmesh.mixed.dynamics.vector_sums import move, set_sum, subtract_forces
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 DECREASE = 1e-4
@@ -61,6 +65,8 @@ class IterationReport:
     """Change of Phi [erg]."""
     whole: bool
     """Whether the longest step that the terms allow was taken."""
+    energies: Mapping[str, float] | None = None
+    """Energies of all terms at the position in the end [erg], where they are known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +90,7 @@ class Newton:
         """Allocate the vectors of an iteration."""
         self.system = system
         self.gradient_force = system.zeros()
-        self._product, self._trial = system.zeros(), system.zeros()
+        self._product, self._of_mass, self._trial = system.zeros(), system.zeros(), system.zeros()
         self._force = system.zeros()
         self._noise = NOISE * float(np.finfo(np.float32 if system.scalar is wp.float32 else np.float64).eps)
 
@@ -93,9 +99,7 @@ class Newton:
         force = self.gradient_force
         self.system.set_forces(state.position, force)
         self.system.set_mass_product(state.inertia, self._product)
-        set_sum(force, 1.0, force, -1.0, self._product)
-        if quadratic.stiffness:
-            set_sum(force, 1.0, force, -quadratic.stiffness, state.damping)
+        subtract_forces(force, self._product, quadratic.stiffness, state.damping)
 
     def iterate(
         self,
@@ -104,6 +108,7 @@ class Newton:
         quadratic: Quadratic,
         tolerance: float,
         most_iterations: int,
+        energies: Mapping[str, float] | None = None,
     ) -> IterationReport:
         """Move ``state`` along the solution of a linear system, after ``set_downhill_force`` and ``linearize``.
 
@@ -113,38 +118,62 @@ class Newton:
             quadratic: factors of the quadratic part.
             tolerance: relative tolerance of the linear solve.
             most_iterations: largest number of its iterations.
+            energies: energies of all terms at the position, where they are known, as the report of the iteration before
+                gives them.
         """
         solver = self.system.solver
         report = solver.solve(self.gradient_force, tolerance=tolerance, most_iterations=most_iterations)
         if report.iterations == 0:
-            return IterationReport(report, 1.0, 0.0, True)
+            return IterationReport(report, 1.0, 0.0, True, energies)
         direction, product = solver.solution, self._product
-        slope = -dot(self.gradient_force, direction)
-        self.system.set_mass_product(direction, product)
-        linear, square = dot(state.inertia, product), quadratic.mass * dot(direction, product)
-        if quadratic.stiffness:
-            self.system.linearize(start, 0.0)
-            self.system.set_hessian_product(direction, product)
-            linear += quadratic.stiffness * dot(state.damping, direction)
-            square += quadratic.stiffness * dot(direction, product)
-        longest = self.system.step_limit(state.position, direction) if slope < 0.0 else 0.0
-        step, change = self._search(state.position, direction, longest, (slope, linear, square))
-        set_sum(state.position, 1.0, state.position, step, direction)
-        set_sum(state.displacement, 1.0, state.displacement, step, direction)
-        set_sum(state.inertia, 1.0, state.inertia, step * quadratic.mass, direction)
+        slopes = self._slopes(state, start, quadratic, direction)
+        longest = self.system.step_limit(state.position, direction) if slopes[0] < 0.0 else 0.0
+        before = self.system.energies(state.position) if energies is None else energies
+        step, change, after = self._search(state.position, direction, longest, slopes, before)
+        move(state.position, state.displacement, state.inertia, step, step * quadratic.mass, direction)
         if quadratic.stiffness:
             set_sum(state.damping, 1.0, state.damping, step, product)
-        return IterationReport(report, step, change, step == longest > 0.0)
+        return IterationReport(report, step, change, step == longest > 0.0, after)
+
+    def _slopes(
+        self, state: NewtonState, start: MixedVector, quadratic: Quadratic, direction: MixedVector
+    ) -> tuple[float, float, float]:
+        """Slope of Phi along a direction, and the linear and quadratic coefficients of inertia and damping.
+
+        ``_product`` becomes the product of the direction with the Hessian of damping.
+        """
+        self.system.set_mass_product(direction, self._of_mass)
+        vectors: tuple[MixedVector, ...] = (self.gradient_force, direction, state.inertia, self._of_mass)
+        if quadratic.stiffness:
+            self.system.linearize(start, 0.0)
+            self.system.set_hessian_product(direction, self._product)
+            vectors += state.damping, self._product
+
+        def make(_run: Launcher, sums: ReadSums) -> list[Any]:
+            for first, second in ((0, 1), (2, 3), (1, 3), (4, 1), (1, 5))[: 5 if quadratic.stiffness else 3]:
+                sums.add_dot(vectors[first].values, vectors[second].values)
+            return []
+
+        slope, linear, square, *damped = (float(value) for value in self.system.repeated.read("slopes", vectors, make))
+        square *= quadratic.mass
+        if quadratic.stiffness:
+            linear, square = linear + quadratic.stiffness * damped[0], square + quadratic.stiffness * damped[1]
+        return -slope, linear, square
 
     def _search(
-        self, position: MixedVector, direction: MixedVector, longest: float, slopes: tuple[float, float, float]
-    ) -> tuple[float, float]:
-        """The largest of the steps s, s/2, s/4, ... that decreases Phi enough, and the change of Phi.
+        self,
+        position: MixedVector,
+        direction: MixedVector,
+        longest: float,
+        slopes: tuple[float, float, float],
+        before: Mapping[str, float],
+    ) -> tuple[float, float, Mapping[str, float]]:
+        """The largest of the steps s, s/2, s/4, ... that decreases Phi enough, the change of Phi, and the energies.
 
-        ``slopes`` are the slope of Phi and the linear and quadratic coefficients of inertia and damping.
+        ``slopes`` are the slope of Phi and the linear and quadratic coefficients of inertia and damping, ``before`` the
+        energies at the position.
         """
         slope, linear, square = slopes
-        before = self.system.energies(position)
         noise = self._noise * max((abs(value) for value in before.values()), default=0.0)
         step = longest
         for _ in range(MOST_HALVINGS if step else 0):
@@ -152,13 +181,13 @@ class Newton:
             after = self.system.energies(self._trial)
             change = sum(after[name] - before[name] for name in before) + step * linear + 0.5 * step**2 * square
             if change <= DECREASE * step * slope:
-                return step, change
+                return step, change, after
             if change <= noise and self._slope_at_trial(direction) + linear + step * square <= RISE * -slope:
-                return step, change
+                return step, change, after
             step *= 0.5
-        return 0.0, 0.0
+        return 0.0, 0.0, before
 
     def _slope_at_trial(self, direction: MixedVector) -> float:
         """Slope of the energy of all terms along the direction."""
         self.system.set_forces(self._trial, self._force)
-        return -dot(self._force, direction)
+        return -self.system.dot(self._force, direction)

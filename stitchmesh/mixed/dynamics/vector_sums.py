@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sums and dot products of whole vectors of the mixed system."""
+"""Sums of whole vectors of the mixed system."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import warp as wp
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
-from stitchmesh.compute.reduction import maximum, minimum, ordered_sum
+from stitchmesh.compute.reduction import maximum, minimum
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 
@@ -47,16 +47,37 @@ def chosen(
 
 
 @kernel
-def scalar_products(
+def moved_state(
+    # model
+    step: Any,
+    of_inertia: Any,
     # state in
-    first: wp.array[Any],
-    second: wp.array[Any],
-    # state out
-    products: wp.array[wp.float64],
+    direction: wp.array[Any],
+    # state in and out
+    position: wp.array[Any],
+    displacement: wp.array[Any],
+    inertia: wp.array[Any],
 ) -> None:
-    """Product of each pair of scalars."""
+    """Add a part of a direction to positions and displacements, and another part to the vector of inertia."""
     i = wp.tid()
-    products[i] = wp.float64(first[i]) * wp.float64(second[i])
+    position[i] = position[i] + step * direction[i]
+    displacement[i] = displacement[i] + step * direction[i]
+    inertia[i] = inertia[i] + of_inertia * direction[i]
+
+
+@kernel
+def remaining_force(
+    # model
+    of_damping: Any,
+    # state in
+    of_inertia: wp.array[Any],
+    damping: wp.array[Any],
+    # state in and out
+    force: wp.array[Any],
+) -> None:
+    """Subtract forces of inertia and damping from a force."""
+    i = wp.tid()
+    force[i] = force[i] - of_inertia[i] - of_damping * damping[i]
 
 
 def set_sum(result: MixedVector, of_first: float, first: MixedVector, of_second: float, second: MixedVector) -> None:
@@ -66,18 +87,32 @@ def set_sum(result: MixedVector, of_first: float, first: MixedVector, of_second:
     launch(scaled_sums, count, [*numbers, first.values, second.values], [result.values], result.device)
 
 
+def subtract_forces(force: MixedVector, of_inertia: MixedVector, of_damping: float, damping: MixedVector) -> None:
+    """Subtract the force of inertia, and ``of_damping`` times a vector, from a force."""
+    inputs = [force.scalar(of_damping), of_inertia.values, damping.values]
+    launch(remaining_force, len(force.values), inputs, [force.values], force.device)
+
+
 def choose(result: MixedVector, moves: wp.array[wp.int32], free: MixedVector, fixed: MixedVector) -> None:
     """Set a vector to ``free`` where coordinates move and to ``fixed`` elsewhere; it may be one of the arguments."""
     launch(chosen, len(moves), [moves, free.values, fixed.values], [result.values], result.device)
 
 
+def move(
+    position: MixedVector,
+    displacement: MixedVector,
+    inertia: MixedVector,
+    step: float,
+    of_inertia: float,
+    direction: MixedVector,
+) -> None:
+    """Add ``step`` times a direction to positions and displacements, and ``of_inertia`` times it to ``inertia``."""
+    scalar = position.scalar
+    inputs = [scalar(step), scalar(of_inertia), direction.values]
+    outputs = [position.values, displacement.values, inertia.values]
+    launch(moved_state, len(position.values), inputs, outputs, position.device)
+
+
 def largest(vector: MixedVector) -> float:
     """Largest absolute value of a vector; not a number where one of them is not."""
     return float(np.maximum(maximum(vector.values), -minimum(vector.values))) if len(vector.values) else 0.0
-
-
-def dot(first: MixedVector, second: MixedVector) -> float:
-    """Dot product of two vectors, in a fixed order and read back to the host."""
-    products = wp.empty(len(first.values), dtype=wp.float64, device=first.device)
-    launch(scalar_products, len(products), [first.values, second.values], [products], first.device)
-    return ordered_sum(products)

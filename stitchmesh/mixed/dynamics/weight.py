@@ -18,9 +18,7 @@ from numpy.typing import ArrayLike
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
-from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix
 from stitchmesh.mixed.mixed_vector import MixedVector
@@ -85,11 +83,10 @@ class Weight(Term):
         self._constants = [mass.vertices, mass.nodes.mass, vector(3, scalar)(*given.tolist())]
         self._energy = wp.zeros(len(mass.vertices) + len(mass.nodes.mass), dtype=scalar, device=mass.vertices.device)
 
-    def energy(self, state: MixedVector) -> float:
-        """Potential energy [erg]."""
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launch that finds the energy of each vertex and node, and where it is."""
         inputs = [*self._constants, state.vertices, state.nodes]
-        launch(weight_energies, len(self._energy), inputs, [self._energy], self._energy.device)
-        return ordered_sum(self._energy)
+        return [launcher(weight_energies, len(self._energy), inputs, [self._energy])], self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launch that adds the weights."""

@@ -30,15 +30,19 @@ from typing import Any
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
+from stitchmesh.compute.partial_sums import add_parts, chunk_of, part_count
 from stitchmesh.compute.precision import vector
+from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.projection import Projection
 from stitchmesh.mixed.enrichment.region import Numbers
+from stitchmesh.mixed.enrichment.solve_record import Advance, record_alpha
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 
@@ -174,6 +178,13 @@ def invert_sliding_metric(
     inverse[i] = inverse_where(pair, slides[i], least_mass[i] * of_mass)
 
 
+@wp.func
+def slide_of(across_u: Any, across_v: Any, inverse: Any, node: Any, force: Any) -> Any:
+    """Motion of the Eulerian coordinates for the force on a node and on them."""
+    rest = type(force)(force[0] - wp.dot(across_u, node), force[1] - wp.dot(across_v, node))
+    return inverse * rest
+
+
 @kernel
 def times_inverse(
     # model
@@ -199,11 +210,74 @@ def times_inverse(
     else:
         j = i - vertex_count
         by_u, by_v = across_u[j], across_v[j]
-        force = sliding[j]
-        rest = type(force)(force[0] - wp.dot(by_u, nodes[j]), force[1] - wp.dot(by_v, nodes[j]))
-        slide = sliding_inverse[j] * rest
+        slide = slide_of(by_u, by_v, sliding_inverse[j], nodes[j], sliding[j])
         node_result[j] = node_inverse[j] * nodes[j] - by_u * slide[0] - by_v * slide[1]
         sliding_result[j] = slide
+
+
+@kernel
+def advance_and_invert(
+    # model
+    vertex_inverse: wp.array[Any],
+    node_inverse: wp.array[Any],
+    sliding_inverse: wp.array[Any],
+    across_u: wp.array[Any],
+    across_v: wp.array[Any],
+    chunk: int,
+    # state in
+    record: wp.array[wp.float64],
+    curvature: wp.array2d[wp.float64],
+    d_vertices: wp.array[Any],
+    d_nodes: wp.array[Any],
+    d_sliding: wp.array[Any],
+    of_vertices: wp.array[Any],
+    of_nodes: wp.array[Any],
+    of_sliding: wp.array[Any],
+    # state in and out
+    x_vertices: wp.array[Any],
+    x_nodes: wp.array[Any],
+    x_sliding: wp.array[Any],
+    vertices: wp.array[Any],
+    nodes: wp.array[Any],
+    sliding: wp.array[Any],
+    # state out
+    vertex_result: wp.array[Any],
+    node_result: wp.array[Any],
+    sliding_result: wp.array[Any],
+    sums: wp.array2d[wp.float64],
+    after: wp.array[wp.float64],
+    parts: wp.array2d[wp.float64],
+) -> None:
+    """Find a, x + a d, r - a A d, z = D^-1 r and the parts of r . z, each chunk of vertices and nodes by one block."""
+    block, lane = wp.tid()
+    total = add_parts(curvature, 0, curvature.shape[0], lane, sums[block])
+    alpha = record_alpha(total, record, block == 0 and lane == 0, after)
+    vertex_count = vertices.shape[0]
+    products = Slots()
+    for i in range(block * chunk + lane, wp.min((block + 1) * chunk, vertex_count + nodes.shape[0]), wp.block_dim()):
+        if i < vertex_count:
+            a = type(vertices[i][0])(alpha)
+            x_vertices[i] = x_vertices[i] + d_vertices[i] * a
+            pull = vertices[i] - of_vertices[i] * a
+            vertices[i] = pull
+            motion = vertex_inverse[i] * pull
+            vertex_result[i] = motion
+            products[0] += wp.float64(wp.dot(pull, motion))
+        else:
+            j = i - vertex_count
+            b = type(nodes[j][0])(alpha)
+            x_nodes[j] = x_nodes[j] + d_nodes[j] * b
+            x_sliding[j] = x_sliding[j] + d_sliding[j] * b
+            push, slip = nodes[j] - of_nodes[j] * b, sliding[j] - of_sliding[j] * b
+            nodes[j] = push
+            sliding[j] = slip
+            by_u, by_v = across_u[j], across_v[j]
+            slide = slide_of(by_u, by_v, sliding_inverse[j], push, slip)
+            moved = node_inverse[j] * push - by_u * slide[0] - by_v * slide[1]
+            node_result[j] = moved
+            sliding_result[j] = slide
+            products[0] += wp.float64(wp.dot(push, moved)) + wp.float64(wp.dot(slip, slide))
+    sum_over_block(products, parts[block])
 
 
 def least_masses(embedding: Embedding, node_mass: Numbers) -> Numbers:
@@ -235,6 +309,7 @@ class Preconditioner:
         """
         self._embedding, self._projection = embedding, Projection(embedding, scalar, device)
         self._scalar, self._device = scalar, device
+        self._squares = csr_array(embedding.basis.power(2).T)
         self._projects_by_masses = False
         least = least_masses(embedding, masses[1])
         halves = [embedding.vertex_count]
@@ -269,6 +344,8 @@ class Preconditioner:
         inputs = [self._node_kind, self._slides, self._least[1], factor, own.nodes]
         inputs += [metric.sliding, metric.coupling_u, metric.coupling_v]
         launch(invert_sliding_metric, len(self._node_kind), inputs, [own.sliding, *self._across], self._device)
+        if not self._projection.row_count:
+            return
         self._projection.set_scale(of_mass if of_masses else 1.0)
         if not (of_masses and self._projects_by_masses):
             self._projection.set_metric(*self._coupled_inverses(of_masses))
@@ -291,7 +368,7 @@ class Preconditioner:
         """Upper bound of D^-1 of each vertex: D is at least a part of what the nodes have on it, shape (V,)."""
         hybrid = node_inverse[self._embedding.nodes]
         of_nodes = np.divide(1.0, hybrid, out=np.zeros_like(hybrid), where=hybrid > 0.0)
-        on_vertices = LEAST_VERTEX * (self._embedding.basis.power(2).T @ of_nodes)
+        on_vertices = LEAST_VERTEX * (self._squares @ of_nodes)
         bound = np.full(len(on_vertices), np.inf)
         return np.divide(1.0, on_vertices, out=bound, where=on_vertices > 0.0)
 
@@ -309,6 +386,27 @@ class Preconditioner:
         outputs = [motion.vertices, motion.nodes, motion.sliding]
         first = launcher(times_inverse, force.vertex_count + force.node_count, inputs, outputs)
         return [first, *self._projection.launches(motion, launcher, residual=force)]
+
+    def advance_launches(
+        self, advance: Advance, force: MixedVector, motion: MixedVector, parts: wp.array[Any], launcher: Launcher
+    ) -> list[Any]:
+        """The launches that advance a solution, and then do the same as ``launches``.
+
+        Args:
+            advance: a and d of the iteration.
+            force: r, changed to r - a A d and then as in ``launches``.
+            motion: set to z.
+            parts: set to the parts of r . z.
+            launcher: ``launch`` or ``prepare`` with the device bound.
+        """
+        own, given, count = self.inverse, advance, force.vertex_count + force.node_count
+        inputs = [own.vertices, own.nodes, own.sliding, *self._across, chunk_of(count, self._device)]
+        inputs += [given.record, given.curvature]
+        for each in (given.direction, given.product, given.solution, force):
+            inputs += [each.vertices, each.nodes, each.sliding]
+        outputs = [motion.vertices, motion.nodes, motion.sliding, given.sums, given.after, parts]
+        first = launcher(advance_and_invert, part_count(count, self._device), inputs, outputs, tile=THREADS)
+        return [first, *self._projection.launches(motion, launcher, residual=force, parts=parts)]
 
     def project_launches(self, motion: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that change a motion the least in the metric D so that p = B v + F x; what is fixed stays."""

@@ -28,7 +28,8 @@ from scipy.sparse import csr_array
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.thread_block import Slots, sum_over_block
+from stitchmesh.compute.partial_sums import chunk_of, part_count, parts_for
+from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.region import Numbers
@@ -137,30 +138,41 @@ def subtract_multipliers(
     node_inverse: wp.array[Any],
     scale: wp.array[Any],
     changes_residual: int,
+    chunk: int,
     # state in
     multiplier: wp.array2d[wp.float64],
+    sliding_residual: wp.array[Any],
+    sliding: wp.array[Any],
     # state in and out
     vertex_residual: wp.array[Any],
     node_residual: wp.array[Any],
     vertices: wp.array[Any],
     nodes: wp.array[Any],
+    # state out
+    parts: wp.array2d[wp.float64],
 ) -> None:
-    """Find u - D^-1 E' mu, and r - scale E' mu where ``changes_residual``."""
-    i = wp.tid()
+    """Find u - D^-1 E' mu, r - scale E' mu where ``changes_residual``, and the parts of r . u."""
+    block, lane = wp.tid()
     vertex_count = vertices.shape[0]
-    if i < vertex_count:
-        total = column_sum(coupling.of_vertex_start, coupling.of_vertex, coupling.of_vertex_weight, multiplier, i)
-        change = in_precision(total, vertices[i])
-        vertices[i] = vertices[i] + change * vertex_inverse[i]
-        if changes_residual != 0:
-            vertex_residual[i] = vertex_residual[i] + change * scale[0]
-    else:
-        j = i - vertex_count
-        of_rows = column_sum(coupling.of_node_start, coupling.of_node, coupling.of_node_weight, multiplier, j)
-        push = in_precision(of_rows, nodes[j])
-        nodes[j] = nodes[j] - push * node_inverse[j]
-        if changes_residual != 0:
-            node_residual[j] = node_residual[j] - push * scale[0]
+    sums = Slots()
+    for i in range(block * chunk + lane, wp.min((block + 1) * chunk, vertex_count + nodes.shape[0]), wp.block_dim()):
+        if i < vertex_count:
+            total = column_sum(coupling.of_vertex_start, coupling.of_vertex, coupling.of_vertex_weight, multiplier, i)
+            change = in_precision(total, vertices[i])
+            vertices[i] = vertices[i] + change * vertex_inverse[i]
+            if changes_residual != 0:
+                vertex_residual[i] = vertex_residual[i] + change * scale[0]
+            sums[0] += wp.float64(wp.dot(vertex_residual[i], vertices[i]))
+        else:
+            j = i - vertex_count
+            of_rows = column_sum(coupling.of_node_start, coupling.of_node, coupling.of_node_weight, multiplier, j)
+            push = in_precision(of_rows, nodes[j])
+            nodes[j] = nodes[j] - push * node_inverse[j]
+            if changes_residual != 0:
+                node_residual[j] = node_residual[j] - push * scale[0]
+            sums[0] += wp.float64(wp.dot(node_residual[j], nodes[j]))
+            sums[0] += wp.float64(wp.dot(sliding_residual[j], sliding[j]))
+    sum_over_block(sums, parts[block])
 
 
 class Projection:
@@ -180,7 +192,7 @@ class Projection:
         self._independent, self._gram = embedding.independent, embedding.gram
         self._hybrid = embedding.nodes
         self._entities = embedding.vertex_count + embedding.node_count
-        self._pairs = _pairs_of_rows(self._independent)
+        self._places, self._sigma_of = _sigma_maps(self._independent, self._gram)
         self.coupling = self._coupling(embedding)
         self.vertex_inverse = wp.zeros(embedding.vertex_count, dtype=scalar, device=device)
         self.node_inverse = wp.zeros(embedding.node_count, dtype=scalar, device=device)
@@ -189,6 +201,7 @@ class Projection:
         self._inverse = wp.zeros(shape, dtype=wp.float64, device=device)
         self._residual = wp.zeros((self.row_count, 7), dtype=wp.float64, device=device)
         self._multiplier = wp.zeros_like(self._residual)
+        self._parts = parts_for(self._entities, device)
 
     def set_metric(self, vertex_inverse: Numbers, node_inverse: Numbers) -> None:
         """Invert Sigma for a metric.
@@ -200,7 +213,8 @@ class Projection:
         self.vertex_inverse.assign(vertex_inverse)
         self.node_inverse.assign(node_inverse)
         if self.row_count:
-            rounded = (array.numpy().astype(np.float64) for array in (self.vertex_inverse, self.node_inverse))
+            kind = np.float32 if self._scalar is wp.float32 else np.float64
+            rounded = (numbers.astype(kind).astype(np.float64) for numbers in (vertex_inverse, node_inverse))
             self._inverse.assign(symmetric_inverse(self.sigma(*rounded)))
 
     def set_scale(self, scale: float) -> None:
@@ -209,25 +223,40 @@ class Projection:
 
     def sigma(self, vertex_inverse: Numbers, node_inverse: Numbers) -> Numbers:
         """Sigma = E D^-1 E', shape (C, C); arguments as for ``set_metric``."""
-        place, node, weight = self._pairs
-        of_nodes = np.bincount(place, weight * node_inverse[self._hybrid[node]], self.row_count**2)
-        of_vertices = (self._gram.multiply(vertex_inverse[None, :]) @ self._gram.T).toarray()
-        total: Numbers = of_nodes.reshape(self.row_count, self.row_count) + of_vertices
-        return total
+        of_nodes, of_vertices = self._sigma_of
+        total = np.zeros(self.row_count**2)
+        total[self._places] = of_nodes @ node_inverse[self._hybrid] + of_vertices @ vertex_inverse
+        return total.reshape(self.row_count, self.row_count)
 
-    def launches(self, motion: MixedVector, launcher: Launcher, *, residual: MixedVector | None = None) -> list[Any]:
-        """The launches that project a motion, and subtract E' mu from a residual; none without hybrid nodes."""
+    def launches(
+        self,
+        motion: MixedVector,
+        launcher: Launcher,
+        *,
+        residual: MixedVector | None = None,
+        parts: wp.array[Any] | None = None,
+    ) -> list[Any]:
+        """The launches that project a motion; none without hybrid nodes.
+
+        Args:
+            motion: u, projected.
+            launcher: ``launch`` or ``prepare`` with the device bound.
+            residual: r, from which E' mu is subtracted.
+            parts: set to the parts of the dot product of the residual and the motion, over vertices and nodes.
+        """
         if self.row_count == 0:
             return []
         forces = motion if residual is None else residual
         metric = [self.vertex_inverse, self.node_inverse, self._scale]
-        inputs = [self.coupling, *metric, int(residual is not None), self._multiplier]
-        outputs = [forces.vertices, forces.nodes, motion.vertices, motion.nodes]
+        chunk = chunk_of(self._entities, self._device)
+        inputs = [self.coupling, *metric, int(residual is not None), chunk, self._multiplier]
+        inputs += [forces.sliding, motion.sliding, forces.vertices, forces.nodes, motion.vertices, motion.nodes]
+        outputs = [self._parts if parts is None else parts]
         rows, motions = self.row_count, [self.coupling, motion.vertices, motion.nodes]
         return [
             launcher(constraint_rows, rows, motions, [self._residual], tile=BLOCK),
             launcher(multiplier_rows, rows, [self._inverse, self._residual], [self._multiplier], tile=BLOCK),
-            launcher(subtract_multipliers, self._entities, inputs, outputs),
+            launcher(subtract_multipliers, part_count(self._entities, self._device), inputs, outputs, tile=THREADS),
         ]
 
     def _coupling(self, embedding: Embedding) -> Any:
@@ -261,6 +290,21 @@ def _pairs_of_rows(independent: csr_array) -> tuple[NDArray[np.int64], NDArray[n
     right = start[matrix.row[left]] + offset
     place = matrix.col[left].astype(np.int64) * independent.shape[1] + matrix.col[right]
     return place, matrix.row[left].astype(np.int64), matrix.data[left] * matrix.data[right]
+
+
+def _sigma_maps(independent: csr_array, gram: csr_array) -> tuple[NDArray[np.int64], tuple[csr_array, csr_array]]:
+    """The places of Sigma, as a matrix (C, C), that are not zero, and the matrices from D^-1 to the numbers there.
+
+    The matrices are those of the hybrid nodes and of the vertices.
+    """
+    tables = [_pairs_of_rows(independent), _pairs_of_rows(csr_array(gram.T))]
+    places = np.unique(np.concatenate([place for place, _row, _weight in tables]))
+    counts = independent.shape[0], gram.shape[1]
+    of_nodes, of_vertices = (
+        csr_array((weight, (np.searchsorted(places, place), row)), shape=(len(places), count))
+        for (place, row, weight), count in zip(tables, counts, strict=True)
+    )
+    return places, (of_nodes, of_vertices)
 
 
 def symmetric_inverse(matrix: Numbers) -> Numbers:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -88,8 +88,7 @@ class ClothSection:
         suffix = Path(path).suffix.lower()
         if suffix == ".toml":
             content = read_panels(path)
-            tables = [table.panel() for table in content.panels]
-            return cloth_from_panels(tables, content.seams, edge_length=self.edge_length or content.edge_length)
+            return replace(content, edge_length=self.edge_length or content.edge_length).cloth()
         if suffix == ".obj":
             from stitchmesh.mixed.cloth.from_obj import cloth_from_obj
 

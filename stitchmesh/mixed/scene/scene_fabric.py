@@ -24,7 +24,7 @@ from stitchmesh.mixed.layout.crossing_yarns import ROD
 from stitchmesh.mixed.layout.from_stitches import lay_stitches
 from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
-from stitchmesh.mixed.memory import available_memory, check_layout_memory
+from stitchmesh.mixed.memory import check_layout_memory, host_memory
 from stitchmesh.mixed.output.display import vertex_normals
 from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_knit, cloth_of_weave
 from stitchmesh.mixed.scene.matched_cloth import MATCHED, cell_of_scene, matched_cloth
@@ -167,7 +167,7 @@ def _outside(prepared: PreparedScene) -> FloatArray:
 
 def _layout(scene: Scene, cloth: Cloth) -> LaidYarns:
     """The yarns of a scene on its cloth."""
-    free = available_memory(device_named("cpu"))
+    free = host_memory()
     if scene.yarns.knit != STITCHES:
         check_layout_memory(scene.yarns.crossings_on(cloth), free)
         return scene.yarns.layout(cloth)

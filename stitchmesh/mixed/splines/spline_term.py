@@ -40,8 +40,8 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import vector
-from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.mixed.kept_share import keep_share
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.splines.carried_points import Carrier
@@ -120,13 +120,11 @@ class SplineTerm(Term):
         """Number of times that the candidate lists have grown."""
         return self._generation
 
-    def energy(self, state: MixedVector) -> float:
-        """Weighted energy of all yarns [erg]; the candidate lists hold all pairs up to ``step_limit``."""
-        _launches, energies = self.element_energies(state, self._launch)
-        return ordered_sum(energies)
-
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
-        """The launches that find the energy of each element [erg], and the array that they write it to."""
+        """The launches that find the weighted energy of each element, and where it is.
+
+        The candidate lists hold all pairs up to ``step_limit``.
+        """
         model, points = self.model, self.state.points
         made = self._place(state, launcher)
         made.append(place_contact_samples(model, self.state, launcher))
@@ -150,8 +148,8 @@ class SplineTerm(Term):
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that find the blocks of all segments and the stiffness of all pairs that touch."""
-        self._whole_hessian.exact.fill_(self.model.number(self.exact))
-        made = self._place(state, launcher)
+        share, kept = self.model.number(self.exact), [self._whole_hessian.exact]
+        made = [launcher(keep_share, self.model.cell_count, [share], kept), *self._place(state, launcher)]
         made.append(place_contact_samples(self.model, self.state, launcher))
         return made + self._whole_hessian.find_launches(launcher)
 

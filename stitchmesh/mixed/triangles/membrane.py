@@ -34,9 +34,7 @@ from numpy.typing import ArrayLike
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import matrix, vector
-from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.gather import GatherTable
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
@@ -275,6 +273,7 @@ class Membrane(Term):
     """Stretch and shear of a cloth on a device."""
 
     name = "membrane"
+    acts_on = "vertices"
 
     def __init__(
         self,
@@ -328,11 +327,10 @@ class Membrane(Term):
     def _laws(self) -> list[Any]:
         return [self._material, self._curve_start, self._curve_nodes, self._coupling]
 
-    def energy(self, state: MixedVector) -> float:
-        """Energy [erg]."""
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launch that finds the energy of each triangle, and where it is."""
         inputs = [self._corner, self._gradient, self._amount, *self._laws, state.vertices]
-        launch(find_triangle_energies, len(self._corner), inputs, [self._energy], self.device)
-        return ordered_sum(self._energy)
+        return [launcher(find_triangle_energies, len(self._corner), inputs, [self._energy])], self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add the forces of the triangles."""

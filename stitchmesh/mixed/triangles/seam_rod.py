@@ -32,9 +32,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import matrix, vector
-from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.gather import GatherTable
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
@@ -258,6 +256,7 @@ class SeamRod(Term):
     """The rods along all seams of a cloth, on a device."""
 
     name = "seam rods"
+    acts_on = "vertices"
 
     def __init__(
         self, cloth: Cloth, material: SeamMaterial, scalar: Any, device: wp.Device, weight: ArrayLike | None = None
@@ -286,11 +285,12 @@ class SeamRod(Term):
         self._slots = wp.zeros(3 * self._count, dtype=three, device=device)
         self._blocks = wp.zeros(3 * self._count, dtype=matrix(3, scalar), device=device)
 
-    def energy(self, state: MixedVector) -> float:
-        """Energy [erg]."""
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launch that finds the energy of each rod element, and where it is."""
+        if self._count == 0:
+            return [], self._energy
         inputs = [self._corner, self._constants, state.vertices]
-        launch(find_rod_energies, self._count, inputs, [self._energy], self.device)
-        return ordered_sum(self._energy)
+        return [launcher(find_rod_energies, self._count, inputs, [self._energy])], self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add the forces of the rods."""

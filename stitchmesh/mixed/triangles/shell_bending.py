@@ -25,9 +25,7 @@ from numpy.typing import ArrayLike
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.launch import launch
 from stitchmesh.compute.precision import matrix, vector
-from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.gather import GatherTable
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
@@ -235,6 +233,7 @@ class ShellBending(Term):
     """Bending of a cloth on a device."""
 
     name = "bending"
+    acts_on = "vertices"
 
     def __init__(
         self,
@@ -284,12 +283,13 @@ class ShellBending(Term):
         inputs = [self._corner, self._rest_angle, state.vertices]
         return launcher(find_deflections, self._count, inputs, [self._deflection])
 
-    def energy(self, state: MixedVector) -> float:
-        """Energy [erg]."""
-        inputs = [self._corner, self._rest_angle, state.vertices]
-        launch(find_deflections, self._count, inputs, [self._deflection], self.device)
-        launch(find_hinge_energies, self._count, [*self._rows, self._deflection], [self._energy], self.device)
-        return ordered_sum(self._energy)
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launch that finds the energy of each hinge, and where it is."""
+        if self._count == 0:
+            return [], self._energy
+        deflections = self._find_deflections(state, launcher)
+        found = launcher(find_hinge_energies, self._count, [*self._rows, self._deflection], [self._energy])
+        return [deflections, found], self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that add the forces of the hinges."""

@@ -4,14 +4,17 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 import warp as wp
 
+from stitchmesh.compute.launch import launch
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_model import CrossingModel
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
-from stitchmesh.mixed.crossings.step_limit import sliding_step_limit
+from stitchmesh.mixed.crossings.step_limit import sliding_limits
 from tests.mixed.crossings.small_fabrics import CPU, plain_weave, vector_of
 
 FABRIC = plain_weave(4, 3)
@@ -20,7 +23,9 @@ MODEL = CrossingModel.of(FABRIC.elements(), wp.float64, CPU)
 
 def limit_of(sliding, change, model=MODEL, share=0.5):
     state, direction = vector_of(FABRIC.position, sliding), vector_of(0 * FABRIC.position, change)
-    return sliding_step_limit(model, state, direction, share)
+    limits = wp.zeros(model.count, dtype=wp.float64, device=CPU)
+    sliding_limits(model, state, direction, limits, partial(launch, device=CPU), share=share)
+    return float(limits.numpy().min())
 
 
 def shortest_part(sliding, change, step):

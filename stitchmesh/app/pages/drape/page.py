@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
+from stitchmesh.app.controls.html_pieces import figures
 from stitchmesh.app.pages.drape.cloth_drawing import COLOURS, ClothColour, ClothDrawing, legend_of
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
 from stitchmesh.app.pages.drape.files_panel import FilesPanel
@@ -191,7 +192,7 @@ class DrapePage(Page):
         self._show_choice.visible = self._follow.visible = draped is not None or self.run.live is not None
         self._colour_choice.visible = not shows_run and opened is not None
         self._run_colour_choice.visible = shows_run
-        self._report.content = report_html(draped.report) if shows_run and draped is not None else ""
+        self._report.content = ""
         if shows_run and draped is not None:
             self._draw_run(draped)
             return
@@ -212,6 +213,7 @@ class DrapePage(Page):
         coloured = self._view.coloured(word, None, None)
         self._view.draw(self.app.scene, coloured.points, None)
         self._legend.content = legend_of_colours(coloured)
+        self._report.content = figures(self._view.figures(), "Frame") + report_html(draped.report)
         if first:
             self.app.scene.look_at(*self._view.bounds())
 
