@@ -23,7 +23,7 @@ class SplineMaterial:
     quadrature_points: int = 3
     """Gauss points of a segment."""
     contact_samples: int = 4
-    """Contact samples of a segment; long segments have more."""
+    """Contact samples of a segment; long segments have more. A segment may become 2.6 radii long for each."""
 
     def __post_init__(self) -> None:
         if not self.yarn.mass_per_length > 0.0:
