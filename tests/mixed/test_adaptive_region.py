@@ -26,7 +26,7 @@ from stitchmesh.mixed.scene.scene import ContactSection, OutputSection, Scene, S
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare, with_region
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.simulation import DynamicSimulation, begin_simulation
-from stitchmesh.run_control import RunControl
+from stitchmesh.run_control import RunControl, Snapshot
 
 CPU = device_named("cpu")
 SIDE = 3.0
@@ -163,15 +163,14 @@ def test_a_motion_begins_with_triangles_and_finds_its_region() -> None:
 
 
 def stopping_after(steps: int) -> RunControl[Draped]:
-    """A control that stops a run after a number of steps."""
-    seen: list[object] = []
+    """A control that stops a run after a number of steps; a pause shows its state, however fast the steps are."""
 
-    def watch(snapshot: object) -> None:
-        seen.append(snapshot)
-        if len(seen) == steps:
+    def watch(snapshot: Snapshot[Draped]) -> None:
+        if snapshot.iteration >= steps:
             control.stop()
 
     control: RunControl[Draped] = RunControl(watch, seconds=0.0)
+    control.step(steps - 1)  # the first step needs no leave
     return control
 
 
