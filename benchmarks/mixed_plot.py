@@ -11,7 +11,7 @@ MEASURES = (
     ("near", "rms distance in the measured part [spacings]", 1.0),
     ("spectrum", "difference of the spectrum of wrinkles [%]", 100.0),
     ("energy", "difference of the stored energy [%]", 100.0),
-    ("seconds", "time [s]", 1.0),
+    ("products", "products (line: yarns everywhere)", 1.0),
 )
 """Columns of the picture: entry of a row, name and factor."""
 STYLES = {"by hand": ("s", "tab:orange", "-"), "automatic": ("o", "tab:blue", "-"),
@@ -59,7 +59,7 @@ def _draw_panel(panel: Any, rows: list[dict[str, Any]], entry: str, name: str, f
                 markerfacecolor=colour if rings == 1 else "none",
                 label=f"{kind}, {rings} ring{'s' if rings > 1 else ''}",
             )  # fmt: skip
-    if entry == "seconds":
+    if entry == "products":
         panel.axhline(full[entry], color="black", linewidth=1, label="yarns everywhere")
     else:
         panel.axhline(factor * abs(ends[-1][entry]), color="tab:gray", linewidth=1, label="triangles alone")
