@@ -24,7 +24,8 @@ def test_there_are_scenes():
 
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_a_scene_has_yarns_in_a_part_of_the_cloth(path):
-    scene = read_scene(path)
+    read = read_scene(path)
+    scene = replace(read, contact=replace(read.contact, start_outside=False))  # where it begins does not count here
     nodes = []
     for kind in ("none", "chosen", "all"):
         prepared = prepare(replace(scene, region=replace(scene.region, yarns=kind)))

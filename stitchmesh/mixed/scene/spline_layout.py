@@ -8,18 +8,21 @@ gives all yarns the shape of loops at rest, also where triangles are simulated a
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.layout.splines_on_stitches import lay_splines
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
+from stitchmesh.quality import quality_named
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarnrelax import relax_yarns
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
 
-QUALITY = "draft"
+QUALITY = replace(quality_named("draft"), contact_samples=SplineMaterial.contact_samples)
 """Quality of the yarns: 12 control points of a stitch. The loops of a swatch then are 1 % larger than at quality
 ``reference``."""
 

@@ -8,13 +8,18 @@ the ball |d + t u| <= R at
     t = (R^2 - d^2) / (d.u + ((d.u)^2 + u^2 (R^2 - d^2))^(1/2))
 
 for the form of the root without cancellation where d.u > 0.
+
+Distances of yarns do not change when all of them move alike. Displacements and motions are therefore relative to their
+means over all control points.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import minimum
@@ -24,6 +29,9 @@ from stitchmesh.yarnrelax.model.state import State
 
 @kernel
 def moves_within_budgets(
+    # model
+    mean_displacement: Any,
+    mean_motion: Any,
     # state in
     points: wp.array[Any],
     listed_points: wp.array[Any],
@@ -34,7 +42,8 @@ def moves_within_budgets(
 ) -> None:
     """The part of the motion of each control point that keeps its budget, at most 1."""
     i = wp.tid()
-    d, u, radius = points[i] - listed_points[i], motion[i], budget[i]
+    d, u = points[i] - listed_points[i] - mean_displacement, motion[i] - mean_motion
+    radius = budget[i] * type(budget[i])(1.0)
     zero, one = radius - radius, type(radius)(1.0)
     room = wp.max(radius * radius - wp.dot(d, d), zero)
     along, square = wp.dot(d, u), wp.dot(u, u)
@@ -57,6 +66,14 @@ def longest_move(model: Model, state: State, motion: wp.array[Any]) -> float:
         motion: what a part of 1 adds to the control points [units], shape (N, 3).
     """
     limit = model.empty(model.point_count)
-    inputs = [state.points, state.listed_points, state.budget, motion]
+    points, listed = (_mean(places) for places in (state.points, state.listed_points))
+    means = [model.numbers(*mean) for mean in (points - listed, _mean(motion))]
+    inputs = [*means, state.points, state.listed_points, state.budget, motion]
     model.launch(moves_within_budgets, model.point_count, inputs, [limit])
     return minimum(limit)
+
+
+def _mean(vectors: wp.array[Any]) -> NDArray[np.float64]:
+    """Mean of vectors, shape (3,)."""
+    mean: NDArray[np.float64] = vectors.numpy().mean(axis=0, dtype=np.float64)
+    return mean

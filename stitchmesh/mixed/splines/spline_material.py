@@ -22,8 +22,8 @@ class SplineMaterial:
     """Stiffness and mass of yarn of the radius at hand."""
     quadrature_points: int = 3
     """Gauss points of a segment."""
-    contact_samples: int = 3
-    """Contact samples of a segment; long segments have more."""
+    contact_samples: int = 4
+    """Contact samples of a segment; long segments have more. A segment may become 2.6 radii long for each."""
 
     def __post_init__(self) -> None:
         if not self.yarn.mass_per_length > 0.0:

@@ -22,8 +22,9 @@ and is constant within an iteration of the solver.
 
 No move lets a yarn pass through another one. Each control point has a budget around the place where the candidate lists
 were made, less than half the clearance of the yarn that it shapes (``yarnrelax.collision.step_limit``). A move of the
-mixed system is one direction for all nodes: it is shortened until every control point keeps its budget. Where a
-direction leads beyond the budgets that are left, the lists are made again first.
+mixed system is one direction for all nodes: it is shortened until every control point keeps its budget, relative to the
+mean motion of all of them, which changes no distance (``spline_limit``). Where a direction leads beyond the budgets
+that are left, the lists are made again first.
 """
 
 from __future__ import annotations

@@ -144,6 +144,9 @@ def test_no_sum_of_moves_leads_a_yarn_through_another_one():
             assert 0.0 <= part < 1.0
             points = points + part * down
     assert points[9:, 2].min() > 0.0  # the axes have not met
+    together = MixedVector.from_numpy([], down * 0.0 + [5.0, -3.0, 1.0], none, wp.float64, CPU)
+    start = MixedVector.from_numpy([], curves.points, none, wp.float64, CPU)
+    assert term.step_limit(start, together) == 1.0  # no distance changes
     away = MixedVector.from_numpy([], -0.01 * down, none, wp.float64, CPU)
     assert term.step_limit(MixedVector.from_numpy([], curves.points, none, wp.float64, CPU), away) == 1.0
 
