@@ -29,6 +29,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.relax_partly import relax_partly
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
+from stitchmesh.yarnrelax.saddle import continued
 
 STARTS = 4
 """Number of displaced starts."""
@@ -39,36 +40,42 @@ KICKS = 3
 BETWEEN = 20
 """Iterations between two displacements."""
 
+Relax = Callable[[YarnSet, int], Relaxation]
+"""A relaxation of yarns, after a number of iterations that count for a limit of all of them."""
+
 logger = logging.getLogger(__name__)
 
 
-def lowest_rest(prepared: PreparedSwatch, yarns: YarnSet, relax: Callable[[YarnSet], Relaxation]) -> Relaxation:
+def lowest_rest(prepared: PreparedSwatch, yarns: YarnSet, relax: Relax) -> Relaxation:
     """Relax yarns, and displaced starts too if the repeat has states; return the way to the lowest state.
 
-    The report has ``starts``, the number of starts that were relaxed, and the seconds of all of them. Displaced starts
-    are left out if the yarns themselves do not come to rest, or where a limit on the time is reached.
+    The report has ``starts``, the number of starts that came to rest, and the iterations and seconds of all of them,
+    which also number the entries of the history. Displaced starts are left out if the yarns themselves do not come to
+    rest, or where a limit on the time is reached.
 
     Args:
         prepared: the prepared repeat.
         yarns: its yarns, from which the first relaxation starts.
-        relax: the relaxation with the first sampling of the path.
+        relax: the relaxation with the first sampling of the path, of yarns after a number of iterations.
 
     Raises:
         SolverError: the yarns cannot be relaxed.
     """
-    found = [relax(yarns)]
-    if prepared.has_states and found[0].report["converged"]:
+    last = relax(yarns, 0)
+    found = [last]
+    if prepared.has_states and last.report["converged"]:
         for number in range(STARTS):
             if seconds_left() <= 0.0:
                 break
-            other = _from_start(prepared, yarns, number, relax)
+            other = _from_start(prepared, yarns, number, relax, last.report["iterations"])
             if other is not None:
-                found.append(other)
-    rested = [each for each in found if each.report["converged"]] or found[:1]
+                last = continued(other, Relaxation(last.yarns, last.report, []))
+                found.append(last)
+    rested = [each for each in found if each.report["converged"]] or found
     least = min(each.report["energy"] for each in rested)
     kept = next(each for each in rested if each.report["energy"] <= least + SAME_ENERGY * abs(least))
-    seconds = sum(each.report["seconds"] for each in found)
-    return replace(kept, report=kept.report | {"seconds": seconds, "starts": len(found)})
+    spent = {name: last.report[name] for name in ("iterations", "seconds")}
+    return replace(kept, report=kept.report | spent | {"starts": len(rested)})
 
 
 def perturbed_start(prepared: PreparedSwatch, yarns: YarnSet, random: np.random.Generator) -> YarnSet:
@@ -88,12 +95,10 @@ def perturbed_start(prepared: PreparedSwatch, yarns: YarnSet, random: np.random.
     return yarns
 
 
-def _from_start(
-    prepared: PreparedSwatch, yarns: YarnSet, number: int, relax: Callable[[YarnSet], Relaxation]
-) -> Relaxation | None:
+def _from_start(prepared: PreparedSwatch, yarns: YarnSet, number: int, relax: Relax, done: int) -> Relaxation | None:
     """Relax from a displaced start; None, with a message, if this is not possible."""
     try:
-        other = relax(perturbed_start(prepared, yarns, np.random.default_rng(number)))
+        other = relax(perturbed_start(prepared, yarns, np.random.default_rng(number)), done)
         refuse_pull_through(prepared.drawn, other.yarns, prepared.device)
     except SolverError as error:
         logger.info("start %d of the search for the lowest state: %s", number + 1, error)

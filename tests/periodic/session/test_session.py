@@ -108,7 +108,8 @@ def test_the_first_relaxation_has_the_same_bits_as_that_of_a_swatch():
         frame = running.wait_until_rest(SAFETY)
     expected = sm.swatch("rib2x2", quality="draft", device="cpu", relax_cell=True)
     assert np.array_equal(frame.yarns.points, expected.yarns.points)
-    assert frame.report["iteration"] == expected.report["iterations"]
+    # the generated yarns come to the lowest state here; the report also counts the other starts of the search
+    assert frame.report["iteration"] == expected.history[-1]["iteration"]
 
 
 def test_gamma_grows_in_steps_and_the_yarn_keeps_its_radius():
