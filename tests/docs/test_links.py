@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import pkgutil
 import re
 import sys
 import unicodedata
@@ -59,6 +60,11 @@ def test_the_reference_has_every_public_name_once():
     named = [name.split(".")[-1] for page in PAGES for name in REFERENCE.findall(page.read_text())]
     assert len(named) == len(set(named))
     assert set(named) >= set(stitchmesh.__all__)
+
+
+def test_the_names_of_the_reference_stand_where_it_says():
+    for name in [name for page in PAGES for name in REFERENCE.findall(page.read_text())]:
+        assert pkgutil.resolve_name(f"stitchmesh.{name}") is not None, name
 
 
 def test_references_from_pages_are_in_the_reference():
