@@ -151,6 +151,9 @@ def _error_message(msgspec_message: str, value: object, kind: Any) -> str:
     if missing := re.fullmatch(r"Object missing required field `(.*)`", what):
         given = ", ".join(found) if isinstance(found, dict) and found else "nothing"
         return f"{place} needs {missing[1]!r}; got {given}".lstrip()
+    if what.startswith("Invalid enum value"):
+        choices = ", ".join(str(choice) for choice in _choices_at(kind, steps))
+        return f"{place} is {_abbreviated(found)}; expected one of {choices}".lstrip()
     expected = re.sub(r", got `.*", "", what).removeprefix("Expected ")
     for name in re.findall(r"\w+", (re.findall(r"`(.*?)`", expected) or [""])[0]):
         expected = expected.replace(name, KIND_NAMES.get(name, name), 1)
@@ -172,15 +175,35 @@ def _abbreviated(value: object) -> str:
 
 def _keys_at(kind: Any, steps: list[int | str]) -> list[str]:
     """Return the keys that the type allows for the object at a path."""
-    info: Any = inspect.type_info(kind)
-    for step in [*steps, None]:
-        options = info.types if isinstance(info, inspect.UnionType) else [info]
-        for option in options:
-            if isinstance(option, inspect.StructType | inspect.DataclassType):
-                fields = {field.encode_name: field.type for field in option.fields}
-                if step is None:
-                    return list(fields)
-                info = fields[str(step)]
-            elif isinstance(option, inspect.ListType | inspect.VarTupleType):
-                info = option.item_type
+    for option in _options_at(kind, steps):
+        if isinstance(option, inspect.StructType | inspect.DataclassType):
+            return [field.encode_name for field in option.fields]
     return []
+
+
+def _choices_at(kind: Any, steps: list[int | str]) -> list[object]:
+    """Return the values between which the type lets choose at a path."""
+    options = _options_at(kind, steps)
+    return [value for option in options if isinstance(option, inspect.LiteralType) for value in option.values]
+
+
+def _options_at(kind: Any, steps: list[int | str]) -> list[Any]:
+    """Return descriptions of the types that are allowed at a path."""
+    options = _alternatives(inspect.type_info(kind))
+    for step in steps:
+        options = [part for option in options for part in _parts_at(option, step)]
+    return options
+
+
+def _parts_at(option: Any, step: int | str) -> list[Any]:
+    """Return descriptions of the types that a type allows at a key or an index."""
+    if isinstance(option, inspect.StructType | inspect.DataclassType):
+        return [part for field in option.fields if field.encode_name == step for part in _alternatives(field.type)]
+    if isinstance(option, inspect.ListType | inspect.VarTupleType):
+        return _alternatives(option.item_type)
+    return []
+
+
+def _alternatives(info: Any) -> list[Any]:
+    """Return the types of a union, or the type itself."""
+    return list(info.types) if isinstance(info, inspect.UnionType) else [info]

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 import numpy as np
@@ -25,6 +25,7 @@ class Garment(msgspec.Struct, forbid_unknown_fields=True):
     panels: list[Panel] = []
     spiral: bool = False
     radius: float | None = None
+    fit: Literal["loose", "tight"] | None = None
 
 
 def test_a_valid_value_has_its_type_and_its_defaults():
@@ -48,6 +49,7 @@ def test_a_valid_value_has_its_type_and_its_defaults():
         ({"mesh": "m", "panels": [{"row": [1]}]}, "panels[0] has no key 'row'; did you mean 'rows'? the keys are "),
         ({"mesh": "m", "panels": [{}]}, "panels[0] needs 'rows'; got nothing"),
         ({"mesh": "m", "panels": "all"}, 'panels is "all"; expected a list'),
+        ({"mesh": "m", "fit": "wide"}, 'fit is "wide"; expected one of loose, tight'),
         ({"mesh": list(range(99))}, "mesh is [0, 1, 2"),
     ],
 )  # fmt: skip
