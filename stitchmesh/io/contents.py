@@ -12,6 +12,9 @@ from stitchmesh.errors import FileError, ParameterError, described
 
 FilePath = str | PathLike[str]
 
+LARGEST_EXPANSION, FREE_EXPANSION = 100, 2**24
+"""Bytes of numbers that a compressed file may hold for each of its bytes, and bytes that each file may hold beyond."""
+
 
 def check_path(path: FilePath) -> None:
     """Check that a path is a text or a ``Path``.
@@ -70,3 +73,17 @@ def read_lines(path: FilePath) -> list[str]:
     if b"\0" in content:
         raise FileError(f"{fspath(path)}: holds binary data; expected a text file")
     return content.decode("utf-8-sig", errors="replace").splitlines()
+
+
+def check_expansion(expanded: int, size: int) -> None:
+    """Check that numbers in a compressed file do not need very much more memory than the file.
+
+    Args:
+        expanded: bytes of the numbers.
+        size: bytes of the file.
+
+    Raises:
+        ValueError: they do; the message has no path.
+    """
+    if expanded > FREE_EXPANSION + LARGEST_EXPANSION * size:
+        raise ValueError(f"a file of {size} bytes states {expanded} bytes of numbers, more than {LARGEST_EXPANSION} times")
