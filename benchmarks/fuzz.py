@@ -16,14 +16,13 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import tempfile
 import time
 from pathlib import Path
 
 os.environ |= {"PXR_WORK_THREAD_LIMIT": "1", "MALLOC_ARENA_MAX": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 from fuzz_readers import READERS
-from fuzz_run import Findings, damaged, fuzz, keep_findings
+from fuzz_run import Findings, damaged, fuzz, keep_findings, seeds_of
 
 
 def main() -> int:
@@ -71,9 +70,7 @@ def _run(name: str, arguments: argparse.Namespace) -> Findings:
 
 def _show(name: str, seed: int, number: int) -> None:
     reader = READERS[name]
-    with tempfile.TemporaryDirectory() as folder:
-        seeds = list(reader.seeds(Path(folder)))
-    sys.stdout.buffer.write(damaged(reader, seeds, seed, number))
+    sys.stdout.buffer.write(damaged(reader, seeds_of(reader), seed, number))
 
 
 if __name__ == "__main__":

@@ -15,12 +15,14 @@ import re
 import struct
 import zlib
 from collections.abc import Callable, Sequence
+from functools import cache
 from random import Random
 
 Mutation = Callable[[Random, bytes], bytes]
 
 NUMBERS = [
-    b"0", b"-1", b"1", b"2", b"3", b"-0", b"7.5", b"255", b"256", b"65536", b"2147483647", b"2147483648", b"-2147483649",
+    b"0", b"-1", b"1", b"2", b"3", b"-0", b"7.5", b"255", b"256", b"65536", b"2147483647", b"2147483648",
+    b"-2147483649",
     b"4294967295", b"99999999999", b"9223372036854775807", b"9223372036854775808", b"-9223372036854775809",
     b"18446744073709551616", b"1e30", b"1e308", b"-1e308", b"1e400", b"1e-320", b"nan", b"inf", b"-inf", b"NaN",
     b"0x10", b"1_000", "\u0663".encode(), "\u00b2".encode(), b"9" * 400, b"9" * 5000, b"", b"+", b".", b"1.", b"1e",
@@ -43,7 +45,7 @@ WORD = re.compile(rb"[^\s,;=\[\](){}<>\"]+")
 LONG_BASE64 = re.compile(rb"[A-Za-z0-9+/]{12,}={0,2}")
 HEAD = 256
 """Number of bytes at the start of a file that are damaged more often than the others."""
-LARGEST = 200_000
+LARGEST = 50_000
 """Number of bytes to which a damaged file is cut, so that repeated lines stay small."""
 
 
@@ -149,7 +151,7 @@ def insert_text(random: Random, content: bytes) -> bytes:
 
 def nest(random: Random, content: bytes) -> bytes:
     """Insert a beginning many times; half of the time at the place of a number."""
-    opening = random.choice(OPENINGS) * random.choice((2, 40, 3000, 20_000))
+    opening = random.choice(OPENINGS) * random.choice((2, 40, 40, 3000, 3000, 10_000))
     found = list(NUMBER.finditer(content))
     if found and random.random() < 0.5:
         match = random.choice(found)
@@ -234,7 +236,7 @@ def inside_png(random: Random, content: bytes) -> bytes:
             pixels = zlib.decompress(data)
         except zlib.error:
             pixels = b""
-        data = zlib.compress(random.choice((mutated(random, pixels, BINARY), b"\0" * 30_000_000)))
+        data = bomb() if random.random() < 0.5 else zlib.compress(mutated(random, pixels, BINARY))
     else:
         data = mutated(random, data, BINARY)
     chunks[number] = name, data
@@ -243,6 +245,12 @@ def inside_png(random: Random, content: bytes) -> bytes:
     parts = [struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
              for name, data in chunks]  # fmt: skip
     return content[:8] + b"".join(parts)
+
+
+@cache
+def bomb() -> bytes:
+    """Return a thousandth of 30 MB that the method of PNG expands to them."""
+    return zlib.compress(b"\0" * 30_000_000)
 
 
 def png_chunks(content: bytes) -> list[tuple[bytes, bytes]]:

@@ -17,13 +17,16 @@ from typing import Any
 import fuzz_mutations as damage
 import numpy as np
 
-from stitchmesh.errors import FileError, MeshError, ParameterError, PatternError
+from stitchmesh.errors import FileError, MeshError, ParameterError, PatternError, YarnError
 from stitchmesh.io import read_mesh, read_stitches, read_yarns, write_mesh, write_stitches, write_yarns
 from stitchmesh.io.any_file import read_any
+from stitchmesh.io.yarns import BCC_CURVES
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.yarn import YarnSet
 
+Seeds = Callable[[Path], Sequence[bytes]]
+"""Function that returns undamaged files; it may write into the folder that it gets."""
 ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -33,12 +36,15 @@ class Reader:
 
     suffix: str
     read: Callable[[Path], Any]
-    seeds: Callable[[Path], Sequence[bytes]]
-    """Function that returns undamaged files; it may write into the folder that it gets."""
+    seeds: Seeds
     kinds: Sequence[damage.Mutation] = damage.TEXT
     """Changes of the files."""
     errors: tuple[type[Exception], ...] = (FileError,)
     """Errors that the reader may raise for a damaged file."""
+    has_own_process: bool = False
+    """Whether the library reads in a process of its own, so that its end is a ``FileError``; ``read`` does not."""
+    may_reserve: bool = False
+    """Whether memory may be reserved that is never written, so that a system that refuses it makes a ``FileError``."""
 
 
 def cube() -> Mesh:
@@ -52,8 +58,9 @@ def small_yarns(periodic: bool = False) -> YarnSet:
     angle = np.linspace(0, 2 * np.pi, 7)[:-1]
     ring = np.stack([np.cos(angle), np.sin(angle), 0.1 * np.cos(2 * angle)], axis=1)
     if periodic:
-        yarns = YarnSet.from_curves([ring, ring + [0, 0, 3]], closed=[True, True], radius=0.1)
-        return dataclasses.replace(yarns, lattice=Lattice([[5.0, 0, 0], [0, 4.0, 0]]), lattice_step=np.zeros((2, 2), int))
+        yarns = YarnSet.from_curves([ring, ring + np.array([0, 0, 3])], closed=[True, True], radius=0.1)
+        lattice = Lattice([[5.0, 0, 0], [0, 4.0, 0]])
+        return dataclasses.replace(yarns, lattice=lattice, lattice_step=np.zeros((2, 2), int))
     return YarnSet.from_curves([ring, ring[:4] * 1.5], closed=[True, False], radius=[0.1, 0.2])
 
 
@@ -105,7 +112,8 @@ def _ascii_stl(folder: Path) -> list[bytes]:
 def _vtp_variants(folder: Path) -> list[bytes]:
     """Return a polyline and a polygon in each encoding of the format."""
     points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]], "<f4")
-    return [_vtp(points, cells, mode) for cells in ("Lines", "Polys") for mode in ("ascii", "binary", "zlib", "appended")]
+    modes = ("ascii", "binary", "zlib", "appended")
+    return [_vtp(points, cells, mode) for cells in ("Lines", "Polys") for mode in modes]
 
 
 def _vtp(points: np.ndarray, cells: str, mode: str) -> bytes:
@@ -134,8 +142,8 @@ def _vtp(points: np.ndarray, cells: str, mode: str) -> bytes:
         array("Points", "Float32", points, 3), f"</Points>\n<{cells}>", array("connectivity", "Int64", np.arange(4)),
         array("offsets", "Int64", np.array([4])), f"</{cells}>\n</Piece></PolyData>\n",
     ])  # fmt: skip
-    data = b'<AppendedData encoding="raw">\n_' + b"".join(blocks) + b"\n</AppendedData>\n" if mode == "appended" else b""
-    return text.encode() + data + b"</VTKFile>\n"
+    data = b'<AppendedData encoding="raw">\n_' + b"".join(blocks) + b"\n</AppendedData>\n"
+    return text.encode() + (data if mode == "appended" else b"") + b"</VTKFile>\n"
 
 
 def _hdf5_links(folder: Path) -> list[bytes]:
@@ -204,6 +212,21 @@ def _read_state(path: Path) -> object:
     return read_state(path, {"yarns": "1"})
 
 
+def _frame(folder: Path) -> list[bytes]:
+    """Return the file of a frame of mixed yarns and triangles."""
+    from stitchmesh.mixed.output.frames import Frame, Frames
+
+    points = np.arange(12.0).reshape(4, 3)
+    Frames(folder).add(Frame(0.5, points, points, points[:, :2], np.zeros(2, dtype=np.int64), np.ones(4)))
+    return [next(folder.rglob("0000.smc")).read_bytes()]
+
+
+def _read_frame(path: Path) -> object:
+    from stitchmesh.mixed.output.frames import read_frame
+
+    return read_frame(path)
+
+
 def _read_checkpoint_yarns(path: Path) -> object:
     from stitchmesh.yarnrelax.checkpoint_yarns import checkpoint_yarns
 
@@ -215,13 +238,22 @@ def _usd(suffix: str) -> Reader:
         linked = small_yarns(), dataclasses.replace(small_yarns(), colour=[1, 0])
         found = _written(write_yarns, *linked, suffix=suffix)(folder)
         if suffix == ".usda":
-            head = b'#usda 1.0\n(\n    subLayers = [@../../../../etc/passwd@, @/dev/zero@]\n)\n'
-            found += [head + found[0].partition(b")\n")[2],
-                      found[0].replace(b'def Xform "yarns"', b'def Xform "yarns" (references = @/etc/passwd@)')]  # fmt: skip
+            head = b"#usda 1.0\n(\n    subLayers = [@../../../../etc/passwd@, @/dev/zero@]\n)\n"
+            prim = b'def Xform "yarns"'
+            found.append(head + found[0].partition(b")\n")[2])
+            found.append(found[0].replace(prim, prim + b" (references = @/etc/passwd@)"))
         return found
 
     kinds = damage.TEXT if suffix == ".usda" else damage.BINARY
-    return Reader(suffix, read_yarns, seeds, kinds, (FileError, ParameterError))
+    return Reader(suffix, _read_usd, seeds, kinds, (FileError, YarnError, ParameterError), has_own_process=True)
+
+
+def _read_usd(path: Path) -> object:
+    """Do in this process what ``read_yarns`` does in a child, whose start takes longer than the reading."""
+    from stitchmesh.io.yarn_formats.usd_curves import curves_of_stage
+    from stitchmesh.io.yarns import yarns_of_usd
+
+    return yarns_of_usd(curves_of_stage(path))
 
 
 def _png(folder: Path) -> list[bytes]:
@@ -234,11 +266,10 @@ def _png(folder: Path) -> list[bytes]:
     text = PngImagePlugin.PngInfo()
     text.add_text("stitchmesh chart", "row 1: K P", zip=True)
     found = []
-    for image, options in (
-        (palette, {}), (palette.convert("RGB"), {"pnginfo": text}), (palette.convert("RGBA"), {}),
-        (palette.convert("1"), {}), (Image.fromarray(pixels.astype(np.uint16) * 40_000), {}), (palette.convert("LA"), {}),
-    ):  # fmt: skip
-        content = io.BytesIO()
+    deep = Image.fromarray(pixels.astype(np.uint16) * 40_000)
+    modes = [palette, *(palette.convert(mode) for mode in ("RGB", "RGBA", "1", "LA")), deep]
+    for image in modes:
+        content, options = io.BytesIO(), {"pnginfo": text} if image.mode == "RGB" else {}
         image.save(content, format="PNG", **options)
         found.append(content.getvalue())
     return found
@@ -298,7 +329,7 @@ def _read_textured(path: Path) -> object:
 def _edits(folder: Path) -> list[bytes]:
     return [
         b'{"edit": "change_stitch", "arguments": {"faces": [1, 2], "stitch": "P"}}\n'
-        b'{"edit": "split_course_edge", "arguments": {"side": 9}}\n{"edit": "insert_row", "arguments": {"row": 3}}\n'
+        b'{"edit": "split_course_edge", "arguments": {"side": 9}}\n{"edit": "insert_row", "arguments": {"face": 3}}\n'
     ]
 
 
@@ -309,7 +340,8 @@ def _read_edits(path: Path) -> object:
 
 
 def _steps(folder: Path) -> list[bytes]:
-    return [b'{"step": "start_at_edge", "arguments": {"edge": [3, 2]}}\n{"step": "flip_row", "arguments": {"face": 1}}\n']
+    first = b'{"step": "start_at_edge", "arguments": {"edge": [3, 2]}}\n'
+    return [first + b'{"step": "flip_row", "arguments": {"face": 1}}\n']
 
 
 def _read_steps(path: Path) -> object:
@@ -336,14 +368,19 @@ def _read_edge_settings(path: Path) -> object:
     return read_edge_settings(path)
 
 
-def _meshes(suffix: str, *seeds: Callable[[Path], Sequence[bytes]], kinds: Sequence[damage.Mutation]) -> Reader:
+def _meshes(suffix: str, kinds: Sequence[damage.Mutation], *seeds: Seeds, may_reserve: bool = False) -> Reader:
     own = _written(write_mesh, cube, suffix=suffix)
-    return Reader(suffix, read_mesh, _joined(own, *seeds), kinds, (FileError, MeshError))
+    return Reader(suffix, read_mesh, _joined(own, *seeds), kinds, (FileError, MeshError), may_reserve=may_reserve)
 
 
+XML = (*damage.MIXED, *[damage.inside_base64] * 4)
+CHECKPOINT = (*damage.BINARY, *[damage.inside_checkpoint] * 20)
+PNG = (*damage.BINARY, *[damage.inside_png] * 14)
+YARN_ERRORS = (FileError, ParameterError)
+"""Errors of yarns: a radius that cannot be estimated is a ``ParameterError``."""
 PATTERN_ERRORS = (FileError, PatternError, ParameterError)
 """Errors of charts: a chart that is too large is a ``ParameterError``."""
-PATTERNS = [f"assets/patterns/{name}.knit" for name in ("rib2x2", "mrs-montagues", "seed")]
+PATTERNS = [f"assets/patterns/{name}.knit" for name in ("rib2x2", "eyelet-lace", "seed")]
 WEAVES = [f"assets/patterns/{name}.weave" for name in ("satin-2x3", "double-plain-stitched", "orthogonal-interlock")]
 RECIPES = ["examples/hat.toml", "examples/sock.toml", "examples/sweater.toml"]
 SCENES = [f"examples/mixed/{name}.toml" for name in ("swinging", "sleeve", "loops", "pulled")]
@@ -351,34 +388,31 @@ CLOTH_MATERIALS = ["examples/mixed/jersey/cloth.toml", "examples/mixed/materials
 YARN_MATERIALS = ["examples/mixed/materials/garment-yarns.toml"]
 
 READERS: dict[str, Reader] = {
-    "obj mesh": _meshes(".obj", kinds=damage.TEXT),
-    "off": _meshes(".off", kinds=damage.TEXT),
-    "ply": _meshes(".ply", _ascii_ply, kinds=damage.MIXED),
-    "stl": _meshes(".stl", _ascii_stl, kinds=damage.MIXED),
+    "obj mesh": _meshes(".obj", damage.TEXT),
+    "off": _meshes(".off", damage.TEXT),
+    "ply": _meshes(".ply", damage.MIXED, _ascii_ply),
+    "stl": _meshes(".stl", damage.MIXED, _ascii_stl),
     "vtp": Reader(".vtp", read_any, _joined(_written(write_yarns, small_yarns, suffix=".vtp"), _vtp_variants),
-                  [*damage.MIXED, *[damage.inside_base64] * 4], (FileError, MeshError, ParameterError)),
-    "vtk": _meshes(".vtk", kinds=damage.MIXED),
-    "vtu": _meshes(".vtu", kinds=[*damage.MIXED, *[damage.inside_base64] * 4]),
-    "msh": _meshes(".msh", kinds=damage.MIXED),
-    "medit": _meshes(".mesh", kinds=damage.TEXT),
-    "glb": _meshes(".glb", kinds=damage.MIXED),
-    "bcc": Reader(".bcc", read_yarns, _joined(_written(write_yarns, small_yarns, suffix=".bcc"), _written(
-        write_yarns, small_yarns, suffix=".bcc", curve="bspline")), damage.BINARY, (FileError, ParameterError)),
-    "obj yarns": Reader(".obj", read_yarns, _written(write_yarns, small_yarns, suffix=".obj"), damage.TEXT,
-                        (FileError, ParameterError)),
-    "pyp": Reader(".pyp", read_yarns, _written(write_yarns, small_yarns(True), suffix=".pyp"), damage.TEXT,
-                  (FileError, ParameterError)),
+                  XML, (FileError, MeshError, ParameterError)),
+    "vtk": _meshes(".vtk", damage.MIXED, may_reserve=True),
+    "vtu": _meshes(".vtu", XML),
+    "msh": _meshes(".msh", damage.MIXED, may_reserve=True),
+    "medit": _meshes(".mesh", damage.TEXT),
+    "glb": _meshes(".glb", damage.MIXED),
+    "bcc": Reader(".bcc", read_yarns, _joined(*(_written(write_yarns, small_yarns, suffix=".bcc", curve=curve)
+                                                for curve in BCC_CURVES)), damage.BINARY, YARN_ERRORS),
+    "obj yarns": Reader(".obj", read_yarns, _written(write_yarns, small_yarns, suffix=".obj"), errors=YARN_ERRORS),
+    "pyp": Reader(".pyp", read_yarns, _written(write_yarns, small_yarns(True), suffix=".pyp"), errors=YARN_ERRORS),
     "usda": _usd(".usda"),
     "usdc": _usd(".usdc"),
     "hdf5 yarns": Reader(".h5", read_yarns, _joined(
         _written(write_yarns, small_yarns, small_yarns(True), suffix=".h5"), _hdf5_links), damage.BINARY),
     "hdf5 stitches": Reader(".h5", read_stitches, _written(write_stitches, small_fabric, suffix=".h5"), damage.BINARY),
     "hdf5 labels": Reader(".h5", _read_labeling, _labeling, damage.BINARY),
-    "smobj": Reader(".smobj", read_stitches, _written(write_stitches, small_fabric, suffix=".smobj"), damage.TEXT),
-    "checkpoint": Reader(".smc", _read_state, _checkpoint, [*damage.BINARY, *[damage.inside_checkpoint] * 20],
-                         (FileError, ParameterError)),
-    "checkpoint yarns": Reader(".smc", _read_checkpoint_yarns, _checkpoint,
-                               [*damage.BINARY, *[damage.inside_checkpoint] * 20]),
+    "smobj": Reader(".smobj", read_stitches, _written(write_stitches, small_fabric, suffix=".smobj")),
+    "checkpoint": Reader(".smc", _read_state, _checkpoint, CHECKPOINT, (FileError, ParameterError)),
+    "checkpoint yarns": Reader(".smc", _read_checkpoint_yarns, _checkpoint, CHECKPOINT),
+    "frame": Reader(".smc", _read_frame, _frame, CHECKPOINT),
     "recipe": Reader(".toml", _read_recipe, _files(*RECIPES)),
     "scene": Reader(".toml", _read_scene, _files(*SCENES)),
     "panels": Reader(".toml", _read_panels, _files("examples/mixed/panels/sleeve.toml")),
@@ -393,13 +427,13 @@ READERS: dict[str, Reader] = {
                          errors=PATTERN_ERRORS),
     "weave": Reader(".weave", _resolved, _files(*WEAVES), errors=PATTERN_ERRORS),
     "weave chart": Reader(".weave", _read_chart("chart.weave"), _files(*WEAVES), errors=PATTERN_ERRORS),
-    "png chart": Reader(".png", _read_chart("chart.png"), _png, [*damage.BINARY, *[damage.inside_png] * 14],
-                        PATTERN_ERRORS),
-    "png weave": Reader(".weave.png", _resolved, _png, [*damage.BINARY, *[damage.inside_png] * 14], PATTERN_ERRORS),
+    "png chart": Reader(".png", _read_chart("chart.png"), _png, PNG, PATTERN_ERRORS),
+    "png weave": Reader(".weave.png", _resolved, _png, PNG, PATTERN_ERRORS),
     "edits": Reader(".jsonl", _read_edits, _edits),
     "labeling steps": Reader(".jsonl", _read_steps, _steps),
-    "history": Reader(".csv", _read_history, lambda folder: [b"iteration,seconds,residual,stretch_erg\n1,0.5,0.1,2.5\n"]),
+    "history": Reader(".csv", _read_history, lambda folder: [b"iteration,seconds,residual,bend_erg\n1,0.5,0.1,2.5\n"]),
     "faces": Reader(".txt", _read_faces, lambda folder: [b"1, 2, 3 # faces\n7 8\n"]),
-    "edges": Reader(".txt", _read_edge_settings, lambda folder: [b"4,7=12\n3, 8\n# marked\n5,6 = 3\n"]),
+    "edges": Reader(".txt", _read_edge_settings, lambda folder: [b"4,7=12\n3, 8\n# marked\n5,6 = 3\n"],
+                    errors=(FileError, ParameterError)),
 }  # fmt: skip
 """Readers by name."""

@@ -8,6 +8,7 @@ the worker dies, this process notes the input as a finding and starts another wo
 
 from __future__ import annotations
 
+import faulthandler
 import json
 import mmap
 import os
@@ -22,6 +23,7 @@ import traceback
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
@@ -31,15 +33,16 @@ from fuzz_readers import READERS, Reader
 
 MEMORY = 128 * 2**20, 500
 """Address space that a reader may add while it reads: a constant [bytes], and bytes for each byte of the file."""
+MEMORY_FOLDER = Path("/dev/shm")
+"""Folder in memory, if the system has one, where files are written and read faster."""
 CPU_SECONDS = 10.0
 """Processor time of one file beyond which its reader counts as hanging [s]; undamaged files take milliseconds."""
 IDLE_SECONDS = 120.0
 """Time without progress beyond which a reader counts as waiting for ever [s]."""
-LONGEST_MESSAGE = 1000
+LONGEST_MESSAGE = 2000
 """Number of characters of an error beyond which it is no single line that a user reads."""
 TRIES, TRIES_WITHOUT_END = 150, 5
 """Numbers of smaller files that are tried for a finding, and for one that takes ``CPU_SECONDS`` each time."""
-NO_END = "fault no end"
 
 
 @dataclass
@@ -58,6 +61,16 @@ class Findings:
         return sum(self.outcomes.values())
 
 
+def seeds_of(reader: Reader) -> list[bytes]:
+    """Return the undamaged files of a reader; the first one is read, so that workers find all modules loaded."""
+    with tempfile.TemporaryDirectory() as folder:
+        seeds = list(reader.seeds(Path(folder)))
+        path = Path(folder) / f"undamaged{reader.suffix}"
+        path.write_bytes(seeds[0])
+        reader.read(path)
+    return seeds
+
+
 def damaged(reader: Reader, seeds: Sequence[bytes], seed: int, number: int) -> bytes:
     """Return the damaged file of a number; the same seed and number give the same file."""
     random = Random(seed << 32 | number)
@@ -72,7 +85,7 @@ def outcome(reader: Reader, path: Path) -> str:
             reader.read(path)
     except reader.errors as error:
         text = str(error)
-        if any(isinstance(cause, MemoryError) for cause in _causes(error)):
+        if not reader.may_reserve and any(isinstance(cause, MemoryError) for cause in _causes(error)):
             return f"fault MemoryError behind a {type(error).__name__} {_place(error)}"
         if len(text.splitlines()) != 1 or len(text) > LONGEST_MESSAGE:
             return f"fault {type(error).__name__} of {len(text.splitlines())} lines {_place(error)}"
@@ -94,11 +107,17 @@ def _place(error: BaseException) -> str:
     return f"at {Path(frames[-1].filename).name}:{frames[-1].lineno}" if frames else ""
 
 
-def limit_memory(size: int) -> None:
+@contextmanager
+def limited_memory(size: int) -> Iterator[None]:
     """Limit the address space of this process to what it has now, and what a file of a size may need [bytes]."""
     pages = int(Path("/proc/self/statm").read_text().split()[0])
-    _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + MEMORY[0] + MEMORY[1] * size, hard))
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    most = pages * resource.getpagesize() + MEMORY[0] + MEMORY[1] * size
+    resource.setrlimit(resource.RLIMIT_AS, (most, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, before)
 
 
 def fuzz(
@@ -113,12 +132,14 @@ def fuzz(
         processes: number of workers.
         report: function that is called about once a second with the findings so far.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        seeds = list(READERS[name].seeds(Path(folder)))
+    with tempfile.TemporaryDirectory(dir=MEMORY_FOLDER if MEMORY_FOLDER.is_dir() else None) as folder:
+        seeds = seeds_of(READERS[name])
         lanes = [_Lane(name, seeds, seed, range(lane, count, processes), Path(folder)) for lane in range(processes)]
-        while any([lane.watch() for lane in lanes]):
+        pause = 0.01
+        while sum(lane.watch() for lane in lanes):
             report(_together(name, lanes))
-            time.sleep(min(1.0, 0.05 + 0.001 * count / processes))
+            pause = min(1.0, 1.3 * pause)
+            time.sleep(pause)
         return _together(name, lanes)
 
 
@@ -159,8 +180,8 @@ class _Lane:
                 self.board[:] = struct.pack("<q", place)
                 content = damaged(self.reader, self.seeds, self.seed, self.numbers[place])
                 path.write_bytes(content)
-                limit_memory(len(content))
-                found = outcome(self.reader, path)
+                with limited_memory(len(content)):
+                    found = outcome(self.reader, path)
                 lines.write(json.dumps([self.numbers[place], found]) + "\n")
                 lines.flush()
         self.board[:] = struct.pack("<q", len(self.numbers))
@@ -174,13 +195,13 @@ class _Lane:
         if ended:
             self.done = place >= len(self.numbers)
             if not self.done:
-                self._note(place, f"fault the process ended by {_end(status)}")
+                self._note(place, _ended(self.reader, _end(status)))
         elif place != self.seen:
             self.seen, self.cpu, self.since = place, cpu_seconds(self.process), time.monotonic()
         elif hangs(self.process, self.cpu, self.since):
             os.kill(self.process, signal.SIGKILL)
             os.waitpid(self.process, 0)
-            self._note(place, NO_END)
+            self._note(place, _ended(self.reader, "no end"))
         return not self.done
 
     def _note(self, place: int, fault: str) -> None:
@@ -214,6 +235,7 @@ def in_fork(work: Callable[[], None]) -> int:
     status = 1
     try:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        faulthandler.disable()
         nowhere = os.open(os.devnull, os.O_RDWR)
         for stream in (0, 1, 2):
             os.dup2(nowhere, stream)
@@ -234,6 +256,11 @@ def hangs(process: int, cpu: float, since: float) -> bool:
     return cpu_seconds(process) - cpu > CPU_SECONDS or time.monotonic() - since > IDLE_SECONDS
 
 
+def _ended(reader: Reader, end: str) -> str:
+    """Return the outcome of an input whose reader ended its process, or had to be ended."""
+    return "FileError" if reader.has_own_process else f"fault process: {end}"
+
+
 def _end(status: int) -> str:
     return signal.Signals(os.WTERMSIG(status)).name if os.WIFSIGNALED(status) else f"status {os.WEXITSTATUS(status)}"
 
@@ -245,25 +272,26 @@ def outcome_of(reader: Reader, content: bytes) -> str:
         path.write_bytes(content)
 
         def work() -> None:
-            limit_memory(len(content))
-            answer.write_text(outcome(reader, path))
+            with limited_memory(len(content)):
+                found = outcome(reader, path)
+            answer.write_text(found)
 
         process, since = in_fork(work), time.monotonic()
         while True:
             ended, status = os.waitpid(process, os.WNOHANG)
             if ended:
-                return answer.read_text() if answer.exists() else f"fault the process ended by {_end(status)}"
+                return answer.read_text() if answer.exists() else _ended(reader, _end(status))
             if hangs(process, 0.0, since):
                 os.kill(process, signal.SIGKILL)
                 os.waitpid(process, 0)
-                return NO_END
+                return _ended(reader, "no end")
             time.sleep(0.002)
 
 
 def minimized(reader: Reader, content: bytes) -> bytes:
     """Return a smaller content with the same outcome: parts are left out, each half as long as the ones before."""
     wanted, tries, size = outcome_of(reader, content), 0, max(1, len(content) // 2)
-    most = TRIES_WITHOUT_END if wanted == NO_END else TRIES
+    most = TRIES_WITHOUT_END if wanted.endswith("no end") else TRIES
     while size >= 1 and tries < most:
         start = 0
         while start < len(content) and tries < most:
@@ -281,8 +309,7 @@ def keep_findings(folder: Path, found: Findings, seed: int) -> list[str]:
     """Write a minimized file for each fault, and return a line about each fault."""
     lines = []
     reader = READERS[found.reader]
-    with tempfile.TemporaryDirectory() as scratch:
-        seeds = list(reader.seeds(Path(scratch)))
+    seeds = seeds_of(reader)
     for fault, numbers in sorted(found.faults.items()):
         content = minimized(reader, damaged(reader, seeds, seed, min(numbers)))
         name = re.sub(r"\W+", "-", f"{found.reader} {fault}")[:80] + reader.suffix

@@ -8,7 +8,11 @@ from collections.abc import Iterable
 from os import PathLike, fspath
 from pathlib import Path
 
+import numpy as np
+
 from stitchmesh.errors import FileError, ParameterError, described
+from stitchmesh.lattice import LARGEST_LENGTH
+from stitchmesh.mesh import FloatArray
 
 FilePath = str | PathLike[str]
 
@@ -86,4 +90,26 @@ def check_expansion(expanded: int, size: int) -> None:
         ValueError: they do; the message has no path.
     """
     if expanded > FREE_EXPANSION + LARGEST_EXPANSION * size:
-        raise ValueError(f"a file of {size} bytes states {expanded} bytes of numbers, more than {LARGEST_EXPANSION} times")
+        found = f"a file of {size} bytes states {expanded} bytes of numbers"
+        raise ValueError(f"{found}, more than {LARGEST_EXPANSION} times as many")
+
+
+def check_points(place: str, points: FloatArray) -> None:
+    """Check that coordinates are finite, and so small that areas and volumes are finite too.
+
+    Args:
+        place: the file and what the points are, for the message, such as ``yarns.bcc: curve 3, point``.
+        points: shape (n, 3).
+
+    Raises:
+        FileError: a coordinate is not finite or larger than ``LARGEST_LENGTH``.
+    """
+    bad = np.flatnonzero(~(np.abs(points) <= LARGEST_LENGTH).all(axis=1))
+    if len(bad):
+        found = f"{place} {bad[0]} is {points[bad[0]].tolist()}"
+        raise FileError(f"{found}; coordinates must be finite, and at most {LARGEST_LENGTH:g}")
+
+
+def is_coordinate(value: float) -> bool:
+    """Return whether a number is finite and at most ``LARGEST_LENGTH``."""
+    return abs(value) <= LARGEST_LENGTH

@@ -15,7 +15,6 @@ and the compressed size of each block.
 from __future__ import annotations
 
 import base64
-import binascii
 import lzma
 import re
 import zlib
@@ -30,6 +29,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath, check_expansion, read_bytes
+from stitchmesh.io.float32 import from_float32
 from stitchmesh.mesh import FloatArray, IntArray
 
 NUMBERS = {
@@ -45,6 +45,8 @@ COMPRESSORS = {"": "none", "vtkZLibDataCompressor": "zlib", "vtkLZMADataCompress
 """Compressions that can be read, by the attribute ``compressor``."""
 DEEPEST = 20
 """Largest number of elements that lie within each other; the format needs five."""
+DAMAGES = (ValueError, LookupError, OverflowError, zlib.error, lzma.LZMAError, expat.ExpatError)
+"""Errors of damaged XML, texts in base 64, compressed blocks and numbers."""
 APPENDED = re.compile(rb"<AppendedData([^>]*)>\s*_")
 ENCODING = re.compile(rb"encoding\s*=\s*[\"'](\w+)[\"']")
 
@@ -142,7 +144,7 @@ def read_vtk_points(path: FilePath, kind: str, sections: Sequence[str]) -> VtkPo
     try:
         reader = _Reader(content, kind)
         pieces = [reader.piece(piece, sections) for piece in reader.document.pieces]
-    except (ValueError, LookupError, OverflowError, binascii.Error, zlib.error, lzma.LZMAError, expat.ExpatError) as error:
+    except DAMAGES as error:
         reason = " ".join(str(error).split())[:100] or type(error).__name__
         suffix = {"PolyData": "VTP", "UnstructuredGrid": "VTU"}[kind]
         raise FileError(f"{name}: is not a valid {suffix} file; it was cut short or altered ({reason})") from error
@@ -171,14 +173,14 @@ class _Reader:
         """Return the content of a piece."""
         count = _count(piece, "NumberOfPoints")
         own = piece.sections.get("Points", [])
-        points = self.numbers(own[0]).astype(np.float64) if own else np.zeros((0, 3))
+        points = from_float32(self.numbers(own[0])) if own else np.zeros((0, 3))
         points = points.reshape(-1, 3)
         if len(points) != count:
             raise ValueError(f"got {len(points)} points, expected {count}")
         at_points = {}
         for array in piece.sections.get("PointData", []):
             if array.attributes.get("type") in NUMBERS:
-                label, values = array.attributes.get("Name", ""), self.numbers(array).astype(np.float64)
+                label, values = array.attributes.get("Name", ""), from_float32(self.numbers(array))
                 if len(values) != count:
                     raise ValueError(f"the array {label[:40]} has {len(values)} elements, expected {count}")
                 at_points[label] = values

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import atomic_path
-from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.io.contents import FilePath, check_points, read_bytes
 from stitchmesh.io.float32 import to_float32
 from stitchmesh.mesh import FloatArray
 
@@ -63,7 +63,7 @@ def read_meshio_polygons(path: FilePath, suffix: str) -> tuple[NDArray[np.float6
     points = np.asarray(content.points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3:
         raise FileError(f"{name}: got points of shape {points.shape}; expected three coordinates each")
-    _check_numbers(name, points)
+    check_points(f"{name}: point", points)
     return points, _polygons(name, content.cells)
 
 
@@ -133,12 +133,6 @@ def _read(name: str, file_format: str) -> Any:
         message = printed.getvalue() if isinstance(error, SystemExit) else str(error)
         reason = next((line.strip() for line in message.splitlines() if line.strip()), type(error).__name__)
         raise FileError(f"{name}: is not a valid {file_format} file ({reason[:100]}); write it again") from error
-
-
-def _check_numbers(name: str, points: NDArray[np.float64]) -> None:
-    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-    if len(bad):
-        raise FileError(f"{name}: point {bad[0]} is {points[bad[0]].tolist()}; coordinates must be finite")
 
 
 def _polygons(name: str, blocks: list[Any]) -> list[list[int]]:

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import FileError
-from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.io.contents import FilePath, check_points, read_bytes
+from stitchmesh.io.float32 import from_float32
 from stitchmesh.io.mesh_formats.by_meshio import weld
 from stitchmesh.mesh import FloatArray
 
@@ -48,13 +49,10 @@ def read_stl_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
         found = f"{count} triangles need {size} bytes, the file has {len(content)}"
         raise FileError(f"{name}: is not a valid STL file: {found}; it was cut short or altered")
     else:
-        corners = np.frombuffer(content, TRIANGLE, count, HEAD)["corners"].reshape(-1, 3).astype(np.float64)
+        corners = from_float32(np.frombuffer(content, TRIANGLE, count, HEAD)["corners"].reshape(-1, 3))
     if not len(corners):
         raise FileError(f"{name}: has no faces; expected a polygon mesh")
-    bad = np.flatnonzero(~np.isfinite(corners).all(axis=1))
-    if len(bad):
-        where = f"{name}: point {bad[0]} is {corners[bad[0]].tolist()}"
-        raise FileError(f"{where}; coordinates must be finite")
+    check_points(f"{name}: point", corners)
     return weld(corners, np.arange(len(corners)).reshape(-1, 3).tolist())
 
 

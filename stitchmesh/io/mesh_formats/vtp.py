@@ -4,12 +4,13 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from os import fspath
 
 import numpy as np
 
 from stitchmesh.errors import FileError
-from stitchmesh.io.contents import FilePath
+from stitchmesh.io.contents import FilePath, check_points
 from stitchmesh.io.vtk_xml import Cells, read_vtk_points
 from stitchmesh.io.yarn_formats.vtp import write_poly_data
 from stitchmesh.mesh import FloatArray
@@ -40,7 +41,7 @@ def read_vtp_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
     """
     data = read_vtk_points(path, "PolyData", ["Polys"])
     polygons = data.cells["Polys"]
-    return _checked(fspath(path), data.points, _lists(polygons) if len(polygons.start) > 1 else [])
+    return _checked(fspath(path), data.points, _lists(polygons))
 
 
 def read_vtu_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
@@ -66,14 +67,12 @@ def read_vtu_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
 def _checked(name: str, points: FloatArray, faces: list[list[int]]) -> tuple[FloatArray, list[list[int]]]:
     if not faces:
         raise FileError(f"{name}: has no faces; expected a polygon mesh")
-    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-    if len(bad):
-        raise FileError(f"{name}: point {bad[0]} is {points[bad[0]].tolist()}; coordinates must be finite")
+    check_points(f"{name}: point", points)
     return points, faces
 
 
 def _lists(cells: Cells) -> list[list[int]]:
-    return [cell.tolist() for cell in np.split(cells.point, cells.start[1:-1])]
+    return [cells.point[first:last].tolist() for first, last in pairwise(cells.start.tolist())]
 
 
 def write_vtp_polygons(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> None:

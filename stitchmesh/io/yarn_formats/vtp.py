@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_text
-from stitchmesh.io.contents import FilePath
+from stitchmesh.io.contents import FilePath, check_points
 from stitchmesh.io.vtk_xml import VtkPoints, read_vtk_points
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.palette import colours_of
@@ -105,9 +105,7 @@ def read_vtp(path: FilePath) -> VtpPolylines:
     points, lines = data.points, data.cells["Lines"]
     if len(lines.start) < 2:
         raise FileError(f"{name}: has no lines; expected polylines, one for each yarn")
-    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-    if len(bad):
-        raise FileError(f"{name}: point {bad[0]} is {points[bad[0]].tolist()}; coordinates must be finite")
+    check_points(f"{name}: point", points)
     curves: list[FloatArray] = []
     closed: list[bool] = []
     for index, line in enumerate(np.split(lines.point, lines.start[1:-1])):
@@ -117,7 +115,8 @@ def read_vtp(path: FilePath) -> VtpPolylines:
             raise FileError(f"{name}: line {index} has {len(line)} points; expected at least {least}")
         curves.append(points[line[:-1] if returns else line])
         closed.append(bool(returns))
-    of_line = {label: data.at_points[label][lines.point[lines.start[:-1]]] for label in COLUMNS if _is_held(data, label)}
+    first = lines.point[lines.start[:-1]]
+    of_line = {label: data.at_points[label][first] for label in COLUMNS if _is_held(data, label)}
     colour, rgb = of_line.get("colour"), of_line.get("rgb")
     return VtpPolylines(
         curves,

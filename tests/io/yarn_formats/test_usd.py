@@ -16,6 +16,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdValidation, Vt
 from stitchmesh.errors import FileError
 from stitchmesh.io import read_yarns, write_yarns
 from stitchmesh.io.yarn_formats import usd
+from stitchmesh.io.yarn_formats.usd_curves import curves_of_stage
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import instances, tile_yarns
 from tests.gallery import shared
@@ -193,7 +194,7 @@ def not_finite(curves: UsdGeom.BasisCurves) -> None:
         (lambda c: c.GetPointsAttr().Clear(), "got curves of 40, 40 points, 80 in total; expected 0 points"),
         (lambda c: c.CreateWidthsAttr([0.1] * 80), "got 80 widths of 2 curves; expected one, or one for each curve"),
         (lambda c: c.CreateWidthsAttr([0.0]), "radius 0, 1: got 0.0; expected a positive number of cm"),
-        (not_finite, "coordinates are not finite"),
+        (not_finite, "coordinates must be finite"),
     ],
 )
 def test_each_invalid_stage_gets_its_message(tmp_path, change, message):
@@ -225,7 +226,7 @@ def test_a_truncated_file_is_an_error_wherever_it_is_cut(tmp_path, suffix, capfd
         path = tmp_path / f"y{cut}{suffix}"
         path.write_bytes(whole[:cut])
         with pytest.raises(FileError) as caught:
-            read_yarns(path)
+            curves_of_stage(path)
         assert str(path) in str(caught.value) and "\n" not in str(caught.value)
     assert capfd.readouterr().err == ""
 
