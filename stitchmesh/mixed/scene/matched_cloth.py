@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from stitchmesh.errors import FileError
-from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.matching.cloth_match import ClothMatch, match_cloth, write_match
 from stitchmesh.mixed.matching.yarn_cell import YarnCell, knit_cell, weave_cell
 from stitchmesh.mixed.scene.yarns_section import YarnsSection, knit_chart, weave_matrix
