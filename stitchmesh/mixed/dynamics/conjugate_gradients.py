@@ -144,6 +144,7 @@ class ConjugateGradients:
         self._of_curvature, self._of_residual = parts_for(entities, device), parts_for(entities, device)
         self._sums = wp.zeros_like(self._parts)
         self._record, self._between = (wp.zeros(RECORD, dtype=wp.float64, device=device) for _ in range(2))
+        self._ends_at = (0.0, 0)
         self._launcher: Launcher = partial(prepare, device=device)
         self._active = wp.zeros(1, dtype=wp.int32, device=device)
         launches = self._start_launches(preconditioner), self._iteration_launches(products, preconditioner)
@@ -158,9 +159,11 @@ class ConjugateGradients:
             tolerance: part of the first norm at which the iteration ends.
             most_iterations: largest number of products with A, up to a batch.
         """
-        record = np.zeros(RECORD)
-        record[[RATIO, MOST]] = tolerance**2, most_iterations
-        self._record.assign(record)
+        if (tolerance, most_iterations) != self._ends_at:  # a solve keeps both
+            record = np.zeros(RECORD)
+            record[[RATIO, MOST]] = tolerance**2, most_iterations
+            self._record.assign(record)
+            self._ends_at = tolerance, most_iterations
         self.residual.assign(right)
         self._solve.launch()
         record = self._record.numpy()
