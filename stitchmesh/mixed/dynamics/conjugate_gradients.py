@@ -152,7 +152,12 @@ class ConjugateGradients:
         self._solve = CapturedLoop(*launches, self._active, device, batch=batch)
 
     def solve(self, right: MixedVector, *, tolerance: float, most_iterations: int) -> SolveReport:
-        """Solve A x = b for the current A and C; the result is ``solution``.
+        """Solve A x = b for the current A and C, and wait for the end; arguments as for ``begin_solve``."""
+        self.begin_solve(right, tolerance=tolerance, most_iterations=most_iterations)
+        return self.report()
+
+    def begin_solve(self, right: MixedVector, *, tolerance: float, most_iterations: int) -> None:
+        """Begin to solve A x = b for the current A and C; launches that follow find the result in ``solution``.
 
         Args:
             right: b.
@@ -166,6 +171,9 @@ class ConjugateGradients:
             self._ends_at = tolerance, most_iterations
         self.residual.assign(right)
         self._solve.launch()
+
+    def report(self) -> SolveReport:
+        """How the last solve ended; waits for its end."""
         record = self._record.numpy()
         norms = np.sqrt(np.maximum(record[[FIRST_RZ, RZ]], 0.0))
         return SolveReport(int(record[ITERATIONS]), float(norms[0]), float(norms[1]), bool(record[NEGATIVE]))

@@ -257,7 +257,7 @@ class MixedSystem:
         without = [] if self._stiff else [ZeroArray(part) for part in of_positions]
         return [
             *(ZeroArray(part) for part in (*of_positions, blocks.sliding)),
-            *self._beside(lambda term: term.diagonal(blocks, run)),
+            *self._beside(lambda term: term.diagonal(blocks, run) if self._stiff or term.acts_on != "vertices" else []),
             *without,
             *self.mass.combine_blocks(self._factors, blocks, run),
         ]

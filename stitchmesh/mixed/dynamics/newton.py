@@ -141,11 +141,12 @@ class Newton:
                 gives them.
         """
         solver = self.system.solver
-        report = solver.solve(self.gradient_force, tolerance=tolerance, most_iterations=most_iterations)
+        solver.begin_solve(self.gradient_force, tolerance=tolerance, most_iterations=most_iterations)
+        direction = solver.solution
+        slopes, limits = self._look_along(state, start, quadratic, direction)  # a GPU goes on without the host
+        report = solver.report()
         if report.iterations == 0:
             return IterationReport(report, 1.0, 0.0, True, energies)
-        direction = solver.solution
-        slopes, limits = self._look_along(state, start, quadratic, direction)
         longest = self.system.least_limit(limits, state.position, direction) if slopes[0] < 0.0 else 0.0
         before = self.system.energies(state.position) if energies is None else energies
         step, change, after = self._search(state.position, direction, longest, slopes, before)

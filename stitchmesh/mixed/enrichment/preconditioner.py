@@ -36,13 +36,14 @@ from scipy.sparse import csr_array
 from stitchmesh.compute.captured import CapturedLaunches, CopyArray, Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import prepare
-from stitchmesh.compute.partial_sums import add_parts, chunk_of, part_count
+from stitchmesh.compute.partial_sums import WIDTH, add_parts, chunk_of, part_count
 from stitchmesh.compute.precision import vector
 from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.projection import Projection
 from stitchmesh.mixed.enrichment.region import Numbers
+from stitchmesh.mixed.enrichment.sigma_on_device import BLOCK
 from stitchmesh.mixed.enrichment.solve_record import Advance, record_alpha
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
@@ -156,19 +157,24 @@ def bound_vertex_inverses(
     vertex_inverse: wp.array[Any],
     # state out
     blocks: wp.array[Any],
+    sums: wp.array2d[wp.float64],
 ) -> None:
-    """Bound D^-1 of coupled vertices: D is at least a part of what the nodes have on it, the sum of B^2 over D^-1."""
-    i = wp.tid()
+    """Bound D^-1 of coupled vertices: D is at least a part of what the nodes have on it, the sum of B^2 over D^-1.
+
+    One block of threads finds the sum of each vertex.
+    """
+    i, lane = wp.tid()
     zero = wp.float64(0.0)
-    on_vertex = zero * wp.float64(2.0)
-    for k in range(start[i], start[i + 1]):
+    total = Slots()
+    for k in range(start[i] + lane, start[i + 1], wp.block_dim()):
         number = wp.float64(node_inverse[node[k]])
         if number > zero:
-            on_vertex += square[k] / number
+            total[0] += square[k] / number
+    sum_over_block(total, sums[i])
     own = wp.float64(vertex_inverse[i])
-    if own > zero:
-        if on_vertex > zero:
-            own = wp.min(own, wp.float64(1.0) / (wp.float64(wp.static(LEAST_VERTEX)) * on_vertex))
+    if lane == 0 and own > zero:
+        if sums[i, 0] > zero:
+            own = wp.min(own, wp.float64(1.0) / (wp.float64(wp.static(LEAST_VERTEX)) * sums[i, 0]))
         bounded = type(vertex_inverse[i])(own)
         vertex_inverse[i] = bounded
         blocks[i] = scalar_block(blocks[i], 3, bounded)
@@ -357,6 +363,7 @@ class Preconditioner:
         counts = embedding.vertex_count, embedding.node_count
         self._numbers = [wp.zeros(count, dtype=scalar, device=device) for count in counts]
         self._squares = self._rows_of_squares()
+        self._sums = wp.zeros((embedding.vertex_count, WIDTH), dtype=wp.float64, device=device)
         self._captured: dict[tuple[bool, bool], tuple[MixedBlocks, CapturedLaunches]] = {}
         self._on_device = device.is_cuda and self._is_regular()
 
@@ -417,8 +424,8 @@ class Preconditioner:
             outputs = [own.sliding, *self._across]
             launches.append(launcher(invert_sliding_metric, len(self._node_kind), inputs, outputs))
         if projection.row_count and not of_masses:
-            inputs = [*self._squares, numbers[1], numbers[0]]
-            launches.append(launcher(bound_vertex_inverses, len(numbers[0]), inputs, [own.vertices]))
+            inputs, outputs = [*self._squares, numbers[1], numbers[0]], [own.vertices, self._sums]
+            launches.append(launcher(bound_vertex_inverses, len(numbers[0]), inputs, outputs, tile=BLOCK))
         if inverts:
             launches += [
                 CopyArray(numbers[0], projection.vertex_inverse),

@@ -34,11 +34,9 @@ from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.region import Numbers
-from stitchmesh.mixed.enrichment.sigma_on_device import SigmaOnDevice
+from stitchmesh.mixed.enrichment.sigma_on_device import BLOCK, SigmaOnDevice
 from stitchmesh.mixed.mixed_vector import MixedVector
 
-BLOCK = 128
-"""Threads of a block on a GPU that sums a row."""
 MOST_COLUMNS = 16_384
 """Largest number of independent vertices; their inverse takes 2 GiB."""
 SINGULAR = 1e-13

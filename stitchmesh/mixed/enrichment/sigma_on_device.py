@@ -24,10 +24,11 @@ from scipy.sparse import csr_array
 
 from stitchmesh.compute.captured import Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.partial_sums import WIDTH
 from stitchmesh.compute.thread_block import Slots, sum_over_block
 
 BLOCK = 128
-"""Threads of a block on a GPU that sums a number of Sigma."""
+"""Threads of a block on a GPU that finds one sum."""
 
 
 @wp.struct
@@ -102,7 +103,7 @@ class SigmaOnDevice:
         """
         self._place = wp.array(places.astype(np.int32), dtype=wp.int32, device=device)
         self._tables = [_table(matrix, device) for matrix in (of_nodes, of_vertices)]
-        self._sums = wp.zeros((len(places), 7), dtype=wp.float64, device=device)
+        self._sums = wp.zeros((len(places), WIDTH), dtype=wp.float64, device=device)
         self._matrices = [inverse, wp.zeros_like(inverse)]
 
     def launches(self, vertex_inverse: wp.array[Any], node_inverse: wp.array[Any], launcher: Launcher) -> list[Any]:
