@@ -5,9 +5,9 @@
     python benchmarks/mixed_devices.py --device cpu --save mixed-cpu.npz
     python benchmarks/mixed_devices.py --device cuda:0 --compare mixed-cpu.npz
 
-Motions in float64 with the time steps of the scenes, converged to ``TOLERANCE``, so that differences are those of
-rounding: a cloth that swings, with sliding friction of its yarns; the same cloth with a region that follows the errors
-of the triangles; a cloth that a ball is pressed into, with contact, friction on the ball and friction of the yarns.
+Motions of some examples in float64, converged to ``TOLERANCE``, so that differences are those of rounding: a cloth that
+swings, with sliding friction of its yarns; the same cloth with a region that follows the errors of the triangles; a
+cloth that a ball is pressed into, with contact, friction on the ball and friction of the yarns.
 """
 
 from __future__ import annotations
@@ -30,23 +30,23 @@ from stitchmesh.mixed.scene.scene_file import read_scene
 from stitchmesh.mixed.simulation import begin_simulation
 
 SCENES = Path(__file__).resolve().parent.parent / "examples" / "mixed"
-TOLERANCE = 1e-7
+TOLERANCE = 1e-6
 """Error of the velocities of a step [cm/s]."""
-SOLVE_TOLERANCE = 1e-6
+SOLVE_TOLERANCE = 1e-7
 """Relative tolerance of the linear solves."""
-STEPS = 6
-"""Steps of each motion."""
+STEP, STEPS = 2.5e-4, 12
+"""Length [s] and number of the steps of each motion; where longer ones are halved, rounding decides when."""
 NODES = 250
 """Budget of the region that changes."""
 
 
 def motions() -> dict[str, Scene]:
     """The scenes by name."""
-    swinging = read_scene(SCENES / "swinging.toml")
+    swinging = replace(read_scene(SCENES / "swinging.toml"), largest_step=STEP)
     follows = RegionSection(yarns="automatic", nodes=NODES, adapt_every=2)
     ball = read_scene(SCENES / "ball.toml")
-    frames = Keyframe(time=0.0), Keyframe(time=0.02, displacement=(0.1, 0.0, -0.4))
-    pressed = replace(ball, mode="dynamic", duration=0.1, largest_step=0.002, load_steps=1)
+    frames = Keyframe(time=0.0), Keyframe(time=0.01, displacement=(0.1, 0.0, -0.4))
+    pressed = replace(ball, mode="dynamic", duration=0.1, largest_step=STEP, load_steps=1)
     pressed = replace(pressed, bodies=(replace(ball.bodies[0], keyframes=frames),))
     return {"swinging": swinging, "changing region": replace(swinging, region=follows), "ball": pressed}
 
@@ -82,7 +82,9 @@ def main() -> None:
         results[name] = found
         same = "the same bits twice" if np.array_equal(found, again) else "other bits the second time"
         print(f"{given.device}: {name}: {did}; {same}", flush=True)
-        if name in expected:
+        if name in expected and len(found) != len(expected[name]):
+            print("  other nodes are simulated", flush=True)
+        elif name in expected:
             print(f"  apart by {np.abs(found - expected[name]).max():.2g} cm at most", flush=True)
     if given.save:
         np.savez(given.save, **results)
