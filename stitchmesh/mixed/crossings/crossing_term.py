@@ -115,10 +115,8 @@ class CrossingTerm(Term):
             return []
         given = [direction.nodes, direction.sliding]
         if self.stored:
-            halves = 2 if self.device.is_cuda else 1
-            threads = numbers_of(self.model.count, 2) if halves == 2 else self.model.count
-            inputs = [self.model.link, self.model.slides, self.model.shear, halves, self._block, *given]
-            own = launcher(multiply_star_blocks, threads, inputs, [self._product_slots])
+            inputs = [self.model.link, self.model.slides, self.model.shear, self._block, *given]
+            own = launcher(multiply_star_blocks, self.model.count, inputs, [self._product_slots])
         else:
             kept = [self.turn, self._nodes, self._sliding, self._share]
             inputs = [*self.model.constants, self.model.slides, *kept, *given]

@@ -37,6 +37,8 @@ from stitchmesh.mixed.enrichment.region import Numbers
 from stitchmesh.mixed.enrichment.sigma_on_device import BLOCK, SigmaOnDevice
 from stitchmesh.mixed.mixed_vector import MixedVector
 
+LONG = 512
+"""Threads of a block on a GPU that sums a row of E, which has hundreds to thousands of nodes."""
 MOST_COLUMNS = 16_384
 """Largest number of independent vertices; their inverse takes 2 GiB."""
 SINGULAR = 1e-13
@@ -272,7 +274,7 @@ class Projection:
         outputs = [self._parts if parts is None else parts]
         rows, motions = self.row_count, [self.coupling, motion.vertices, motion.nodes]
         return [
-            launcher(constraint_rows, rows, motions, [self._residual], tile=BLOCK),
+            launcher(constraint_rows, rows, motions, [self._residual], tile=LONG),
             launcher(multiplier_rows, rows, [self._inverse, self._residual], [self._multiplier], tile=BLOCK),
             launcher(subtract_multipliers, part_count(self._entities, self._device), inputs, outputs, tile=THREADS),
         ]

@@ -12,8 +12,6 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_elements import crossing_elements
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
 from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
-from stitchmesh.mixed.crossings.star.star_hessian import multiply_star_blocks
-from stitchmesh.mixed.crossings.star.star_memory import BLOCK_NUMBERS, LEG_NUMBERS, numbers_of
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from tests.mixed.crossings.small_fabrics import (
     CPU,
@@ -349,19 +347,3 @@ def test_diagonal_blocks_are_those_of_the_matrix():
             blocks.sliding.numpy()[i], matrix[slide, slide], rtol=0, atol=1e-12 * np.abs(matrix).max()
         )
     assert term_of(fabric, stored=False).diagonal(blocks, RUN) == []
-
-
-def test_two_threads_for_a_node_find_the_same_products_as_one():
-    model = term_of(plain_weave(9, 8, spacing=0.19)).model
-    random = np.random.default_rng(2)
-    block = wp.array(random.normal(size=numbers_of(model.count, BLOCK_NUMBERS)), dtype=wp.float64, device=CPU)
-    nodes = wp.array(random.normal(size=(model.count, 3)), dtype=wp.vec3d, device=CPU)
-    sliding = wp.array(random.normal(size=(model.count, 2)), dtype=wp.vec2d, device=CPU)
-    found = []
-    for halves, threads in ((1, model.count), (2, numbers_of(model.count, 2))):
-        slots = wp.zeros(numbers_of(model.count, LEG_NUMBERS), dtype=wp.float64, device=CPU)
-        given = [model.link, model.slides, model.shear, halves, block, nodes, sliding]
-        RUN(multiply_star_blocks, threads, given, [slots])
-        found.append(slots.numpy())
-    assert np.count_nonzero(found[0]) == model.count * LEG_NUMBERS
-    assert np.array_equal(*found)

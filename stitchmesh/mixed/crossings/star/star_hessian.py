@@ -5,8 +5,7 @@
 A star has ten blocks (``PAIRS``); the others are their transposes. They are found once for a state and stored, which
 takes 160 scalars for each node (``star_memory``), or found again in each product, which takes none. Stored blocks may
 have less precision than the state: they are found in the precision of the state and rounded, and so are the changes of
-legs that they multiply, so that a direction that moves nothing has no product. On a GPU two threads share a node, one
-for each of its yarns: a region of 100,000 nodes has too few for one each.
+legs that they multiply, so that a direction that moves nothing has no product.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ import warp as wp
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.mixed.crossings.star.star import leg_change, leg_of, quadrant_blocks, slot_behind, yarn_blocks
 from stitchmesh.mixed.crossings.star.star_kernels import HALF_TURN
-from stitchmesh.mixed.crossings.star.star_memory import GROUP, load_block, store_block, store_leg
+from stitchmesh.mixed.crossings.star.star_memory import load_block, store_block, store_leg
 
 PAIRS = ((0, 0), (1, 1), (2, 2), (3, 3), (1, 0), (3, 2), (0, 2), (0, 3), (1, 2), (1, 3))
 """The pairs of legs whose blocks are stored, in this order."""
@@ -80,30 +79,12 @@ def find_star_blocks(
     store_block(block, i, 3, dd)
 
 
-@wp.func
-def half_product(block: Any, i: int, half: int, p: Any, q: Any, r: Any, s: Any, sheared: bool) -> tuple[Any, Any]:
-    """Products for the two legs of one yarn of a star, whose changes are p and q; r and s are those of the other."""
-    # a vector times a matrix is the transpose of the matrix times the vector
-    both = load_block(block, i, 4 + half)
-    of_p = load_block(block, i, 2 * half) * p + q * both
-    of_q = load_block(block, i, 2 * half + 1) * q + both * p
-    if sheared:
-        if half == 0:
-            of_p += load_block(block, i, 6) * r + load_block(block, i, 7) * s
-            of_q += load_block(block, i, 8) * r + load_block(block, i, 9) * s
-        else:
-            of_p += r * load_block(block, i, 6) + s * load_block(block, i, 8)
-            of_q += r * load_block(block, i, 7) + s * load_block(block, i, 9)
-    return of_p, of_q
-
-
 @kernel
 def multiply_star_blocks(
     # model
     link: wp.array2d[wp.int32],
     slides: wp.array[Any],
     shear: wp.array[Any],
-    halves: int,
     # state in
     block: wp.array[Any],
     d_nodes: wp.array[Any],
@@ -111,34 +92,30 @@ def multiply_star_blocks(
     # state out
     slots: wp.array[Any],
 ) -> None:
-    """Products of the stored blocks with a direction [dyn]; slot 4 i + k for leg k.
-
-    With two ``halves`` a thread finds the products of one yarn of a node, for 32 nodes the first and then the second
-    one; with one a thread finds those of both.
-    """
-    t = wp.tid()
-    i, first, last = int(t), int(0), int(2)
-    if halves == 2:
-        i = t // wp.static(2 * GROUP) * wp.static(GROUP) + t % wp.static(GROUP)
-        first = t % wp.static(2 * GROUP) // wp.static(GROUP)
-        last = first + 1
-    if i >= shear.shape[0]:
-        return
+    """Products of the stored blocks with a direction [dyn]; slot 4 i + k for leg k."""
+    i = wp.tid()
     one = block[0]
     a = rounded_leg(leg_change(link, slides, d_nodes, d_sliding, i, 0), one)
     b = rounded_leg(leg_change(link, slides, d_nodes, d_sliding, i, 1), one)
     c = rounded_leg(leg_change(link, slides, d_nodes, d_sliding, i, 2), one)
     d = rounded_leg(leg_change(link, slides, d_nodes, d_sliding, i, 3), one)
-    sheared = wp.max(shear[i]) > type(shear[i][0])(0.0)
-    for half in range(first, last):
-        if half == 0:
-            of_a, of_b = half_product(block, i, 0, a, b, c, d, sheared)
-            store_leg(slots, i, 0, of_a)
-            store_leg(slots, i, 1, of_b)
-        else:
-            of_c, of_d = half_product(block, i, 1, c, d, a, b, sheared)
-            store_leg(slots, i, 2, of_c)
-            store_leg(slots, i, 3, of_d)
+    # a vector times a matrix is the transpose of the matrix times the vector
+    both, other = load_block(block, i, 4), load_block(block, i, 5)
+    of_a, of_b = load_block(block, i, 0) * a + b * both, load_block(block, i, 1) * b + both * a
+    of_c, of_d = load_block(block, i, 2) * c + d * other, load_block(block, i, 3) * d + other * c
+    if wp.max(shear[i]) > type(shear[i][0])(0.0):
+        ac, ad = load_block(block, i, 6), load_block(block, i, 7)
+        of_a += ac * c + ad * d
+        of_c += a * ac
+        of_d += a * ad
+        bc, bd = load_block(block, i, 8), load_block(block, i, 9)
+        of_b += bc * c + bd * d
+        of_c += b * bc
+        of_d += b * bd
+    store_leg(slots, i, 0, of_a)
+    store_leg(slots, i, 1, of_b)
+    store_leg(slots, i, 2, of_c)
+    store_leg(slots, i, 3, of_d)
 
 
 @kernel
