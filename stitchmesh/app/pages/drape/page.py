@@ -7,9 +7,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from stitchmesh.app.controls.html_pieces import figures
+from stitchmesh.app.pages.drape.bodies_panel import BodiesPanel
 from stitchmesh.app.pages.drape.cloth_drawing import COLOURS, ClothColour, ClothDrawing, legend_of
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
 from stitchmesh.app.pages.drape.files_panel import FilesPanel
+from stitchmesh.app.pages.drape.held_panel import HeldPanel
 from stitchmesh.app.pages.drape.paint_tool import PaintTool
 from stitchmesh.app.pages.drape.region_panel import RegionPanel
 from stitchmesh.app.pages.drape.run_words import counts_html, end_html, run_words
@@ -67,6 +69,9 @@ class DrapePage(Page):
         self._make_look()
         self._files = FilesPanel(session, controls, lambda: self.run.result)
         self._region = RegionPanel(session, self._drawing, self._paint, controls, self.run.find_region)
+        self._held = HeldPanel(session, controls)
+        self._paint.hold = self._held.paint
+        self._bodies = BodiesPanel(session, controls)
         self._scene_panel = ScenePanel(session, controls, self._scene())
         self._files.build_save(controls)
         self._report = controls.html("")
@@ -95,13 +100,14 @@ class DrapePage(Page):
         """Show the scene or the run, and what can be done."""
         opened, live = self.session.opened, self.run.live
         self._counts.content = counts_html(opened)
-        self.run.forget_others()
         self._end.content = "" if live is not None else end_html(self.run.result, current=self.run.is_current)
         self._panel.show(live)
         can_continue, idle = self.run.can_continue, live is None and opened is not None
         self._start.label = RUN_AGAIN if can_continue or self.run.result is not None else RUN
         self._start.visible, self._continue.visible = idle, idle and can_continue
         self._region.refresh()
+        self._held.refresh()
+        self._bodies.refresh()
         self._scene_panel.refresh()
         self._files.refresh()
         self._draw()
