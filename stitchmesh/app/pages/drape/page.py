@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from stitchmesh.app.controls.html_pieces import figures
+from stitchmesh.app.controls.html_pieces import figures, message
 from stitchmesh.app.pages.drape.bodies_panel import BodiesPanel
 from stitchmesh.app.pages.drape.cloth_drawing import COLOURS, ClothColour, ClothDrawing, legend_of
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
@@ -19,6 +19,7 @@ from stitchmesh.app.pages.drape.scene_panel import ScenePanel
 from stitchmesh.app.pages.drape.scene_run import SceneRun
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.run_panel import RunPanel
+from stitchmesh.app.pages.view.draped_sketch import LARGE, WORDS, DrapedSketch
 from stitchmesh.app.pages.view.draped_view import DrapedView
 from stitchmesh.app.pages.view.frame_panel import FramePanel
 from stitchmesh.app.pages.view.pieces import legend_of as legend_of_colours
@@ -55,6 +56,7 @@ class DrapePage(Page):
         self._colour: ClothColour = COLOURS[0]
         self._run_colour = next(iter(DRAPED_COLOURS))
         self._view: DrapedView | None = None
+        self._sketch: DrapedSketch | None = None
         self._built_for: tuple[object, ...] | None = None
 
     def build(self) -> None:
@@ -82,7 +84,7 @@ class DrapePage(Page):
             controls.key(label, f"{label} of the last change of the scene", key, modifier, act)
         self._built_for = self._kind_of_controls()
         self._drawing.clear()
-        self._view = None
+        self._view = self._sketch = None
         if self.run.live is not None:
             self.run.live.on_snapshot = self._show_snapshot
         session.open_kept()
@@ -203,6 +205,7 @@ class DrapePage(Page):
             self._draw_run(draped)
             return
         self._frames.show(None)
+        self._end_sketch()
         if self._view is not None:
             self._view.clear(self.app.scene)
             self._view = None
@@ -213,7 +216,11 @@ class DrapePage(Page):
     def _draw_run(self, draped: Draped) -> None:
         """Draw the chosen frame of a run."""
         self._drawing.clear()
+        if self._is_sketched(draped):
+            self._draw_sketch(draped)
+            return
         first = self._view is None
+        self._end_sketch()
         self._view = self._frames.view(draped, self._view)
         word = DRAPED_COLOURS[self._run_colour] or "#c9b89a"
         coloured = self._view.coloured(word, None, None)
@@ -222,6 +229,30 @@ class DrapePage(Page):
         self._report.content = figures(self._view.figures(), "Frame") + report_html(draped.report)
         if first:
             self.app.scene.look_at(*self._view.bounds())
+
+    def _is_sketched(self, draped: Draped) -> bool:
+        """Whether a run is so large that it is sketched while it goes on."""
+        live = self.run.live
+        return live is not None and not live.paused and draped.prepared.fabric.yarns.node_count > LARGE
+
+    def _draw_sketch(self, draped: Draped) -> None:
+        """Draw the newest state of a large run that goes on."""
+        if self._view is not None:
+            self._view.clear(self.app.scene)
+            self._view = None
+        first = self._sketch is None
+        self._sketch = DrapedSketch(draped, self._sketch)
+        self._sketch.draw(self.app.scene, alpha=DRAPED_COLOURS[self._run_colour] == "alpha")
+        self._frames.show(None)
+        self._legend.content = message(WORDS, "info")
+        if first:
+            self.app.scene.look_at(*self._sketch.bounds())
+
+    def _end_sketch(self) -> None:
+        """Remove the sketch."""
+        if self._sketch is not None:
+            self._sketch.clear(self.app.scene)
+            self._sketch = None
 
     def _show_snapshot(self, snapshot: Snapshot[Draped]) -> None:
         """Show a state of the run."""

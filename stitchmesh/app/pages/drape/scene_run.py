@@ -14,6 +14,7 @@ import numpy as np
 from stitchmesh.app.live_run import LiveRun
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
+from stitchmesh.app.pages.view.draped_sketch import LARGE
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError, StitchMeshError
@@ -94,7 +95,7 @@ class SceneRun:
             (folder / CHECKPOINT).unlink(missing_ok=True)
         self.live = LiveRun(
             self._session.app.tasks, DRAPING, run, stage=None, done=done, failed=failed,
-            frame_bytes=BYTES_PER_POINT * opened.counts["yarn_nodes"],
+            frame_bytes=BYTES_PER_POINT * min(opened.counts["yarn_nodes"], LARGE),
         )  # fmt: skip
         self._result = None
 

@@ -13,10 +13,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stitchmesh.app.pages.drape import page as drape_page
 from stitchmesh.app.pages.drape.kept_history import name_of, read_history, write_history
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
 from stitchmesh.app.pages.drape.page import CONTINUE, RUN, RUN_AGAIN, DrapePage
 from stitchmesh.app.pages.drape.scene_history import SceneHistory
+from stitchmesh.app.pages.view import draped_sketch
+from stitchmesh.app.pages.view.draped_sketch import DrapedSketch, SketchLines
 from stitchmesh.app.scene.drawing import Colours, Surface
 from stitchmesh.app.scene.scene import Stroke
 from stitchmesh.cli.main import main
@@ -335,6 +338,50 @@ def test_a_stopped_run_continues_to_the_same_bits(swinging):
     with pytest.raises(Exception, match="hidden"):
         swinging.controls.find(CONTINUE)
     swinging.controls.find(RUN_AGAIN)
+
+
+def test_a_large_run_is_sketched_while_it_goes_on_and_whole_when_it_pauses_or_ends(swinging, monkeypatch):
+    monkeypatch.setattr(drape_page, "LARGE", 10)
+    page = page_of(swinging)
+    with alone():  # The run cannot go on before it is paused.
+        press(swinging, RUN)
+        call(swinging, page.run.live.control.pause)
+        call(swinging, page.run.live.control.step)
+    for _ in range(int(SAFETY / 0.02)):
+        if page.run.live.newest is not None:
+            break
+        swinging.app.queue.settle(SAFETY)
+    call(swinging, page.refresh)
+    assert "viewed" in swinging.scene.drawings and "sketched yarns" not in swinging.scene.drawings
+    state = page.run.live.newest.state
+    sketch = DrapedSketch(state)
+    sketch.draw(swinging.scene, alpha=False)
+    lines, nodes = swinging.scene.drawings["sketched yarns"].segments, state.end.nodes
+    region, yarns = state.prepared.region, state.prepared.fabric.yarns
+    runs = [np.flatnonzero(region.node_number[each] >= 0) for each in np.split(yarns.yarn_node, yarns.yarn_start[1:-1])]
+    assert len(lines) == sum(len(run) - 1 for run in runs if len(run))  # each run of simulated nodes is one piece
+    assert {tuple(point) for point in lines.reshape(-1, 3).tolist()} <= {tuple(node) for node in nodes.tolist()}
+    assert np.isin(swinging.scene.drawings["viewed surface"].points, state.end.vertices).all()
+    sketch.clear(swinging.scene)
+    call(swinging, page.run.live.control.resume)
+    call(swinging, page.refresh)
+    if page.run.live is not None:
+        assert "sketched yarns" in swinging.scene.drawings and "viewed" not in swinging.scene.drawings
+    wait_for_task(swinging)
+    assert "viewed" in swinging.scene.drawings and "sketched yarns" not in swinging.scene.drawings
+    assert swinging.notices() == ""
+
+
+def test_the_lines_of_a_sketch_are_bounded(monkeypatch):
+    prepared = prepare(replace(SWINGING, region=RegionSection(yarns="all")))
+    yarns, region = prepared.fabric.yarns, prepared.region
+    whole = SketchLines.of(yarns, region)
+    for most in (3, 10, 60):
+        monkeypatch.setattr(draped_sketch, "MOST_LINES", most)
+        monkeypatch.setattr(draped_sketch, "PIECE", 1)
+        lines = SketchLines.of(yarns, region)
+        longest = int(np.diff(yarns.yarn_start).max())
+        assert 0 < len(lines.node) <= most + longest and set(lines.yarn) <= set(whole.yarn)
 
 
 def test_frames_are_chosen_and_the_page_view_shows_the_run(swinging):
