@@ -45,7 +45,7 @@ class BodiesPanel:
                                          DEFAULT_UNIT, lambda _: None)  # fmt: skip
             controls.upload("Add a mesh", "A closed mesh that the cloth cannot enter.", SUFFIXES, self._receive)
             self._path = controls.text("Path of a body", "A mesh on the computer of StitchMesh.", "", lambda _: None)
-            controls.buttons("Add a body", "The mesh of the path, or a shape behind or below the cloth.",
+            controls.buttons("Add a body", "The mesh of the path, or a shape in front of or below the cloth.",
                              ("Mesh", "Ball", "Box"), self._add)  # fmt: skip
             self._around = controls.toggle(
                 "Put the cloth around", "A cloth that cuts a body at the start is moved out of it.", False,

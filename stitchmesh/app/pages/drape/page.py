@@ -14,7 +14,7 @@ from stitchmesh.app.pages.drape.files_panel import FilesPanel
 from stitchmesh.app.pages.drape.held_panel import HeldPanel
 from stitchmesh.app.pages.drape.paint_tool import PaintTool
 from stitchmesh.app.pages.drape.region_panel import RegionPanel
-from stitchmesh.app.pages.drape.run_words import counts_html, end_html, run_words
+from stitchmesh.app.pages.drape.run_words import counts_html, end_html, no_scene_html, run_words
 from stitchmesh.app.pages.drape.scene_panel import ScenePanel
 from stitchmesh.app.pages.drape.scene_run import SceneRun
 from stitchmesh.app.pages.page import Page
@@ -101,7 +101,7 @@ class DrapePage(Page):
     def refresh(self) -> None:
         """Show the scene or the run, and what can be done."""
         opened, live = self.session.opened, self.run.live
-        self._counts.content = counts_html(opened)
+        self._counts.content = no_scene_html(self.app.project) if opened is None else counts_html(opened)
         self._end.content = "" if live is not None else end_html(self.run.result, current=self.run.is_current)
         self._panel.show(live)
         can_continue, idle = self.run.can_continue, live is None and opened is not None

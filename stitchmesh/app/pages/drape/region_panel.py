@@ -92,8 +92,10 @@ class RegionPanel:
                 "Hybrid rings", "Width of the region in which yarns and triangles overlap, in rings of triangles.", 1,
                 self._set_rings, least=1, most=MOST_RINGS, step=1,
             )  # fmt: skip
+            controls.button("Clear the region", "No yarns anywhere, and no boxes.", self._clear)
+        with controls.group("Brush and changes") as self._brush_group:
             paint.build(controls)
-            controls.buttons("Changes", "Ctrl+Z and Ctrl+Y do the same.", ("Undo", "Redo", "Clear"), self._step)
+            controls.buttons("Changes", "Ctrl+Z and Ctrl+Y do the same.", ("Undo", "Redo"), self._step)
         with controls.group("Box and selection", opened=False) as self._other_group:
             self._low = controls.text("Box from", "Smallest x, y, z [cm].", "", lambda _: self._draw_box())
             self._high = controls.text("Box to", "Largest x, y, z [cm].", "", lambda _: self._draw_box())
@@ -106,7 +108,7 @@ class RegionPanel:
     def refresh(self) -> None:
         """Show the region of the scene."""
         opened = self._session.opened
-        self._group.visible = self._other_group.visible = opened is not None
+        self._group.visible = self._brush_group.visible = self._other_group.visible = opened is not None
         if opened is None:
             return
         section = opened.scene.region
@@ -162,10 +164,12 @@ class RegionPanel:
             self.refresh()  # A change that is refused leaves the controls as they were.
 
     def _step(self, which: str) -> None:
-        if which == "Clear":
-            self._change(lambda section: replace(section, yarns="chosen", nodes=None, boxes=(), faces=()))
-        else:
-            self._session.undo() if which == "Undo" else self._session.redo()
+        self._session.undo() if which == "Undo" else self._session.redo()
+
+    def _clear(self) -> None:
+        self._change(
+            lambda section: replace(section, yarns="chosen", nodes=None, seconds=None, boxes=(), faces=())
+        )  # fmt: skip
 
     def _propose_box(self) -> None:
         """Fill in a box around the middle of the front of the cloth."""

@@ -18,6 +18,8 @@ from stitchmesh.mixed.scene.scene import Scene
 
 SHARE = 0.25
 """Radius of a new ball, and half of a side of a new box, over the smaller one of the width and height of the cloth."""
+GAP = 1.2
+"""Distance of the middle of a new shape from the cloth, over its radius."""
 SIZE_WORDS = {"ball": "radius", "box": "sides", "arm": "radius, upper arm, forearm"}
 """What the numbers of the size of a shape are."""
 
@@ -28,12 +30,14 @@ def body_of_file(path: Path, unit: str) -> BodySection:
 
 
 def new_shape(opened: OpenedScene, shape: Literal["ball", "box"]) -> BodySection:
-    """Return a ball or a box below the cloth, or behind a cloth that hangs."""
+    """Return a ball or a box in front of the cloth, or below a cloth that lies."""
     low, high = opened.mesh.vertices.min(axis=0), opened.mesh.vertices.max(axis=0)
     radius = max(SHARE * float(np.sort(high - low)[1]), 0.1)
     middle, extent = (low + high) / 2.0, high - low
-    across = int(np.argmin(extent))  # A flat cloth has its shapes beside it.
-    middle[across] = low[across] - 1.2 * radius
+    if int(np.argmin(extent)) == 1:
+        middle[1] = low[1] - GAP * radius
+    else:
+        middle[2] = high[2] + GAP * radius
     x, y, z = np.round(middle, 3).tolist()
     size = (radius,) if shape == "ball" else (2.0 * radius,) * 3
     name = f"{shape} {len(opened.scene.bodies) + 1}"
