@@ -17,6 +17,7 @@ from typing import Any
 import fuzz_mutations as damage
 import numpy as np
 
+import stitchmesh as sm
 from stitchmesh.errors import FileError, MeshError, ParameterError, PatternError, YarnError
 from stitchmesh.io import read_mesh, read_stitches, read_yarns, write_mesh, write_stitches, write_yarns
 from stitchmesh.io.any_file import read_any
@@ -66,9 +67,7 @@ def small_yarns(periodic: bool = False) -> YarnSet:
 
 def small_fabric() -> StitchMesh:
     """Return a flat fabric of six stitches above a cast-on row."""
-    from stitchmesh.patterns import pattern_mesh, read_pattern
-
-    return pattern_mesh(read_pattern("rib1x1"), 2, 1, stitch_width=0.8, stitch_height=0.5)
+    return sm.pattern_mesh(sm.read_pattern("rib1x1"), 2, 1, stitch_width=0.8, stitch_height=0.5)
 
 
 def _written(write: Callable[..., None], *values: Any, suffix: str, **options: Any) -> Callable[[Path], list[bytes]]:
@@ -180,15 +179,11 @@ def _hdf5_links(folder: Path) -> list[bytes]:
 
 
 def _labeling(folder: Path) -> list[bytes]:
-    from stitchmesh.labeling import start_labeling, write_labeling
-
-    return _written(write_labeling, lambda: start_labeling(cube()), suffix=".h5")(folder)
+    return _written(sm.write_labeling, lambda: sm.start_labeling(cube()), suffix=".h5")(folder)
 
 
 def _read_labeling(path: Path) -> object:
-    from stitchmesh.labeling import read_labeling
-
-    return read_labeling(path)
+    return sm.read_labeling(path)
 
 
 def _checkpoint(folder: Path) -> list[bytes]:
@@ -277,29 +272,21 @@ def _png(folder: Path) -> list[bytes]:
 
 def _read_chart(name: str) -> Callable[[Path], object]:
     def read(path: Path) -> object:
-        from stitchmesh.periodic.chart_files import read_chart
-
-        return read_chart(name, path.read_bytes())
+        return sm.read_chart(name, path.read_bytes())
 
     return read
 
 
 def _resolved(path: Path) -> object:
-    from stitchmesh.periodic.resolve_pattern import resolve_pattern
-
-    return resolve_pattern(path)
+    return sm.resolve_pattern(path)
 
 
 def _read_recipe(path: Path) -> object:
-    from stitchmesh.recipe.recipe_file import read_recipe
-
-    return read_recipe(path)
+    return sm.read_recipe(path)
 
 
 def _read_scene(path: Path) -> object:
-    from stitchmesh.mixed.scene.scene_file import read_scene
-
-    return read_scene(path)
+    return sm.read_scene(path)
 
 
 def _read_panels(path: Path) -> object:
@@ -315,9 +302,7 @@ def _read_cloth_material(path: Path) -> object:
 
 
 def _read_crossing_materials(path: Path) -> object:
-    from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
-
-    return CrossingMaterial.read(path, "jersey")
+    return sm.CrossingMaterial.read(path, "jersey")
 
 
 def _read_textured(path: Path) -> object:
@@ -345,9 +330,7 @@ def _steps(folder: Path) -> list[bytes]:
 
 
 def _read_steps(path: Path) -> object:
-    from stitchmesh.labeling.steps import read_label_steps
-
-    return read_label_steps(path)
+    return sm.read_label_steps(path)
 
 
 def _read_history(path: Path) -> object:

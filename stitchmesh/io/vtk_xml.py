@@ -224,7 +224,8 @@ class _Reader:
     def _flat(self, array: _Array, kind: np.dtype[Any]) -> NDArray[Any]:
         form, text = array.attributes.get("format", "ascii"), "".join(array.text)
         if form == "ascii":
-            return np.array([_number(word, kind.kind) for word in text.split()], dtype=kind)
+            with np.errstate(over="ignore"):  # What is too large for float32 becomes infinite.
+                return np.array([_number(word, kind.kind) for word in text.split()], dtype=kind)
         if form == "binary":
             raw = self._binary(base64_part("".join(text.split()).encode("ascii")), 0)
         elif form == "appended":

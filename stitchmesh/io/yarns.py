@@ -51,6 +51,8 @@ HDF5_FORMAT = "stitchmesh yarns"
 """Attribute ``format`` of HDF5 files of yarns."""
 BCC_CURVES = {"catmull-rom": bcc.CATMULL_ROM, "bspline": bcc.BSPLINE}
 """Kinds of curve that can be written to a BCC file; the first is the kind that most programs read."""
+LARGEST_COLOUR = 65_535
+"""Largest number of a colour in files that state numbers and colours."""
 POINTS_PER_SEGMENT = 4
 """Number of points for each spline segment in the polylines of OBJ and VTP files."""
 
@@ -299,7 +301,13 @@ def _colours(number: IntArray | None, shown: NDArray[np.uint8] | None) -> dict[s
     Args:
         number: colour number of each yarn, shape (Y,); if None, equal colours have one number.
         shown: colour of each yarn (sRGB), shape (Y, 3); None if the file states none.
+
+    Raises:
+        YarnError: a number is negative, or larger than a palette may be.
     """
+    if number is not None and not 0 <= number.min() <= number.max() <= LARGEST_COLOUR:
+        found = f"got colours {number.min()} to {number.max()}"
+        raise YarnError(f"{found}; expected numbers from 0 to {LARGEST_COLOUR}")
     if shown is None:
         return {} if number is None else {"colour": number}
     if number is None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Damaged files: each reader returns a value or raises one error of a line, and the benchmark finds readers that do not.
+"""Damaged files: each reader returns a value or raises one error of a line; the benchmark finds readers that do not.
 
 ``benchmarks/fuzz.py`` damages the files, with seeds, and counts as faults what docs/robustness.md lists.
 """
@@ -29,7 +29,7 @@ OFTEN = {
     "hand-written": ["recipe", "pattern", "chart", "weave", "png chart"],
 }
 """Readers of files that users exchange, in the groups that are tested together."""
-SELDOM = [name for name in fuzz_readers.READERS if name not in sum(OFTEN.values(), [])]
+SELDOM = [name for name in fuzz_readers.READERS if not any(name in names for names in OFTEN.values())]
 
 
 def faults(names: list[str], count: int, folder: Path) -> str:
@@ -50,7 +50,7 @@ def test_a_thousand_damaged_files_of_each_reader_cost_an_error_of_one_line(tmp_p
 
 
 def test_damaged_files_of_the_other_readers_cost_an_error_of_one_line(tmp_path):
-    assert faults(SELDOM, 100, tmp_path) == ""
+    assert faults(SELDOM, 60, tmp_path) == ""
 
 
 def aborts(path: Path) -> None:

@@ -27,8 +27,8 @@ from stitchmesh.yarn.polyline import polylines_of_segments
 
 COLUMNS: dict[str, tuple[int, ...]] = {"radius": (), "drawn_radius": (), "colour": (), "rgb": (3,)}
 """Arrays of the points that are read, and their components, if they have more than one."""
-LARGEST_COLOUR = 65_535
-"""Largest number of a colour."""
+LARGEST_WHOLE = 2**53
+"""Largest whole number whose neighbours are numbers of float64 too."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ def read_vtp(path: FilePath) -> VtpPolylines:
         curves,
         closed,
         radius=of_line.get("radius"),
-        colour=None if colour is None else _whole(name, "colour", colour, LARGEST_COLOUR).astype(np.int64),
+        colour=None if colour is None else _whole(name, "colour", colour, LARGEST_WHOLE).astype(np.int64),
         drawn_radius=of_line.get("drawn_radius"),
         rgb=None if rgb is None else _whole(name, "rgb", rgb, 255).astype(np.uint8),
     )

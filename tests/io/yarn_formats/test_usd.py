@@ -276,3 +276,27 @@ def test_a_reader_without_instances_reads_one_period(tmp_path):
     first, second = read_yarns(tmp_path / "tiles.usda"), read_yarns(tmp_path / "period.usda")
     np.testing.assert_array_equal(first.points, second.points)
     np.testing.assert_array_equal(first.start, second.start)
+
+
+def test_the_end_of_the_process_that_reads_is_an_error(tmp_path, monkeypatch):
+    write_yarns(tmp_path / "y.usda", awkward_yarns())
+    script = tmp_path / "python"
+    script.write_text("#!/bin/sh\nkill -SEGV $$\n")
+    script.chmod(0o755)
+    monkeypatch.setattr("sys.executable", str(script))
+    with pytest.raises(FileError, match=r"USD could not read it and ended with status -11") as caught:
+        read_yarns(tmp_path / "y.usda")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("place", ["subLayers = [@../other.usda@]", "subLayers = [@{}@]"])
+def test_files_outside_of_the_folder_of_a_stage_are_refused(tmp_path, place):
+    (tmp_path / "folder").mkdir()
+    write_yarns(tmp_path / "other.usda", awkward_yarns())
+    text = f"#usda 1.0\n(\n    {place.format(tmp_path / 'other.usda')}\n)\n"
+    (tmp_path / "folder" / "y.usda").write_text(text)
+    with pytest.raises(FileError, match="expected files in its own folder only"):
+        curves_of_stage(tmp_path / "folder" / "y.usda")
+    (tmp_path / "folder" / "other.usda").write_bytes((tmp_path / "other.usda").read_bytes())
+    (tmp_path / "folder" / "y.usda").write_text("#usda 1.0\n(\n    subLayers = [@other.usda@]\n)\n")
+    assert len(curves_of_stage(tmp_path / "folder" / "y.usda")) == awkward_yarns().yarn_count
