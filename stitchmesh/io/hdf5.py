@@ -29,6 +29,8 @@ Data = TypeVar("Data")
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 VERSION = 1
+HEAP, HEAP_HEAD = b"GCOL\x01\0\0\0", 16
+"""First bytes of a heap of texts, and the size of its head and of the heads of its objects."""
 
 
 def write_dataclass(path: FilePath, data: object, format_name: str) -> None:
@@ -69,8 +71,10 @@ def read_dataclass(path: FilePath, kind: type[Data], format_name: str) -> Data:
     import h5py
 
     name = fspath(path)
-    if read_bytes(path)[: len(SIGNATURE)] != SIGNATURE:
+    content = read_bytes(path)
+    if content[: len(SIGNATURE)] != SIGNATURE:
         raise FileError(f"{name}: is not an HDF5 file; expected one that StitchMesh wrote ({format_name})")
+    _check_heaps(name, content)
     try:
         with h5py.File(name, "r") as file:
             _check_format(name, file, format_name)
@@ -95,11 +99,40 @@ def stored_format(path: FilePath) -> str:
     """
     import h5py
 
+    _check_heaps(fspath(path), read_bytes(path))
     try:
         with h5py.File(fspath(path), "r") as file:
             return str(file.attrs.get("format", ""))
     except Exception as error:  # h5py raises exceptions of many types for damaged files.
         raise FileError(f"{fspath(path)}: is not an HDF5 file, or it is damaged; write it again") from error
+
+
+def _check_heaps(name: str, content: bytes) -> None:
+    """Check the lengths in the heaps of texts; the library of HDF5 reads for ever where one leads back to its place.
+
+    A heap begins with the letters ``GCOL``, its version, three zeros, and its size in eight bytes. Each object in it
+    has a head of 16 bytes, of which the first two are its number and the last eight are its size. The size of the
+    object of number 0, the free space, contains its head. The contents of the other objects are filled up to eight
+    bytes.
+    """
+    heap = content.find(HEAP)
+    while heap >= 0:
+        end, place = heap + _length_at(content, heap + 8), heap + HEAP_HEAD
+        if end > len(content):
+            raise FileError(f"{name}: the HDF5 file is damaged or cut short (a heap ends beyond it); write it again")
+        while place + HEAP_HEAD <= end:
+            size = _length_at(content, place + 8)
+            is_free = content[place : place + 2] == b"\0\0"
+            step = size if is_free else HEAP_HEAD + -(-size // 8) * 8
+            if not HEAP_HEAD <= step <= end - place:
+                found = f"an object of {size} bytes in a heap"
+                raise FileError(f"{name}: the HDF5 file is damaged ({found}); write it again")
+            place += step
+        heap = content.find(HEAP, heap + len(HEAP))
+
+
+def _length_at(content: bytes, place: int) -> int:
+    return int.from_bytes(content[place : place + 8], "little")
 
 
 def _check_format(name: str, file: h5py.File, format_name: str) -> None:

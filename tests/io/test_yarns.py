@@ -392,3 +392,15 @@ def test_hdf5_numbers_that_are_not_in_the_file_or_far_larger_are_refused(tmp_pat
     expected = large if kind in ("bomb", "huge") else "expected numbers in the file itself"
     with pytest.raises(FileError, match=expected):
         read_yarns(path)
+
+
+def test_a_heap_of_hdf5_that_leads_back_to_itself_is_an_error_and_not_read_for_ever(tmp_path):
+    write_yarns(tmp_path / "y.h5", awkward_yarns())
+    content = bytearray((tmp_path / "y.h5").read_bytes())
+    place = content.find(b"GCOL") + 16
+    while content[place : place + 2] != b"\0\0":  # The last object of the heap is the free space.
+        place += 16 + -(-int.from_bytes(content[place + 8 : place + 16], "little") // 8) * 8
+    content[place + 8 : place + 16] = bytes(8)
+    (tmp_path / "y.h5").write_bytes(content)
+    with pytest.raises(FileError, match="an object of 0 bytes in a heap"):
+        read_yarns(tmp_path / "y.h5")
