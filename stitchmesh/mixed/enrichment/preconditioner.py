@@ -37,7 +37,6 @@ from stitchmesh.compute.captured import CapturedLaunches, CopyArray, Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import prepare
 from stitchmesh.compute.partial_sums import WIDTH, add_parts, chunk_of, part_count
-from stitchmesh.compute.precision import vector
 from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
@@ -194,8 +193,8 @@ def invert_sliding_metric(
     coupling_v: wp.array[Any],
     # state out
     inverse: wp.array[Any],
-    across_u: wp.array[Any],
-    across_v: wp.array[Any],
+    inverse_u: wp.array[Any],
+    inverse_v: wp.array[Any],
 ) -> None:
     """Inverse blocks of the Schur complement of D for the Eulerian coordinates, and D^-1 times their columns."""
     i = wp.tid()
@@ -204,8 +203,8 @@ def invert_sliding_metric(
         by_u = by_u - by_u
     if kind[i] != wp.static(FREE) or slides[i][1] == 0:
         by_v = by_v - by_v
-    across_u[i] = by_u
-    across_v[i] = by_v
+    inverse_u[i] = by_u
+    inverse_v[i] = by_v
     pair = blocks[i]
     mixed = wp.dot(by_v, coupling_u[i])
     pair[0, 0] = pair[0, 0] - wp.dot(by_u, coupling_u[i])
@@ -216,71 +215,86 @@ def invert_sliding_metric(
 
 
 @wp.func
-def slide_of(across_u: Any, across_v: Any, inverse: Any, node: Any, force: Any) -> Any:
-    """Motion of the Eulerian coordinates for the force on a node and on them."""
-    rest = type(force)(force[0] - wp.dot(across_u, node), force[1] - wp.dot(across_v, node))
-    return inverse * rest
+def node_motion(inverse: Any, node: int, push: Any, slide: Any) -> Any:
+    """Motion of a node for the force on it and the motion of its Eulerian coordinates."""
+    return inverse.nodes[node] * push - inverse.coupling_u[node] * slide[0] - inverse.coupling_v[node] * slide[1]
+
+
+@wp.func
+def slide_of(inverse: Any, node: int, push: Any, slip: Any) -> Any:
+    """Motion of the Eulerian coordinates of a node for the force on the node and on them."""
+    along_u, along_v = wp.dot(inverse.coupling_u[node], push), wp.dot(inverse.coupling_v[node], push)
+    return inverse.sliding[node] * type(slip)(slip[0] - along_u, slip[1] - along_v)
 
 
 @kernel
 def times_inverse(
     # model
-    vertex_inverse: wp.array[Any],
-    node_inverse: wp.array[Any],
-    sliding_inverse: wp.array[Any],
-    across_u: wp.array[Any],
-    across_v: wp.array[Any],
+    inverse: Any,
     # state in
-    vertices: wp.array[Any],
-    nodes: wp.array[Any],
-    sliding: wp.array[Any],
+    force: Any,
     # state out
-    vertex_result: wp.array[Any],
-    node_result: wp.array[Any],
-    sliding_result: wp.array[Any],
+    motion: Any,
 ) -> None:
     """Multiply by the inverse blocks: z = D^-1 r."""
     i = wp.tid()
-    vertex_count = vertices.shape[0]
+    vertex_count = force.vertices.shape[0]
     if i < vertex_count:
-        vertex_result[i] = vertex_inverse[i] * vertices[i]
+        motion.vertices[i] = inverse.vertices[i] * force.vertices[i]
     else:
         j = i - vertex_count
-        by_u, by_v = across_u[j], across_v[j]
-        slide = slide_of(by_u, by_v, sliding_inverse[j], nodes[j], sliding[j])
-        node_result[j] = node_inverse[j] * nodes[j] - by_u * slide[0] - by_v * slide[1]
-        sliding_result[j] = slide
+        slide = slide_of(inverse, j, force.nodes[j], force.sliding[j])
+        motion.nodes[j] = node_motion(inverse, j, force.nodes[j], slide)
+        motion.sliding[j] = slide
+
+
+@wp.func
+def advance_vertex(
+    inverse: Any, alpha: wp.float64, i: int, direction: Any, product: Any, solution: Any, force: Any, motion: Any
+) -> wp.float64:
+    """Find x + a d, r - a A d and z = D^-1 r of a vertex, and its part of r . z."""
+    a = type(force.vertices[i][0])(alpha)
+    solution.vertices[i] = solution.vertices[i] + direction.vertices[i] * a
+    pull = force.vertices[i] - product.vertices[i] * a
+    force.vertices[i] = pull
+    moved = inverse.vertices[i] * pull
+    motion.vertices[i] = moved
+    return wp.float64(wp.dot(pull, moved))
+
+
+@wp.func
+def advance_node(
+    inverse: Any, alpha: wp.float64, j: int, direction: Any, product: Any, solution: Any, force: Any, motion: Any
+) -> wp.float64:
+    """Find x + a d, r - a A d and z = D^-1 r of a node, and its part of r . z."""
+    a = type(force.nodes[j][0])(alpha)
+    solution.nodes[j] = solution.nodes[j] + direction.nodes[j] * a
+    solution.sliding[j] = solution.sliding[j] + direction.sliding[j] * a
+    push, slip = force.nodes[j] - product.nodes[j] * a, force.sliding[j] - product.sliding[j] * a
+    force.nodes[j] = push
+    force.sliding[j] = slip
+    slide = slide_of(inverse, j, push, slip)
+    moved = node_motion(inverse, j, push, slide)
+    motion.nodes[j] = moved
+    motion.sliding[j] = slide
+    return wp.float64(wp.dot(push, moved)) + wp.float64(wp.dot(slip, slide))
 
 
 @kernel
 def advance_and_invert(
     # model
-    vertex_inverse: wp.array[Any],
-    node_inverse: wp.array[Any],
-    sliding_inverse: wp.array[Any],
-    across_u: wp.array[Any],
-    across_v: wp.array[Any],
+    inverse: Any,
     chunk: int,
     # state in
     record: wp.array[wp.float64],
     curvature: wp.array2d[wp.float64],
-    d_vertices: wp.array[Any],
-    d_nodes: wp.array[Any],
-    d_sliding: wp.array[Any],
-    of_vertices: wp.array[Any],
-    of_nodes: wp.array[Any],
-    of_sliding: wp.array[Any],
+    direction: Any,
+    product: Any,
     # state in and out
-    x_vertices: wp.array[Any],
-    x_nodes: wp.array[Any],
-    x_sliding: wp.array[Any],
-    vertices: wp.array[Any],
-    nodes: wp.array[Any],
-    sliding: wp.array[Any],
+    solution: Any,
+    force: Any,
     # state out
-    vertex_result: wp.array[Any],
-    node_result: wp.array[Any],
-    sliding_result: wp.array[Any],
+    motion: Any,
     sums: wp.array2d[wp.float64],
     after: wp.array[wp.float64],
     parts: wp.array2d[wp.float64],
@@ -289,31 +303,14 @@ def advance_and_invert(
     block, lane = wp.tid()
     total = add_parts(curvature, 0, curvature.shape[0], lane, sums[block])
     alpha = record_alpha(total, record, block == 0 and lane == 0, after)
-    vertex_count = vertices.shape[0]
+    vertex_count, node_count = force.vertices.shape[0], force.nodes.shape[0]
     products = Slots()
-    for i in range(block * chunk + lane, wp.min((block + 1) * chunk, vertex_count + nodes.shape[0]), wp.block_dim()):
+    for i in range(block * chunk + lane, wp.min((block + 1) * chunk, vertex_count + node_count), wp.block_dim()):
         if i < vertex_count:
-            a = type(vertices[i][0])(alpha)
-            x_vertices[i] = x_vertices[i] + d_vertices[i] * a
-            pull = vertices[i] - of_vertices[i] * a
-            vertices[i] = pull
-            motion = vertex_inverse[i] * pull
-            vertex_result[i] = motion
-            products[0] += wp.float64(wp.dot(pull, motion))
+            products[0] += advance_vertex(inverse, alpha, i, direction, product, solution, force, motion)
         else:
             j = i - vertex_count
-            b = type(nodes[j][0])(alpha)
-            x_nodes[j] = x_nodes[j] + d_nodes[j] * b
-            x_sliding[j] = x_sliding[j] + d_sliding[j] * b
-            push, slip = nodes[j] - of_nodes[j] * b, sliding[j] - of_sliding[j] * b
-            nodes[j] = push
-            sliding[j] = slip
-            by_u, by_v = across_u[j], across_v[j]
-            slide = slide_of(by_u, by_v, sliding_inverse[j], push, slip)
-            moved = node_inverse[j] * push - by_u * slide[0] - by_v * slide[1]
-            node_result[j] = moved
-            sliding_result[j] = slide
-            products[0] += wp.float64(wp.dot(push, moved)) + wp.float64(wp.dot(slip, slide))
+            products[0] += advance_node(inverse, alpha, j, direction, product, solution, force, motion)
     sum_over_block(products, parts[block])
 
 
@@ -326,7 +323,11 @@ def least_masses(embedding: Embedding, node_mass: Numbers) -> Numbers:
 
 
 class Preconditioner:
-    """The inverse of P for an embedding, on a device."""
+    """The inverse of P for an embedding, on a device.
+
+    ``inverse`` holds the blocks of D^-1. The blocks of Eulerian coordinates are those of the inverse Schur complement,
+    and the columns of coupling are multiplied by the inverse block of their node.
+    """
 
     def __init__(
         self, embedding: Embedding, free: FreeUnknowns, masses: tuple[Numbers, Numbers], scalar: Any, device: wp.Device
@@ -358,8 +359,6 @@ class Preconditioner:
         self._node_kind = self._integers(np.where(coupled_nodes, COUPLED, FREE) * free.nodes)
         self._slides = wp.array(free.sliding.astype(np.int32), dtype=wp.vec2i, device=device)
         self.inverse = MixedBlocks.zeros(embedding.vertex_count, embedding.node_count, scalar, device)
-        three = vector(3, scalar)
-        self._across = [wp.zeros(embedding.node_count, dtype=three, device=device) for _ in range(2)]
         counts = embedding.vertex_count, embedding.node_count
         self._numbers = [wp.zeros(count, dtype=scalar, device=device) for count in counts]
         self._squares = self._rows_of_squares()
@@ -421,7 +420,7 @@ class Preconditioner:
         inputs = [self._node_kind, self._slides, self._least[1], self._factor, own.nodes]
         inputs += [metric.sliding, metric.coupling_u, metric.coupling_v]
         if len(self._node_kind):
-            outputs = [own.sliding, *self._across]
+            outputs = [own.sliding, own.coupling_u, own.coupling_v]
             launches.append(launcher(invert_sliding_metric, len(self._node_kind), inputs, outputs))
         if projection.row_count and not of_masses:
             inputs, outputs = [*self._squares, numbers[1], numbers[0]], [own.vertices, self._sums]
@@ -451,10 +450,8 @@ class Preconditioner:
             motion: set to z as (v, p, s), with p = B v + F x.
             launcher: ``launch`` or ``prepare`` with the device bound.
         """
-        own = self.inverse
-        inputs = [own.vertices, own.nodes, own.sliding, *self._across, force.vertices, force.nodes, force.sliding]
-        outputs = [motion.vertices, motion.nodes, motion.sliding]
-        first = launcher(times_inverse, force.vertex_count + force.node_count, inputs, outputs)
+        count = force.vertex_count + force.node_count
+        first = launcher(times_inverse, count, [self.inverse.arrays, force.arrays], [motion.arrays])
         return [first, *self._projection.launches(motion, launcher, residual=force)]
 
     def advance_launches(
@@ -469,12 +466,10 @@ class Preconditioner:
             parts: set to the parts of r . z.
             launcher: ``launch`` or ``prepare`` with the device bound.
         """
-        own, given, count = self.inverse, advance, force.vertex_count + force.node_count
-        inputs = [own.vertices, own.nodes, own.sliding, *self._across, chunk_of(count, self._device)]
-        inputs += [given.record, given.curvature]
-        for each in (given.direction, given.product, given.solution, force):
-            inputs += [each.vertices, each.nodes, each.sliding]
-        outputs = [motion.vertices, motion.nodes, motion.sliding, given.sums, given.after, parts]
+        count = force.vertex_count + force.node_count
+        vectors = [each.arrays for each in (advance.direction, advance.product, advance.solution, force)]
+        inputs = [self.inverse.arrays, chunk_of(count, self._device), advance.record, advance.curvature, *vectors]
+        outputs = [motion.arrays, advance.sums, advance.after, parts]
         first = launcher(advance_and_invert, part_count(count, self._device), inputs, outputs, tile=THREADS)
         return [first, *self._projection.launches(motion, launcher, residual=force, parts=parts)]
 

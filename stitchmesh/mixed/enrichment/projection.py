@@ -83,8 +83,7 @@ def constraint_rows(
     # model
     coupling: CouplingArrays,
     # state in
-    vertices: wp.array[Any],
-    nodes: wp.array[Any],
+    motion: Any,
     # state out
     residual: wp.array2d[wp.float64],
 ) -> None:
@@ -92,9 +91,9 @@ def constraint_rows(
     row, lane = wp.tid()
     total = Slots()
     for k in range(coupling.node_start[row] + lane, coupling.node_start[row + 1], wp.block_dim()):
-        total = add_scaled(total, nodes[coupling.node[k]], coupling.node_weight[k])
+        total = add_scaled(total, motion.nodes[coupling.node[k]], coupling.node_weight[k])
     for k in range(coupling.vertex_start[row] + lane, coupling.vertex_start[row + 1], wp.block_dim()):
-        total = add_scaled(total, vertices[coupling.vertex[k]], -coupling.vertex_weight[k])
+        total = add_scaled(total, motion.vertices[coupling.vertex[k]], -coupling.vertex_weight[k])
     sum_over_block(total, residual[row])
 
 
@@ -139,41 +138,37 @@ def subtract_multipliers(
     vertex_inverse: wp.array[Any],
     node_inverse: wp.array[Any],
     scale: wp.array[Any],
-    changes_residual: int,
+    changes_force: int,
     chunk: int,
     # state in
     multiplier: wp.array2d[wp.float64],
-    sliding_residual: wp.array[Any],
-    sliding: wp.array[Any],
     # state in and out
-    vertex_residual: wp.array[Any],
-    node_residual: wp.array[Any],
-    vertices: wp.array[Any],
-    nodes: wp.array[Any],
+    force: Any,
+    motion: Any,
     # state out
     parts: wp.array2d[wp.float64],
 ) -> None:
-    """Find u - D^-1 E' mu, r - scale E' mu where ``changes_residual``, and the parts of r . u."""
+    """Find u - D^-1 E' mu, r - scale E' mu where ``changes_force``, and the parts of r . u."""
     block, lane = wp.tid()
-    vertex_count = vertices.shape[0]
+    vertex_count, node_count = motion.vertices.shape[0], motion.nodes.shape[0]
     sums = Slots()
-    for i in range(block * chunk + lane, wp.min((block + 1) * chunk, vertex_count + nodes.shape[0]), wp.block_dim()):
+    for i in range(block * chunk + lane, wp.min((block + 1) * chunk, vertex_count + node_count), wp.block_dim()):
         if i < vertex_count:
             total = column_sum(coupling.of_vertex_start, coupling.of_vertex, coupling.of_vertex_weight, multiplier, i)
-            change = in_precision(total, vertices[i])
-            vertices[i] = vertices[i] + change * vertex_inverse[i]
-            if changes_residual != 0:
-                vertex_residual[i] = vertex_residual[i] + change * scale[0]
-            sums[0] += wp.float64(wp.dot(vertex_residual[i], vertices[i]))
+            change = in_precision(total, motion.vertices[i])
+            motion.vertices[i] = motion.vertices[i] + change * vertex_inverse[i]
+            if changes_force != 0:
+                force.vertices[i] = force.vertices[i] + change * scale[0]
+            sums[0] += wp.float64(wp.dot(force.vertices[i], motion.vertices[i]))
         else:
             j = i - vertex_count
             of_rows = column_sum(coupling.of_node_start, coupling.of_node, coupling.of_node_weight, multiplier, j)
-            push = in_precision(of_rows, nodes[j])
-            nodes[j] = nodes[j] - push * node_inverse[j]
-            if changes_residual != 0:
-                node_residual[j] = node_residual[j] - push * scale[0]
-            sums[0] += wp.float64(wp.dot(node_residual[j], nodes[j]))
-            sums[0] += wp.float64(wp.dot(sliding_residual[j], sliding[j]))
+            push = in_precision(of_rows, motion.nodes[j])
+            motion.nodes[j] = motion.nodes[j] - push * node_inverse[j]
+            if changes_force != 0:
+                force.nodes[j] = force.nodes[j] - push * scale[0]
+            sums[0] += wp.float64(wp.dot(force.nodes[j], motion.nodes[j]))
+            sums[0] += wp.float64(wp.dot(force.sliding[j], motion.sliding[j]))
     sum_over_block(sums, parts[block])
 
 
@@ -266,13 +261,13 @@ class Projection:
         """
         if self.row_count == 0:
             return []
-        forces = motion if residual is None else residual
+        force = motion if residual is None else residual
         metric = [self.vertex_inverse, self.node_inverse, self._scale]
         chunk = chunk_of(self._entities, self._device)
         inputs = [self.coupling, *metric, int(residual is not None), chunk, self._multiplier]
-        inputs += [forces.sliding, motion.sliding, forces.vertices, forces.nodes, motion.vertices, motion.nodes]
+        inputs += [force.arrays, motion.arrays]
         outputs = [self._parts if parts is None else parts]
-        rows, motions = self.row_count, [self.coupling, motion.vertices, motion.nodes]
+        rows, motions = self.row_count, [self.coupling, motion.arrays]
         return [
             launcher(constraint_rows, rows, motions, [self._residual], tile=LONG),
             launcher(multiplier_rows, rows, [self._inverse, self._residual], [self._multiplier], tile=BLOCK),
