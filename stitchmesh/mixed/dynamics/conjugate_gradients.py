@@ -45,7 +45,6 @@ from stitchmesh.mixed.enrichment.solve_record import (
     RECORD,
     RZ,
     Advance,
-    record_beta,
 )
 from stitchmesh.mixed.mixed_vector import MixedVector
 
@@ -78,32 +77,6 @@ def begin(
         active[0] = wp.where(rz > zero, 1, 0)
         record[NEGATIVE] = zero
         record[ITERATIONS] = zero
-
-
-@kernel
-def next_direction(
-    # model
-    chunk: int,
-    # state in
-    record: wp.array[wp.float64],
-    parts: wp.array2d[wp.float64],
-    preconditioned: wp.array[Any],
-    # state in and out
-    direction: wp.array[Any],
-    # state out
-    sums: wp.array2d[wp.float64],
-    after: wp.array[wp.float64],
-    active: wp.array[wp.int32],
-) -> None:
-    """Find b and d = z + b d, and whether the iteration goes on."""
-    block, lane = wp.tid()
-    rz = add_parts(parts, 0, parts.shape[0], lane, sums[block])
-    writes = block == 0 and lane == 0
-    beta = type(direction[0])(record_beta(rz, record, writes, after))
-    if writes:
-        active[0] = wp.where(after[DONE] == wp.float64(0.0), 1, 0)
-    for i in range(block * chunk + lane, wp.min((block + 1) * chunk, direction.shape[0]), wp.block_dim()):
-        direction[i] = preconditioned[i] + beta * direction[i]
 
 
 @dataclass(frozen=True)
@@ -194,12 +167,9 @@ class ConjugateGradients:
     def _iteration_launches(self, products: Products, preconditioner: Preconditioner) -> list[Any]:
         """The launches of one iteration."""
         z, direction, product, run = self._preconditioned, self._direction, self._product, self._launcher
-        curvature, count = self._of_curvature, len(z.values)
-        advance = Advance(self._record, self._between, curvature, self._sums, direction, product, self.solution)
-        inputs = [chunk_of(count, self._device), self._between, self._of_residual, z.values]
-        outputs = [direction.values, self._sums, self._record, self._active]
+        memory = self._of_curvature, self._of_residual, self._sums, self._active
+        advance = Advance(self._record, self._between, *memory, direction, product, self.solution)
         return [
-            *products(direction, product, curvature, run),
-            *preconditioner.advance_launches(advance, self.residual, z, self._of_residual, run),
-            run(next_direction, part_count(count, self._device), inputs, outputs, tile=THREADS),
+            *products(direction, product, self._of_curvature, run),
+            *preconditioner.advance_launches(advance, self.residual, z, run),
         ]

@@ -40,6 +40,7 @@ from stitchmesh.compute.partial_sums import WIDTH, add_parts, chunk_of, part_cou
 from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
+from stitchmesh.mixed.enrichment.next_direction import next_direction
 from stitchmesh.mixed.enrichment.projection import Projection
 from stitchmesh.mixed.enrichment.region import Numbers
 from stitchmesh.mixed.enrichment.sigma_on_device import BLOCK
@@ -452,26 +453,30 @@ class Preconditioner:
         """
         count = force.vertex_count + force.node_count
         first = launcher(times_inverse, count, [self.inverse.arrays, force.arrays], [motion.arrays])
-        return [first, *self._projection.launches(motion, launcher, residual=force)]
+        return [first, *self._projection.launches(motion, launcher, force=force)]
 
     def advance_launches(
-        self, advance: Advance, force: MixedVector, motion: MixedVector, parts: wp.array[Any], launcher: Launcher
+        self, advance: Advance, force: MixedVector, motion: MixedVector, launcher: Launcher
     ) -> list[Any]:
-        """The launches that advance a solution, and then do the same as ``launches``.
+        """The launches that advance a solution, find the motion of the force that is left, and the next direction.
 
         Args:
-            advance: a and d of the iteration.
+            advance: the records, d and A d of the iteration; d becomes the next direction.
             force: r, changed to r - a A d and then as in ``launches``.
-            motion: set to z.
-            parts: set to the parts of r . z.
+            motion: set to D^-1 r, which is z before its projection.
             launcher: ``launch`` or ``prepare`` with the device bound.
         """
-        count = force.vertex_count + force.node_count
-        vectors = [each.arrays for each in (advance.direction, advance.product, advance.solution, force)]
-        inputs = [self.inverse.arrays, chunk_of(count, self._device), advance.record, advance.curvature, *vectors]
-        outputs = [motion.arrays, advance.sums, advance.after, parts]
-        first = launcher(advance_and_invert, part_count(count, self._device), inputs, outputs, tile=THREADS)
-        return [first, *self._projection.launches(motion, launcher, residual=force, parts=parts)]
+        count, projection = force.vertex_count + force.node_count, self._projection
+        chunk, blocks, turned = chunk_of(count, self._device), part_count(count, self._device), advance.direction.arrays
+        vectors = [turned, advance.product.arrays, advance.solution.arrays, force.arrays]
+        inputs = [self.inverse.arrays, chunk, advance.record, advance.curvature, *vectors]
+        outputs = [motion.arrays, advance.sums, advance.after, advance.parts]
+        first = launcher(advance_and_invert, blocks, inputs, outputs, tile=THREADS)
+        inputs = [projection.coupling, projection.metric, chunk, advance.after, advance.parts]
+        inputs += [projection.residual, projection.multiplier, motion.arrays, force.arrays, turned]
+        outputs = [advance.sums, advance.record, advance.active]
+        found = projection.multiplier_launches(motion, launcher)
+        return [first, *found, launcher(next_direction, blocks, inputs, outputs, tile=THREADS)]
 
     def project_launches(self, motion: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that change a motion the least in the metric D so that p = B v + F x; what is fixed stays."""
