@@ -28,6 +28,7 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.compute.captured import CapturedLoop, CopyArray, Launcher, ZeroArray
+from stitchmesh.compute.host_copy import HostCopy
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import prepare
 from stitchmesh.compute.partial_sums import add_parts, chunk_of, dot_parts, part_count, parts_for
@@ -117,7 +118,7 @@ class ConjugateGradients:
         self._of_curvature, self._of_residual = parts_for(entities, device), parts_for(entities, device)
         self._sums = wp.zeros_like(self._parts)
         self._record, self._between = (wp.zeros(RECORD, dtype=wp.float64, device=device) for _ in range(2))
-        self._ends_at = (0.0, 0)
+        self._read, self._ends_at = HostCopy(self._record), (0.0, 0)
         self._launcher: Launcher = partial(prepare, device=device)
         self._active = wp.zeros(1, dtype=wp.int32, device=device)
         launches = self._start_launches(preconditioner), self._iteration_launches(products, preconditioner)
@@ -147,7 +148,7 @@ class ConjugateGradients:
 
     def report(self) -> SolveReport:
         """How the last solve ended; waits for its end."""
-        record = self._record.numpy()
+        record = self._read.read()
         norms = np.sqrt(np.maximum(record[[FIRST_RZ, RZ]], 0.0))
         return SolveReport(int(record[ITERATIONS]), float(norms[0]), float(norms[1]), bool(record[NEGATIVE]))
 
