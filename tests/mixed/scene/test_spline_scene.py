@@ -16,6 +16,7 @@ from stitchmesh.io.stitches import read_stitches, write_stitches
 from stitchmesh.labeling import label
 from stitchmesh.mixed.drape import drape
 from stitchmesh.mixed.enrichment.region import TRIANGLES
+from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.output.files import MAPS, read_maps
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, Keyframe
@@ -132,8 +133,10 @@ def test_loops_keep_their_height_where_a_region_grows_to_the_border(tmp_path):
     grown = with_region(prepared, np.flatnonzero(prepared.region.triangle_kind != TRIANGLES)).region
     simulation.change_region(grown)
     vertices, nodes, _sliding = simulation.positions
-    laid = prepared.fabric.yarns.curves.points[grown.nodes]
-    assert len(grown.nodes) > 2 * len(prepared.region.nodes) and prepared.fabric.yarns.height[grown.nodes].std() > RADIUS
+    yarns = prepared.fabric.yarns
+    assert isinstance(yarns, SplineYarns)
+    laid = yarns.curves.points[grown.nodes]
+    assert len(grown.nodes) > 2 * len(prepared.region.nodes) and yarns.height[grown.nodes].std() > RADIUS
     # the change that makes p = B v + F x moves mainly the vertices
     assert np.sqrt(np.mean((nodes - laid) ** 2)) < 0.5 * RADIUS
     np.testing.assert_allclose(simulation._system.embedding.constraint(vertices, nodes), 0.0, atol=1e-12)  # rounding
