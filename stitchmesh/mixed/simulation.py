@@ -35,7 +35,13 @@ from stitchmesh.mixed.enrichment.start_positions import make_consistent
 from stitchmesh.mixed.mixed_vector import MixedVector, Parts
 from stitchmesh.mixed.output.report import RunTotals
 from stitchmesh.mixed.placement.carried_terms import RegionChange, carry_terms
-from stitchmesh.mixed.region_change import moved_vector, place_held, region_change, settle_changed
+from stitchmesh.mixed.region_change import (
+    moved_positions,
+    moved_velocities,
+    place_held,
+    region_change,
+    settle_changed,
+)
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene
 from stitchmesh.mixed.splines.spline_term import SplineTerm
 
@@ -192,13 +198,13 @@ class DynamicSimulation(Simulation):
 
     def change_region(self, region: Region) -> None:
         """Go on with another region; the momentum stays."""
-        old, rest = self._dynamics, self.prepared.fabric.yarns.rest_sliding
+        old, fabric = self._dynamics, self.prepared.fabric
         change = self.take_region(region)
-        self._dynamics = new = self._dynamics_at(old.time, moved_vector(change, old.positions, rest))
-        new.velocities.assign(moved_vector(change, old.velocities, np.zeros_like(rest)))
+        self._dynamics = new = self._dynamics_at(old.time, moved_positions(fabric, change, old.positions))
+        new.velocities.assign(moved_velocities(fabric, change, old.velocities))
         new.time, new.time_step, new.calm_steps = old.time, old.time_step, old.calm_steps
         place_held(new.system, self._motion, new.positions, new.time)
-        fabric, loads, start = self.prepared.fabric, self.prepared.loads(self.time), self.prepared.vertices
+        loads, start = self.prepared.loads(self.time), self.prepared.vertices
         settle_changed(fabric, change, loads, start, old.system.terms, new.positions, new.time_step)
         before, after = [(each.system, each.positions, each.velocities) for each in (old, new)]
         keep_momentum(before, after)
@@ -290,8 +296,9 @@ class StaticSimulation(Simulation):
         """Go on with another region; the last equilibrium is found again."""
         terms, positions, time = self._system.terms, self._positions, self.time
         change = self.take_region(region)
-        self._positions = moved_vector(change, positions, self.prepared.fabric.yarns.rest_sliding)
+        self._positions = moved_positions(self.prepared.fabric, change, positions)
         self._system, self._motion = self.system_at(time)
+        make_consistent(self._system.embedding, self._system.free, self._positions)
         self._built, self._done = time, self._done - 1
         place_held(self._system, self._motion, self._positions, time)
         carry_terms(terms, self._system.terms, change)
