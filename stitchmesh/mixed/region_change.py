@@ -25,6 +25,7 @@ from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.placement.carried_terms import RegionChange, carry_terms
 from stitchmesh.mixed.placement.moved_state import move_state
+from stitchmesh.mixed.placement.node_memory import NodeMemory
 from stitchmesh.mixed.term import Term
 
 SETTLING_ITERATIONS = 3
@@ -44,12 +45,12 @@ def moved_vector(change: RegionChange, vector: MixedVector, rest_sliding: FloatA
     return MixedVector.from_numpy(state.vertices, state.nodes, state.sliding, vector.scalar, vector.device)
 
 
-def region_change(fabric: MixedFabric, old: Region, new: Region, loads: Loads) -> RegionChange:
-    """Return both regions of a fabric, with the contact points that they have under loads."""
+def region_change(fabric: MixedFabric, old: Region, new: Region, memory: NodeMemory, loads: Loads) -> RegionChange:
+    """Return both regions of a fabric, with what nodes remember and the contact points that they have under loads."""
     if not loads.bodies:
-        return RegionChange(old, new)
+        return RegionChange(old, new, memory)
     points = [contact_points(fabric, region, loads.thickness)[0] for region in (old, new)]
-    return RegionChange(old, new, *points)
+    return RegionChange(old, new, memory, *points)
 
 
 def settle_changed(
