@@ -13,14 +13,15 @@ import numpy as np
 import pytest
 
 from stitchmesh.lattice import Lattice
-from stitchmesh.periodic.drawn_swatch import draw_swatch
 from stitchmesh.periodic.fabric_shape import LAYER, FabricShape, FlatFabric, thickness_of
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch import scale_yarns, swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
 
+pytestmark = pytest.mark.usefixtures("first_state")
 DRAFT = quality_named("draft")
 Fold = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """Maps a coordinate to its place along the same axis and its height."""

@@ -12,11 +12,11 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.errors import YarnError
-from stitchmesh.periodic.sampling import refined
+from stitchmesh.periodic.sampling.sampling import refined
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 
-pytestmark = pytest.mark.decides
+pytestmark = [pytest.mark.decides, pytest.mark.usefixtures("first_state")]
 
 KNITS = ["stockinette", "garter", "rib1x1", "linen-stitch", "cartridge-belt-rib", "slip-stitch-rib", "half-cardigan",
          "jacquard2", "rope-cable"]  # fmt: skip

@@ -15,7 +15,7 @@ import stitchmesh as sm
 from stitchmesh.compute import device
 from stitchmesh.compute.device import alone
 from stitchmesh.errors import ParameterError, PatternError, SolverError
-from stitchmesh.periodic.continuation import GROWTH, LENGTHENING, STRETCH
+from stitchmesh.periodic.relaxation.continuation import GROWTH, LENGTHENING, STRETCH
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.incremental_relaxation import LiveSwatch
 from stitchmesh.periodic.session.settings import SwatchSettings
@@ -24,6 +24,7 @@ from stitchmesh.quality import Quality
 from stitchmesh.yarn.tiling import instances
 from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
 
+pytestmark = pytest.mark.usefixtures("first_state")
 EXACT = Quality("float64", 3, 3, 12, 0.2, 1e-6, 20_000, largest_change=1e-6)
 """Fine enough that two different paths to one relaxed state end in sizes that agree within 1e-5."""
 PLAIN = sm.parse_pattern("round 1: k1")
