@@ -39,8 +39,9 @@ from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, Integers, Numb
 
 OF_PASSAGES = 3.0
 """Weight of the sums along passages, over that of the balance at a node."""
-OF_SEGMENTS, OF_TRIANGLES = 0.1, 0.01
-"""Weights of the differences of w from alpha, and of s from 1 - alpha."""
+OF_SEGMENTS, OF_TRIANGLES = 1.0, 0.01
+"""Weights of the differences of w from alpha, over the mean number of segments of a passage, and of s from 1 - alpha. A
+difference that is spread over more segments leaves less at each node."""
 OF_VERTICES = 1e-5
 """Weight of the numbers q, which some vertices with few nodes leave open."""
 MOST_CHANGE = 0.9
@@ -144,7 +145,8 @@ class _Balance:
         left = self.inner @ (self.changes @ w)
         balance = h * hstack([self.inner @ changes, -(self.inner @ self.basis)])
         nodes, passages, vertices = len(left), self.passages.shape[0], self.transposed.shape[0]
-        kept = h * np.concatenate([np.full(len(self.segments), OF_SEGMENTS), np.full(len(self.vertices), OF_VERTICES)])
+        of_segment = OF_SEGMENTS / max(len(self.segments) / max(passages, 1), 1.0)
+        kept = h * np.concatenate([np.full(len(self.segments), of_segment), np.full(len(self.vertices), OF_VERTICES)])
         rows = [
             [balance, csr_array((nodes, len(self.triangles)))],
             [OF_PASSAGES * (self.passages @ balance), csr_array((passages, len(self.triangles)))],
