@@ -35,14 +35,18 @@ from stitchmesh.mixed.enrichment.start_positions import make_consistent
 from stitchmesh.mixed.mixed_vector import MixedVector, Parts
 from stitchmesh.mixed.output.report import RunTotals
 from stitchmesh.mixed.placement.carried_terms import RegionChange, carry_terms, remember
-from stitchmesh.mixed.placement.node_memory import NodeMemory
-from stitchmesh.mixed.region_change import moved_vector, place_held, region_change, settle_changed
+from stitchmesh.mixed.placement.node_memory import SLIDING, NodeMemory
+from stitchmesh.mixed.region_change import (
+    moved_positions,
+    moved_velocities,
+    place_held,
+    region_change,
+    settle_changed,
+)
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene
 from stitchmesh.mixed.splines.spline_term import SplineTerm
 from stitchmesh.mixed.term import Term
 
-SLIDING = "sliding"
-"""Name of the Eulerian coordinates in the memory of nodes."""
 MOST_PARTS = 200
 """Largest number of parts in which attachments move between two equilibria beside B-spline yarns."""
 
@@ -159,11 +163,6 @@ class Simulation(ABC):
         self.start = self.prepared.vertices, self.prepared.nodes
         return region_change(self.prepared.fabric, old, region, self.memory, self.prepared.loads(self.time))
 
-    @property
-    def known_sliding(self) -> FloatArray:
-        """Eulerian coordinates of all nodes of the layout when they were simulated last, or at rest [cm], (N, 2)."""
-        return self.memory.recalled(SLIDING, self.prepared.fabric.yarns.rest_sliding)
-
     def system_at(self, time: float) -> tuple[MixedSystem, PrescribedMotion]:
         """Return the system with the attachments at a time, and their motion."""
         prepared, (vertices, _nodes) = self.prepared, self.start
@@ -204,13 +203,13 @@ class DynamicSimulation(Simulation):
 
     def change_region(self, region: Region) -> None:
         """Go on with another region; the momentum stays."""
-        old = self._dynamics
-        change, sliding = self.take_region(region, old.system.terms), self.known_sliding
-        self._dynamics = new = self._dynamics_at(old.time, moved_vector(change, old.positions, sliding))
-        new.velocities.assign(moved_vector(change, old.velocities, np.zeros_like(sliding)))
+        old, fabric = self._dynamics, self.prepared.fabric
+        change = self.take_region(region, old.system.terms)
+        self._dynamics = new = self._dynamics_at(old.time, moved_positions(fabric, change, old.positions))
+        new.velocities.assign(moved_velocities(fabric, change, old.velocities))
         new.time, new.time_step, new.calm_steps = old.time, old.time_step, old.calm_steps
         place_held(new.system, self._motion, new.positions, new.time)
-        fabric, loads, start = self.prepared.fabric, self.prepared.loads(self.time), self.prepared.vertices
+        loads, start = self.prepared.loads(self.time), self.prepared.vertices
         settle_changed(fabric, change, loads, start, old.system.terms, new.positions, new.time_step)
         before, after = [(each.system, each.positions, each.velocities) for each in (old, new)]
         keep_momentum(before, after)
@@ -303,8 +302,9 @@ class StaticSimulation(Simulation):
         """Go on with another region; the last equilibrium is found again."""
         terms, positions, time = self._system.terms, self._positions, self.time
         change = self.take_region(region, terms)
-        self._positions = moved_vector(change, positions, self.known_sliding)
+        self._positions = moved_positions(self.prepared.fabric, change, positions)
         self._system, self._motion = self.system_at(time)
+        make_consistent(self._system.embedding, self._system.free, self._positions)
         self._built, self._done = time, self._done - 1
         place_held(self._system, self._motion, self._positions, time)
         carry_terms(terms, self._system.terms, change)

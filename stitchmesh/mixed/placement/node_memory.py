@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from stitchmesh.mixed.enrichment.region import Region
 
 Numbers = NDArray[np.float64]
+SLIDING = "sliding"
+"""Name of the Eulerian coordinates."""
 PREFIX = "node memory "
 """How the names of the arrays of a checkpoint begin."""
 
