@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 MAX_COLOURS = 256
 """Maximum number of colours, the size of a PNG palette."""
-LARGEST_PICTURE = 4_000_000
-"""Maximum number of pixels of a picture that may hold the text of a chart."""
+LARGEST_PICTURE = 20_000_000
+"""Maximum number of pixels of a picture that may hold the text of a chart; its pixels are not read."""
 MAX_PIXELS = 1_000_000
 """Maximum number of pixels; an image with more pixels is probably a photograph and not a chart."""
 
