@@ -27,6 +27,7 @@ from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.placement.carried_terms import RegionChange, carry_terms
 from stitchmesh.mixed.placement.moved_state import move_state
+from stitchmesh.mixed.placement.node_memory import SLIDING, NodeMemory
 from stitchmesh.mixed.term import Term
 
 SETTLING_ITERATIONS = 3
@@ -38,12 +39,13 @@ def moved_positions(fabric: MixedFabric, change: RegionChange, positions: MixedV
 
     Args:
         fabric: cloth and yarns.
-        change: the region of the positions, and that of the result.
+        change: the region of the positions, and that of the result; new nodes have the Eulerian coordinates that it
+            remembers, or those of the layout.
         positions: positions [cm].
     """
     stands_out = isinstance(fabric.yarns, SplineYarns)
     above = partial(fabric.yarns.world, fabric.cloth) if stands_out else None
-    return _moved(change, positions, fabric.yarns.rest_sliding, above)
+    return _moved(change, positions, change.memory.recalled(SLIDING, fabric.yarns.rest_sliding), above)
 
 
 def moved_velocities(fabric: MixedFabric, change: RegionChange, velocities: MixedVector) -> MixedVector:
@@ -61,12 +63,12 @@ def _moved(
     return MixedVector.from_numpy(state.vertices, state.nodes, state.sliding, vector.scalar, vector.device)
 
 
-def region_change(fabric: MixedFabric, old: Region, new: Region, loads: Loads) -> RegionChange:
-    """Return both regions of a fabric, with the contact points that they have under loads."""
+def region_change(fabric: MixedFabric, old: Region, new: Region, memory: NodeMemory, loads: Loads) -> RegionChange:
+    """Return both regions of a fabric, with what nodes remember and the contact points that they have under loads."""
     if not loads.bodies:
-        return RegionChange(old, new)
+        return RegionChange(old, new, memory)
     points = [contact_points(fabric, region, loads.thickness)[0] for region in (old, new)]
-    return RegionChange(old, new, *points)
+    return RegionChange(old, new, memory, *points)
 
 
 def settle_changed(
