@@ -133,7 +133,9 @@ class ClothMaterial:
 
     def rest_curvature(self) -> NDArray[np.float64]:
         """Curvatures kappa_11, kappa_22 and 2 kappa_12 without moments [1 / cm], towards the normals; shape (3,)."""
-        return np.linalg.solve(self.rigidities(), [self.moment_course, self.moment_wale, 0.0])
+        moments = np.array([self.moment_course, self.moment_wale, 0.0])
+        curvature: NDArray[np.float64] = np.linalg.solve(self.rigidities(), moments)
+        return curvature
 
     def curves(self) -> tuple[TensionCurve, TensionCurve, TensionCurve]:
         """The laws of stress over strain along the courses, along the wales and in shear."""
