@@ -5,17 +5,19 @@
 from __future__ import annotations
 
 import re
+import threading
 from html import unescape
 from pathlib import Path
 
 import numpy as np
 
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
-from stitchmesh.app.pages.drape.page import DrapePage
+from stitchmesh.app.pages.drape.page import RUN, DrapePage
 from stitchmesh.app.scene.scene import Stroke
+from stitchmesh.compute.device import alone
 from stitchmesh.mixed.scene.region_section import RegionSection
 from tests.app.pages.headless import Headless
-from tests.app.pages.tasks import call, press, wait_for_task
+from tests.app.pages.tasks import SAFETY, call, press, wait_for_task
 
 EYE = np.array([1.5, 1.5, 30.0])
 
@@ -49,6 +51,21 @@ def words(shown: Headless) -> str:
 def run(shown: Headless, button: str) -> None:
     press(shown, button)
     wait_for_task(shown)
+
+
+def run_to_a_pause(shown: Headless) -> None:
+    """Begin a run, and pause it after its first steps, when the page has got a state."""
+    live = page_of(shown).run
+    with alone():  # The run cannot begin before it is paused.
+        press(shown, RUN)
+        assert live.live is not None
+        call(shown, live.live.control.pause)
+        call(shown, live.live.control.step)
+    for _ in range(int(SAFETY / 0.01)):
+        if live.live.newest is not None:
+            return
+        threading.Event().wait(0.01)
+    raise AssertionError("no state has come")
 
 
 def paint(shown: Headless, *points: tuple[float, float]) -> None:

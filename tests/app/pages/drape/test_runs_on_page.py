@@ -21,7 +21,7 @@ from stitchmesh.mixed.drape import drape
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene_fabric import prepare
 from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
-from tests.app.pages.drape.on_page import open_file, opened, page_of, region, run, words
+from tests.app.pages.drape.on_page import open_file, opened, page_of, region, run, run_to_a_pause, words
 from tests.app.pages.tasks import SAFETY, call, press, wait_for_task
 from tests.mixed.small_scene import SWINGING
 
@@ -44,14 +44,7 @@ def test_a_run_is_that_of_python_and_of_the_command_line(swinging, tmp_path, cap
 
 def test_a_stopped_run_continues_to_the_same_bits(swinging):
     page = page_of(swinging)
-    with alone():  # The run cannot begin before it is paused.
-        press(swinging, RUN)
-        call(swinging, page.run.live.control.pause)
-        call(swinging, page.run.live.control.step)
-    for _ in range(int(SAFETY / 0.02)):
-        if page.run.live.newest is not None:
-            break
-        swinging.app.queue.settle(SAFETY)
+    run_to_a_pause(swinging)
     press(swinging, "Stop")
     wait_for_task(swinging)
     assert not page.run.result.report["mixed"]["converged"] and "was stopped" in words(swinging)
@@ -65,14 +58,7 @@ def test_a_stopped_run_continues_to_the_same_bits(swinging):
 def test_a_large_run_is_sketched_while_it_goes_on_and_whole_when_it_pauses_or_ends(swinging, monkeypatch):
     monkeypatch.setattr(drape_page, "LARGE", 10)
     page = page_of(swinging)
-    with alone():  # The run cannot go on before it is paused.
-        press(swinging, RUN)
-        call(swinging, page.run.live.control.pause)
-        call(swinging, page.run.live.control.step)
-    for _ in range(int(SAFETY / 0.02)):
-        if page.run.live.newest is not None:
-            break
-        swinging.app.queue.settle(SAFETY)
+    run_to_a_pause(swinging)
     call(swinging, page.refresh)
     assert "viewed" in swinging.scene.drawings and "sketched yarns" not in swinging.scene.drawings
     state = page.run.live.newest.state
@@ -120,7 +106,7 @@ def test_frames_are_chosen_and_the_page_view_shows_the_run(swinging):
     assert "cloth" in swinging.scene.drawings and "viewed" not in swinging.scene.drawings
     press(swinging, "Look on the page View")
     assert swinging.notices() == ""
-    assert "The run in run is finished." in words(swinging)
+    assert "The run in the folder run is finished." in words(swinging)
     assert np.array_equal(swinging.scene.drawings["viewed"].points, result.yarns.points)
 
 
