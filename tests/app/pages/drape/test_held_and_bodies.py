@@ -50,6 +50,27 @@ def test_a_border_is_held_moved_and_let_go(swinging):
     assert swinging.notices() == ""
 
 
+def test_parts_that_touch_share_nothing_and_run(swinging):
+    """A part that is painted over another one holds what is left."""
+    call(swinging, swinging.controls.set, "A drag", "holds the cloth")
+    call(swinging, swinging.controls.set, "Brush", "Panel")
+    paint(swinging, (1.4, 1.4), (1.5, 1.5), (1.6, 1.6))
+    wait_for_task(swinging)
+    first, second = opened(swinging).prepared.held
+    for one, other in ((first.vertices, second.vertices), (first.nodes, second.nodes)):
+        assert len(np.intersect1d(one, other)) == 0
+    assert len(first.vertices) + len(second.vertices) == len(opened(swinging).cloth.vertices)
+    run(swinging, RUN)
+    assert swinging.notices() == ""
+    assert np.array_equal(page_of(swinging).run.result.end.vertices, opened(swinging).cloth.vertices)  # All is held.
+    press(swinging, "Begin a new part")
+    call(swinging, swinging.controls.set, "Show", "Scene")
+    paint(swinging, (1.4, 1.4), (1.5, 1.5), (1.6, 1.6))
+    wait_for_task(swinging)
+    assert "attachments[2]: holds only what attachments before it hold" in swinging.notices()
+    assert len(opened(swinging).scene.attachments) == 2
+
+
 def test_what_lies_in_a_box_is_held_and_a_part_is_freed_and_removed(swinging):
     call(swinging, swinging.controls.set, "Box from", "-1, -1, -1")
     call(swinging, swinging.controls.set, "Box to", "4, 0.3, 1")
