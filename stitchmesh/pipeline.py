@@ -194,14 +194,20 @@ def _knit(
     device = str(device_named(options.device))
     quality_entry = options.quality if isinstance(options.quality, str) else asdict(options.quality)
     report: dict[str, object] = {"stitchmesh": __version__, "device": device, "quality": quality_entry}
-    fabric = _stitches(mesh, options, device, report, progress)
+    fabric = label_stage(mesh, options, report, progress)
+    fabric = tessellate_stage(fabric, options, report, progress)
+    fabric = pattern_stage(fabric, options, report, progress)
+    fabric = edit_stage(fabric, options, report, progress)
+    fabric = mesh_stage(fabric, mesh, options, device, report, progress)
+    fabric = spiral_stage(fabric, options, report)
     if budget is not None:
         plan = make_plan(budget, BudgetScene(kind="garment", stitches=fabric.face_count), options.quality, device)
         quality, report["budget"] = plan.quality, plan.report()
         report["quality"] = plan.report()["quality"] or quality_entry
-    yarns = _yarns(fabric, options, quality, report, progress)
+    yarns = yarn_stage(fabric, options, quality, report, progress)
+    progress("yarnrelax", 0.0, f"{len(yarns.points)} control points")
     write_stitches(target / "stitches.h5", fabric)
-    saver = _StateSaver(target, report, yarns)
+    saver = StateSaver(target, report, yarns)
     try:
         relaxed = relax_with_options(
             yarns, options.relaxation, quality=quality, device=device, fabric=fabric, keep_shape=True,
@@ -297,7 +303,7 @@ def save_yarns(folder: Path, yarns: YarnSet, report: dict[str, object]) -> None:
     write_json(folder / "report.json", report)
 
 
-class _StateSaver:
+class StateSaver:
     """Keeps the last good state of a relaxation, and writes it at intervals.
 
     The generated yarns are the first state.
@@ -327,39 +333,34 @@ class _StateSaver:
         return {**self._report, "yarnrelax": {"unfinished": True}}
 
 
-def _stitches(
-    mesh: Mesh, options: KnitOptions, device: str, report: dict[str, object], progress: Progress
-) -> StitchMesh:
+def label_stage(mesh: Mesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> StitchMesh:
+    """Find the knitting rows of a mesh."""
     clock = _Clock()
     progress("label", 0.0, f"{mesh.face_count} faces")
     labeled = label(mesh, borders=options.borders, seeds=options.seeds, flip=options.flip)
     report["label"] = {"seconds": clock.lap(), "rows": int(labeled.row.max()) + 1, "faces": labeled.face_count}
+    return labeled
+
+
+def tessellate_stage(
+    labeled: StitchMesh, options: KnitOptions, report: dict[str, object], progress: Progress
+) -> StitchMesh:
+    """Divide a labeled mesh into stitches; the radii of the yarn are checked before the stages that take long."""
+    clock = _Clock()
     progress("tessellate", 0.0, f"{int(labeled.row.max()) + 1} rows")
     fabric = tessellate(
         labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height, counts=options.counts,
         marked=options.marked,
     )  # fmt: skip
-    # The checks come before the stages that take long.
     checked_drawn_radius(checked_radius(fabric, options.yarn_radius), options.drawn_radius)
     report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric), **reached_sizes(fabric)}
-    fabric = _worked(fabric, options, report, progress)
-    clock.lap()
-    progress("meshrelax", 0.0, f"{fabric.face_count} stitches")
-    with limited_to_share(SHARE_OF_MESH):
-        relaxed, how = relax_mesh_with_report(
-            fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress),
-            **options.mesh_arguments,
-        )  # fmt: skip
-    report["meshrelax"] = {**asdict(how), "seconds": clock.lap()}
-    report["gauge"] = asdict(fabric_gauge(relaxed))
-    if options.spiral:
-        rings, relaxed = relaxed, make_spiral(relaxed)
-        report["spiral"] = {"spirals": len(relaxed.vertices) - len(rings.vertices), "seconds": clock.lap()}
-    return relaxed
+    return fabric
 
 
-def _worked(fabric: StitchMesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> StitchMesh:
-    """Return the fabric with its colours, patterns and edits."""
+def pattern_stage(
+    fabric: StitchMesh, options: KnitOptions, report: dict[str, object], progress: Progress
+) -> StitchMesh:
+    """Give a fabric its colours and its patterns."""
     clock = _Clock()
     if options.palette:
         fabric = apply_change(fabric, PaletteChange(make_palette(options.palette)))
@@ -369,11 +370,6 @@ def _worked(fabric: StitchMesh, options: KnitOptions, report: dict[str, object],
         fabric = laid[-1].fabric
         entries = [_pattern_entry(region, one) for region, one in zip(options.patterns, laid, strict=True)]
         report["patterns"] = {"seconds": clock.lap(), "laid": entries}
-    for number, edit in enumerate(options.edits):
-        progress("edit", number / len(options.edits), edit.name)
-        fabric = _edited(fabric, edit)
-    if options.edits:
-        report["edits"] = {"seconds": clock.lap(), "count": len(options.edits)}
     return fabric
 
 
@@ -385,6 +381,17 @@ def _pattern_entry(region: PatternRegion, laid: LaidPattern) -> dict[str, object
     return {"name": region.pattern.name, "on": on, "faces": laid.faces_laid, "summary": words, "left_out": left_out}
 
 
+def edit_stage(fabric: StitchMesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> StitchMesh:
+    """Apply the edits of the options."""
+    clock = _Clock()
+    for number, edit in enumerate(options.edits):
+        progress("edit", number / len(options.edits), edit.name)
+        fabric = _edited(fabric, edit)
+    if options.edits:
+        report["edits"] = {"seconds": clock.lap(), "count": len(options.edits)}
+    return fabric
+
+
 def _edited(fabric: StitchMesh, edit: Edit) -> StitchMesh:
     """Return the fabric after an edit; an error names the edit."""
     try:
@@ -393,9 +400,36 @@ def _edited(fabric: StitchMesh, edit: Edit) -> StitchMesh:
         raise type(error)(f"edit {edit.name}: {error}") from error
 
 
-def _yarns(
+def mesh_stage(
+    fabric: StitchMesh, mesh: Mesh, options: KnitOptions, device: str, report: dict[str, object], progress: Progress
+) -> StitchMesh:
+    """Relax the stitch mesh on the surface of its mesh, in a part of the time of a budget."""
+    clock = _Clock()
+    progress("meshrelax", 0.0, f"{fabric.face_count} stitches")
+    with limited_to_share(SHARE_OF_MESH):
+        relaxed, how = relax_mesh_with_report(
+            fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress),
+            **options.mesh_arguments,
+        )  # fmt: skip
+    report["meshrelax"] = {**asdict(how), "seconds": clock.lap()}
+    report["gauge"] = asdict(fabric_gauge(relaxed))
+    return relaxed
+
+
+def spiral_stage(fabric: StitchMesh, options: KnitOptions, report: dict[str, object]) -> StitchMesh:
+    """Join the rings of tubes to one spiral row, if the options ask for it."""
+    if not options.spiral:
+        return fabric
+    clock = _Clock()
+    spiral = make_spiral(fabric)
+    report["spiral"] = {"spirals": len(fabric.vertices) - len(spiral.vertices), "seconds": clock.lap()}
+    return spiral
+
+
+def yarn_stage(
     fabric: StitchMesh, options: KnitOptions, quality: Quality, report: dict[str, object], progress: Progress
 ) -> YarnSet:
+    """Generate the yarns of a fabric."""
     clock = _Clock()
     progress("yarngen", 0.0, f"{fabric.face_count} stitches")
     yarns = generate_yarns(
@@ -408,7 +442,6 @@ def _yarns(
         "control_points": len(yarns.points),
         "length_cm": round(float(yarns.lengths.sum()), 3),
     }
-    progress("yarnrelax", 0.0, f"{len(yarns.points)} control points")
     return yarns
 
 

@@ -184,6 +184,11 @@ def _stages(stitches: int, points: int, iterations: float, quality: Quality, dev
     return {name: StageCost(seconds=time, memory=BASE_MEMORY + memory[name]) for name, time in seconds.items()}
 
 
+def bytes_per_point(quality: Quality) -> float:
+    """Return the memory of a relaxation for each control point [bytes]."""
+    return BYTES_PER_POINT["yarnrelax"]
+
+
 def _iterations(labeled: StitchMesh, stitches: int, quality: Quality) -> float:
     """Iterations until the yarns are at rest, with the shape kept."""
     draft, smaller = PRESETS["draft"], LARGE_GARMENT / max(stitches, 1)

@@ -1,0 +1,66 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Memory that a job needs, estimated before its long stages, and compared with what its device has.
+
+``benchmarks/job_memory.py`` compares the estimates with the largest resident memory of jobs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.errors import ParameterError
+from stitchmesh.jobs.sections import SwatchTable
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.mixed.memory import available_memory
+from stitchmesh.periodic.resolve_pattern import resolve_pattern
+from stitchmesh.periodic.swatch_budget import stitches_of
+from stitchmesh.pipeline import KnitOptions
+from stitchmesh.quality import PRESETS, Quality
+from stitchmesh.recipe.estimate import BASE_MEMORY, bytes_per_point, estimate_garment
+
+GIGABYTE = 1e9
+"""Bytes in the unit of the messages."""
+
+
+def garment_memory(labeled: StitchMesh, options: KnitOptions, quality: Quality, device: str) -> float:
+    """Return the largest memory of a job that makes a garment [bytes]."""
+    estimate = estimate_garment(
+        labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height, counts=options.counts,
+        marked=options.marked, quality=quality, device=device,
+    )  # fmt: skip
+    return estimate.memory
+
+
+def swatch_memory(swatch: SwatchTable, quality: Quality) -> float:
+    """Return the largest memory of a job that relaxes a swatch [bytes]."""
+    free = swatch.relax_cell or swatch.relaxation is not None or swatch.blocked is not None
+    stitches = stitches_of(resolve_pattern(swatch.pattern)) * swatch.columns * swatch.rows
+    points = stitches * quality.control_points_per_stitch * (quality.refinement if free else 1.0)
+    return BASE_MEMORY + points * bytes_per_point(quality)
+
+
+def check_memory(
+    memory_at: Callable[[Quality], float], quality: Quality, device: str, smaller: str, available: float | None = None
+) -> dict[str, float]:
+    """Compare the memory of a job with what its device has, and return both for the report [GB].
+
+    Args:
+        memory_at: memory of the job at a quality [bytes].
+        quality: quality of the job.
+        device: Warp's name of the device.
+        smaller: what makes a job smaller if no quality fits, for the message.
+        available: memory that is free [bytes]; by default that of the device.
+
+    Raises:
+        ParameterError: the job does not fit; the message has the memory that it needs, and the quality that would fit.
+    """
+    free = available_memory(device_named(device)) if available is None else available
+    needed = memory_at(quality)
+    if needed <= free:
+        return {"estimate_gb": round(needed / GIGABYTE, 3), "available_gb": round(free / GIGABYTE, 3)}
+    found = f"needs about {needed / GIGABYTE:.3g} GB, and {device} has {free / GIGABYTE:.3g} GB free"
+    fits = [name for name, preset in reversed(PRESETS.items()) if memory_at(preset) <= free]
+    remedy = f"quality {fits[0]}, which needs about {memory_at(PRESETS[fits[0]]) / GIGABYTE:.3g} GB" if fits else smaller
+    raise ParameterError(f"memory: the job {found}; expected {remedy}")
