@@ -27,7 +27,7 @@ from solvers import GradientRecordingSimulation
 
 import stitchmesh as sm
 from stitchmesh.compute.device import device_named
-from stitchmesh.periodic.drawn_swatch import draw_swatch
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.library import weave_names
@@ -101,9 +101,7 @@ def relax(folder: Path, quality: str, device: str | None, *, alone: bool) -> Non
     print(f"\none after another, 37 patterns: {total:.2f} s (L: {sum(s for s, _, _ in LEAF.values()):.0f} s)")
 
 
-def together(
-    cells: list[YarnSet], material: sm.YarnMaterial, name: str, device: str | None, *, runs: int
-) -> list[str]:
+def together(cells: list[YarnSet], material: sm.YarnMaterial, name: str, device: str | None, *, runs: int) -> list[str]:
     """Relax all cells in one batch, once to rest and once to the first condition of L's test.
 
     Returns:

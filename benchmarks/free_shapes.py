@@ -24,9 +24,9 @@ from scipy.optimize import brentq
 
 import stitchmesh as sm
 from stitchmesh.lattice import lattice_frame
-from stitchmesh.periodic.drawn_swatch import draw_swatch
 from stitchmesh.periodic.fabric_shape import FlatFabric
-from stitchmesh.periodic.support import planes
+from stitchmesh.periodic.relaxation.support import planes
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.render import render_swatch
@@ -80,9 +80,7 @@ def main() -> None:
 
 def relaxed(name: str, chosen: argparse.Namespace, **options: Any) -> sm.Swatch:
     """A free swatch."""
-    return sm.swatch(
-        name, relax_cell=True, quality=chosen.quality, device=chosen.device, progress=False, **options
-    )
+    return sm.swatch(name, relax_cell=True, quality=chosen.quality, device=chosen.device, progress=False, **options)
 
 
 def row_of(name: str, alone: sm.Swatch, lying: sm.Swatch, quality: Quality) -> str:

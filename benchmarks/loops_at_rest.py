@@ -28,7 +28,7 @@ import stitchmesh as sm
 from stitchmesh.errors import YarnError
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import pattern_names
-from stitchmesh.periodic.drawn_swatch import draw_swatch
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet

@@ -26,8 +26,8 @@ from scipy.sparse.linalg import splu
 from stitchmesh.compute.device import device_named
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import cloth_from_panels
-from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
-from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
+from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_system
 from stitchmesh.mixed.enrichment.region import region_around

@@ -40,10 +40,10 @@ from stitchmesh.mixed.contact.body_friction import BodyFriction
 from stitchmesh.mixed.contact.contact_points import points_at_nodes
 from stitchmesh.mixed.contact.self_collision import SelfCollision
 from stitchmesh.mixed.crossings.crossing_elements import crossing_elements
-from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
-from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
-from stitchmesh.mixed.crossings.sliding_friction import SlidingFriction
+from stitchmesh.mixed.crossings.friction.sliding_friction import SlidingFriction
+from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
+from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.crossings.yarn_gravity import YarnGravity
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.layout.embedding import world_positions

@@ -26,11 +26,11 @@ import numpy as np
 
 import stitchmesh as sm
 from stitchmesh.errors import StitchMeshError
-from stitchmesh.periodic import lowest_rest
-from stitchmesh.periodic.continuation import size_of
-from stitchmesh.periodic.lowest_rest import STARTS
-from stitchmesh.periodic.prepared_swatch import PreparedSwatch, prepare_swatch
-from stitchmesh.periodic.way_to_rest import relax_along
+from stitchmesh.periodic.relaxation import lowest_rest
+from stitchmesh.periodic.relaxation.continuation import size_of
+from stitchmesh.periodic.relaxation.lowest_rest import STARTS
+from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
+from stitchmesh.periodic.relaxation.way_to_rest import relax_along
 
 LOOPS = (14.0, 16.67, 20.0, 24.0)
 """Loop lengths in yarn diameters."""

@@ -82,8 +82,8 @@ def outcome(case: Case, seconds: float) -> dict[str, Any]:
 
 def relaxed(case: Case, seconds: float) -> tuple[dict[str, Any], Any]:
     """Relax the cell of a case, and return its report and its points; ``relax_yarns`` checks the linking."""
-    from stitchmesh.periodic.prepared_swatch import prepare_swatch
-    from stitchmesh.periodic.support import planes
+    from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
+    from stitchmesh.periodic.relaxation.support import planes
     from stitchmesh.time_limit import TimeLimit, limited_to
     from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 

@@ -30,8 +30,8 @@ from stitchmesh.errors import SolverError, StitchMeshError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.pattern import Cell, Pattern, Row
-from stitchmesh.periodic.contact_samples import close_contacts
-from stitchmesh.periodic.drawn_swatch import draw_swatch
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
+from stitchmesh.periodic.sampling.contact_samples import close_contacts
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
@@ -209,8 +209,10 @@ def main() -> int:
         for cell in CELLS:
             if not is_allowed(each[cell]):
                 faults += 1
-                print(f"chart {number} ({each['kind']}, {cell}): {each[cell]['outcome']}: {each['chart']}: "
-                      f"{each[cell]['message'] or 'residual {:.2g}'.format(each[cell]['residual'])}")
+                print(
+                    f"chart {number} ({each['kind']}, {cell}): {each[cell]['outcome']}: {each['chart']}: "
+                    f"{each[cell]['message'] or 'residual {:.2g}'.format(each[cell]['residual'])}"
+                )
     return int(faults > 0)
 
 

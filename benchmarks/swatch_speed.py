@@ -28,10 +28,10 @@ from swatch_session import LONGEST, changes_of
 
 import stitchmesh as sm
 from stitchmesh.compute.device import device_named
-from stitchmesh.periodic.drawn_swatch import draw_swatch
 from stitchmesh.periodic.fabric_shape import FlatFabric
+from stitchmesh.periodic.relaxation.support import planes
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
-from stitchmesh.periodic.support import planes
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet

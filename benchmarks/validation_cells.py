@@ -21,7 +21,7 @@ import numpy as np
 import validation_rods
 
 from stitchmesh.io.yarn_formats.pyp import read_pyp
-from stitchmesh.periodic.continuation import size_of
+from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns

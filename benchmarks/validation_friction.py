@@ -12,14 +12,14 @@ import numpy as np
 from validation_knits import DIAMETER, MATERIAL, MUNDEN, Gauge, gauge
 from validation_stretch import PATTERNS, PUBLISHED
 
-from stitchmesh.periodic.contact_samples import close_contacts
-from stitchmesh.periodic.continuation import change_period, size_of
-from stitchmesh.periodic.drawn_swatch import draw_swatch
 from stitchmesh.periodic.fabric_shape import FlatFabric
-from stitchmesh.periodic.off_needles import LAST_FORCE, RELEASE_STEPS, TOLERANCE, border_forces, falling
+from stitchmesh.periodic.relaxation.continuation import change_period, size_of
+from stitchmesh.periodic.relaxation.off_needles import LAST_FORCE, RELEASE_STEPS, TOLERANCE, border_forces, falling
+from stitchmesh.periodic.relaxation.support import planes
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
+from stitchmesh.periodic.sampling.contact_samples import close_contacts
 from stitchmesh.periodic.stretch import refine_for_tension
-from stitchmesh.periodic.support import planes
 from stitchmesh.periodic.swatch import Swatch, swatch
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, YARN_FRICTION, KnitState, SwatchOptions
 from stitchmesh.quality import PRESETS

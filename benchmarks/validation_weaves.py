@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stitchmesh.periodic.continuation import size_of
+from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.weave.library import read_weave
 from stitchmesh.periodic.weave.yarns import weave_yarns
 from stitchmesh.quality import PRESETS

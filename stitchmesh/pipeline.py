@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from stitchmesh import __version__
 from stitchmesh.budget.budget import Budget
@@ -35,7 +35,7 @@ from stitchmesh.meshrelax import MeshRelaxOptions, relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
 from stitchmesh.patterns import LaidPattern
 from stitchmesh.patterns.placement.left_out import left_out_lines
-from stitchmesh.progress import Progress, no_progress, relaxing_progress
+from stitchmesh.progress import Progress, no_progress, relaxing_progress, shown_stages
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.run_control import RunControl
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
@@ -159,7 +159,7 @@ class Knitted:
 
 def knit(
     mesh: Mesh, folder: str | PathLike[str], options: KnitOptions, *, budget: Budget | None = None,
-    progress: Progress = no_progress, seconds_after: Callable[[YarnSet], float] | None = None,
+    progress: Progress | Literal[False] | None = None, seconds_after: Callable[[YarnSet], float] | None = None,
 ) -> Knitted:  # fmt: skip
     """Make relaxed yarns from a polygon mesh, and write them.
 
@@ -174,15 +174,16 @@ def knit(
         budget: limits on the time of all stages and on the error; measured tables then choose the quality once the
             stitches are known, unless it is another than the default, and the report says what they chose. The
             stitches may take half of the time, and the yarns take what is left.
-        progress: called with the progress of each stage.
+        progress: called with the progress of each stage; by default a line shows the progress on a terminal or in a
+            notebook, and False shows nothing.
         seconds_after: function of the yarns that estimates the time of the caller's own work after this function [s];
             the progress of the last stage counts this time.
 
     Raises:
         StitchMeshError: a stage cannot continue; the error is that of the stage.
     """
-    with limited_to(limit_of(budget)):
-        return _knit(mesh, Path(folder), options, budget, progress, seconds_after)
+    with limited_to(limit_of(budget)), shown_stages(progress) as report:
+        return _knit(mesh, Path(folder), options, budget, report, seconds_after)
 
 
 def _knit(

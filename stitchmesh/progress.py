@@ -26,6 +26,7 @@ T = TypeVar("T", bound=Callable[..., None])
 STAGE_TEXTS = {
     "label": "labeling rows",
     "tessellate": "tessellating",
+    "edit": "editing stitches",
     "pattern": "applying the pattern",
     "meshrelax": "relaxing the stitch mesh",
     "yarngen": "generating yarns",
@@ -138,6 +139,20 @@ def shown_progress(given: T | Literal[False] | None, convert: Callable[[Progress
         yield convert(line)
     finally:
         line.remove()
+
+
+@contextmanager
+def shown_stages(given: Progress | Literal[False] | None) -> Iterator[Progress]:
+    """Provide the progress function of a computation with several stages.
+
+    Args:
+        given: function of the caller, False or None (module docstring).
+
+    Returns:
+        A context manager of the function, which does nothing if nothing is shown.
+    """
+    with shown_progress(given, lambda line: line) as report:
+        yield report or no_progress
 
 
 def output_stream() -> TextIO | None:

@@ -116,10 +116,14 @@ def test_every_module_has_its_layer_and_a_telling_name():
     assert not stems & VAGUE
 
 
-def loaded_after(statement: str) -> set[str]:
+def modules_after(statement: str) -> set[str]:
     code = f"import sys\n{statement}\nprint()\nprint(' '.join(sorted(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
-    return {name.split(".")[0] for name in done.stdout.splitlines()[-1].split()}
+    return set(done.stdout.splitlines()[-1].split())
+
+
+def loaded_after(statement: str) -> set[str]:
+    return {name.split(".")[0] for name in modules_after(statement)}
 
 
 def test_importing_the_package_loads_nothing_heavy():
@@ -131,6 +135,18 @@ def test_help_and_refused_words_load_nothing_heavy(words):
     """The words are read by the options alone; a command that runs loads what it needs."""
     found = loaded_after(f"from stitchmesh.cli.main import main\ntry:\n  main({words!r})\nexcept SystemExit:\n  pass")
     assert not found & (set(HEAVY) - {"tyro"} | {"scipy"})
+
+
+def test_the_application_starts_without_the_simulations(tmp_path):
+    """A start takes a mesh, whose rows are labeled; each page imports what it simulates when it is opened."""
+    statement = (
+        "from stitchmesh.app.project.opening import project_for\nimport stitchmesh.app.run, stitchmesh.app.front\n"
+        f"project = project_for('assets/meshes/sweater.obj', {str(tmp_path / 'garment')!r})\n"
+        "app = stitchmesh.app.run.App(project, stitchmesh.app.front.NullFront())\n"
+        "app.open_page(app.last_page())\napp.open_page('Label')\nassert app.page.unavailable() is None\napp.close()"
+    )
+    simulating = {f"stitchmesh.{name}" for name in ("mixed", "periodic", "yarnrelax")}
+    assert not modules_after(statement) & (simulating | {"warp", "vtk", "pyvista"})
 
 
 def test_all_public_names_exist():

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import builtins
+import inspect
 import io
 import math
 import sys
@@ -12,6 +13,7 @@ import threading
 
 import pytest
 
+import stitchmesh
 from stitchmesh import progress
 from stitchmesh.progress import output_stream, part_with_work_after, relaxing_progress, seconds_left, shown_progress
 
@@ -136,3 +138,14 @@ def test_a_failure_removes_the_line(monkeypatch):
         report("meshrelax", 0.0, "iteration 1")
         raise KeyboardInterrupt
     assert terminal.getvalue().endswith(f"\r{' ' * len('relaxing the stitch mesh: 0% (iteration 1)')}\r")
+
+
+def functions_with_progress() -> list[str]:
+    functions = [name for name in stitchmesh.__all__ if inspect.isfunction(getattr(stitchmesh, name))]
+    return [name for name in functions if "progress" in inspect.signature(getattr(stitchmesh, name)).parameters]
+
+
+@pytest.mark.parametrize("name", functions_with_progress())
+def test_every_public_function_shows_progress_by_default_and_nothing_with_false(name):
+    given = inspect.signature(getattr(stitchmesh, name)).parameters["progress"]
+    assert given.default is None and given.annotation.endswith("| Literal[False] | None")

@@ -25,7 +25,7 @@ from stitchmesh.mixed.contact.body_friction import BodyFriction
 from stitchmesh.mixed.contact.contact_points import ContactPoints, join_points, points_at_nodes
 from stitchmesh.mixed.contact.self_collision import PRESSURE, SelfCollision
 from stitchmesh.mixed.contact.triangle_points import SeamLinks, points_on_triangles
-from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.dynamics.cloth_system import ClothModel, cloth_system
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.enrichment.region import Region

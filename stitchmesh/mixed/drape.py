@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import warp as wp
@@ -45,7 +45,7 @@ from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
 from stitchmesh.mixed.search_progress import search_progress
 from stitchmesh.mixed.simulation import Simulation, SimulationStep, begin_simulation
 from stitchmesh.mixed.triangle_run import run_triangles, unwatched
-from stitchmesh.progress import Progress, no_progress
+from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.run_control import RunControl, RunStopped, Snapshot
 from stitchmesh.time_limit import check_time
 from stitchmesh.yarn import YarnSet
@@ -124,7 +124,7 @@ class Draped:
 
 def drape(
     scene: Scene | FilePath, folder: str | PathLike[str] | None = None, *, cloth: Cloth | None = None,
-    yarns: LaidYarns | None = None, progress: Progress = no_progress,
+    yarns: LaidYarns | None = None, progress: Progress | Literal[False] | None = None,
     control: RunControl[Draped] | None = None, checkpoint_every: int | None = None, resume: bool = False,
 ) -> Draped:  # fmt: skip
     """Run a scene of mixed yarns and triangles.
@@ -134,7 +134,8 @@ def drape(
         folder: output folder, for checkpoints and frames; without it, frames are kept in memory.
         cloth: a cloth in the place of that of the scene.
         yarns: yarns laid out on it in the place of those of the scene.
-        progress: called with the completed part and a line of text.
+        progress: called with the completed part and a line of text; by default a line shows them on a terminal or in a
+            notebook, and False shows nothing.
         control: watches, pauses and stops the run; its snapshots are results.
         checkpoint_every: number of steps in time, or of iterations of a static run, between two checkpoints; none by
             default. Needs a folder.
@@ -148,6 +149,15 @@ def drape(
     """
     given = scene if isinstance(scene, Scene) else read_scene(scene)
     target = _checked_folder(folder, checkpoint_every, resume)
+    with shown_stages(progress) as report:
+        return _drape(given, target, cloth, yarns, report, control, checkpoint_every, resume=resume)
+
+
+def _drape(
+    given: Scene, target: Path | None, cloth: Cloth | None, yarns: LaidYarns | None, progress: Progress,
+    control: RunControl[Draped] | None, checkpoint_every: int | None, *, resume: bool,
+) -> Draped:  # fmt: skip
+    """Run a scene; arguments and errors as for ``drape``."""
     prepared = prepare(given, cloth=cloth, yarns=yarns, folder=target, progress=progress)
     device = device_named(given.solver.device)
     contact = bool(given.bodies) or given.contact.self_collision

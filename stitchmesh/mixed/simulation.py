@@ -24,7 +24,7 @@ from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.assembly import held_in_state, loaded_system
 from stitchmesh.mixed.contact.prescribed_motion import PrescribedMotion
-from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.equilibrium import AfterIteration, EquilibriumSearch, EquilibriumSettings, unwatched
 from stitchmesh.mixed.dynamics.kept_momentum import keep_momentum

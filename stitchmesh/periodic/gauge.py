@@ -11,8 +11,8 @@ import numpy as np
 
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.mesh import FloatArray, StitchMesh
-from stitchmesh.periodic.continuation import size_of
 from stitchmesh.periodic.fabric_shape import thickness_of
+from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.yarn_presets import Gauge

@@ -36,9 +36,9 @@ from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import FloatArray
 from stitchmesh.patterns import Pattern
-from stitchmesh.periodic.continuation import change_period, size_of
-from stitchmesh.periodic.prepared_swatch import PreparedSwatch, prepare_swatch
-from stitchmesh.periodic.support import planes
+from stitchmesh.periodic.relaxation.continuation import change_period, size_of
+from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
+from stitchmesh.periodic.relaxation.support import planes
 from stitchmesh.periodic.swatch import Swatch, relax_prepared
 from stitchmesh.periodic.swatch_options import STRETCH_STEPS
 from stitchmesh.periodic.weave.weave import Weave
@@ -153,7 +153,7 @@ def stretch_test(
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
     budget: Budget | None = None,
-    progress: Callable[[StretchPoint], None] | None = None,
+    progress: Callable[[StretchPoint], None] | Literal[False] | None = None,
     on_entry: Callable[[HistoryEntry], None] | None = None,
     **options: Any,
 ) -> StretchCurve:
@@ -169,7 +169,8 @@ def stretch_test(
         quality: a preset or a ``Quality``; it is refined to the needs of tensions (``refine_for_tension``).
         device: as for ``swatch``.
         budget: a limit on the time, without an error; the curve ends with the last state that came to rest in time.
-        progress: function that is called with each point.
+        progress: function that is called with each point; by default a line shows the progress of each relaxation on a
+            terminal or in a notebook, and False shows nothing.
         on_entry: function that is called about every half second during the relaxation of a state.
         options: fields of ``SwatchOptions``, except the period.
 
@@ -188,7 +189,7 @@ def stretch_test(
 def _stretch(
     pattern: str | Pattern | Weave, course: tuple[float, float] | None, wale: tuple[float, float] | None, other: Other,
     steps: int, material: YarnMaterial | None, quality: str | Quality, device: str | None,
-    progress: Callable[[StretchPoint], None] | None, on_entry: Callable[[HistoryEntry], None] | None,
+    progress: Callable[[StretchPoint], None] | Literal[False] | None, on_entry: Callable[[HistoryEntry], None] | None,
     options: dict[str, Any],
 ) -> StretchCurve:  # fmt: skip
     """Stretch a swatch in the time that is left; arguments and errors as for ``stretch_test``."""
@@ -199,21 +200,24 @@ def _stretch(
         raise ParameterError(f"{name}: got one for a stretch test, which begins at the free cell; leave it out")
     quality = refine_for_tension(quality_named(quality))
     prepared = prepare_swatch(pattern, material=material, quality=quality, device=device, relax_cell=True, **options)
-    free = relax_prepared(prepared, prepared.yarns, on_entry)
+    of_entries: Callable[[HistoryEntry], None] | Literal[False] | None = on_entry
+    if on_entry is None and progress is False:
+        of_entries = False
+    free = relax_prepared(prepared, prepared.yarns, of_entries)
     material, quality = prepared.material, prepared.quality
     cell, terms = held_cell(direction, other), planes_of(free, prepared)
     yarns, points, states = free.yarns, [], []
     for strain in strains:
         yarns = change_period(yarns, size_at(free, direction, other, strain), material, quality, device)
         rest = relax_yarns(
-            yarns, material=material, quality=quality, device=device, cell=cell, terms=terms, progress=on_entry
+            yarns, material=material, quality=quality, device=device, cell=cell, terms=terms, progress=of_entries
         )
         if rest.report["out_of_time"]:
             break
         yarns = rest.yarns
         points.append(measure_point(free, strain, yarns, rest.report, material, quality, device))
         states.append(yarns)
-        if progress is not None:
+        if progress:
             progress(points[-1])
     if not points:
         raise SolverError("stretch: the time was over before one state was at rest; give more, or a coarser quality")

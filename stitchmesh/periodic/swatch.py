@@ -21,16 +21,16 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.patterns import Pattern
-from stitchmesh.periodic.even_sampling import sample_evenly
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.gauge import swatch_report
-from stitchmesh.periodic.off_needles import let_go, needle_size
-from stitchmesh.periodic.prepared_swatch import PreparedSwatch, prepare_swatch
-from stitchmesh.periodic.smallest_cell import SmallestCell
-from stitchmesh.periodic.support import refuse_tearing, remedy_of, tearing
+from stitchmesh.periodic.relaxation.off_needles import let_go, needle_size
+from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
+from stitchmesh.periodic.relaxation.support import refuse_tearing, remedy_of, tearing
+from stitchmesh.periodic.relaxation.way_to_rest import relax_along
+from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
+from stitchmesh.periodic.sampling.even_sampling import sample_evenly
 from stitchmesh.periodic.swatch_budget import plan_swatch
 from stitchmesh.periodic.swatch_options import KnitState
-from stitchmesh.periodic.way_to_rest import relax_along
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
@@ -183,5 +183,3 @@ def scale_yarns(yarns: YarnSet, factor: float) -> YarnSet:
         rest_length=yarns.rest_length * factor, natural_curvature=yarns.natural_curvature / factor,
         lattice=Lattice(yarns.lattice.periods * factor),
     )  # fmt: skip
-
-

@@ -8,12 +8,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from stitchmesh.budget.budget import Budget
 from stitchmesh.io.contents import FilePath
 from stitchmesh.pipeline import Knitted, knit
-from stitchmesh.progress import Progress, no_progress
+from stitchmesh.progress import Progress
 from stitchmesh.quality import quality_named
 from stitchmesh.recipe.recipe import Recipe, recipe_options
 from stitchmesh.recipe.recipe_file import write_recipe
@@ -26,7 +26,7 @@ RECIPE_FILE = "garment.toml"
 
 def knit_recipe(
     recipe: Recipe, folder: str | PathLike[str], *, budget: Budget | None = None, checkpoint: Checkpoints | None = None,
-    resume: FilePath | None = None, progress: Progress = no_progress,
+    resume: FilePath | None = None, progress: Progress | Literal[False] | None = None,
     seconds_after: Callable[[YarnSet], float] | None = None,
 ) -> Knitted:  # fmt: skip
     """Make the garment of a recipe, and write it.
@@ -41,7 +41,7 @@ def knit_recipe(
             quality that was chosen, and the number of iterations if the time ended the relaxation.
         checkpoint: file and interval of checkpoints; None writes no checkpoints.
         resume: checkpoint file from which the relaxation continues; None starts a new relaxation.
-        progress: called with the progress of each stage.
+        progress: as for ``pipeline.knit``.
         seconds_after: estimated time of the caller's own work afterwards, as for ``pipeline.knit``.
 
     Raises:

@@ -1,23 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Off-screen pictures of meshes, fabrics and yarns."""
+"""Off-screen pictures of meshes, fabrics and yarns.
 
-from stitchmesh.render.any_picture import render
-from stitchmesh.render.fabric_pictures import render_faces, render_mesh, render_rows, render_stitches, render_stretch
-from stitchmesh.render.gl_probe import check_display
-from stitchmesh.render.options import PictureOptions
-from stitchmesh.render.picture import render_yarns
-from stitchmesh.render.swatch_picture import render_swatch
+The stub file ``__init__.pyi`` lists the names and their modules, which are imported when one of the names is used
+first: the application needs colours and packed yarns of this package, and no pictures.
+"""
 
-__all__ = [
-    "PictureOptions",
-    "check_display",
-    "render",
-    "render_faces",
-    "render_mesh",
-    "render_rows",
-    "render_stitches",
-    "render_stretch",
-    "render_swatch",
-    "render_yarns",
-]
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray
-from stitchmesh.periodic.continuation import size_of
+from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.stretch import NEWTONS_PER_METRE, StretchCurve
 from stitchmesh.render.convergence_plot import DOTS_PER_INCH, GRID, INK, PALE_INK
 from stitchmesh.yarn.colours import DYES

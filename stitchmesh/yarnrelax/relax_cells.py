@@ -99,7 +99,7 @@ def relax_cells(
         planes: two planes between which each cell lies, or None for a cell without them, C of them; no planes where
             not given. A swatch whose size relaxes lies between planes by default; how far apart they are follows from
             its stitches, which yarns alone do not show, so that the caller gives them here
-            (``stitchmesh.periodic.support.planes``).
+            (``stitchmesh.periodic.relaxation.support.planes``).
         quality: a preset or a ``Quality`` for all cells; its solver must be the quasistatic one.
         device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
         progress: called after each assessment with the number of cells at rest and the number of iterations; by default

@@ -15,7 +15,7 @@ import pytest
 from stitchmesh.cli import main as cli
 from stitchmesh.io import read_yarns
 from stitchmesh.mesh.palette import STOCK
-from stitchmesh.periodic.continuation import size_of
+from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.weave.library import read_weave
 from stitchmesh.periodic.weave.text import parse_weave
 from stitchmesh.yarn import YarnSet
@@ -131,7 +131,7 @@ def test_options_reach_the_yarns(tmp_path):
     knit = swatch(tmp_path / "c", "rib1x1", "--loop-length", 3.5, "--columns", 2, "--rows", 2, "--max-iterations", 20)
     report = json.loads((tmp_path / "c" / "report.json").read_text())
     assert (report["wales"], report["courses"], report["iterations"]) == (4, 4, 20)
-    assert knit.rest_length.sum() == pytest.approx(16 * 3.5, rel=1e-12)# A sum
+    assert knit.rest_length.sum() == pytest.approx(16 * 3.5, rel=1e-12)  # A sum
 
 
 def test_digits_in_a_text_file_are_a_chart_of_colours_unless_it_states_a_weave(files, tmp_path, caplog):

@@ -19,7 +19,7 @@ from stitchmesh.compute.device import alone, others_may_launch
 from stitchmesh.errors import MeshError
 from stitchmesh.meshrelax import relax_mesh
 from stitchmesh.patterns import read_pattern
-from stitchmesh.periodic.torus import torus_mesh
+from stitchmesh.periodic.repeat.torus import torus_mesh
 from stitchmesh.periodic.weave.library import read_weave
 from stitchmesh.periodic.weave.yarns import weave_yarns
 from stitchmesh.quality import PRESETS

@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+import io
 import json
+import sys
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Literal
@@ -12,11 +14,12 @@ from typing import Literal
 import numpy as np
 import pytest
 
+from stitchmesh import progress
 from stitchmesh.cli.main import main
 from stitchmesh.errors import ParameterError
 from stitchmesh.io import read_mesh, read_yarns, write_stitches
 from stitchmesh.labeling import label
-from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
+from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
 from stitchmesh.mixed.drape import Draped, drape
 from stitchmesh.mixed.memory import check_memory, estimate_memory
 from stitchmesh.mixed.output.files import read_maps
@@ -144,6 +147,16 @@ def test_a_stopped_run_resumes_to_the_same_bits(tmp_path, kind):
         assert np.array_equal(mine.nodes, theirs.nodes)
     numbers = ("steps", "newton_iterations", "solve_iterations", "energy")
     assert [again.report["mixed"][name] for name in numbers] == [whole.report["mixed"][name] for name in numbers]
+
+
+@pytest.mark.parametrize(("choice", "shows"), [(None, True), (False, False)])
+def test_a_line_shows_the_progress_on_a_terminal_unless_it_is_refused(monkeypatch, choice, shows):
+    terminal = io.StringIO()
+    monkeypatch.setattr(terminal, "isatty", lambda: True)
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr(progress, "LINE_SECONDS", 0.0)
+    drape(form("none"), progress=choice)
+    assert ("draping: 100%" in terminal.getvalue()) == shows and (shows or not terminal.getvalue())
 
 
 PULLED = replace(TOP, keyframes=(Keyframe(time=0.0), Keyframe(time=1.0, displacement=(0.1, 0.2, 0.0))), release=0.9)

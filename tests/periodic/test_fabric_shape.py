@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from stitchmesh.lattice import Lattice
-from stitchmesh.periodic.drawn_swatch import draw_swatch
 from stitchmesh.periodic.fabric_shape import LAYER, FabricShape, FlatFabric, thickness_of
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch import scale_yarns, swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions

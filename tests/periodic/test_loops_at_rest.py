@@ -12,7 +12,7 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.errors import YarnError
-from stitchmesh.periodic.sampling import refined
+from stitchmesh.periodic.sampling.sampling import refined
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 

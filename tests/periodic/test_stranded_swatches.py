@@ -11,7 +11,7 @@ import stitchmesh as sm
 from stitchmesh.errors import ParameterError, PatternError
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import Cell, Pattern, Row
-from stitchmesh.periodic.drawn_swatch import draw_swatch
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_options import LONGEST_FLOAT, SwatchOptions
 from stitchmesh.quality import quality_named

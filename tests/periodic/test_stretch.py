@@ -16,7 +16,7 @@ from PIL import Image
 
 from stitchmesh.cli.main import main
 from stitchmesh.errors import ParameterError
-from stitchmesh.periodic.continuation import size_of
+from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.stretch import StretchCurve, StretchPoint, choose_strains, stretch_test
 from stitchmesh.periodic.stretch_table import write_stretch
 from stitchmesh.quality import PRESETS
@@ -171,9 +171,7 @@ def test_the_table_holds_every_point(curves: dict[tuple[str, str], StretchCurve]
 
 
 @pytest.mark.parametrize("case", [("course", "free"), ("wale", "held")])
-def test_the_plot_is_drawn(
-    curves: dict[tuple[str, str], StretchCurve], case: tuple[str, str], tmp_path: Path
-) -> None:
+def test_the_plot_is_drawn(curves: dict[tuple[str, str], StretchCurve], case: tuple[str, str], tmp_path: Path) -> None:
     plot_stretch(curves[case], tmp_path / "stretch.png")
     with Image.open(tmp_path / "stretch.png") as picture:
         assert len(np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0)) > 10

@@ -11,7 +11,7 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.errors import ParameterError, PatternError
-from stitchmesh.periodic.drawn_swatch import draw_swatch
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.swatch_design import (
     FACTORS,
     SwatchDesign,

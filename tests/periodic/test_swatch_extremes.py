@@ -12,15 +12,15 @@ import pytest
 from stitchmesh.errors import ParameterError, PatternError, SolverError
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import parse_pattern
-from stitchmesh.periodic.contact_samples import with_contacts
-from stitchmesh.periodic.continuation import change_radius, size_of
-from stitchmesh.periodic.drawn_swatch import draw_swatch
-from stitchmesh.periodic.even_sampling import sample_evenly
 from stitchmesh.periodic.fabric_shape import FlatFabric
-from stitchmesh.periodic.prepared_swatch import smallest_cell
+from stitchmesh.periodic.relaxation.continuation import change_radius, size_of
+from stitchmesh.periodic.relaxation.prepared_swatch import smallest_cell
+from stitchmesh.periodic.relaxation.support import planes
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
-from stitchmesh.periodic.sampling import GENERATED, refined
-from stitchmesh.periodic.support import planes
+from stitchmesh.periodic.sampling.contact_samples import with_contacts
+from stitchmesh.periodic.sampling.even_sampling import sample_evenly
+from stitchmesh.periodic.sampling.sampling import GENERATED, refined
 from stitchmesh.periodic.swatch import Swatch, scale_yarns, swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.weave import Thread, Weave

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 from stitchmesh.patterns import parse_pattern, read_pattern
-from stitchmesh.periodic.contact_samples import close_contacts
-from stitchmesh.periodic.continuation import size_of
-from stitchmesh.periodic.drawn_swatch import draw_swatch
+from stitchmesh.periodic.relaxation.continuation import size_of
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
+from stitchmesh.periodic.sampling.contact_samples import close_contacts
 from stitchmesh.periodic.swatch import Swatch, swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.periodic.weave.jamming import jam_report
@@ -92,9 +92,7 @@ def test_stockinette_curls_towards_the_right_side_along_the_wales_and_to_the_wro
     np.testing.assert_allclose(moments("reverse-stockinette"), [-course, -wale], rtol=0.02)
 
 
-@pytest.mark.parametrize(
-    ("pattern", "largest"), [("garter", 0.01), ("seed", 0.01), ("rib1x1", 0.01), ("rib2x2", 0.1)]
-)
+@pytest.mark.parametrize(("pattern", "largest"), [("garter", 0.01), ("seed", 0.01), ("rib1x1", 0.01), ("rib2x2", 0.1)])
 def test_fabrics_with_equal_sides_lie_flat(pattern: str, largest: float) -> None:
     # moments of stockinette are bending forces times the thickness; a residual of 0.0003 leaves a tenth of these; the
     # ridges of a rib of two stitches lean a little to one side, which lowers the energy

@@ -12,7 +12,7 @@ import pytest
 import stitchmesh as sm
 from stitchmesh.errors import ParameterError, YarnError
 from stitchmesh.mesh.palette import colours_of
-from stitchmesh.periodic.drawn_swatch import draw_swatch
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS
 from stitchmesh.render.tile_drawing import (

@@ -14,7 +14,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import Cell, Pattern, Row
-from stitchmesh.periodic.torus import torus_mesh
+from stitchmesh.periodic.repeat.torus import torus_mesh
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import (
     RestLengths,

@@ -16,7 +16,7 @@ from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import Cell, Loop, Pattern, Row, pattern_names, read_pattern
 from stitchmesh.patterns.swatch_mesh import plain_piece
-from stitchmesh.periodic.torus import torus_mesh
+from stitchmesh.periodic.repeat.torus import torus_mesh
 from stitchmesh.yarn import YarnSet, segment_points
 from stitchmesh.yarngen import embedding, generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stitchmesh.periodic.prepared_swatch import PreparedSwatch, prepare_swatch
+from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
 from stitchmesh.quality import PRESETS
 from stitchmesh.reporting.verdict import relaxation_verdict
 from stitchmesh.time_limit import TimeLimit, limited_to

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.lattice import Lattice
-from stitchmesh.periodic.prepared_swatch import prepare_swatch
+from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.compute.device import device_named
-from stitchmesh.periodic.drawn_swatch import draw_swatch
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import quality_named

@@ -17,7 +17,7 @@ from stitchmesh.patterns.charts import chart_operations as operations
 from stitchmesh.patterns.charts.chart_history import MOST_STEPS, ChartHistory
 from stitchmesh.patterns.charts.grid import Box, Brush, check_chart_shape
 from stitchmesh.patterns.charts.knit_chart import PLAIN, KnitChart, read_square
-from stitchmesh.periodic.chart_files import Chart, ChartText, chart_of, parse_chart, write_chart
+from stitchmesh.periodic.charts.chart_files import Chart, ChartText, chart_of, parse_chart, write_chart
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.weave.weave_chart import Threads, WeaveChart
 

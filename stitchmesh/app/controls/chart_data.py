@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.patterns.charts.chart_symbols import Symbol
-from stitchmesh.periodic.chart_drawing import ChartDrawing
+from stitchmesh.periodic.charts.chart_drawing import ChartDrawing
 
 
 def base_values(drawing: ChartDrawing, version: int) -> dict[str, Any]:

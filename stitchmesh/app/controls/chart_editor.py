@@ -27,8 +27,8 @@ from stitchmesh.app.controls.chart_palette import (
 from stitchmesh.errors import ParameterError, PatternError
 from stitchmesh.mesh.palette import check_yarn_number
 from stitchmesh.patterns.charts.grid import LONGEST_SIDE, Box, Brush
-from stitchmesh.periodic.chart_drawing import ChartDrawing, draw_chart, palette_of
-from stitchmesh.periodic.chart_files import (
+from stitchmesh.periodic.charts.chart_drawing import ChartDrawing, draw_chart, palette_of
+from stitchmesh.periodic.charts.chart_files import (
     CHART_SUFFIXES,
     Chart,
     chart_image,
@@ -36,7 +36,7 @@ from stitchmesh.periodic.chart_files import (
     read_chart,
     write_chart,
 )
-from stitchmesh.periodic.chart_picture import PICTURE_SUFFIX, chart_picture
+from stitchmesh.periodic.charts.chart_picture import PICTURE_SUFFIX, chart_picture
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.weave.weave_chart import WeaveChart
 

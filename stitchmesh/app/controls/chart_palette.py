@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 from stitchmesh.app.controls.chart_data import symbol_svg
 from stitchmesh.patterns.charts.chart_symbols import WARP_OVER, WEFT_OVER, chart_symbol, word_instruction
-from stitchmesh.periodic.chart_drawing import palette_of
-from stitchmesh.periodic.chart_files import Chart
+from stitchmesh.periodic.charts.chart_drawing import palette_of
+from stitchmesh.periodic.charts.chart_files import Chart
 from stitchmesh.periodic.weave.weave_chart import WeaveChart
 
 TOOLS = {

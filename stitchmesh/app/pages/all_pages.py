@@ -1,30 +1,51 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The pages by name, in the order of the navigation."""
+"""The pages by name, in the order of the navigation.
+
+The module of a page is imported when the page is opened first: some pages need simulations whose modules take longer to
+import than the application takes to start.
+"""
 
 from __future__ import annotations
 
-from stitchmesh.app.pages.divide import DividePage
-from stitchmesh.app.pages.drape.page import DrapePage
-from stitchmesh.app.pages.edit.edit_page import EditPage
-from stitchmesh.app.pages.even_out import EvenOutPage
-from stitchmesh.app.pages.label import LabelPage
-from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.project_page import ProjectPage
-from stitchmesh.app.pages.swatch.page import SwatchPage
-from stitchmesh.app.pages.view.page import ViewPage
-from stitchmesh.app.pages.yarns.page import YarnsPage
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, TypeAlias
 
-_CLASSES: tuple[type[Page], ...] = (
-    ProjectPage,
-    LabelPage,
-    DividePage,
-    EditPage,
-    EvenOutPage,
-    YarnsPage,
-    SwatchPage,
-    DrapePage,
-    ViewPage,
-)
-PAGES: dict[str, type[Page]] = {page.name: page for page in _CLASSES}
-"""Class of each page."""
+from stitchmesh.app.pages.page import Page
+
+if TYPE_CHECKING:
+    from stitchmesh.app.application import App
+
+MakePage: TypeAlias = "Callable[[App], Page]"
+"""Makes a page of the application."""
+
+
+@dataclass(frozen=True)
+class PageModule:
+    """Makes a page whose module is imported by the first call."""
+
+    module: str
+    """Name of the module in ``stitchmesh.app.pages``."""
+    class_name: str
+    """Name of the class of the page."""
+
+    def __call__(self, app: App) -> Page:
+        """Make the page."""
+        page: Page = getattr(import_module(f"stitchmesh.app.pages.{self.module}"), self.class_name)(app)
+        return page
+
+
+PAGES: dict[str, MakePage] = {
+    "Project": PageModule("project_page", "ProjectPage"),
+    "Label": PageModule("label", "LabelPage"),
+    "Divide": PageModule("divide", "DividePage"),
+    "Edit": PageModule("edit.edit_page", "EditPage"),
+    "Even out": PageModule("even_out", "EvenOutPage"),
+    "Yarns": PageModule("yarns.page", "YarnsPage"),
+    "Swatch": PageModule("swatch.page", "SwatchPage"),
+    "Drape": PageModule("drape.page", "DrapePage"),
+    "View": PageModule("view.page", "ViewPage"),
+}
+"""What makes each page."""

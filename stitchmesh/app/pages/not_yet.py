@@ -15,13 +15,14 @@ from stitchmesh.mesh.face_triangles import face_triangles
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
+    from stitchmesh.app.pages.all_pages import MakePage
     from stitchmesh.app.pages.page import Page
 
 FABRIC_COLOUR = (206, 200, 186)
 EDGE_COLOUR = (96, 96, 104)
 
 
-def show_not_yet(app: App, page: Page, pages: dict[str, type[Page]]) -> None:
+def show_not_yet(app: App, page: Page, pages: dict[str, MakePage]) -> None:
     """Draw the garment, and make the button that opens the page of the next step."""
     name = page_needed(app, page, pages)
     app.controls.button(f"Go to {name}", f"Opens the page {name}.", lambda: app.open_page(name), main=True)
@@ -30,14 +31,15 @@ def show_not_yet(app: App, page: Page, pages: dict[str, type[Page]]) -> None:
         draw_plainly(app.scene, mesh)
 
 
-def page_needed(app: App, page: Page, pages: dict[str, type[Page]]) -> str:
+def page_needed(app: App, page: Page, pages: dict[str, MakePage]) -> str:
     """Return the nearest page that makes what a page needs, and that is available itself."""
     if app.project.mesh is None and app.project.fabric is not None:
         return "Edit"  # The imported file holds stitches, so nothing is labeled or divided.
-    name = page.needs
-    while name in pages and pages[name](app).unavailable() is not None:
-        name = pages[name].needs
-    return name
+    while page.needs in pages:
+        name, page = page.needs, pages[page.needs](app)
+        if page.unavailable() is None:
+            return name
+    return page.needs
 
 
 def draw_plainly(scene: Scene, mesh: Mesh, opacity: float = 1.0) -> None:

@@ -17,8 +17,8 @@ from typing import Any
 import warp as wp
 
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.mixed.crossings.angle import angle_of, place_of
-from stitchmesh.mixed.crossings.star import leg_of
+from stitchmesh.mixed.crossings.energies.angle import angle_of, place_of
+from stitchmesh.mixed.crossings.star.star import leg_of
 
 
 @kernel

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.blending import element_weight
-from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
-from stitchmesh.mixed.crossings.merging import MERGING_SHARE
+from stitchmesh.mixed.crossings.energies.merging import MERGING_SHARE
+from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.layout.crossing_yarns import NO_NODE, CrossingYarns
 
 Floats = NDArray[np.float64]

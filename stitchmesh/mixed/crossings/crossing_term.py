@@ -19,15 +19,15 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.mixed.crossings.bending_yield import turn_after_yield
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
 from stitchmesh.mixed.crossings.crossing_model import CrossingModel
-from stitchmesh.mixed.crossings.star_hessian import (
+from stitchmesh.mixed.crossings.star.star_hessian import (
     add_star_diagonal,
     find_star_blocks,
     find_star_products,
     keep_state,
     multiply_star_blocks,
 )
-from stitchmesh.mixed.crossings.star_kernels import add_star_slots, find_star_energies, find_star_forces
-from stitchmesh.mixed.crossings.star_memory import BLOCK_NUMBERS, LEG_NUMBERS, numbers_of
+from stitchmesh.mixed.crossings.star.star_kernels import add_star_slots, find_star_energies, find_star_forces
+from stitchmesh.mixed.crossings.star.star_memory import BLOCK_NUMBERS, LEG_NUMBERS, numbers_of
 from stitchmesh.mixed.crossings.step_limit import sliding_limits
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector

@@ -17,7 +17,7 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_model import CrossingModel
-from stitchmesh.mixed.crossings.star import coordinate_of
+from stitchmesh.mixed.crossings.star.star import coordinate_of
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 

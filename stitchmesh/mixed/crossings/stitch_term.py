@@ -32,9 +32,13 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import matrix, vector
 from stitchmesh.mixed.blending import element_weight
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
-from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
-from stitchmesh.mixed.crossings.stitch_length import stitch_length_energy, stitch_length_force, stitch_length_product
-from stitchmesh.mixed.crossings.wrapping import wrapping_energy, wrapping_force, wrapping_product
+from stitchmesh.mixed.crossings.energies.stitch_length import (
+    stitch_length_energy,
+    stitch_length_force,
+    stitch_length_product,
+)
+from stitchmesh.mixed.crossings.energies.wrapping import wrapping_energy, wrapping_force, wrapping_product
+from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
 from stitchmesh.mixed.gather import GatherTable
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
 from stitchmesh.mixed.mixed_blocks import MixedBlocks

@@ -25,7 +25,7 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
-from stitchmesh.mixed.crossings.star import coordinate_of, leg_vector
+from stitchmesh.mixed.crossings.star.star import coordinate_of, leg_vector
 from stitchmesh.mixed.kept_share import keep_share
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term

@@ -34,8 +34,8 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
-from stitchmesh.mixed.crossings.merging import guarded_inverse
-from stitchmesh.mixed.crossings.star import coordinate_of, leg_vector
+from stitchmesh.mixed.crossings.energies.merging import guarded_inverse
+from stitchmesh.mixed.crossings.star.star import coordinate_of, leg_vector
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 SLIDING_INERTIA = 1e-3

@@ -26,8 +26,8 @@ from stitchmesh.mixed.blending import FULL
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements, crossing_elements
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
-from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
-from stitchmesh.mixed.crossings.sliding_friction import SlidingFriction
+from stitchmesh.mixed.crossings.friction.sliding_friction import SlidingFriction
+from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.crossings.stitch_term import StitchTerm, stitch_elements
 from stitchmesh.mixed.crossings.yarn_gravity import YarnGravity
 from stitchmesh.mixed.crossings.yarn_mass import YarnMass

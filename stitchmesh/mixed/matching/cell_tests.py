@@ -10,7 +10,7 @@ resistance is then that of a knit which its neighbourhood keeps flat.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -20,8 +20,11 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.matching.cell_equilibrium import CellSolver, CellState
 from stitchmesh.mixed.matching.cell_shape import CellShape
 from stitchmesh.mixed.matching.loading_curve import BENDS, STRETCHES, TESTS, LoadingCurve
+from stitchmesh.progress import Progress, no_progress
 
 Numbers = NDArray[np.float64]
+STAGE = "match"
+"""Name of the stage in reports of progress."""
 FREE = ("stretch_course", "stretch_wale", "skew")
 """Parameters of the shape that are free while a fabric is bent."""
 DIRECTION = {"bend course": 0.0, "bend wale": np.pi / 2.0, "bend across": np.pi / 4.0}
@@ -32,7 +35,7 @@ def run_tests(
     solver: CellSolver,
     strains: Iterable[float],
     curvatures: Iterable[float],
-    report: Callable[[str], None] = lambda _test: None,
+    progress: Progress = no_progress,
 ) -> tuple[LoadingCurve, ...]:
     """Run all tests.
 
@@ -40,7 +43,7 @@ def run_tests(
         solver: the cell.
         strains: strains of stretch tests and changes of angle of shear tests; 0 is added.
         curvatures: curvatures of bending tests [1/cm]; 0 is added.
-        report: called with the name of each test before it runs.
+        progress: called with the completed part and the name of each test before it runs.
 
     Raises:
         ParameterError: a number is not finite, a strain is -1 or less, or there are no strains or no curvatures.
@@ -50,8 +53,8 @@ def run_tests(
     if stretched[0] <= -1.0:
         raise ParameterError(f"strains: got {stretched[0]:g}; expected numbers above -1")
     curves = []
-    for test in TESTS:
-        report(test)
+    for number, test in enumerate(TESTS):
+        progress(STAGE, number / len(TESTS), test)
         curves.append(_run(solver, test, bent if test in BENDS else stretched))
     return tuple(curves)
 

@@ -9,8 +9,9 @@ tables are kept where they decrease the mismatch enough.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,7 @@ from stitchmesh.mixed.matching.triangle_response import respond
 from stitchmesh.mixed.matching.yarn_cell import YarnCell
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.material_file import write_material
+from stitchmesh.progress import Progress, shown_stages
 
 Numbers = NDArray[np.float64]
 STRAINS = (-0.05, -0.02, 0.02, 0.05, 0.1, 0.15, 0.2)
@@ -109,7 +111,7 @@ def match_cloth(
     strains: Iterable[float] = STRAINS,
     curvatures: Iterable[float] = CURVATURES,
     sliding: bool = False,
-    report: Callable[[str], None] = lambda _test: None,
+    progress: Progress | Literal[False] | None = None,
 ) -> ClothMatch:
     """Fit the stiffnesses of triangles to a fabric of crossing yarns.
 
@@ -119,13 +121,15 @@ def match_cloth(
         strains: strains of the tests of stretch and of shear [-, rad].
         curvatures: curvatures of the tests of bending [1/cm].
         sliding: whether yarns slide through their crossings without friction; otherwise friction holds them.
-        report: called with the name of each test before it runs.
+        progress: called with the completed part and the name of each test before it runs; by default a line shows them
+            on a terminal or in a notebook, and False shows nothing.
 
     Raises:
         ParameterError: strains or curvatures are missing or out of range.
         SolverError: a state of the cell finds no equilibrium; smaller strains help.
     """
-    curves = run_tests(CellSolver(cell, sliding=sliding), strains, curvatures, report)
+    with shown_stages(progress) as report:
+        curves = run_tests(CellSolver(cell, sliding=sliding), strains, curvatures, report)
     width, height = cell.period
     yarns = "yarns slide" if sliding else "friction holds the yarns"
     source = f"fitted to {cell.node_count} crossings on {width:g} x {height:g} cm, where {yarns}"

@@ -17,8 +17,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
-from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
+from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.measured_cloths import named_material
 

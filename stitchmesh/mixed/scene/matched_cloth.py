@@ -13,9 +13,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from stitchmesh.errors import FileError
-from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.matching.cloth_match import ClothMatch, match_cloth, write_match
-from stitchmesh.mixed.matching.loading_curve import TESTS
 from stitchmesh.mixed.matching.yarn_cell import YarnCell, knit_cell, weave_cell
 from stitchmesh.mixed.scene.yarns_section import YarnsSection, knit_chart, weave_matrix
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
@@ -27,8 +26,6 @@ MATCHED = "matched"
 """The material of a scene's cloth that is matched to its yarns."""
 NAME = "matched-cloth.toml"
 """Name of the file in the output folder."""
-STAGE = "match"
-"""Name of the stage in reports of progress."""
 CHECKSUM = "checksum"
 """Word before the checksum in the source of the material."""
 PLAIN_KNIT = ((1,),)
@@ -83,12 +80,7 @@ def cell_of_scene(section: YarnsSection, stitch: tuple[float, float] | None, mat
 
 def _matched(cell: YarnCell, inputs: str, progress: Progress) -> ClothMatch:
     """Run the tests of the yarns and fit the material, whose source names the checksum."""
-    done = iter(range(len(TESTS) + 1))
-
-    def report(test: str) -> None:
-        progress(STAGE, min(next(done) / len(TESTS), 1.0), test)
-
-    match = match_cloth(cell, report=report)
+    match = match_cloth(cell, progress=progress)
     linear, tables = (
         replace(each, source=f"{each.source}; {CHECKSUM} {inputs}") for each in (match.linear, match.tables)
     )

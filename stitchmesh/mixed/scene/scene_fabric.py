@@ -17,8 +17,8 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.contact.attachments import Attachment
 from stitchmesh.mixed.contact.dressing import WornBody, dressed_vertices
 from stitchmesh.mixed.contact.self_collision import PRESSURE
-from stitchmesh.mixed.crossings.crossing_material import DEFAULT, CrossingMaterial
-from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.materials.crossing_material import DEFAULT, CrossingMaterial
+from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.crossing_yarns import ROD
 from stitchmesh.mixed.layout.from_stitches import lay_stitches

@@ -14,8 +14,8 @@ import numpy as np
 
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, StitchMesh
-from stitchmesh.periodic.continuation import size_of
 from stitchmesh.periodic.gauge import FabricMeasures, measure_fabric
+from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.polyline import polylines_of_segments
 from stitchmesh.yarnrelax import YarnMaterial

@@ -16,8 +16,8 @@ from dataclasses import replace
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import SolverError
-from stitchmesh.periodic.contact_samples import with_contacts
-from stitchmesh.periodic.continuation import ITERATIONS
+from stitchmesh.periodic.relaxation.continuation import ITERATIONS
+from stitchmesh.periodic.sampling.contact_samples import with_contacts
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.increments import SwatchInProgress, increment, increments_left
 from stitchmesh.periodic.session.settings import SwatchSettings

@@ -17,10 +17,10 @@ import numpy as np
 
 from stitchmesh.lattice import Lattice, lattice_frame
 from stitchmesh.mesh import FloatArray
-from stitchmesh.periodic.continuation import GROWTH, LENGTHENING, STRETCH, size_of, stretch_cell
-from stitchmesh.periodic.even_sampling import even_lengths
+from stitchmesh.periodic.relaxation.continuation import GROWTH, LENGTHENING, STRETCH, size_of, stretch_cell
+from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
+from stitchmesh.periodic.sampling.even_sampling import even_lengths
 from stitchmesh.periodic.session.target import GeneratedRepeat, Target, lean_of
-from stitchmesh.periodic.smallest_cell import SmallestCell
 from stitchmesh.periodic.swatch import scale_yarns
 from stitchmesh.yarn import YarnSet
 

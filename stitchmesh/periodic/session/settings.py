@@ -10,7 +10,7 @@ from typing import Any
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.periodic.resolve_pattern import Source
-from stitchmesh.periodic.sampling import path_to
+from stitchmesh.periodic.sampling.sampling import path_to
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial

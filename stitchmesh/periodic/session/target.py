@@ -16,16 +16,21 @@ import numpy as np
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.palette import Palette
-from stitchmesh.periodic.continuation import size_of
-from stitchmesh.periodic.drawn_swatch import draw_swatch
-from stitchmesh.periodic.even_sampling import even_lengths, sample_evenly
 from stitchmesh.periodic.fabric_shape import FlatFabric
-from stitchmesh.periodic.prepared_swatch import free_cell, period_to_reach, smallest_cell, take_up_rest_lengths
+from stitchmesh.periodic.relaxation.continuation import size_of
+from stitchmesh.periodic.relaxation.prepared_swatch import (
+    free_cell,
+    period_to_reach,
+    smallest_cell,
+    take_up_rest_lengths,
+)
+from stitchmesh.periodic.relaxation.support import planes
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
+from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
-from stitchmesh.periodic.sampling import GENERATED
+from stitchmesh.periodic.sampling.even_sampling import even_lengths, sample_evenly
+from stitchmesh.periodic.sampling.sampling import GENERATED
 from stitchmesh.periodic.session.settings import SwatchSettings
-from stitchmesh.periodic.smallest_cell import SmallestCell
-from stitchmesh.periodic.support import planes
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.energies.term import TermChoice

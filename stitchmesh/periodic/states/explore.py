@@ -14,8 +14,8 @@ import numpy as np
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.patterns import Pattern
-from stitchmesh.periodic.lowest_rest import perturbed_start
-from stitchmesh.periodic.prepared_swatch import prepare_swatch
+from stitchmesh.periodic.relaxation.lowest_rest import perturbed_start
+from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.periodic.states.rest_states import Rest, distinct_rests
 from stitchmesh.periodic.swatch import Swatch, relax_prepared
 from stitchmesh.periodic.weave.weave import Weave

@@ -15,8 +15,8 @@ import warp as wp
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel
 from stitchmesh.mixed.cloth.seams import Border, Seam, cloth_from_panels
-from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
-from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
+from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_masses, cloth_system
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.crossings.crossing_material import CrossingMaterial
-from stitchmesh.mixed.crossings.fabric_materials import FabricMaterials
+from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
+from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.matching.cell_equilibrium import CellSolver
 from stitchmesh.mixed.matching.cell_tests import run_tests
 from stitchmesh.mixed.matching.cloth_match import (

@@ -15,7 +15,7 @@ import stitchmesh as sm
 from stitchmesh.compute import device
 from stitchmesh.compute.device import alone
 from stitchmesh.errors import ParameterError, PatternError, SolverError
-from stitchmesh.periodic.continuation import GROWTH, LENGTHENING, STRETCH
+from stitchmesh.periodic.relaxation.continuation import GROWTH, LENGTHENING, STRETCH
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.incremental_relaxation import LiveSwatch
 from stitchmesh.periodic.session.settings import SwatchSettings

@@ -13,7 +13,7 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
-from stitchmesh.periodic.continuation import stretch_cell
+from stitchmesh.periodic.relaxation.continuation import stretch_cell
 from stitchmesh.periodic.states.explore import explore
 from stitchmesh.periodic.states.rest_states import SAME, distance, distinct_rests
 from stitchmesh.periodic.swatch import Swatch, swatch

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from stitchmesh.compute.device import device_named
-from stitchmesh.periodic.continuation import size_of
-from stitchmesh.periodic.drawn_swatch import draw_swatch
+from stitchmesh.periodic.relaxation.continuation import size_of
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS, Quality

@@ -1,0 +1,293 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Friction of yarns that slide through crossings: a spring to an anchor, and Coulomb slip (Cirio et al. 2014).
+
+Each Eulerian coordinate u of a crossing has an anchor a. With the limit m = mu N of the crossing (``normal_forces``),
+the stiffness k of the spring and the slip length e, the force at the distance s = |u - a| has the amount
+
+    F = m (s / e) (2 - s / e)  for s < e,   else  m,       e = max(2 m / k, SLIP_SHARE R)
+
+A yarn sticks at distances below e and slips beyond. The published law is k s, cut off at m. Newton's method does not
+settle at its corner, nor where a step moves yarns by many slip lengths; the corner is therefore rounded here, with the
+slope k at s = 0, and weakly pressed crossings have softer springs, so that e is never below a share of the radius R.
+Within a time step anchor, limit and slip length are constant, and the force has the energy
+
+    E = m e (s / e)^2 (1 - s / (3 e))  for s < e,   else  m (s - e / 3)
+
+which is convex. The solver therefore finds the force at the end of the step, which is never above the limit. After the
+step a yarn that slipped drags its anchor to the distance e; where it stuck the anchor stays, so that a load below the
+limit never makes a yarn creep. Work against friction is lost in this move alone, and a yarn that was pulled beyond its
+limits does not return: a snag stays, an elastic mark does not.
+
+Anchors last from step to step. Limits follow from the state at the beginning of a step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.launch import launch
+from stitchmesh.compute.precision import vector
+from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
+from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
+from stitchmesh.mixed.crossings.friction.normal_forces import NormalForces
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
+from stitchmesh.mixed.mixed_vector import MixedVector
+from stitchmesh.mixed.term import Term
+
+SLIP_SHARE = 0.05
+"""Smallest slip length as a share of the radius of the yarn. A smaller one costs Newton's method more iterations."""
+
+
+@wp.func
+def friction_energy(slip: Any, length: Any, limit: Any) -> Any:
+    """E [erg] at the signed distance ``slip`` from the anchor; ``length`` is e."""
+    one, three = type(slip)(1.0), type(slip)(3.0)
+    x = wp.abs(slip) / length
+    energy = limit * length * (x - one / three)
+    if x < one:
+        energy = limit * length * x * x * (one - x / three)
+    return energy
+
+
+@wp.func
+def friction_force(slip: Any, length: Any, limit: Any) -> Any:
+    """Force [dyn] on a coordinate at the signed distance ``slip`` from its anchor."""
+    x = wp.clamp(slip / length, type(slip)(-1.0), type(slip)(1.0))
+    return -limit * x * (type(slip)(2.0) - wp.abs(x))
+
+
+@wp.func
+def friction_slope(slip: Any, length: Any, limit: Any) -> Any:
+    """Second derivative of the energy [dyn/cm]."""
+    one, two = type(slip)(1.0), type(slip)(2.0)
+    return two * limit / length * wp.max(one - wp.abs(slip) / length, one - one)
+
+
+@wp.func
+def dragged(anchor: Any, place: Any, length: Any) -> Any:
+    """The anchor [cm] after a step that ended at ``place``."""
+    result = anchor
+    if wp.abs(place - anchor) > length:
+        result = place - wp.sign(place - anchor) * length
+    return result
+
+
+@kernel
+def find_friction_energies(
+    # state in
+    anchor: wp.array[Any],
+    length: wp.array[Any],
+    limit: wp.array[Any],
+    sliding: wp.array[Any],
+    # state out
+    energy: wp.array[wp.float64],
+) -> None:
+    """Energy of the two springs of each crossing [erg]."""
+    i = wp.tid()
+    s, e, m = sliding[i] - anchor[i], length[i], limit[i]
+    energy[i] = wp.float64(friction_energy(s[0], e[0], m[0]) + friction_energy(s[1], e[1], m[1]))
+
+
+@kernel
+def add_friction_forces(
+    # state in
+    anchor: wp.array[Any],
+    length: wp.array[Any],
+    limit: wp.array[Any],
+    sliding: wp.array[Any],
+    # state out
+    on_sliding: wp.array[Any],
+) -> None:
+    """Add the friction on both coordinates of each crossing."""
+    i = wp.tid()
+    s, e, m = sliding[i] - anchor[i], length[i], limit[i]
+    on_sliding[i] += type(on_sliding[0])(friction_force(s[0], e[0], m[0]), friction_force(s[1], e[1], m[1]))
+
+
+@kernel
+def find_sticking(
+    # state in
+    anchor: wp.array[Any],
+    length: wp.array[Any],
+    limit: wp.array[Any],
+    sliding: wp.array[Any],
+    # state out
+    sticking: wp.array[Any],
+) -> None:
+    """Second derivatives of the energy, the stiffness of the springs that stick."""
+    i = wp.tid()
+    s, e, m = sliding[i] - anchor[i], length[i], limit[i]
+    sticking[i] = type(sticking[0])(friction_slope(s[0], e[0], m[0]), friction_slope(s[1], e[1], m[1]))
+
+
+@kernel
+def add_friction_products(
+    # state in
+    sticking: wp.array[Any],
+    direction: wp.array[Any],
+    # state out
+    product: wp.array[Any],
+) -> None:
+    """Add the products of the diagonal Hessian."""
+    i = wp.tid()
+    product[i] += wp.cw_mul(sticking[i], direction[i])
+
+
+@kernel
+def add_friction_blocks(
+    # state in
+    sticking: wp.array[Any],
+    # state out
+    blocks: wp.array[Any],
+) -> None:
+    """Add the Hessian to the diagonal blocks of the coordinates."""
+    i = wp.tid()
+    blocks[i] += wp.diag(sticking[i])
+
+
+@kernel
+def find_friction_limits(
+    # model
+    coefficient: wp.array[Any],
+    stiffness: wp.array[Any],
+    shortest: wp.array[Any],
+    # state in
+    pressing: wp.array[Any],
+    # state out
+    length: wp.array[Any],
+    limit: wp.array[Any],
+) -> None:
+    """M = mu N and e of both coordinates; no limit without a spring."""
+    i = wp.tid()
+    k, most, least = stiffness[i], coefficient[i] * pressing[i], shortest[i]
+    zero, two = most - most, type(most)(2.0)
+    first, second = zero, zero
+    near, far = least[0], least[1]
+    if k[0] > zero:
+        first = most * type(most)(1.0)
+        near = wp.max(two * most / k[0], near)
+    if k[1] > zero:
+        second = most * type(most)(1.0)
+        far = wp.max(two * most / k[1], far)
+    limit[i] = type(limit[0])(first, second)
+    length[i] = type(length[0])(near, far)
+
+
+@kernel
+def drag_anchors(
+    # state in
+    length: wp.array[Any],
+    sliding: wp.array[Any],
+    # state out
+    anchor: wp.array[Any],
+) -> None:
+    """Drag the anchors of yarns that slipped to the distance of the slip length."""
+    i = wp.tid()
+    place, e, old = sliding[i], length[i], anchor[i]
+    anchor[i] = type(anchor[0])(dragged(old[0], place[0], e[0]), dragged(old[1], place[1], e[1]))
+
+
+class SlidingFriction(Term):
+    """Friction between the yarns of each crossing on a device."""
+
+    name = "sliding friction"
+    acts_on = "nodes"
+
+    def __init__(self, elements: CrossingElements, yarns: CrossingTerm) -> None:
+        """Anchor all yarns where they are laid out.
+
+        Args:
+            elements: the yarns.
+            yarns: the term of their elasticity, whose rest angles enter the normal forces.
+        """
+        scalar, device = yarns.turn.dtype, yarns.device
+        self.count, self.device, self._yarns = elements.count, device, yarns
+        self.normal_forces = NormalForces.of(elements, scalar, device)
+        two = vector(2, scalar)
+        self._stiffness = wp.array(elements.slides * elements.friction_stiffness, dtype=two, device=device)
+        self._shortest = wp.array(SLIP_SHARE * elements.radius, dtype=two, device=device)
+        self._coefficient = wp.array(elements.friction, dtype=scalar, device=device)
+        self.anchor = wp.array(elements.rest_sliding, dtype=two, device=device)
+        """a of both coordinates of each crossing [cm], shape (N,)."""
+        self.limit = wp.zeros(elements.count, dtype=two, device=device)
+        """m of both coordinates of each crossing [dyn], shape (N,)."""
+        self.slip_length = wp.array(SLIP_SHARE * elements.radius, dtype=two, device=device)
+        """e of both coordinates of each crossing [cm], shape (N,)."""
+        self._sticking = wp.zeros(elements.count, dtype=two, device=device)
+        self._energy = wp.zeros(elements.count, dtype=wp.float64, device=device)
+        self._outdated = True
+
+    def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:
+        """Find the limits of friction at the beginning of the step.
+
+        In a search for an equilibrium, which begins again with each of its iterations, limits stay until ``end_step``:
+        with other limits each time, iterations would not settle.
+        """
+        if self.count and (time_step > 0.0 or self._outdated):
+            self._outdated = False
+            self.normal_forces.launches(self._yarns.model, self._yarns.turn, state, self._run)
+            inputs = [self._coefficient, self._stiffness, self._shortest, self.normal_forces.pressing]
+            self._run(find_friction_limits, self.count, inputs, [self.slip_length, self.limit])
+
+    def end_step(self, state: MixedVector, time: float, time_step: float) -> None:
+        """Drag the anchors of the yarns that slipped."""
+        self._outdated = True
+        self._run(drag_anchors, self.count, [self.slip_length, state.sliding], [self.anchor])
+
+    def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
+        """The launch that finds the energy of each crossing's two springs, and where it is."""
+        if self.count == 0:
+            return [], self._energy
+        return [launcher(find_friction_energies, self.count, self._inputs(state), [self._energy])], self._energy
+
+    def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launch that adds the friction."""
+        if self.count == 0:
+            return []
+        return [launcher(add_friction_forces, self.count, self._inputs(state), [force.sliding])]
+
+    def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launch that finds which springs stick; the Hessian is never negative."""
+        if self.count == 0:
+            return []
+        return [launcher(find_sticking, self.count, self._inputs(state), [self._sticking])]
+
+    def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launch that adds the products."""
+        if self.count == 0:
+            return []
+        return [launcher(add_friction_products, self.count, [self._sticking, direction.sliding], [product.sliding])]
+
+    def diagonal(self, blocks: MixedBlocks, launcher: Launcher) -> list[Any]:
+        """The launch that adds the Hessian, which is diagonal."""
+        if self.count == 0:
+            return []
+        return [launcher(add_friction_blocks, self.count, [self._sticking], [blocks.sliding])]
+
+    def arrays(self) -> dict[str, Any]:
+        """The anchors, the limits, which last as long as a search for an equilibrium, and whether they are outdated."""
+        outdated = wp.array([int(self._outdated)], dtype=wp.int32, device="cpu")
+        limits = {"friction limits": self.limit, "slip lengths": self.slip_length}
+        return {"friction anchors": self.anchor, **limits, "friction outdated": outdated}
+
+    def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Restore anchors and limits."""
+        super().resume(arrays)
+        self._outdated = bool(arrays["friction outdated"][0])
+
+    def carried_arrays(self) -> dict[str, Any]:
+        """The anchors; limits are found again."""
+        return {"friction anchors": self.anchor}
+
+    def _inputs(self, state: MixedVector) -> list[Any]:
+        return [self.anchor, self.slip_length, self.limit, state.sliding]
+
+    def _run(self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any]) -> None:
+        launch(kernel, count, inputs, outputs, self.device)

@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The lowest of several states of rest of a small free repeat.
+
+Fabrics have several states of rest, and which one the generated yarns come to is an accident: noise of a hundredth of a
+radius on their points takes slack ribs and moss stitch to states whose sizes differ by a tenth. A repeat with few
+stitches (``sampling.SMALL_CELL``) that lies between planes is therefore relaxed from ``STARTS`` displaced starts too,
+always the same ones, with the sampling of the coarsest preset. Of the states at rest the one with the least energy is
+kept, and all finer samplings continue from it. States whose energies differ by less than ``SAME_ENERGY`` count as
+equal, and the earliest of them is kept, so that the choice does not depend on rounding.
+
+A start is displaced by smooth waves (``perturbation``) and by the changes of size that are free. The lean of the cell
+is held, here as in every relaxation of a swatch: with it, ribs would lie on their side.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from stitchmesh.errors import SolverError
+from stitchmesh.periodic.relaxation.perturbation import perturb
+from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch
+from stitchmesh.time_limit import seconds_left
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
+from stitchmesh.yarnrelax.relax_partly import relax_partly
+from stitchmesh.yarnrelax.relaxation_result import Relaxation
+from stitchmesh.yarnrelax.saddle import continued
+
+STARTS = 4
+"""Number of displaced starts."""
+SAME_ENERGY = 1e-4
+"""Relative difference of energies below which states count as equally low."""
+KICKS = 3
+"""Displacements of a start; the yarns are separated between them."""
+BETWEEN = 20
+"""Iterations between two displacements."""
+
+Relax = Callable[[YarnSet, int], Relaxation]
+"""A relaxation of yarns, after a number of iterations that count for a limit of all of them."""
+
+logger = logging.getLogger(__name__)
+
+
+def lowest_rest(prepared: PreparedSwatch, yarns: YarnSet, relax: Relax) -> Relaxation:
+    """Relax yarns, and displaced starts too if the repeat has states; return the way to the lowest state.
+
+    The report has ``starts``, the number of starts that came to rest, and the iterations and seconds of all of them,
+    which also number the entries of the history. Displaced starts are left out if the yarns themselves do not come to
+    rest, or where a limit on the time is reached.
+
+    Args:
+        prepared: the prepared repeat.
+        yarns: its yarns, from which the first relaxation starts.
+        relax: the relaxation with the first sampling of the path, of yarns after a number of iterations.
+
+    Raises:
+        SolverError: the yarns cannot be relaxed.
+    """
+    last = relax(yarns, 0)
+    found = [last]
+    if prepared.has_states and last.report["converged"]:
+        for number in range(STARTS):
+            if seconds_left() <= 0.0:
+                break
+            other = _from_start(prepared, yarns, number, relax, last.report["iterations"])
+            if other is not None:
+                last = continued(other, Relaxation(last.yarns, last.report, []))
+                found.append(last)
+    rested = [each for each in found if each.report["converged"]] or found
+    least = min(each.report["energy"] for each in rested)
+    kept = next(each for each in rested if each.report["energy"] <= least + SAME_ENERGY * abs(least))
+    spent = {name: last.report[name] for name in ("iterations", "seconds")}
+    return replace(kept, report=kept.report | spent | {"starts": len(rested)})
+
+
+def perturbed_start(prepared: PreparedSwatch, yarns: YarnSet, random: np.random.Generator) -> YarnSet:
+    """Return yarns of a prepared repeat after ``KICKS`` equal displacements, separated after each of them.
+
+    Raises:
+        SolverError: the yarns cannot be separated.
+    """
+    assert prepared.cell is not None
+    state = random.bit_generator.state
+    for _kick in range(KICKS):
+        random.bit_generator.state = state
+        yarns = relax_partly(
+            perturb(yarns, random, prepared.cell.free), material=prepared.similar, quality=prepared.path[0],
+            iterations=BETWEEN, device=prepared.device, cell=prepared.cell, terms=prepared.terms,
+        )  # fmt: skip
+    return yarns
+
+
+def _from_start(prepared: PreparedSwatch, yarns: YarnSet, number: int, relax: Relax, done: int) -> Relaxation | None:
+    """Relax from a displaced start; None, with a message, if this is not possible."""
+    try:
+        other = relax(perturbed_start(prepared, yarns, np.random.default_rng(number)), done)
+        refuse_pull_through(prepared.drawn, other.yarns, prepared.device)
+    except SolverError as error:
+        logger.info("start %d of the search for the lowest state: %s", number + 1, error)
+        return None
+    return other

@@ -1,0 +1,223 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Dry, wet and full relaxation: a knit is let go off the needles, and friction holds a part of its stretch.
+
+On the needles a plain stitch is as wide as their pitch, about a third of the yarn that it takes (machines of gauge E18
+to E28 knit jersey of 2.7 to 3.1 pitches of yarn a loop), and the take-down draws its rows. Without friction a fabric
+forgets this. With friction the states of rest of a plain knit lie on a line, from tall and narrow to low and wide, and
+the path ends on it where friction first holds (Crassous, Poincloux and Steinberger 2024). The path is
+
+    on the needles    wale spacing = loop length / ``NEEDLES_K_W``, course spacing = loop length / ``NEEDLES_K_C``;
+                      the yarns are drawn through one another there, so this state is at rest without friction
+    dry               the forces on both borders fall together in equal ratios to ``LAST_FORCE``, and then to zero,
+                      with the whole friction
+    wet               friction falls in steps to ``WET`` of itself, without forces on the borders
+    full              friction falls in steps to zero
+
+Water and shaking do not lower the coefficient of friction (it even rises in wet wool). They move yarns against each
+other, and yarn that is moved resists a small steady force less, as if its friction were lower. Munden's dry, wet and
+full knits have 19.0, 21.6 and 23.1 stitches on the square of the loop length: a wet relaxation goes 63 % of the path
+from dry to full, and ``WET`` is what is left.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.io.history import HistoryEntry
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.periodic.relaxation.continuation import change_period, size_of
+from stitchmesh.periodic.swatch_options import YARN_FRICTION, KnitState, SwatchOptions
+from stitchmesh.progress import shown_progress
+from stitchmesh.quality import Quality
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax.cell_stress import cell_stress
+from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.observer import report_entries
+from stitchmesh.yarnrelax.relaxation_result import Relaxation
+
+NEEDLES_K_W, NEEDLES_K_C = 3.0, 4.6
+"""Loop length over the wale and the course spacing of a plain knit on the needles."""
+WET = 0.37
+"""Share of friction that is left after a wet relaxation."""
+RELEASE_STEPS, LAST_FORCE = 12, 1e-3
+"""Steps in which the forces on the borders fall, and their last share before zero. A soft fabric such as garter gives
+half of its stretch back under the last hundredth of the force."""
+FRICTION_STEPS = 4
+"""Steps in which friction falls to ``WET``, and from there to ``LAST_FRICTION``."""
+LAST_FRICTION = 0.02
+"""Last share of friction before zero."""
+
+
+TOLERANCE = 1e-3
+"""Largest residual of each step. Ribs and garter have a small resistance: with the tolerance of ``standard``, rib with
+loops of 16.67 yarn diameters folds on the way, and with this one it does not."""
+
+
+@dataclass(frozen=True)
+class Release:
+    """How a knit is let go."""
+
+    state: KnitState
+    """The state to reach."""
+    friction: float
+    """Coefficient of friction between yarns."""
+    cell: RelaxCell
+    """Which changes the periods are free to make; without loads."""
+
+
+def chosen_release(
+    state: KnitState | None, friction: float | None, relax_cell: bool | RelaxCell, options: SwatchOptions
+) -> Release | None:
+    """Check the choice of a relaxation; None where none is chosen.
+
+    Raises:
+        ParameterError: an unknown state, a coefficient without a state or that no yarn has, or sizes or loads beside a
+            state.
+    """
+    if state is None:
+        if friction is not None:
+            raise ParameterError(f"friction: got {friction:g} without a relaxation; add one of dry, wet and full")
+        return None
+    from stitchmesh.yarnrelax.friction.friction import Friction
+
+    if state not in get_args(KnitState):
+        raise ParameterError(f"relaxation: got {state!r}; expected dry, wet or full")
+    if options.period != (None, None) or options.blocked is not None:
+        raise ParameterError("relaxation: got a period or blocking beside it; a knit off the needles finds its size")
+    cell = relax_cell if isinstance(relax_cell, RelaxCell) else RelaxCell(shear=False)
+    if (cell.course, cell.wale) != (0.0, 0.0):
+        raise ParameterError("relaxation: got a load or a held size beside it; a knit off the needles has neither")
+    mu = YARN_FRICTION if friction is None else friction
+    Friction(mu)
+    return Release(state, mu, cell)
+
+
+def needle_size(fabric: StitchMesh, loop_length: float) -> tuple[float, float]:
+    """Width and height of a repeat on the needles [cm]."""
+    faces = fabric.face_count
+    courses = len(np.unique(fabric.row))
+    return faces / courses * loop_length / NEEDLES_K_W, courses * loop_length / NEEDLES_K_C
+
+
+def let_go(
+    yarns: YarnSet,
+    needles: tuple[float, float],
+    release: Release,
+    material: YarnMaterial,
+    quality: Quality,
+    device: str | None = None,
+    terms: Sequence[TermChoice] = (),
+    progress: Callable[[HistoryEntry], None] | Literal[False] | None = None,
+) -> Relaxation:
+    """Draw yarns to their size on the needles, let them go with friction, and relax them to a state.
+
+    Args:
+        yarns: the yarns of a repeat, on their lattice.
+        needles: width and height on the needles [cm].
+        release: the state, and friction.
+        material: material of the yarns.
+        quality: resolution of all steps.
+        device: device of the kernels.
+        terms: further energies after the fabric has left the needles: what it lies on.
+        progress: as for ``relax_yarns``.
+
+    Returns:
+        The relaxation. Its report counts the iterations of all steps, and has ``relaxation``, ``friction`` and
+        ``needle_tension`` [dyn/cm] along courses and wales. ``energy`` is that of the yarns alone.
+
+    Raises:
+        SolverError: the yarns cannot be drawn to that size, or a yarn passed through another one.
+    """
+    began, history = time.perf_counter(), list[HistoryEntry]()
+    quality = replace(quality, tolerance=min(quality.tolerance, TOLERANCE))
+    start = on_needles(yarns, needles, material, quality, device, terms)
+    drawn = start.yarns
+    forces, tension = border_forces(drawn, material, quality, device)
+    with shown_progress(progress, lambda shown: report_entries(quality, shown)) as report_entry:
+
+        def note(entry: HistoryEntry) -> None:
+            history.append(entry)
+            if report_entry is not None:
+                report_entry(entry)
+
+        report, last = _through_steps(drawn, forces, release, material, quality, device, terms, note)
+    own = {"relaxation": release.state, "friction": release.friction, "needle_tension": tension}
+    own["converged"] = report["converged"] and start.report["converged"]  # forces of a state that moves are not its own
+    return Relaxation(last, report | own | {"seconds": time.perf_counter() - began}, history)
+
+
+def on_needles(
+    yarns: YarnSet, needles: tuple[float, float], material: YarnMaterial, quality: Quality, device: str | None,
+    terms: Sequence[TermChoice],
+) -> Relaxation:  # fmt: skip
+    """Draw yarns to their size on the needles and relax them there, without friction.
+
+    Where the yarns as generated are too crowded to be drawn, they first relax to their free size.
+
+    Raises:
+        SolverError: the yarns cannot be drawn to that size.
+    """
+    common: dict[str, Any] = {"material": material, "quality": quality, "device": device, "progress": False}
+    try:
+        drawn = change_period(yarns, needles, material, quality, device)
+    except SolverError:
+        free = relax_yarns(yarns, cell=RelaxCell(shear=False), terms=terms, **common).yarns
+        drawn = change_period(free, needles, material, quality, device)
+    return relax_yarns(drawn, **common)
+
+
+def _through_steps(
+    drawn: YarnSet, forces: tuple[float, float], release: Release, material: YarnMaterial, quality: Quality,
+    device: str | None, terms: Sequence[TermChoice], note: Callable[[HistoryEntry], None],
+) -> tuple[dict[str, Any], YarnSet]:  # fmt: skip
+    """The report without times, and the yarns in the last state."""
+    from stitchmesh.yarnrelax.friction.friction import Friction
+    from stitchmesh.yarnrelax.load_steps import LoadStep, relax_through_steps
+
+    steps = [LoadStep(*(share * force for force in forces)) for share in falling(1.0, LAST_FORCE, RELEASE_STEPS)]
+    steps += [LoadStep(friction=share) for share in friction_left(release.state)]
+    found = relax_through_steps(
+        drawn, steps, friction=Friction(release.friction), material=material, quality=quality, cell=release.cell,
+        device=device, terms=terms, note=note,
+    )  # fmt: skip
+    last = found[-1]
+    report = {
+        "iterations": sum(step.iterations for step in found), "converged": all(step.converged for step in found),
+        "stopped": False, "out_of_time": any(step.out_of_time for step in found),
+        "residual": last.residual, "remaining_change": None, "energy": last.elastic, "energies": last.energies,
+        "max_strain": float(np.abs(last.yarns.strain).max()), "min_distance_over_radius": last.nearest,
+        "pull_throughs": 0, "certificate": "unchanged", "solver": quality.solver, "device": last.device,
+    }  # fmt: skip
+    return report, last.yarns
+
+
+def border_forces(
+    yarns: YarnSet, material: YarnMaterial, quality: Quality, device: str | None
+) -> tuple[tuple[float, float], list[float]]:
+    """Forces that hold the borders along courses and wales, zero where the fabric pushes [dyn]; tensions [dyn/cm]."""
+    assert yarns.lattice is not None
+    stress = cell_stress(
+        yarns, material, quadrature_points=quality.quadrature_points, contact_samples=quality.contact_samples,
+        device=device,
+    )  # fmt: skip
+    width, height = size_of(yarns.lattice)
+    return (max(stress.course * height, 0.0), max(stress.wale * width, 0.0)), [stress.course, stress.wale]
+
+
+def friction_left(state: KnitState) -> list[float]:
+    """Shares of friction after the release, one for each step."""
+    wet = falling(1.0, WET, FRICTION_STEPS)[:-1]
+    return {"dry": [], "wet": wet, "full": wet + falling(WET, LAST_FRICTION, FRICTION_STEPS)}[state]
+
+
+def falling(first: float, last: float, count: int) -> list[float]:
+    """Shares that fall in equal ratios after ``first`` to ``last`` in ``count`` steps, and then zero."""
+    return [*np.geomspace(first, last, count + 1)[1:].tolist(), 0.0]

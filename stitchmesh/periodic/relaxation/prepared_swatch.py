@@ -1,0 +1,231 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A repeat before it comes to rest: its yarns have the radii, the lengths and the size that were asked for.
+
+If the yarn is as thick as the loops can hold, the loops are generated with thinner yarn, and the radius then grows in
+steps (``continuation``). To apply ``gamma``, the radius grows further, and the whole fabric is scaled by 1 / gamma once
+it is at rest: the yarn keeps its radius, and the fabric has 1 / gamma of its yarn length (Leaf et al. 2018, section
+6.2). Take-up changes the rest lengths of stitches and parts of stitches by factors, also in steps (section 6.1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from stitchmesh.errors import ParameterError, check_kind
+from stitchmesh.mesh import FloatArray, StitchMesh
+from stitchmesh.patterns import Pattern
+from stitchmesh.periodic.fabric_shape import FlatFabric
+from stitchmesh.periodic.relaxation.continuation import change_period, change_radius, change_rest_length, size_of
+from stitchmesh.periodic.relaxation.off_needles import Release, chosen_release
+from stitchmesh.periodic.relaxation.support import blocking, planes
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
+from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
+from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
+from stitchmesh.periodic.sampling.contact_samples import is_small, with_contacts
+from stitchmesh.periodic.sampling.even_sampling import even_lengths, sample_evenly
+from stitchmesh.periodic.sampling.sampling import GENERATED, path_to
+from stitchmesh.periodic.swatch_options import TAKE_UP, KnitState, SwatchOptions
+from stitchmesh.periodic.weave.weave import Weave
+from stitchmesh.quality import Quality, quality_named
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.rest_length import apply_rest_lengths
+from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial
+from stitchmesh.yarnrelax.energies.term import TermChoice
+
+SIZES = (0.1, 10.0)
+"""Smallest and largest period over the period of the generated repeat."""
+ROUNDING = 1e-12
+"""Relative rounding error of a product of factors or a quotient of lengths."""
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedSwatch:
+    """A repeat whose yarns have their radii, lengths and given size, before it comes to rest.
+
+    Lengths are gamma times those of the fabric, and ``similar`` is the material that belongs to them. The yarns are
+    those of the smallest cell.
+    """
+
+    source: Source
+    """The pattern or the weave."""
+    options: SwatchOptions
+    """The options of the swatch."""
+    material: YarnMaterial
+    """Material of the yarn."""
+    path: tuple[Quality, ...]
+    """Resolutions through which the repeat comes to rest."""
+    device: str | None
+    """Device of the kernels."""
+    fabric: StitchMesh | None
+    """The stitch mesh; None for a weave."""
+    smallest: SmallestCell
+    """The cell that comes to rest, of which the repeat is made."""
+    drawn: YarnSet
+    """The yarns as they are generated, with the first resolution of the path."""
+    yarns: YarnSet
+    """The yarns from which the relaxation starts, with the first resolution of the path."""
+    cell: RelaxCell | None
+    """The free changes of the periods and their loads; None for constant periods."""
+    flat: FlatFabric
+    """The fabric as it lies flat."""
+    terms: Sequence[TermChoice]
+    """What the repeat lies on."""
+    release: Release | None
+    """How the knit is let go off the needles; None without friction."""
+    has_states: bool
+    """Whether the lowest of several states of rest is searched for (``lowest_rest``)."""
+
+    @property
+    def quality(self) -> Quality:
+        """Resolution of the relaxed repeat."""
+        return self.path[-1]
+
+    @property
+    def similar(self) -> YarnMaterial:
+        """The material scaled by gamma."""
+        return self.material.scaled(self.options.gamma)
+
+    def drawn_with(self, quality: Quality) -> YarnSet:
+        """The yarns of the whole repeat as they are generated with a resolution."""
+        return draw_swatch(self.source, self.options, quality)[1]
+
+
+def prepare_swatch(
+    pattern: str | Pattern | Weave,
+    *,
+    material: YarnMaterial | None,
+    quality: str | Quality,
+    device: str | None,
+    relax_cell: bool | RelaxCell,
+    relaxation: KnitState | None = None,
+    friction: float | None = None,
+    smallest: bool = True,
+    **options: Any,
+) -> PreparedSwatch:
+    """Generate a repeat, and change its radii, lengths and size to those asked for; arguments as for ``swatch``.
+
+    Whether a free repeat comes to rest in its smallest cell is given by ``smallest``.
+    """
+    chosen, quality = SwatchOptions(**options), quality_named(quality)
+    release = chosen_release(relaxation, friction, relax_cell, chosen)
+    relax_cell = relax_cell or release is not None
+    if material is None:
+        material = YarnMaterial.named().scaled(chosen.yarn_radius / REFERENCE_RADIUS)
+    check_kind("swatch, material", material, YarnMaterial)
+    source = resolve_pattern(pattern)
+    if release is not None and isinstance(source, Weave):
+        raise ParameterError("relaxation: got one for a weave, which comes off no needles; leave it out")
+    fabric, generated = draw_swatch(source, chosen, GENERATED)
+    cell, flat = free_cell(relax_cell, chosen, generated, material), FlatFabric.of(generated, fabric, source)
+    steps = path_to(quality, cell if release is None else None)
+    first = draw_swatch(source, chosen, steps[0])[1]
+    # friction holds the yarn of a stitch in its place
+    wanted = take_up_rest_lengths(first if release is not None else generated, fabric, chosen)
+    if release is None:
+        first, wanted = sample_evenly(generated, first), even_lengths(first, wanted, generated.segment_start)
+    # the fabric is relaxed at gamma times its final size, and scaled at the end
+    similar = material.scaled(chosen.gamma)
+    thicker = chosen.gamma * (1.0 if fabric is None else chosen.yarn_radius / float(first.radius[0]))
+    # wefts and warps are nearly straight, so their relaxation starts with their generated lengths as rest lengths
+    straight = even_lengths(first, generated.lengths, generated.segment_start)
+    natural = first if fabric is not None else replace(first, rest_length=straight)
+    period = period_to_reach(first, chosen)
+    terms = planes(relax_cell, chosen, flat, natural.radius * thicker)
+    alone = (chosen.columns, chosen.rows) == (1, 1)
+    lies_alike = smallest and alone and bool(terms) and fabric is not None and release is None
+    own = smallest_cell(generated, first, wanted, chosen, lies_alike=lies_alike)
+    path = tuple(with_contacts(step, chosen, fabric, own, cell if release is None else None) for step in steps)
+    quality = path[0]
+    cell = None if cell is None else own.cell_of(cell)
+    yarns = change_radius(own.part_of(natural), thicker, similar, quality, device)
+    lengths = own.part_of(replace(first, rest_length=wanted)).rest_length
+    yarns = change_rest_length(yarns, lengths, similar, quality, device, cell, terms)
+    yarns = change_period(yarns, own.period_of(period), similar, quality, device)
+    drawn, searched = own.part_of(first), lies_alike and is_small(fabric, own)
+    return PreparedSwatch(
+        source, chosen, material, path, device, fabric, own, drawn, yarns, cell, flat, terms, release, searched
+    )
+
+
+def smallest_cell(
+    generated: YarnSet, first: YarnSet, wanted: FloatArray, options: SwatchOptions, *, lies_alike: bool
+) -> SmallestCell:
+    """Return the cell that comes to rest: the whole repeat if its stitches may lie differently.
+
+    Args:
+        generated: the yarns as generated with ``GENERATED``.
+        first: the same yarns with other control points.
+        wanted: rest lengths of the segments of these [cm].
+        options: options of the swatch; several repeats in one cell may lie differently.
+        lies_alike: whether stitches that are alike in the pattern lie alike.
+    """
+    if not lies_alike or (options.columns, options.rows) != (1, 1):
+        return SmallestCell.whole(generated.yarn_count)
+    return SmallestCell.of(generated, np.add.reduceat(wanted, first.segment_start[:-1]))
+
+
+def take_up_rest_lengths(drawn: YarnSet, fabric: StitchMesh | None, options: SwatchOptions) -> FloatArray:
+    """Return the rest lengths after take-up [cm], shape (S,).
+
+    Args:
+        drawn: the generated yarns.
+        fabric: the stitch mesh of the yarns; None for a weave.
+        options: options of the swatch.
+
+    Raises:
+        ParameterError: a factor applies to something that the fabric does not have, or the product of the factors is
+            out of bounds.
+    """
+    if fabric is None and options.rest_lengths.need_fabric:
+        raise ParameterError("rest lengths: got factors of stitches for a weave; use warp=F, weft=F or yarn:N=F")
+    changed = apply_rest_lengths(drawn, options.rest_lengths, fabric=fabric).rest_length
+    factor = changed / drawn.rest_length
+    least, most = TAKE_UP[0] * (1.0 - ROUNDING), TAKE_UP[1] * (1.0 + ROUNDING)
+    for extreme in (factor.argmin(), factor.argmax()):
+        if not least <= factor[extreme] <= most:
+            found = f"rest lengths of yarn {drawn.segment_yarn[extreme]}: got a factor of {factor[extreme]:.4g}"
+            raise ParameterError(f"{found}; expected {TAKE_UP[0]:g} to {TAKE_UP[1]:g}")
+    return changed
+
+
+def period_to_reach(drawn: YarnSet, options: SwatchOptions) -> list[float | None]:
+    """Return the given width and height [cm] of the fabric that is gamma times as large; None where not given.
+
+    Raises:
+        ParameterError: a size is far from the size of the generated repeat (``SIZES``).
+    """
+    assert drawn.lattice is not None
+    for name, size, own in zip(("width", "height"), options.period, size_of(drawn.lattice), strict=True):
+        least, most = (factor * own / options.gamma for factor in SIZES)
+        if size is not None and not least <= size <= most:
+            raise ParameterError(f"period {name}: got {size:g} cm; expected {least:.3g} to {most:.3g} for this repeat")
+    return [None if size is None else size * options.gamma for size in options.period]
+
+
+def free_cell(
+    relax_cell: bool | RelaxCell, options: SwatchOptions, drawn: YarnSet, material: YarnMaterial
+) -> RelaxCell | None:
+    """Return the degrees of freedom of the cell and its loads, or None for a fixed cell.
+
+    A size that is given stays fixed. Pulls are divided by gamma, because the relaxed cell is gamma times as large.
+
+    Raises:
+        ParameterError: a blocked swatch has a given ``RelaxCell``, or would tear.
+    """
+    if options.blocked is not None:
+        if isinstance(relax_cell, RelaxCell):
+            raise ParameterError("blocked: got a RelaxCell beside it; give its loads, or relax_cell=True")
+        relax_cell = blocking(drawn, options, material)
+    if relax_cell is False:
+        return None
+    cell = RelaxCell(shear=False) if relax_cell is True else relax_cell
+    pulls = [
+        None if pull is None or size is not None else pull / options.gamma
+        for pull, size in zip((cell.course, cell.wale), options.period, strict=True)
+    ]
+    return replace(cell, course=pulls[0], wale=pulls[1])

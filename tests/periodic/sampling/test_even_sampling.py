@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Other samplings of the same curves: they keep curves, lengths and linking, and are even."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from stitchmesh.errors import YarnError
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
+from stitchmesh.periodic.resolve_pattern import resolve_pattern
+from stitchmesh.periodic.sampling.even_sampling import even_lengths, sample_evenly
+from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.quality import PRESETS
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
+
+PATTERNS = ["stockinette", "linen-stitch", "rope-cable", "checks", "plain"]
+
+
+def drawn(pattern: str, points: int) -> YarnSet:
+    quality = replace(PRESETS["draft"], control_points_per_stitch=points)
+    return draw_swatch(resolve_pattern(pattern), SwatchOptions(), quality)[1]
+
+
+def distance(curves: YarnSet, other: YarnSet) -> float:
+    """Return the largest distance of a place on one set of yarns from the other set and its images [radii]."""
+    assert curves.lattice is not None
+    images = curves.lattice.shift(np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)]))
+    places = np.concatenate([np.concatenate(curves.sampled(40)) + shift for shift in images])
+    return float(cKDTree(places).query(np.concatenate(other.sampled(4)))[0].max() / curves.radius[0])
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_a_finer_sampling_has_the_same_curves(pattern: str) -> None:
+    yarns = drawn(pattern, 16)
+    found = sample_evenly(yarns, drawn(pattern, 48))
+    # a spline through places of a spline has its third derivative between other knots: a few hundredths of a radius
+    assert distance(yarns, found) < 0.15
+    refuse_pull_through(yarns, found)
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_each_yarn_keeps_its_length_and_has_equal_segments(pattern: str) -> None:
+    yarns, like = drawn(pattern, 16), drawn(pattern, 26)
+    found = sample_evenly(yarns, like)
+    np.testing.assert_array_equal(found.start, like.start)
+    np.testing.assert_array_equal(found.face, like.face)
+    before, after = (np.add.reduceat(each.rest_length, each.segment_start[:-1]) for each in (yarns, found))
+    np.testing.assert_allclose(after, before, rtol=1e-14)  # rounding of sums
+    for first, last in zip(found.segment_start, found.segment_start[1:], strict=False):
+        assert np.ptp(found.rest_length[first:last]) == 0.0
+
+
+def test_even_yarns_keep_their_control_points() -> None:
+    yarns = drawn("garter", 16)
+    even = replace(yarns, rest_length=even_lengths(yarns, yarns.rest_length, yarns.segment_start))
+    # the solution of the interpolation is iterative
+    np.testing.assert_allclose(sample_evenly(even, even).points, even.points, rtol=0, atol=1e-6 * yarns.radius[0])
+
+
+def test_a_sampling_commutes_with_a_motion_along_the_yarn() -> None:
+    """A closed yarn whose control points are numbered from another one passes through the same places."""
+    yarns, like = drawn("stockinette", 16), drawn("stockinette", 32)
+    step = yarns.lattice.shift(yarns.lattice_step)
+    count = yarns.start[1]
+    moved = yarns.points.copy()
+    moved[:count] = np.concatenate([yarns.points[4:count], yarns.points[:4] + step[0]])
+    found, turned = sample_evenly(yarns, like), sample_evenly(replace(yarns, points=moved), like)
+    own = slice(0, like.start[1])
+    expected = np.concatenate([found.points[own][8:], found.points[own][:8] + step[0]])
+    np.testing.assert_allclose(turned.points[own], expected, rtol=0, atol=1e-6 * yarns.radius[0])
+
+
+def test_an_open_yarn_keeps_its_ends() -> None:
+    angle = np.linspace(0.0, 3.0, 20)
+    arc = np.stack([np.cos(angle), np.sin(angle), 0.1 * angle], axis=1)
+    yarns = YarnSet.from_curves([arc], closed=[False], radius=0.05)
+    found = sample_evenly(yarns, YarnSet.from_curves([np.repeat(arc, 2, axis=0)], closed=[False], radius=0.05))
+    ends = [each.sampled(1)[0][[0, -1]] for each in (yarns, found)]
+    np.testing.assert_allclose(ends[1], ends[0], rtol=0, atol=1e-7)
+    assert found.lengths.sum() == pytest.approx(yarns.lengths.sum(), rel=1e-3)
+
+
+def test_other_yarns_are_refused() -> None:
+    with pytest.raises(YarnError, match="got 2 yarns and 4 others; expected the same yarns"):
+        sample_evenly(drawn("stockinette", 12), drawn("plain", 12))
+    curved = drawn("plain", 12)
+    with pytest.raises(YarnError, match="expected straight yarns"):
+        sample_evenly(replace(curved, natural_curvature=np.ones(len(curved.points))), curved)
