@@ -314,6 +314,7 @@ class StateSaver:
     """Shortest interval between two writes [s]."""
 
     def __init__(self, folder: Path, report: dict[str, object], start: YarnSet) -> None:
+        """Begin with the generated yarns; ``report`` has the entries of the stages before."""
         self._folder, self._report, self._state = folder, report, start
         self._saved = -math.inf  # The first good state is written at once, so that a running job can be looked at.
 

@@ -20,8 +20,8 @@ from stitchmesh.quality import DEFAULT_QUALITY, PRESETS
 OUT_OF_TIME = 3
 """Exit status of a command whose relaxation was ended by its time, before rest; all files are written."""
 QUICK_START, MOST_LOAD = 0.5, 5.0
-"""Time in which a machine that has nothing else to do reads the options [s], and the largest factor by which a shared machine is slower: where
-the start takes longer, files and pictures do too."""
+"""Time in which a machine that has nothing else to do reads the options [s], and the largest factor by which a shared
+machine is slower: where the start takes longer, files and pictures do too."""
 BOOT, OWN = Path("/proc/uptime"), Path("/proc/self/stat")
 """On Linux: the time since the machine was started [s], and when this process was started [clock ticks]."""
 WITHIN_HELP = f"time for the whole command: 60s, 2min, 0.5h; it ends with what is reached (exit status {OUT_OF_TIME})"

@@ -4,22 +4,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from stitchmesh.budget.budget import Budget
 from stitchmesh.budget.expectation import BudgetScene
 from stitchmesh.budget.plan import make_plan
 from stitchmesh.compute.device import device_named
 from stitchmesh.editing.edit import Edit
-from stitchmesh.editing.on_selection import ON
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.checked import check_table, parse_json
+from stitchmesh.io.checkpoint_file import previous_path, read_checkpoint
 from stitchmesh.io.contents import read_bytes
-from stitchmesh.io.checkpoint_file import previous_path
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.jobs.job import recipe_of
 from stitchmesh.jobs.job_memory import check_memory, garment_memory
@@ -41,7 +40,7 @@ from stitchmesh.pipeline import (
 )
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.recipe.recipe import recipe_options
-from stitchmesh.selection import parse_selection
+from stitchmesh.recipe.recipe_file import edits_with_paths
 from stitchmesh.selection.selection import Selection, with_paths
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import NAME as CHECKPOINT
@@ -52,7 +51,7 @@ PLAN = "plan.json"
 """File of the quality that a budget has chosen, and of the reasons."""
 
 
-def make_garment(run: JobRun, budget: Budget | None) -> tuple[StitchMesh, Relaxation]:
+def make_garment(run: JobRun) -> tuple[StitchMesh, Relaxation]:
     """Run the stages of a garment; returns the stitches and the relaxed yarns.
 
     Raises:
@@ -75,8 +74,9 @@ def make_garment(run: JobRun, budget: Budget | None) -> tuple[StitchMesh, Relaxa
     fabric = _fabric(run, mesh, labeled, options, device)
     for name in run.job.write_stitches:
         write_stitches(run.folder / name, fabric)
-    quality = _quality(run, budget, fabric, options, device)
-    key = stage_key("generate_yarns", fabric, options.yarn_radius, options.drawn_radius, options.finish, quality)
+    quality = _quality(run, fabric, options, device)
+    sampling = quality.control_points_per_stitch
+    key = stage_key("generate_yarns", fabric, options.yarn_radius, options.drawn_radius, options.finish, sampling)
     yarns = run.run(
         yarns_stage("generate_yarns", key), lambda report: yarn_stage(fabric, options, quality, report, run.progress)
     )
@@ -116,22 +116,19 @@ def _fabric(run: JobRun, mesh: Mesh, labeled: StitchMesh, options: KnitOptions, 
     return fabric
 
 
-def _selected(on: Selection | None) -> tuple[str, list[bytes]]:
-    """Return a selection as text, with the content of the files that it names."""
-    contents: list[str] = []
-    if on is not None:
-        with_paths(on, lambda path: contents.append(_content(path)) or path)
-    return str(on), contents
+def _selected(on: Selection | None) -> str:
+    """Return a selection as text, with the content of files in the place of their paths."""
+    return str(None if on is None else with_paths(on, _content))
 
 
-def _edit(edit: Edit) -> tuple[str, Mapping[str, Any], list[str]]:
-    """Return the name and the arguments of an edit, with the content of the files that they name."""
-    on = parse_selection(str(edit.arguments[ON])) if ON in edit.arguments else None
-    named = [str(value) for key, value in edit.arguments.items() if key == "pattern" and "\n" not in str(value)]
-    return edit.name, edit.arguments, _selected(on)[1] + [_content(path) for path in named if Path(path).is_file()]
+def _edit(edit: Edit) -> tuple[str, dict[str, Any]]:
+    """Return the name and the arguments of an edit, with the content of files in the place of their paths."""
+    changed = edits_with_paths([edit], _content)[0]
+    return changed.name, dict(changed.arguments)
 
 
 def _content(path: str) -> str:
+    """Return the content of a file as text."""
     return read_bytes(path).hex()
 
 
@@ -140,9 +137,9 @@ def _processor(device: str) -> str:
     return device.partition(":")[0]
 
 
-def _quality(run: JobRun, budget: Budget | None, fabric: StitchMesh, options: KnitOptions, device: str) -> Quality:
+def _quality(run: JobRun, fabric: StitchMesh, options: KnitOptions, device: str) -> Quality:
     """Return the quality that the budget chooses; a choice is kept, because a calibration is not repeatable."""
-    given = quality_named(options.quality)
+    given, budget = quality_named(options.quality), run.budget
     if budget is None:
         return given
 
@@ -181,15 +178,15 @@ def _relaxed(
         )
 
     def relax(report: dict[str, Any]) -> Relaxation:
-        saver = StateSaver(run.folder, run.report, yarns)
-        relaxation = replace(
-            chosen, checkpoint=Checkpoints(folder, run.job.relax_yarns.checkpoint_every),
-            resume=checkpoint if checkpoint.is_file() else None,
-        )  # fmt: skip
-        relaxed = relax_with_options(
-            yarns, relaxation, quality=quality, device=device, fabric=fabric, keep_shape=True, progress=run.progress,
-            on_state=saver.keep,
-        )  # fmt: skip
+        saver, continues = StateSaver(run.folder, run.report, yarns), checkpoint.is_file()
+        checkpoints = Checkpoints(folder, run.job.relax_yarns.checkpoint_every)
+        relaxation = replace(chosen, checkpoint=checkpoints, resume=checkpoint if continues else None)
+        before = read_checkpoint(checkpoint).header["seconds"] if continues else 0.0
+        with run.continued(before) if continues else nullcontext():
+            relaxed = relax_with_options(
+                yarns, relaxation, quality=quality, device=device, fabric=fabric, keep_shape=True,
+                progress=run.progress, on_state=saver.keep,
+            )  # fmt: skip
         report["yarnrelax"] = relaxed.report
         return relaxed
 

@@ -7,7 +7,8 @@ A job holds names, numbers and paths only. It makes a garment from a mesh or fro
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Iterable
+from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
 
 from stitchmesh.budget.budget import Budget
@@ -116,7 +117,7 @@ class Job:
         others = {"mesh": (), "recipe": OF_MESHES, "swatch": (*OF_MESHES, *OF_GARMENTS)}[source]
         remedy = f"write it into {self.recipe}" if source == "recipe" else "leave it out"
         for part in fields(self):
-            default = part.default_factory() if callable(part.default_factory) else part.default
+            default = part.default if part.default_factory is MISSING else part.default_factory()
             if part.name in others and getattr(self, part.name) != default:
                 raise ParameterError(f"{part.name}: is no key of a job with a {source}; {remedy}")
 
@@ -135,9 +136,11 @@ def recipe_of(job: Job) -> Recipe:
     if job.recipe is not None:
         from stitchmesh.recipe.recipe_file import read_recipe
 
-        recipe, physics = read_recipe(job.recipe), job.relax_yarns
-        if replace(physics, checkpoint_every=RelaxYarnsTable.checkpoint_every) != RelaxYarnsTable():
-            raise ParameterError(f"relax_yarns: is part of a recipe except for checkpoint_every; write it into {job.recipe}")
+        recipe, default = read_recipe(job.recipe), RelaxYarnsTable()
+        if replace(job.relax_yarns, checkpoint_every=default.checkpoint_every) != default:
+            raise ParameterError(
+                f"relax_yarns: a recipe has all but checkpoint_every; write it into {job.recipe}"
+            )
         return replace(recipe, quality=job.quality or recipe.quality, device=job.device or recipe.device)
     assert job.mesh is not None
     yarns, stitches, relax = job.generate_yarns, job.tessellate, job.relax_yarns
@@ -169,11 +172,10 @@ def recipe_of(job: Job) -> Recipe:
     )  # fmt: skip
 
 
-def _check_outputs(key: str, names: object, suffixes: object) -> None:
+def _check_outputs(key: str, names: Iterable[str], suffixes: Iterable[str]) -> None:
     """Return if each name is that of a file in the folder of the job, with a known suffix."""
-    known = tuple(suffixes)  # type: ignore[call-overload]
-    for name in names:  # type: ignore[attr-defined]
-        if Path(name).name != name or name.startswith("."):
-            raise ParameterError(f"{key}: got {name!r}; expected the name of a file, which is written into the folder of the job")
-        if Path(name).suffix.lower() not in known:
-            raise ParameterError(f"{key}: got {name!r}; expected a name with one of the suffixes {' '.join(known)}")
+    known = tuple(suffixes)
+    for name in names:
+        if Path(name).name != name or name.startswith(".") or Path(name).suffix.lower() not in known:
+            suffix = f"with one of the suffixes {' '.join(known)}"
+            raise ParameterError(f"{key}: got {name!r}; expected a file in the folder of the job, {suffix}")

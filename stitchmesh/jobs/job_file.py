@@ -12,9 +12,10 @@ from typing import Any
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.checked import check_table
 from stitchmesh.io.contents import FilePath
-from stitchmesh.io.toml_file import read_table, table_lines
+from stitchmesh.io.toml_file import SUFFIX, read_table, table_lines
 from stitchmesh.jobs.job import OF_GARMENTS, OF_MESHES, Job
 from stitchmesh.jobs.sections import SwatchTable
+from stitchmesh.periodic.charts.chart_files import CHART_SUFFIXES
 from stitchmesh.recipe.recipe_file import edits_with_paths, pattern_with_path, patterns_with_paths, pop_edits
 
 EDITS = "apply_edit"
@@ -96,9 +97,10 @@ def example_job(source: str) -> str:
     """Return the text of a new job file with all keys, their defaults and comments.
 
     Args:
-        source: path of a mesh or of a recipe (``.toml``), or the name of a pattern of the library.
+        source: path of a mesh, of a recipe (``.toml``) or of a chart, or the name of a pattern of the library.
     """
-    kind = "swatch" if not Path(source).suffix else "recipe" if source.endswith(".toml") else "mesh"
+    suffix = Path(source).suffix.lower()
+    kind = "recipe" if suffix == SUFFIX else "swatch" if suffix in ("", *CHART_SUFFIXES) else "mesh"
     others = {"mesh": {"recipe", "swatch"}, "recipe": {"mesh", "swatch", *OF_MESHES}}.get(
         kind, {"mesh", "recipe", *OF_MESHES, *OF_GARMENTS}
     )
@@ -107,7 +109,7 @@ def example_job(source: str) -> str:
         if part.name == kind:
             table[part.name] = _defaults(SwatchTable(pattern=source)) if kind == "swatch" else source
         elif part.name not in others and part.name != EDITS:
-            default = part.default if part.default is not MISSING else part.default_factory()  # type: ignore[misc]
+            default = part.default if part.default_factory is MISSING else part.default_factory()
             table[part.name] = _defaults(default)
     if kind == "recipe":
         table["relax_yarns"] = {"checkpoint_every": table["relax_yarns"]["checkpoint_every"]}

@@ -62,5 +62,7 @@ def check_memory(
         return {"estimate_gb": round(needed / GIGABYTE, 3), "available_gb": round(free / GIGABYTE, 3)}
     found = f"needs about {needed / GIGABYTE:.3g} GB, and {device} has {free / GIGABYTE:.3g} GB free"
     fits = [name for name, preset in reversed(PRESETS.items()) if memory_at(preset) <= free]
-    remedy = f"quality {fits[0]}, which needs about {memory_at(PRESETS[fits[0]]) / GIGABYTE:.3g} GB" if fits else smaller
+    remedy = smaller
+    if fits:
+        remedy = f"quality {fits[0]}, which needs about {memory_at(PRESETS[fits[0]]) / GIGABYTE:.3g} GB"
     raise ParameterError(f"memory: the job {found}; expected {remedy}")

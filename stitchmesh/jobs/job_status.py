@@ -83,18 +83,12 @@ Listener = Callable[[JobStatus], None]
 class JobLog:
     """Reports of a running job: to the file, and to a listener."""
 
-    def __init__(self, folder: Path, listener: Listener, spent: float) -> None:
-        """Begin the reports.
-
-        Args:
-            folder: folder of the job.
-            listener: called with each report.
-            spent: time of the runs that this one continues [s].
-        """
+    def __init__(self, folder: Path, listener: Listener) -> None:
+        """Begin the reports: to a file in the folder of the job, and to a listener."""
         self._path, self._listener = folder / STATUS, listener
-        self._began, self._stage_began, self._written = time.monotonic() - spent, 0.0, 0.0
+        self._began, self._stage_began, self._written = time.monotonic(), 0.0, 0.0
         self._now = JobStatus(
-            time="", state="running", stage="", done=0.0, seconds=spent, process=os.getpid(), host=socket.gethostname()
+            time="", state="running", stage="", done=0.0, seconds=0.0, process=os.getpid(), host=socket.gethostname()
         )
 
     @property
@@ -106,6 +100,10 @@ class JobLog:
     def seconds(self) -> float:
         """Time since the start of the job [s]."""
         return time.monotonic() - self._began
+
+    def add(self, seconds: float) -> None:
+        """Add the time of the runs that this one continues [s]."""
+        self._began -= seconds
 
     def begin(self, stage: str) -> None:
         """Report the start of a stage."""

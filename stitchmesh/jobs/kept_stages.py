@@ -75,6 +75,7 @@ class KeptStages:
     """The finished stages in the folder of a job."""
 
     def __init__(self, folder: Path) -> None:
+        """Look at the stages of the folder of a job."""
         self.folder = folder / STAGES
 
     def folder_of(self, stage: Stage[Any]) -> Path:

@@ -52,10 +52,8 @@ def draw_yarns(run: JobRun, fabric: StitchMesh | None, yarns: YarnSet) -> bool:
 
 def _draw_one(run: JobRun, table: RenderTable, fabric: StitchMesh | None, yarns: YarnSet) -> None:
     tiles = None if yarns.lattice is None else table.tiles
-    options: dict[str, Any] = table.options() | {"fabric": fabric}
-    _draw(
-        run, "render", table.path, lambda path: render(yarns, path, tiles=tiles, **options), fabric, yarns, asdict(table)
-    )
+    options, inputs = table.options() | {"fabric": fabric}, (fabric, yarns, asdict(table))
+    _draw(run, "render", table.path, lambda path: render(yarns, path, tiles=tiles, **options), *inputs)
 
 
 def _draw(run: JobRun, name: str, output: str, draw: Callable[[Path], None], *inputs: Any) -> None:

@@ -24,7 +24,7 @@ from stitchmesh.io.history import write_history
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.jobs.garment_stages import make_garment
 from stitchmesh.jobs.job import Job
-from stitchmesh.jobs.job_status import STATUS, JobLog, Listener, read_status
+from stitchmesh.jobs.job_status import STATUS, JobLog, Listener
 from stitchmesh.jobs.kept_stages import KeptStages
 from stitchmesh.jobs.pictures import PLOT, draw_convergence, draw_yarns
 from stitchmesh.jobs.stage_run import JobRun
@@ -87,29 +87,28 @@ def run_job(
     lock = FolderLock(target, BUSY)
     try:
         _tidy(job, target)
-        spent = _spent(target) if resume else 0.0
-        log = JobLog(target, listener, spent)
-        run = JobRun(job, target, resume, stop or StopRequest(), log, {"stitchmesh": __version__})
-        budget = _budget(job, started - spent)
+        log, budget = JobLog(target, listener), _budget(job, started)
+        run = JobRun(job, target, resume, stop or StopRequest(), log, {"stitchmesh": __version__}, budget)
         with _end_reported(log), limited_to(limit_of(budget)):
-            return _run(run, budget)
+            return _run(run)
     finally:
         lock.release()
 
 
-def _run(run: JobRun, budget: Budget | None) -> FinishedJob:
+def _run(run: JobRun) -> FinishedJob:
     """Run the stages and write the results."""
     job, folder = run.job, run.folder
+    fabric: StitchMesh | None
+    made: Relaxation | Swatch
     if job.swatch is None:
-        fabric, relaxed = make_garment(run, budget)
-        made: Relaxation | Swatch = relaxed
+        fabric, made = make_garment(run)
     else:
-        made = make_swatch(run, job.swatch, budget)
+        made = make_swatch(run, job.swatch)
         fabric = made.fabric
     for name in job.write_yarns:
         write_yarns(folder / name, made.yarns)
     draw_convergence(run, made.history, _tolerance(run.report))
-    drawn = _draws(job, budget) and draw_yarns(run, fabric, made.yarns)
+    drawn = _draws(job, run.budget) and draw_yarns(run, fabric, made.yarns)
     run.report["job"] = {"seconds": round(run.log.seconds, 2), "stages": [asdict(stage) for stage in run.log.stages]}
     write_json(folder / REPORT, run.report)
     write_history(folder / HISTORY, made.history)  # Last: a page that follows the folder takes it as the end.
@@ -135,14 +134,6 @@ def _budget(job: Job, began: float) -> Budget | None:
 def _draws(job: Job, budget: Budget | None) -> bool:
     """Return whether pictures are drawn."""
     return bool(job.render) and (budget is None or budget.within is None or budget.after > FILES)
-
-
-def _spent(folder: Path) -> float:
-    """Return the time of the runs that a run continues [s]."""
-    found = KeptStages(folder).unfinished()
-    if not any((path / CHECKPOINT).is_file() for path in found) or not (folder / STATUS).is_file():
-        return 0.0
-    return read_status(folder).seconds
 
 
 def _tidy(job: Job, folder: Path) -> None:

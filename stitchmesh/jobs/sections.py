@@ -190,11 +190,11 @@ class RenderTable:
     """Repeats of a swatch, along the courses and along the wales."""
 
     def options(self) -> dict[str, Any]:
-        """Return the options of the picture.
+        """Return the options of ``render``.
 
         Raises:
             ParameterError: a value is not possible.
         """
-        given = {"view": self.view, "size": self.size, "colour": self.colour}
+        given: dict[str, Any] = {"view": self.view, "size": self.size, "colour": self.colour}
         PictureOptions(**given)
         return given

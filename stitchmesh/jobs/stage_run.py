@@ -5,15 +5,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+from stitchmesh.budget.budget import Budget
+from stitchmesh.budget.plan import limit_of
 from stitchmesh.jobs.job import Job
 from stitchmesh.jobs.job_status import JobLog, StageStatus
 from stitchmesh.jobs.kept_stages import KeptStages, Stage, StageRecord
 from stitchmesh.jobs.stop import StopRequest
+from stitchmesh.time_limit import limited_to
 
 T = TypeVar("T")
 Make = Callable[[dict[str, Any]], T]
@@ -36,6 +40,8 @@ class JobRun:
     """Where progress is reported."""
     report: dict[str, Any]
     """Entries of ``report.json`` so far."""
+    budget: Budget | None = None
+    """The limits on the time and on the error; None without limits."""
     kept: KeptStages = field(init=False)
     """The finished stages."""
 
@@ -81,6 +87,19 @@ class JobRun:
         self.kept.keep(stage, made, record)
         self._end(stage, record, kept=False)
         return made
+
+    @contextmanager
+    def continued(self, seconds: float) -> Iterator[None]:
+        """Count the time of the stages before, and of the part of a stage that a run continues in the block [s].
+
+        Raises:
+            ParameterError: no time is left.
+        """
+        spent = seconds + sum(stage.seconds for stage in self.log.stages if stage.kept)
+        self.log.add(spent)
+        limited = None if self.budget is None else replace(self.budget, began=self.budget.began - spent)
+        with limited_to(limit_of(limited)):
+            yield
 
     def _end(self, stage: Stage[T], record: StageRecord, *, kept: bool) -> None:
         self.report |= record.report

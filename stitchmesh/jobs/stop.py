@@ -13,6 +13,7 @@ class StopRequest:
     """A wish to stop. A job looks at it between stages and at each report of its progress."""
 
     def __init__(self) -> None:
+        """Begin without a wish."""
         self.asked = False
         """Whether the job shall stop."""
 

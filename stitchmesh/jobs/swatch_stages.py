@@ -7,7 +7,6 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from stitchmesh.budget.budget import Budget
 from stitchmesh.compute.device import device_named
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.jobs.job_memory import check_memory, swatch_memory
@@ -21,22 +20,20 @@ from stitchmesh.progress import relaxing_progress
 from stitchmesh.quality import DEFAULT_QUALITY
 
 
-def make_swatch(run: JobRun, table: SwatchTable, budget: Budget | None) -> Swatch:
+def make_swatch(run: JobRun, table: SwatchTable) -> Swatch:
     """Relax the repeat.
 
     Raises:
         StitchMeshError: the repeat cannot be relaxed, or does not fit into the memory.
         JobStopped: the user wants the job to stop.
     """
-    name = run.job.quality or DEFAULT_QUALITY
+    name, budget = run.job.quality or DEFAULT_QUALITY, run.budget
     source, material, quality = resolve_pattern(table.pattern), table.yarn_material(), table.quality(name)
     device, arguments = str(device_named(run.job.device)), table.arguments()
     head = {"pattern": table.pattern, "name": source.name, "source": source.source}
     options = {"quality": name, "material": table.material, "stiffness": list(table.stiffness)}
     run.report |= head | {"options": options | arguments | {"rest_lengths": asdict(arguments["rest_lengths"])}}
-    run.report["memory"] = check_memory(
-        lambda quality: swatch_memory(table, quality), quality, device, "fewer repeats"
-    )
+    run.report["memory"] = check_memory(lambda quality: swatch_memory(table, quality), quality, device, "fewer repeats")
     report_progress = relaxing_progress(
         "swatch", quality.tolerance, run.progress, max_iterations=quality.max_iterations
     )

@@ -21,7 +21,7 @@ class Job:
     action: Annotated[Positional[Literal["init"]], help_entry("init")]
     """what to do: init writes a new file"""
     source: Annotated[Positional[str], help_entry("MESH|RECIPE|PATTERN")]
-    """what the job begins with: a mesh, a recipe (.toml), or a pattern of the library"""
+    """what the job begins with: a mesh, a recipe (.toml), a chart, or a pattern of the library"""
     output: Annotated[str, help_entry("FILE", short="-o")] = "job.toml"
     """the new file"""
 

@@ -54,9 +54,7 @@ class Run:
         folder = Path(self.job).with_suffix("") if self.output is None else Path(self.output)
         try:
             with _stopped_by_signal() as stop, show_reports() as listener:
-                made = run_job(
-                    job, folder, resume=self.resume, stop=stop, listener=listener, began=start_of_command()
-                )
+                made = run_job(job, folder, resume=self.resume, stop=stop, listener=listener, began=start_of_command())
         except JobStopped:
             _print(f"stopped; `stitchmesh run {self.job} --resume` continues the job in {folder}")
             return TERMINATED

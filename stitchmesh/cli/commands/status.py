@@ -40,7 +40,8 @@ class Status:
 
 def status_lines(status: JobStatus) -> list[str]:
     """Return the lines about a job: the stages that have ended, and the state."""
-    ended = [f"{one.name}: {one.seconds:.1f} s{', kept from an earlier run' if one.kept else ''}" for one in status.stages]
+    kept = ", kept from an earlier run"
+    ended = [f"{one.name}: {one.seconds:.1f} s{kept if one.kept else ''}" for one in status.stages]
     spent = f"after {status.seconds:.0f} s"
     if status.state == "running":
         return [*ended, status.line, f"running {spent} (process {status.process} on {status.host}), seen {status.time}"]
