@@ -3,7 +3,7 @@
 """Memory that jobs estimate before they start, compared with the largest resident memory of their process.
 
     python benchmarks/job_memory.py
-    python benchmarks/job_memory.py --stages hat-draft
+    python benchmarks/job_memory.py --stages "hat 0.5"
 
 Each job runs on the CPU in a process of its own, as ``stitchmesh run`` does. The estimate is that of its
 ``report.json``. With ``--stages`` the largest memory of each stage is printed too; Linux can reset it between stages.
@@ -27,24 +27,26 @@ from stitchmesh.jobs.run_job import run_job
 MESHES = Path(__file__).resolve().parents[1] / "assets" / "meshes"
 
 
-def garment(mesh: str, width: float, quality: str) -> dict[str, object]:
+def garment(mesh: str, width: float, quality: str, iterations: int = 20_000, **more: object) -> dict[str, object]:
     """Return the table of a job that makes a garment."""
-    return {"mesh": str(MESHES / mesh), "quality": quality, "tessellate": {"stitch_width": width}}
+    relax = {"max_iterations": iterations}
+    return {"mesh": str(MESHES / mesh), "quality": quality, "tessellate": {"stitch_width": width}, "relax_yarns": relax,
+            "render": [], **more}  # fmt: skip
 
 
 def repeats(pattern: str, count: int, quality: str) -> dict[str, object]:
     """Return the table of a job that relaxes several repeats of a pattern together."""
-    return {"quality": quality, "swatch": {"pattern": pattern, "columns": count, "rows": count}}
+    return {"quality": quality, "swatch": {"pattern": pattern, "columns": count, "rows": count}, "render": []}
 
 
 SCENES = {
-    "hat-draft": garment("hat.obj", 0.4, "draft"),
-    "sweater-draft": garment("sweater.obj", 0.8, "draft"),
-    "sock-standard": garment("sock.obj", 0.4, "standard"),
-    "swatch-reference": garment("swatch.obj", 0.8, "reference"),
-    "rib-standard": repeats("rib2x2", 20, "standard"),
+    "hat 0.5": garment("hat.obj", 0.5, "draft"),
+    "sweater 1.2, picture": garment("sweater.obj", 1.2, "draft", render=[{}]),
+    "sock 0.5, standard, 300 iterations": garment("sock.obj", 0.5, "standard", 300),
+    "hat 0.8, reference, 100 iterations": garment("hat.obj", 0.8, "reference", 100),
+    "rib2x2 16 x 16, standard": repeats("rib2x2", 16, "standard"),
 }
-"""Jobs by name: garments at each quality, and many repeats of a pattern."""
+"""Jobs by name: garments at each quality, one with a picture, and many repeats of a pattern."""
 
 
 def work(job: Job, folder: str, stages: bool) -> None:

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -21,11 +20,10 @@ from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.editing.pattern_regions import PatternRegion, lay_patterns
 from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.errors import StitchMeshError
-from stitchmesh.io.atomic import write_json
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry, write_history
+from stitchmesh.io.state_saver import StateSaver, save_yarns
 from stitchmesh.io.stitches import write_stitches
-from stitchmesh.io.yarns import write_yarns
 from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.change import PaletteChange, apply_change
@@ -295,44 +293,6 @@ def relax_within_budget(
         plan = make_plan(budget, scene, quality, device)
         relaxed = relax_with_options(yarns, options, quality=plan.quality, device=device, **arguments)
     return replace(relaxed, report=relaxed.report | {"budget": plan.report()})
-
-
-def save_yarns(folder: Path, yarns: YarnSet, report: dict[str, object]) -> None:
-    """Write ``yarns.h5``, ``yarns.bcc`` and ``report.json``, each file atomically."""
-    write_yarns(folder / "yarns.h5", yarns)
-    write_yarns(folder / "yarns.bcc", yarns)
-    write_json(folder / "report.json", report)
-
-
-class StateSaver:
-    """Keeps the last good state of a relaxation, and writes it at intervals.
-
-    The generated yarns are the first state.
-    """
-
-    EVERY_SECONDS = 60.0
-    """Shortest interval between two writes [s]."""
-
-    def __init__(self, folder: Path, report: dict[str, object], start: YarnSet) -> None:
-        """Begin with the generated yarns; ``report`` has the entries of the stages before."""
-        self._folder, self._report, self._state = folder, report, start
-        self._saved = -math.inf  # The first good state is written at once, so that a running job can be looked at.
-
-    def keep(self, state: YarnSet) -> None:
-        """Keep a good state, and write ``yarns.h5`` and the report if the last write is older than the interval."""
-        self._state = state
-        if time.monotonic() - self._saved > self.EVERY_SECONDS:
-            write_yarns(self._folder / "yarns.h5", state)
-            write_json(self._folder / "report.json", self._unfinished)
-            self._saved = time.monotonic()
-
-    def save(self) -> None:
-        """Write all files of the last good state, marked as unfinished."""
-        save_yarns(self._folder, self._state, self._unfinished)
-
-    @property
-    def _unfinished(self) -> dict[str, object]:
-        return {**self._report, "yarnrelax": {"unfinished": True}}
 
 
 def label_stage(mesh: Mesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> StitchMesh:

@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from stitchmesh.budget.budget import Budget
-from stitchmesh.budget.time_after import FILES
+from stitchmesh.budget.budget import FILES, Budget
 from stitchmesh.cli.arguments import help_entry
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS
 

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stitchmesh.budget.time_after import POINT_OF_PICTURE, START_OF_RENDERER
+from stitchmesh.budget.budget import POINT_OF_PICTURE, START_OF_RENDERER
 from stitchmesh.errors import DisplayError, FileError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality, quality_named

@@ -19,6 +19,7 @@ from stitchmesh.io.atomic import write_json
 from stitchmesh.io.checked import check_table, parse_json
 from stitchmesh.io.checkpoint_file import previous_path, read_checkpoint
 from stitchmesh.io.contents import read_bytes
+from stitchmesh.io.state_saver import StateSaver
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.jobs.job import recipe_of
 from stitchmesh.jobs.job_memory import check_memory, garment_memory
@@ -28,7 +29,6 @@ from stitchmesh.jobs.stage_run import JobRun
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.pipeline import (
     KnitOptions,
-    StateSaver,
     edit_stage,
     label_stage,
     mesh_stage,
@@ -178,6 +178,7 @@ def _relaxed(
         )
 
     def relax(report: dict[str, Any]) -> Relaxation:
+        """Relax the yarns from their beginning or from the checkpoint."""
         saver, continues = StateSaver(run.folder, run.report, yarns), checkpoint.is_file()
         checkpoints = Checkpoints(folder, run.job.relax_yarns.checkpoint_every)
         relaxation = replace(chosen, checkpoint=checkpoints, resume=checkpoint if continues else None)

@@ -14,9 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from stitchmesh import __version__
-from stitchmesh.budget.budget import Budget
+from stitchmesh.budget.budget import FILES, START_OF_RENDERER, Budget
 from stitchmesh.budget.plan import limit_of
-from stitchmesh.budget.time_after import FILES, START_OF_RENDERER
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.folder_lock import FolderLock

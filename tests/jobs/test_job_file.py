@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import inspect
 import tomllib
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import pytest
 
@@ -96,19 +96,19 @@ def test_the_keys_of_a_job_reach_the_options_of_the_stages():
     "table, message",
     [
         ({"mehs": "a.obj"}, "has no key 'mehs'; did you mean 'mesh'?"),
-        ({"mesh": "a.obj", "tessellate": {"stich_width": 1}}, "tessellate has no key 'stich_width'; did you mean 'stitch_"),
+        ({"mesh": "a.obj", "tessellate": {"stich_width": 1}}, "tessellate has no key 'stich_width'; did you mean"),
         ({"mesh": "a.obj", "relax_yarns": {"gravty": [0, 1, 2]}}, "did you mean 'gravity'?"),
         ({"swatch": {"pattern": "rib2x2", "gama": 1.0}}, "did you mean 'gamma'?"),
         ({"swatch": {"gamma": 1.0}}, "swatch needs 'pattern'"),
         ({"mesh": "a.obj", "tessellate": {"stitch_width": "wide"}}, 'stitch_width is "wide"; expected a number'),
         ({}, "got none of them; expected one of mesh, recipe and"),
         ({"mesh": "a.obj", "recipe": "b.toml"}, "got mesh and recipe"),
-        ({"swatch": {"pattern": "rib2x2"}, "tessellate": {"stitch_width": 1.0}}, "tessellate: is no key of a job with a sw"),
-        ({"recipe": "b.toml", "relax_mesh": {"alpha": 0.8}}, "relax_mesh: is no key of a job with a recipe; write it into"),
+        ({"swatch": {"pattern": "rib2x2"}, "tessellate": {"stitch_width": 1.0}}, "tessellate: is no key of a job"),
+        ({"recipe": "b.toml", "relax_mesh": {"alpha": 0.8}}, "is no key of a job with a recipe; write it into"),
         ({"mesh": "a.obj", "quality": "fine"}, "quality: got 'fine'; expected one of draft"),
         ({"mesh": "a.obj", "within": "soon"}, "within: got the text 'soon'"),
         ({"mesh": "a.obj", "quality": "draft", "error": "1%"}, "error: got a quality"),
-        ({"mesh": "a.obj", "write_yarns": ["../yarns.h5"]}, "write_yarns: got '../yarns.h5'; expected a file in the folder"),
+        ({"mesh": "a.obj", "write_yarns": ["../yarns.h5"]}, "got '../yarns.h5'; expected a file in the folder"),
         ({"mesh": "a.obj", "write_yarns": ["yarns.png"]}, "one of the suffixes .h5"),
         ({"mesh": "a.obj", "render": [{"path": "/tmp/a.png"}]}, "render: got '/tmp/a.png'"),
         ({"mesh": "a.obj", "render": [{"view": "abvoe"}]}, "abvoe"),
@@ -124,10 +124,10 @@ def test_what_no_job_has_is_refused(table, message):
 
 def test_a_recipe_keeps_its_relaxation(tmp_path):
     write_recipe(tmp_path / "garment.toml", Recipe(mesh="hat.obj", quality="draft"))
-    job = Job(recipe=str(tmp_path / "garment.toml"), quality="reference", relax_yarns=RelaxYarnsTable(checkpoint_every=9))
-    assert recipe_of(job).quality == "reference"
+    job = Job(recipe=str(tmp_path / "garment.toml"), quality="reference")
+    assert recipe_of(replace(job, relax_yarns=RelaxYarnsTable(checkpoint_every=9))).quality == "reference"
     with pytest.raises(ParameterError, match="relax_yarns: a recipe has all but checkpoint_every"):
-        recipe_of(Job(recipe=job.recipe, relax_yarns=RelaxYarnsTable(material="leaf")))
+        recipe_of(replace(job, relax_yarns=RelaxYarnsTable(material="leaf")))
 
 
 def test_paths_are_relative_to_the_file(tmp_path):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, UseAppendAction
 
-from stitchmesh.budget.time_after import START_OF_RENDERER
+from stitchmesh.budget.budget import START_OF_RENDERER
 from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.budget_options import (
     NO_TIME_FOR_PICTURE,

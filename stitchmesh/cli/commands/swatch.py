@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from tyro.conf import Positional, UseAppendAction, arg
 
 from stitchmesh import __version__
-from stitchmesh.budget.time_after import POINT_OF_PICTURE, START_OF_RENDERER
+from stitchmesh.budget.budget import POINT_OF_PICTURE, START_OF_RENDERER
 from stitchmesh.cli.arguments import Flag, Period, help_entry
 from stitchmesh.cli.budget_options import (
     NO_TIME_FOR_PICTURE,
