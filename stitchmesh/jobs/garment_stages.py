@@ -68,8 +68,8 @@ def make_garment(run: JobRun) -> tuple[StitchMesh, Relaxation]:
     stage = fabric_stage("label", stage_key("label", mesh, options.borders, options.seeds, options.flip))
     labeled = run.run(stage, lambda report: label_stage(mesh, options, report, run.progress))
     run.report["memory"] = check_memory(
-        lambda quality: garment_memory(labeled, options, quality, device), quality_named(options.quality), device,
-        "wider stitches or a smaller mesh",
+        lambda quality: garment_memory(labeled, options, quality, device, run.job.render),
+        quality_named(options.quality), device, "wider stitches, a smaller mesh, or no pictures (render = [])",
     )  # fmt: skip
     fabric = _fabric(run, mesh, labeled, options, device)
     for name in run.job.write_stitches:

@@ -138,9 +138,7 @@ def recipe_of(job: Job) -> Recipe:
 
         recipe, default = read_recipe(job.recipe), RelaxYarnsTable()
         if replace(job.relax_yarns, checkpoint_every=default.checkpoint_every) != default:
-            raise ParameterError(
-                f"relax_yarns: a recipe has all but checkpoint_every; write it into {job.recipe}"
-            )
+            raise ParameterError(f"relax_yarns: a recipe has all but checkpoint_every; write it into {job.recipe}")
         return replace(recipe, quality=job.quality or recipe.quality, device=job.device or recipe.device)
     assert job.mesh is not None
     yarns, stitches, relax = job.generate_yarns, job.tessellate, job.relax_yarns

@@ -7,11 +7,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError
-from stitchmesh.jobs.sections import SwatchTable
+from stitchmesh.jobs.sections import RenderTable, SwatchTable
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mixed.memory import available_memory
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
@@ -22,23 +22,35 @@ from stitchmesh.recipe.estimate import BASE_MEMORY, bytes_per_point, estimate_ga
 
 GIGABYTE = 1e9
 """Bytes in the unit of the messages."""
+RENDERER, BYTES_PER_PIXEL, BYTES_PER_DRAWN_POINT = 680e6, 500.0, 3_100.0
+"""Memory of a job that draws a picture without a GPU: with the renderer, for each pixel, and for each control point
+[bytes]. A part of it takes the place of memory that the relaxation has given back."""
 
 
-def garment_memory(labeled: StitchMesh, options: KnitOptions, quality: Quality, device: str) -> float:
+def garment_memory(
+    labeled: StitchMesh, options: KnitOptions, quality: Quality, device: str, pictures: Sequence[RenderTable]
+) -> float:
     """Return the largest memory of a job that makes a garment [bytes]."""
     estimate = estimate_garment(
         labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height, counts=options.counts,
         marked=options.marked, quality=quality, device=device,
     )  # fmt: skip
-    return estimate.memory
+    return max(estimate.memory, _picture_memory(estimate.control_points, pictures))
 
 
-def swatch_memory(swatch: SwatchTable, quality: Quality) -> float:
+def swatch_memory(swatch: SwatchTable, quality: Quality, pictures: Sequence[RenderTable]) -> float:
     """Return the largest memory of a job that relaxes a swatch [bytes]."""
     free = swatch.relax_cell or swatch.relaxation is not None or swatch.blocked is not None
     stitches = stitches_of(resolve_pattern(swatch.pattern)) * swatch.columns * swatch.rows
     points = stitches * quality.control_points_per_stitch * (quality.refinement if free else 1.0)
-    return BASE_MEMORY + points * bytes_per_point(quality)
+    drawn = points * max((picture.tiles[0] * picture.tiles[1] for picture in pictures), default=0)
+    return max(BASE_MEMORY + points * bytes_per_point(quality), _picture_memory(drawn, pictures))
+
+
+def _picture_memory(points: float, pictures: Sequence[RenderTable]) -> float:
+    """Return the memory of a job while it draws its largest picture [bytes]; 0 without pictures."""
+    pixels = max((picture.size[0] * picture.size[1] for picture in pictures), default=0)
+    return RENDERER + BYTES_PER_PIXEL * pixels + BYTES_PER_DRAWN_POINT * points if pixels else 0.0
 
 
 def check_memory(

@@ -55,6 +55,11 @@ class FinishedJob:
     drawn: bool
     """Whether pictures were drawn."""
 
+    def __repr__(self) -> str:
+        """Return one line: the stages that were computed, and the yarns."""
+        computed = sum(not stage["kept"] for stage in self.report["job"]["stages"])
+        return f"FinishedJob({computed} of {len(self.report['job']['stages'])} stages computed, {self.yarns})"
+
 
 def run_job(
     job: Job, folder: str | PathLike[str], *, resume: bool = False, stop: StopRequest | None = None,

@@ -33,7 +33,10 @@ def make_swatch(run: JobRun, table: SwatchTable) -> Swatch:
     head = {"pattern": table.pattern, "name": source.name, "source": source.source}
     options = {"quality": name, "material": table.material, "stiffness": list(table.stiffness)}
     run.report |= head | {"options": options | arguments | {"rest_lengths": asdict(arguments["rest_lengths"])}}
-    run.report["memory"] = check_memory(lambda quality: swatch_memory(table, quality), quality, device, "fewer repeats")
+    run.report["memory"] = check_memory(
+        lambda quality: swatch_memory(table, quality, run.job.render), quality, device,
+        "fewer repeats, or no pictures (render = [])",
+    )  # fmt: skip
     report_progress = relaxing_progress(
         "swatch", quality.tolerance, run.progress, max_iterations=quality.max_iterations
     )

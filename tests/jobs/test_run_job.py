@@ -264,9 +264,7 @@ def test_a_stage_without_its_record_is_unfinished(copy):
 
 def test_sigterm_writes_a_checkpoint_and_ends_the_process(job, tmp_path):
     path = tmp_path / "job.toml"
-    path.write_text(
-        f'mesh = "{job.mesh}"\nquality = "draft"\ndevice = "cpu"\n[tessellate]\nstitch_width = 0.8\n'
-    )
+    path.write_text(f'mesh = "{job.mesh}"\nquality = "draft"\ndevice = "cpu"\n[tessellate]\nstitch_width = 0.8\n')
     words = [sys.executable, "-m", "stitchmesh", "run", str(path)]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT) as process:
         for line in process.stdout:
