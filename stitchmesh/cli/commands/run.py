@@ -56,7 +56,7 @@ class Run:
             with _stopped_by_signal() as stop, show_reports() as listener:
                 made = run_job(job, folder, resume=self.resume, stop=stop, listener=listener, began=start_of_command())
         except JobStopped:
-            _print(f"stopped; `stitchmesh run {self.job} --resume` continues the job in {folder}")
+            _print(f"stopped; `stitchmesh run {self.job} -o {folder} --resume` continues the job")
             return TERMINATED
         for line in (*_summary(made), files_to_open(folder, made.drawn)):
             _print(line)
