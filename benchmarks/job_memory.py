@@ -48,7 +48,7 @@ SCENES = {
     "rib2x2 16 x 16, standard": repeats("rib2x2", 16, "standard", 100),
 }
 """Jobs by name: garments at each quality, one with a picture, and many repeats of a pattern. The first one comes to
-rest; the others are limited to a few iterations, after which their memory has stopped growing."""
+rest; the others are limited to a few iterations."""
 
 
 def work(job: Job, folder: str, stages: bool) -> None:
@@ -60,7 +60,7 @@ def work(job: Job, folder: str, stages: bool) -> None:
             memory(status.stage, status.done, status.note)
 
     run_job(job, folder, listener=listen)
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024.0
     if stages:  # The reset between stages resets the largest memory of the process too.
         memory.close()
         peak = max(memory.peak.values()) * 2**20
