@@ -22,6 +22,9 @@ from stitchmesh.recipe.estimate import BASE_MEMORY, bytes_per_point, estimate_ga
 
 GIGABYTE = 1e9
 """Bytes in the unit of the messages."""
+KEPT, BYTES_PER_KEPT_POINT = 25e6, 540.0
+"""Additional memory of a job, and for each control point in float32, for the results of earlier stages and the states
+of checkpoints [bytes]."""
 RENDERER, BYTES_PER_PIXEL, BYTES_PER_DRAWN_POINT = 680e6, 500.0, 3_100.0
 """Memory of a job that draws a picture without a GPU: with the renderer, for each pixel, and for each control point
 [bytes]. A part of it takes the place of memory that the relaxation has given back."""
@@ -35,7 +38,8 @@ def garment_memory(
         labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height, counts=options.counts,
         marked=options.marked, quality=quality, device=device,
     )  # fmt: skip
-    return max(estimate.memory, _picture_memory(estimate.control_points, pictures))
+    relaxed = estimate.memory + _kept_memory(estimate.control_points, quality)
+    return max(relaxed, _picture_memory(estimate.control_points, pictures))
 
 
 def swatch_memory(swatch: SwatchTable, quality: Quality, pictures: Sequence[RenderTable]) -> float:
@@ -44,7 +48,13 @@ def swatch_memory(swatch: SwatchTable, quality: Quality, pictures: Sequence[Rend
     stitches = stitches_of(resolve_pattern(swatch.pattern)) * swatch.columns * swatch.rows
     points = stitches * quality.control_points_per_stitch * (quality.refinement if free else 1.0)
     drawn = points * max((picture.tiles[0] * picture.tiles[1] for picture in pictures), default=0)
-    return max(BASE_MEMORY + points * bytes_per_point(quality), _picture_memory(drawn, pictures))
+    relaxed = BASE_MEMORY + points * bytes_per_point(quality) + _kept_memory(points, quality)
+    return max(relaxed, _picture_memory(drawn, pictures))
+
+
+def _kept_memory(points: float, quality: Quality) -> float:
+    """Return what a job needs beside its stages [bytes]."""
+    return KEPT + BYTES_PER_KEPT_POINT * points * (2.0 if quality.precision == "float64" else 1.0)
 
 
 def _picture_memory(points: float, pictures: Sequence[RenderTable]) -> float:

@@ -53,11 +53,11 @@ SECONDS_PER_ITERATION = {"cpu": 2e-4, "cuda": 2e-4}
 """Additional time of each iteration [s]."""
 SECONDS_TO_START = {"cpu": 0.2, "cuda": 0.2}
 """Time until the first iteration, with loaded kernels [s]."""
-BASE_MEMORY = 300e6
+BASE_MEMORY = 275e6
 """Memory of the program with its libraries [bytes]."""
 BYTES_PER_STITCH = {"tessellate": 2_000.0, "meshrelax": 12_000.0}
 """Memory of the stages before the yarns [bytes]."""
-BYTES_PER_POINT = {"yarngen": 1_500.0, "yarnrelax": 1_970.0}
+BYTES_PER_POINT = {"yarngen": 1_500.0, "yarnrelax": 1_430.0}
 """Memory of the stages of yarns for each control point [bytes]; twice as much in float64 for the relaxation."""
 BYTES_PER_SAMPLE = 490.0
 """Additional memory of the relaxation for each contact sample of a control point in float32 [bytes]."""
