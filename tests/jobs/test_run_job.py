@@ -18,7 +18,7 @@ import stitchmesh as sm
 from stitchmesh.cli.main import main
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.folder_lock import FolderLock
-from stitchmesh.jobs.job import Job
+from stitchmesh.jobs.job import Job, recipe_of
 from stitchmesh.jobs.job_file import job_of_table
 from stitchmesh.jobs.job_memory import check_memory
 from stitchmesh.jobs.job_status import JobLog, read_status
@@ -31,6 +31,7 @@ from stitchmesh.jobs.stop import JobStopped, StopRequest
 from stitchmesh.pipeline import knit
 from stitchmesh.quality import PRESETS
 from stitchmesh.recipe.recipe import recipe_options
+from stitchmesh.recipe.recipe_file import write_recipe
 from tests.gallery import ROOT, tube
 
 STAGES = ["label", "tessellate", "relax_mesh", "generate_yarns", "relax_yarns", "plot_convergence"]
@@ -78,8 +79,6 @@ def stopped_at(job, folder, note):
 
 
 def test_a_job_has_the_bits_of_knit(job, done, tmp_path):
-    from stitchmesh.jobs.job import recipe_of
-
     recipe = recipe_of(job)
     knit(recipe.label.read_mesh(recipe.mesh, "cm"), tmp_path, recipe_options(recipe))
     assert (tmp_path / "yarns.h5").read_bytes() == (done / "yarns.h5").read_bytes()
@@ -91,6 +90,12 @@ def test_a_second_run_computes_nothing(job, copy):
     assert computed(run_job(job, copy)) == []
     assert (copy / "yarns.h5").read_bytes() == before
     assert read_status(copy).state == "finished"
+
+
+def test_the_recipe_of_a_job_is_the_same_job(job, copy, tmp_path):
+    write_recipe(tmp_path / "garment.toml", recipe_of(job))
+    recipe = Job(recipe=str(tmp_path / "garment.toml"), render=())
+    assert computed(run_job(recipe, copy)) == []
 
 
 @pytest.mark.parametrize(
