@@ -102,7 +102,8 @@ def spacing_of(scene: Scene) -> float:
     if yarns.weave is not None:
         return 1.0 / (yarns.ends * yarns.density)
     if yarns.knit == "stitches":
-        return float(scene.cloth.stitch_width) / yarns.divisions
+        assert scene.cloth.stitch_width is not None  # a cloth of stitches has one
+        return scene.cloth.stitch_width / yarns.divisions
     return 1.0 / (yarns.wales * yarns.density)
 
 
