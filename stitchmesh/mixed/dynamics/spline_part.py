@@ -15,18 +15,15 @@ from typing import Any
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from stitchmesh.mixed.blending import FULL, element_weight
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.enrichment.region import TRIANGLES, YARNS, Region
+from stitchmesh.mixed.enrichment.region import TRIANGLES, Region
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
-from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.splines.carried_points import CarriedPoints, Carrier
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
-from stitchmesh.mixed.splines.spline_pieces import SplinePieces, spline_pieces
+from stitchmesh.mixed.splines.spline_pieces import spline_pieces
 from stitchmesh.mixed.splines.spline_term import SplineTerm
-from stitchmesh.mixed.splines.turned_vectors import TurnedVectors
 
 REACH = 2
 """Rings of triangles around the region in which yarns are carried: a loop reaches through one stitch to the next."""
@@ -66,11 +63,7 @@ def spline_term(
             place=yarns.curves.points[point[carried]],
         )
         carrier = Carrier(places, cloth.vertices, scalar, device)
-    term = SplineTerm(own, material, scalar, device, carrier=carrier)
-    if (own.alpha < FULL).any():
-        whole = SplineTerm(replace(own, alpha=np.ones_like(own.alpha)), material, scalar, device, carrier=carrier)
-        term.set_loads(_loads(cloth, yarns, region, own, point, (term, whole)))
-    return term
+    return SplineTerm(own, material, scalar, device, carrier=carrier)
 
 
 def weights_of(points: Integers, region: Region) -> Numbers:
@@ -97,24 +90,6 @@ def spline_weights(yarns: SplineYarns, region: Region, near: Integers) -> Number
     present = np.zeros(yarns.node_count, dtype=bool)
     present[near] = True
     return np.where(present[points].all(axis=1), weights_of(points, region), 0.0)
-
-
-def _loads(
-    cloth: Cloth, yarns: SplineYarns, region: Region, pieces: SplinePieces, point: Integers,
-    terms: tuple[SplineTerm, SplineTerm],
-) -> TurnedVectors:  # fmt: skip
-    """The loads that restore the balance of the layout; ``terms`` are that with weights and that of full weight."""
-    weighted, whole = terms
-    scalar, device = weighted.model.scalar, weighted.model.device
-    nodes = yarns.curves.points[region.nodes]
-    state = MixedVector.from_numpy(cloth.vertices, nodes, np.zeros((len(nodes), 2)), scalar, device)
-    load = region.node_alpha[point, None] * whole.point_forces(state) - weighted.point_forces(state)
-    triangle = yarns.triangle[point]
-    outside = np.flatnonzero(region.triangle_kind != YARNS)
-    middle = cloth.vertices[cloth.triangles].mean(axis=1)
-    covered = np.flatnonzero(region.triangle_kind[triangle] == YARNS)
-    triangle[covered] = outside[cKDTree(middle[outside]).query(yarns.curves.points[point[covered]])[1]]
-    return TurnedVectors(cloth.triangles[triangle], load, cloth.vertices, scalar, device)
 
 
 def _near(region: Region) -> NDArray[np.bool_]:

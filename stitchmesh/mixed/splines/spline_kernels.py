@@ -56,34 +56,6 @@ def add_to_nodes(
         nodes[node[k]] = nodes[node[k]] + values[k] * factor
 
 
-@kernel
-def add_loads(
-    # model
-    factor: Any,
-    load: wp.array[Any],
-    # state in and out
-    force: wp.array[Any],
-) -> None:
-    """Add a multiple of the load of each control point to the force on it."""
-    k = wp.tid()
-    force[k] = force[k] + load[k] * factor
-
-
-@kernel
-def load_energies(
-    # model
-    factor: Any,
-    load: wp.array[Any],
-    # state in
-    points: wp.array[Any],
-    # state out
-    energy: wp.array[Any],
-) -> None:
-    """Energy of the load of each control point [erg]."""
-    k = wp.tid()
-    energy[k] = -wp.dot(load[k], points[k]) * factor
-
-
 @wp.func
 def leg_block(leg_hessian: wp.array2d[Any], s: int, slot: int) -> Any:
     """Second derivative of the energy of a segment by the control point in a slot."""

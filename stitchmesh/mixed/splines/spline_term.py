@@ -3,22 +3,11 @@
 """The energy of B-spline yarns as a term of the mixed system: stretch, length, bending and contact of ``yarnrelax``.
 
     E = sum over segments s of  alpha_s (stretch + length + bending)_s
-      + sum over pairs of contact samples p, q of  (alpha_p alpha_q)^(1/2) contact_pq
-      - sum over control points i of  c_i . q_i        [erg]
+      + sum over pairs of contact samples p, q of  (alpha_p alpha_q)^(1/2) contact_pq        [erg]
 
 alpha_s is the weight of a segment (``spline_pieces``), and that of its samples. A pair weighs the geometric mean of its
 two samples, which differs from alpha at the centroid by the square of their difference, and lets both samples carry
 their part of the weight. Control points are nodes, or lie beside the region and are carried (``carried_points``).
-
-A loop at rest is bent, and the loops that it holds and is held by keep it so. In the hybrid region the weights of these
-energies differ from loop to loop. The loads c restore the balance in which the yarns were laid out,
-
-    c_i = alpha_i f_i - g_i        [dyn]
-
-with the force f_i of all yarns at full weight on the control point at the layout, zero for yarns at rest, and that of
-the weighted energies, g_i. They are the dead loads with which couplings of atoms and continua remove ghost forces
-(Shenoy et al. 1999, *An adaptive finite element approach to atomic-scale mechanics*). Each one turns with a triangle
-and is constant within an iteration of the solver.
 
 No move lets a yarn pass through another one. Each control point has a budget around the place where the candidate lists
 were made, less than half the clearance of the yarn that it shapes (``yarnrelax.collision.step_limit``). A move of the
@@ -35,7 +24,6 @@ from typing import Any
 
 import numpy as np
 import warp as wp
-from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.launch import launch
@@ -46,16 +34,13 @@ from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.splines.carried_points import Carrier
 from stitchmesh.mixed.splines.spline_kernels import (
-    add_loads,
     add_point_blocks,
     add_to_nodes,
-    load_energies,
     place_points,
 )
 from stitchmesh.mixed.splines.spline_limit import longest_move
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.splines.spline_pieces import SplinePieces
-from stitchmesh.mixed.splines.turned_vectors import TurnedVectors
 from stitchmesh.mixed.term import Term
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN, make_candidates
@@ -95,25 +80,20 @@ class SplineTerm(Term):
         self.model = _weighted_model(pieces, material, scalar, device)
         self.state = make_state(self.model)
         self._carrier = carrier
-        self._loads: TurnedVectors | None = None
         self._node = self.model.integers(pieces.node)
         self._launch = partial(launch, device=device)
         self._motion, self._product = self.model.empty(len(pieces.node), 3), self.model.empty(len(pieces.node), 3)
         self._no_stiffness = self.model.empty(self.model.point_count)
-        counts = [*(3 * [self.model.segment_count]), self.model.sample_count, self.model.point_count]
+        counts = [*(3 * [self.model.segment_count]), self.model.sample_count]
         ends = np.cumsum([0, *counts]).tolist()
         self._energy = self.model.empty(ends[-1])
         self._energies = [self._energy[a:b] for a, b in pairwise(ends)]
-        """Stretch, length and bending of segments, contact of samples, and the loads: parts of ``_energy``."""
+        """Stretch, length and bending of segments, and contact of samples: parts of ``_energy``."""
         self._generation = 0
         self._hessian: Hessian | None = None
         self._candidates = make_candidates(self.model, WIDEST_MARGIN)
         self._search = ContactSearch(self.model, self.state, self._candidates, reallocated=self._reallocated)
         self._list_contacts()
-
-    def set_loads(self, loads: TurnedVectors) -> None:
-        """Let each control point bear a load [dyn]."""
-        self._loads = loads
 
     @property
     def generation(self) -> int:
@@ -131,9 +111,6 @@ class SplineTerm(Term):
         inputs = [model.constants, self.state.samples, self._candidates.count, self._candidates.lists]
         made.append(launcher(segment_energies, model.segment_count, [model.constants, points], self._energies[:3]))
         made.append(launcher(contact_energies, model.sample_count, inputs, [self._energies[3]]))
-        if self._loads is not None:
-            loaded = [model.number(model.unit), self._loads.vectors, points]
-            made.append(launcher(load_energies, model.point_count, loaded, [self._energies[4]]))
         return made, self._energy
 
     def forces(self, state: MixedVector, force: MixedVector, launcher: Launcher) -> list[Any]:
@@ -141,9 +118,6 @@ class SplineTerm(Term):
         model = self.model
         made = self._place(state, launcher)
         made += force_launches(model, self.state, self._candidates, (), self._no_stiffness, launcher)
-        if self._loads is not None:
-            inputs = [model.number(model.unit), self._loads.vectors]
-            made.append(launcher(add_loads, model.point_count, inputs, [self.state.force]))
         return made + self._add(self.state.force, force, launcher)
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
@@ -168,9 +142,8 @@ class SplineTerm(Term):
 
     def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:
         """Turn what triangles carry, and list the contacts."""
-        for turned in (self._carrier, self._loads):
-            if turned is not None:
-                turned.turn(state.vertices)
+        if self._carrier is not None:
+            self._carrier.turn(state.vertices)
         self._list_contacts_at(state)
 
     def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
@@ -187,13 +160,6 @@ class SplineTerm(Term):
         if self._hessian is None:
             self._hessian = Hessian(self.model, self.state, self._candidates)
         return self._hessian
-
-    def point_forces(self, state: MixedVector) -> NDArray[np.float64]:
-        """Weighted forces on all control points, also those that are carried [dyn], shape (K, 3)."""
-        self.begin_step(state, 0.0, 0.0)
-        self._place(state, self._launch)
-        force_launches(self.model, self.state, self._candidates, (), self._no_stiffness, self._launch)
-        return self.state.force.numpy().astype(np.float64) / self.model.unit
 
     def _place(self, state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that set the control points to the positions of their nodes, or carry them."""

@@ -97,22 +97,21 @@ def test_the_matrix_far_from_rest_is_never_negative_and_has_the_blocks_of_the_di
         np.testing.assert_allclose(block, np.array(columns).T, atol=1e-9 * np.abs(block).max())
 
 
-def test_the_layout_keeps_its_balance_and_a_turned_cloth_too():
-    cloth, yarns, pinned = jersey()
+def test_forces_turn_with_the_cloth():
+    """Yarns of the region and carried yarns beside it: no direction in space is another one than the others."""
+    cloth, yarns, _pinned = jersey()
     scene = built("middle")
-    term, region = term_of(scene), scene.region
-    inner = ~np.isin(region.nodes, pinned)
-    turn, shift, found = rotation(), np.array([3.0, -2.0, 5.0]), []
+    term, turn, shift, found = term_of(scene), rotation(), np.array([3.0, -2.0, 5.0]), []
     for axes, offset in ((np.eye(3), np.zeros(3)), (turn, shift)):
-        places = yarns.curves.points[region.nodes] @ axes.T + offset
+        places = yarns.curves.points[scene.region.nodes] @ axes.T + offset
         state = MixedVector.from_numpy(
             cloth.vertices @ axes.T + offset, places, np.zeros((len(places), 2)), wp.float64, CPU
         )
         term.begin_step(state, 0.0, 0.0)
         found.append(forces(term, state)[: -2 * len(places)].reshape(-1, 3) @ axes)
-    # the yarns are at rest to 1e-6 of the mean of forces of some hundred dyn
-    np.testing.assert_allclose(found[0][len(cloth.vertices) :][inner], 0.0, atol=2e-2)
+    assert np.abs(found[0]).max() > 1.0  # weights that differ from loop to loop leave forces in the ring
     np.testing.assert_allclose(found[1], found[0], atol=1e-8)  # rounding of some hundred dyn, 1e-12
+    np.testing.assert_allclose(found[0].sum(axis=0), 0.0, atol=1e-8)  # no load from outside
 
 
 def test_single_precision_agrees():
