@@ -26,11 +26,11 @@ knit is laid out without tension.
 
 The panels. Loop (i, j) of a panel lies in the cell from (j, i) to (j + 1, i + 1), in units of wale and course spacing.
 The line through the middle of a course is clipped at the border of the panel, and each of its pieces is one yarn with
-the loops of which it passes at least half of the cell. The outermost cells end at the border, where they are narrower
-or wider than the others by up to half of a wale spacing, so that the loops leave no opening beside it. The lines
-through the nodes P and Q are clipped in the same way. A stitch contact exists where both of its loops do. On a seam the
-yarn of a course is joined to the rod where it ends, at the head of each loop that no loop is drawn through, and between
-the feet of two loops that are drawn through none.
+the loops of which it passes at least half of the cell. The lines through the nodes P and Q are clipped too, and the
+outermost cells end at the border there: they are narrower or wider than the others, from half a wale spacing to less
+than two, so that the loops leave no opening beside it. A stitch contact exists where both of its loops do. On a seam
+the yarn of a course is joined to the rod where it ends, at the head of each loop that no loop is drawn through, and
+between the feet of two loops that are drawn through none.
 """
 
 from __future__ import annotations
@@ -189,14 +189,18 @@ def _cells(
 ) -> tuple[FloatArray, FloatArray]:
     """Where the cells of loops begin and end along the line at a height over their courses, in wale spacings.
 
-    Cells beside the border of the panel end there. Those whose middle lies outside have no width.
+    The outermost cells end at the border of the panel if it is less than one wale spacing beyond them. Cells whose
+    middle lies outside have no width.
     """
-    lines, wale = clipped_lines(cloth, panel, 0, float(spacing[1]), height), loops.wale[some].astype(np.float64)
-    piece = lines.piece_at(loops.course[some], (wale + 0.5) * spacing[0])
+    course, wale = loops.course[some], loops.wale[some]
+    lines = clipped_lines(cloth, panel, 0, float(spacing[1]), height)
+    piece = lines.piece_at(course, (wale + 0.5) * spacing[0])
     border = lines.ends[piece] / spacing[0] if len(lines.line) else np.zeros((len(some), 2))
-    low = np.where(wale - border[:, 0] < 0.5 + 1e-9, border[:, 0], wale)
-    high = np.where(border[:, 1] - (wale + 1.0) < 0.5 + 1e-9, border[:, 1], wale + 1.0)
-    return np.where(piece >= 0, low, wale), np.where(piece >= 0, high, wale)
+    beside = (course[1:] == course[:-1]) & (wale[1:] == wale[:-1] + 1)
+    first, last = ~np.concatenate([[False], beside])[: len(some)], ~np.append(beside, False)[: len(some)]
+    low = np.where(first & (wale - border[:, 0] < 1.0), border[:, 0], np.maximum(wale, border[:, 0]))
+    high = np.where(last & (border[:, 1] - wale < 2.0), border[:, 1], np.minimum(wale + 1.0, border[:, 1]))
+    return low, np.where(piece >= 0, high, low)
 
 
 def _passages(loops: _Loops, linked: IntArray, laid: LaidNodes) -> Passages:
