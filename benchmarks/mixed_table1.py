@@ -3,7 +3,8 @@
 """Time of a step of whole garments: yarns everywhere against yarns in a region (Casafranca et al. 2020, table 1).
 
     python benchmarks/mixed_table1.py dress
-    python benchmarks/mixed_table1.py shirt --device cuda:0 --steps 5 --json shirt.json
+    python benchmarks/mixed_table1.py shirt --device cuda:0 --steps 10 --json shirt.json
+    python benchmarks/mixed_table1.py dress --mixed --time-step 1e-4
     python benchmarks/mixed_table1.py dress --scale 0.01 --device cpu
 
 A woven dress and a knitted shirt, of the panels in ``examples/mixed/panels``, have as many crossings of yarns as in the
@@ -13,9 +14,10 @@ nodes as in the table. What is in it: all elastic energies, friction of yarns, m
 the shoulders. Their yarns begin on the result of a run with triangles alone. Contact with a body and of the cloth with
 itself is not in it.
 
-Steps of backward Euler of 0.1 ms, the reference step of the table, bring the error of the velocities below
-``TOLERANCE``. The first ``FIRST`` steps are not counted: they load kernels, capture iterations, and release what the
-yarns have of other tensions than the triangles. Memory is the peak of Warp's memory pool on the device.
+Steps of backward Euler bring the error of the velocities below ``TOLERANCE``. Both runs have the same steps: by default
+of the length that both take without halving it. The first ``FIRST`` steps are not counted: they load kernels, capture
+iterations, and release what the yarns have of other tensions than the triangles. Memory is the peak of Warp's memory
+pool on the device. The last lines are the rows of the table in ``docs/mixed-solver.md``.
 """
 
 from __future__ import annotations
@@ -48,16 +50,14 @@ from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_knit, cloth_of_weave
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.region_section import RegionSection
-from stitchmesh.mixed.scene.scene import Scene
+from stitchmesh.mixed.scene.scene import ContactSection, Scene
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 
 Numbers = NDArray[np.float64]
-TIME_STEP = 1e-4
-"""Length of a step [s]."""
 TOLERANCE = 1e-2
 """Root mean square error of the velocities of a step [cm/s]; gravity alone adds 0.1 cm/s in a step."""
-FIRST = 5
+FIRST = 20
 """Steps at the start that are not counted."""
 RELAXING = 100
 """Newton iterations of the run with triangles alone at the start."""
@@ -85,6 +85,8 @@ class Garment:
     """Middle of the region in that panel [cm]."""
     yarns: Callable[[float], YarnsSection]
     """From the crossings for each square cm to the yarns."""
+    time_step: float
+    """Length of steps that yarns everywhere take without halving it [s]."""
 
 
 def woven(density: float) -> YarnsSection:
@@ -100,8 +102,12 @@ def knitted(density: float) -> YarnsSection:
 
 
 GARMENTS = {
-    "dress": Garment("examples/mixed/panels/dress.toml", 2_662_944, 83_382, 6_191, "front", (0.0, 66.0), woven),
-    "shirt": Garment("examples/mixed/panels/shirt.toml", 3_757_255, 88_388, 2_132, "front", (23.0, 41.0), knitted),
+    "dress": Garment(
+        "examples/mixed/panels/dress.toml", 2_662_944, 83_382, 6_191, "front", (0.0, 66.0), woven, 1.25e-5
+    ),
+    "shirt": Garment(
+        "examples/mixed/panels/shirt.toml", 3_757_255, 88_388, 2_132, "front", (23.0, 41.0), knitted, 3.125e-6
+    ),
 }
 
 
@@ -123,6 +129,8 @@ class Row:
     """Longest time of a step [s]."""
     time_step: float
     """Mean length of a step in simulated time [s]."""
+    halvings: int
+    """Attempts that were repeated with half the length."""
     products: float
     """Products with the matrix, a step."""
     newton: float
@@ -155,6 +163,8 @@ def main() -> None:
     if len(rows) == 2:
         time_ratio, memory_ratio = rows[1].seconds / rows[0].seconds, rows[0].memory / max(rows[1].memory, 1e-9)
         print(f"full over mixed: {time_ratio:.1f} times the time; mixed over full: {memory_ratio:.3f} of the memory")
+    for row in rows:
+        print(_markdown(row))
     if options.json:
         Path(options.json).write_text(json.dumps([asdict(row) for row in rows], indent=1) + "\n")
 
@@ -164,7 +174,9 @@ def _options() -> argparse.Namespace:
     parser.add_argument("garment", choices=sorted(GARMENTS))
     parser.add_argument("--full", action="store_true", help="yarns everywhere only")
     parser.add_argument("--mixed", action="store_true", help="yarns in the region only")
-    parser.add_argument("--steps", type=int, default=5, help="steps that are timed")
+    parser.add_argument("--steps", type=int, default=10, help="steps that are timed")
+    parser.add_argument("--time-step", type=float, help="largest length of a step [s]; by default that of the garment")
+    parser.add_argument("--self-collision", action="store_true", help="the cloth collides with itself")
     parser.add_argument("--scale", type=float, default=1.0, help="factor of the numbers of crossings")
     parser.add_argument("--device", default="cuda:0")
     parser.add_argument("--precision", default="float64")
@@ -181,7 +193,7 @@ def _prepared(garment: Garment, options: argparse.Namespace) -> PreparedScene:
         yarns=yarns,
         region=RegionSection(yarns="all"),
         mode="dynamic",
-        largest_step=TIME_STEP,
+        contact=ContactSection(self_collision=options.self_collision),
     )
     prepared = prepare(scene, cloth=cloth)
     fabric = replace(prepared.fabric, **_materials(yarns, prepared.fabric))
@@ -261,7 +273,8 @@ def _around(prepared: PreparedScene, garment: Garment, options: argparse.Namespa
 def _run(name: str, prepared: PreparedScene, region: Region, options: argparse.Namespace) -> Row:
     """Make the steps of one run, and print its row."""
     device = device_named(options.device)
-    dynamics = _dynamics(replace(prepared, region=region), scalar_named(options.precision), device)
+    time_step = options.time_step or GARMENTS[options.garment].time_step
+    dynamics = _dynamics(replace(prepared, region=region), time_step, scalar_named(options.precision), device)
     for _ in range(FIRST):
         dynamics.step()
     seconds, reports = [], []
@@ -276,6 +289,7 @@ def _run(name: str, prepared: PreparedScene, region: Region, options: argparse.N
         options.garment, name, int((kinds == YARNS).sum()), int((kinds == HYBRID).sum()),
         int(region.unknown_vertices.sum()), len(np.unique(region.triangles[region.triangle_kind == HYBRID])),
         float(np.mean(seconds)), float(np.max(seconds)), float(np.mean([report.time_step for report in reports])),
+        sum(report.halvings for report in reports),
         float(np.mean([report.solve_iterations for report in reports])),
         float(np.mean([report.newton_iterations for report in reports])),
         _product_seconds(dynamics), _peak(device),
@@ -290,7 +304,15 @@ def _run(name: str, prepared: PreparedScene, region: Region, options: argparse.N
     return row
 
 
-def _dynamics(prepared: PreparedScene, scalar: type, device: wp.Device) -> Dynamics:
+def _markdown(row: Row) -> str:
+    """A row of the table of the documentation."""
+    counts = [f"{n:,}" if n else "" for n in (row.yarn_nodes, row.hybrid_nodes, row.vertices, row.hybrid_vertices)]
+    run = "mixed" if row.run == "mixed" else "yarns"
+    numbers = f"{1e3 * row.time_step:.3g} | {row.newton:.1f} | {row.products:.0f} | {1e6 * row.product_seconds:,.0f}"
+    return f"| {row.garment}, {run} | {' | '.join(counts)} | {numbers} | {row.seconds:.4f} | {row.memory:,.0f} |"
+
+
+def _dynamics(prepared: PreparedScene, time_step: float, scalar: type, device: wp.Device) -> Dynamics:
     """The motion from rest of a garment that is held at the shoulders."""
     system = loaded_system(
         prepared.fabric, prepared.region, _loads(prepared), prepared.vertices, scalar=scalar, device=device
@@ -299,7 +321,7 @@ def _dynamics(prepared: PreparedScene, scalar: type, device: wp.Device) -> Dynam
     assert isinstance(materials, FabricMaterials)
     material = materials.weft
     settings = DynamicsSettings(
-        time_step=TIME_STEP,
+        time_step=time_step,
         damping_mass=material.damping_mass,
         damping_stiffness=material.damping_stiffness,
         velocity_tolerance=TOLERANCE,

@@ -4,9 +4,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import chain, groupby
 from typing import Any
 
 import warp as wp
@@ -83,21 +83,30 @@ class Branches:
     first: Sequence[Any]
     second: Sequence[Any]
 
-    def launch_beside(self, stream: wp.Stream) -> None:
-        """Run the first sequence on the stream of the device, and the second one on another stream."""
-        with wp.ScopedStream(stream):
-            _launch_all(self.second, stream)
-        _launch_all(self.first, stream)
-        stream.device.stream.wait_stream(stream)
+    def launch_beside(self, streams: Iterator[wp.Stream]) -> None:
+        """Run the first sequence on the current stream of the device, and the second one on the next of ``streams``."""
+        beside = next(streams)
+        with wp.ScopedStream(beside):
+            _launch_all(self.second, streams)
+        _launch_all(self.first, streams)
+        beside.device.stream.wait_stream(beside)
 
 
-def _launch_all(launches: Sequence[Any], stream: wp.Stream) -> None:
-    """Run launches; branches have a part on the given stream."""
+def _launch_all(launches: Sequence[Any], streams: Iterator[wp.Stream]) -> None:
+    """Run launches; each of the branches takes one of the streams."""
     for launch in launches:
         if isinstance(launch, Branches):
-            launch.launch_beside(stream)
+            launch.launch_beside(streams)
         else:
             launch.launch()
+
+
+def _streams_for(launches: Sequence[Any], device: wp.Device) -> Iterator[wp.Stream]:
+    """A stream for each of the branches, also those within branches."""
+    within = [each for each in launches if isinstance(each, Branches)]
+    own = [wp.Stream(device) for _ in within]
+    inner = [_streams_for([*each.first, *each.second], device) for each in within]
+    return chain(own, *inner)
 
 
 def _in_a_row(launches: Sequence[Any]) -> list[Any]:
@@ -117,10 +126,9 @@ class CapturedLaunches:
         self.graph: Any = None
         self.tables: list[Any] = []
         if device.is_cuda:
-            has_branches = any(isinstance(launch, Branches) for launch in self.launches)
-            beside = wp.Stream(device) if has_branches else device.stream
+            streams = _streams_for(self.launches * times, device)
             with wp.ScopedCapture(device=device) as capture:
-                _launch_all(self.launches * times, beside)
+                _launch_all(self.launches * times, streams)
             self.graph = capture.graph
         else:
             self.tables = _in_tables(_in_a_row(self.launches) * times)
@@ -156,10 +164,10 @@ class CapturedLoop:
         self._graph: Any = None
         if device.is_cuda and wp.is_conditional_graph_supported():
             self._launches = [*first, *repeated]  # their arrays live as long as the graph
-            beside = wp.Stream(device)
+            streams = _streams_for(self._launches, device)
             with wp.ScopedCapture(device=device) as capture:
-                _launch_all(first, beside)
-                wp.capture_while(condition, lambda: _launch_all(repeated, beside))
+                _launch_all(first, streams)
+                wp.capture_while(condition, lambda: _launch_all(repeated, streams))
             self._graph = capture.graph
         else:
             self._first = CapturedLaunches(first, device)

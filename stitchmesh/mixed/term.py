@@ -57,7 +57,8 @@ class Term(ABC):
 
     acts_on: Literal["all", "vertices", "nodes"] = "all"
     """What the forces, products and blocks of the term are added to: vertices alone, nodes and their Eulerian
-    coordinates alone, or any of them. Launches of terms of the first two kinds may run side by side."""
+    coordinates alone, or any of them. Launches of terms of the first two kinds may run side by side. Of the launches of
+    such a term only the last one writes or reads what is not the term's own, apart from state and direction."""
 
     @abstractmethod
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:

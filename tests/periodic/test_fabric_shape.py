@@ -21,6 +21,7 @@ from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
 
+pytestmark = pytest.mark.usefixtures("first_state")
 DRAFT = quality_named("draft")
 Fold = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """Maps a coordinate to its place along the same axis and its height."""

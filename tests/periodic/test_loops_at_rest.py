@@ -16,7 +16,7 @@ from stitchmesh.periodic.sampling.sampling import refined
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 
-pytestmark = pytest.mark.decides
+pytestmark = [pytest.mark.decides, pytest.mark.usefixtures("first_state")]
 
 KNITS = ["stockinette", "garter", "rib1x1", "linen-stitch", "cartridge-belt-rib", "slip-stitch-rib", "half-cardigan",
          "jacquard2", "rope-cable"]  # fmt: skip

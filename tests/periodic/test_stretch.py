@@ -22,7 +22,9 @@ from stitchmesh.periodic.stretch_table import write_stretch
 from stitchmesh.quality import PRESETS
 from stitchmesh.render.stretch_plot import plot_stretch
 from stitchmesh.yarnrelax import YarnMaterial
+from tests.periodic.first_state import from_generated_yarns
 
+pytestmark = pytest.mark.usefixtures("first_state")
 KALDOR = YarnMaterial.named("kaldor-simulation")
 EXACT = replace(PRESETS["reference"], quadrature_points=5, tolerance=3e-5, largest_change=1e-5)
 """With fewer contact samples, contact spheres interlock, and the tension varies by the force of one sphere."""
@@ -33,13 +35,12 @@ CASES = [("course", "free"), ("course", "held"), ("wale", "free"), ("wale", "hel
 @pytest.fixture(scope="module")
 def curves() -> dict[tuple[str, str], StretchCurve]:
     """Return the stretch curves of stockinette in both directions, with the other size free and held."""
-    made = {}
-    for direction, other in CASES:
-        given: Any = {direction: (0.0, MOST), "other": other}
-        made[direction, other] = stretch_test(
-            "stockinette", steps=STEPS, material=KALDOR, quality=EXACT, device="cpu", **given
-        )
-    return made
+    given: dict[str, Any] = {"steps": STEPS, "material": KALDOR, "quality": EXACT, "device": "cpu"}
+    with from_generated_yarns():
+        return {
+            (direction, other): stretch_test("stockinette", **{direction: (0.0, MOST)}, other=other, **given)
+            for direction, other in CASES
+        }
 
 
 @pytest.mark.parametrize("case", CASES)

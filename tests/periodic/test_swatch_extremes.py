@@ -30,6 +30,7 @@ from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, parse_r
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, yarn_energies
 from stitchmesh.yarnrelax.saddle import relax_to_minimum
 
+pytestmark = pytest.mark.usefixtures("first_state")
 RADIUS = 0.125
 DRAFT = {"quality": "draft", "device": "cpu"}
 SLIPS = "slip-stitch-honeycomb"

@@ -25,9 +25,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.mixed.dynamics.first_guess import FirstGuess
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.newton import Newton, NewtonState, Quadratic
-from stitchmesh.mixed.dynamics.vector_sums import choose, set_sum
+from stitchmesh.mixed.dynamics.vector_sums import set_sum
 from stitchmesh.mixed.mixed_vector import MixedVector, Parts
 
 CALM_STEPS = 4
@@ -129,7 +130,8 @@ class Dynamics:
         self._refusal: SolverError | None = None
         self._newton = Newton(system)
         self._state = NewtonState(*(system.zeros() for _ in range(4)))
-        self._product, self._still = system.zeros(), system.zeros()
+        self._still = system.zeros()
+        self._guess = FirstGuess(system, self.positions, self.velocities, self._state)
 
     def step(self) -> StepReport:
         """Advance by one time step.
@@ -215,7 +217,7 @@ class Dynamics:
         """Minimize the incremental potential; Newton iterations, products and the error of the velocities."""
         settings, newton, state = self.settings, self._newton, self._state
         quadratic = Quadratic(1.0 / h**2 + settings.damping_mass / h, settings.damping_stiffness / h)
-        self._begin(h, quadratic)
+        self._guess.set(h, quadratic, self._prescribed_motion(h))
         exact, solves, stuck = float(settings.exact_hessian), 0, False
         energies: Mapping[str, float] | None = None
         for iteration in range(settings.most_newton_iterations + 1):
@@ -235,41 +237,6 @@ class Dynamics:
             solves, stuck = solves + report.solve.iterations, report.step == 0.0 and exact == 0.0
             exact = 0.0 if report.solve.negative or report.step == 0.0 else float(settings.exact_hessian)
         return settings.most_newton_iterations, solves, np.inf
-
-    def _begin(self, h: float, quadratic: Quadratic) -> None:
-        """The first guess of a step: prescribed motion, and h u_n elsewhere if this has no higher potential.
-
-        Like any other move, the guess goes no farther than the terms allow.
-        """
-        state, fixed = self._state, self._prescribed_motion(h)
-        self._set_guess(h, quadratic, 1.0, fixed)
-        part = self.system.step_limit(self.positions, state.displacement)
-        potential = {}
-        for each in (part, 0.0):
-            self._set_guess(h, quadratic, each, fixed)
-            potential[each] = self._potential(quadratic)
-        if potential[part] <= potential[0.0]:
-            self._set_guess(h, quadratic, part, fixed)
-        state.damping.values.zero_()
-        if quadratic.stiffness:
-            self.system.linearize(self.positions, 0.0)
-            self.system.set_hessian_product(state.displacement, state.damping)
-
-    def _set_guess(self, h: float, quadratic: Quadratic, part: float, fixed: MixedVector) -> None:
-        """Set the state to a part of the motion h u_n, and to the prescribed motion of what is fixed."""
-        state = self._state
-        set_sum(state.displacement, part * h, self.velocities, 0.0, self.velocities)
-        choose(state.displacement, self.system.moves, state.displacement, fixed)
-        self.system.make_motion(state.displacement)
-        set_sum(state.position, 1.0, self.positions, 1.0, state.displacement)
-        set_sum(state.inertia, quadratic.mass, state.displacement, -1.0 / h, self.velocities)
-
-    def _potential(self, quadratic: Quadratic) -> float:
-        """Potential of the state without damping by stiffness [erg]."""
-        state, product = self._state, self._product
-        self.system.set_mass_product(state.inertia, product)
-        kinetic = self.system.dot(state.inertia, product) / (2 * quadratic.mass)
-        return sum(self.system.energies(state.position).values()) + kinetic
 
     def _prescribed_motion(self, h: float) -> MixedVector:
         """Displacements of what is fixed in a step of length ``h``."""

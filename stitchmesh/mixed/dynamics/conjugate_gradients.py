@@ -144,6 +144,7 @@ class ConjugateGradients:
         self._of_curvature, self._of_residual = parts_for(entities, device), parts_for(entities, device)
         self._sums = wp.zeros_like(self._parts)
         self._record, self._between = (wp.zeros(RECORD, dtype=wp.float64, device=device) for _ in range(2))
+        self._ends_at = (0.0, 0)
         self._launcher: Launcher = partial(prepare, device=device)
         self._active = wp.zeros(1, dtype=wp.int32, device=device)
         launches = self._start_launches(preconditioner), self._iteration_launches(products, preconditioner)
@@ -151,18 +152,28 @@ class ConjugateGradients:
         self._solve = CapturedLoop(*launches, self._active, device, batch=batch)
 
     def solve(self, right: MixedVector, *, tolerance: float, most_iterations: int) -> SolveReport:
-        """Solve A x = b for the current A and C; the result is ``solution``.
+        """Solve A x = b for the current A and C, and wait for the end; arguments as for ``begin_solve``."""
+        self.begin_solve(right, tolerance=tolerance, most_iterations=most_iterations)
+        return self.report()
+
+    def begin_solve(self, right: MixedVector, *, tolerance: float, most_iterations: int) -> None:
+        """Begin to solve A x = b for the current A and C; launches that follow find the result in ``solution``.
 
         Args:
             right: b.
             tolerance: part of the first norm at which the iteration ends.
             most_iterations: largest number of products with A, up to a batch.
         """
-        record = np.zeros(RECORD)
-        record[[RATIO, MOST]] = tolerance**2, most_iterations
-        self._record.assign(record)
+        if (tolerance, most_iterations) != self._ends_at:  # a solve keeps both
+            record = np.zeros(RECORD)
+            record[[RATIO, MOST]] = tolerance**2, most_iterations
+            self._record.assign(record)
+            self._ends_at = tolerance, most_iterations
         self.residual.assign(right)
         self._solve.launch()
+
+    def report(self) -> SolveReport:
+        """How the last solve ended; waits for its end."""
         record = self._record.numpy()
         norms = np.sqrt(np.maximum(record[[FIRST_RZ, RZ]], 0.0))
         return SolveReport(int(record[ITERATIONS]), float(norms[0]), float(norms[1]), bool(record[NEGATIVE]))

@@ -9,8 +9,9 @@ only when the arrays of a term are replaced.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -79,7 +80,7 @@ class MixedSystem:
         }
         self._stiff = False
         self.launch: Launcher = partial(launch, device=device)
-        self._factors = wp.zeros(1, dtype=vector(2, scalar), device=device)
+        self._factors, self._factors_now = wp.zeros(1, dtype=vector(2, scalar), device=device), (0.0, 0.0)
         self._unit = wp.array([[1.0, 0.0]], dtype=vector(2, scalar), device=device)
         self._blocks = MixedBlocks.zeros(*counts, scalar, device)
         self.moves = wp.array(_moves(free), dtype=wp.int32, device=device)
@@ -104,17 +105,22 @@ class MixedSystem:
 
     def step_limit(self, state: MixedVector, direction: MixedVector) -> float:
         """Longest part of a direction, at most 1, that all terms allow a line search to try."""
+        vectors = state, direction
+        limits = self.repeated.read("limits", vectors, lambda run, sums: self.limit_launches(*vectors, run, sums))
+        return self.least_limit(limits, *vectors)
 
-        def make(run: Launcher, sums: ReadSums) -> list[Any]:
-            launches: list[Any] = []
-            for term in self.terms:
-                found = term.element_limits(state, direction, run)
-                if found is not None:
-                    launches += found[0]
-                    sums.add_minimum(found[1])
-            return launches
+    def limit_launches(self, state: MixedVector, direction: MixedVector, run: Launcher, sums: ReadSums) -> list[Any]:
+        """The launches that find the limits of elements, whose minima are added to ``sums``."""
+        launches: list[Any] = []
+        for term in self.terms:
+            found = term.element_limits(state, direction, run)
+            if found is not None:
+                launches += found[0]
+                sums.add_minimum(found[1])
+        return launches
 
-        limits = self.repeated.read("limits", (state, direction), make)
+    def least_limit(self, limits: Iterable[float], state: MixedVector, direction: MixedVector) -> float:
+        """The smallest of the limits of elements and of those that terms find by themselves, at most 1."""
         by_themselves = (term for term in self.terms if type(term).step_limit is not Term.step_limit)
         return min([1.0, *map(float, limits), *(term.step_limit(state, direction) for term in by_themselves)])
 
@@ -129,54 +135,60 @@ class MixedSystem:
 
     def energies(self, state: MixedVector) -> dict[str, float]:
         """Energy of each term [erg] by name; terms of one name are added up."""
+        found = self.repeated.read("energies", (state,), lambda run, sums: self.energy_launches(state, run, sums))
+        return self.named_energies(found)
 
-        def make(run: Launcher, sums: ReadSums) -> list[Any]:
-            launches: list[Any] = []
-            for term in self.terms:
-                own, energies = term.element_energies(state, run)
-                launches += own
-                sums.add_sum(energies)
-            return launches
+    def energy_launches(self, state: MixedVector, run: Launcher, sums: ReadSums) -> list[Any]:
+        """The launches that find the energies of all elements, whose sums are added to ``sums``, one for each term."""
+        launches: list[Any] = []
+        for term in self.terms:
+            own, energies = term.element_energies(state, run)
+            launches += own
+            sums.add_sum(energies)
+        return launches
 
+    def named_energies(self, found: Iterable[float]) -> dict[str, float]:
+        """The energies of all terms [erg] by name, in the order of ``energy_launches``."""
         result: dict[str, float] = {}
-        for term, energy in zip(self.terms, self.repeated.read("energies", (state,), make), strict=True):
+        for term, energy in zip(self.terms, found, strict=True):
             result[term.name] = result.get(term.name, 0.0) + float(energy)
         return result
 
     def set_forces(self, state: MixedVector, force: MixedVector) -> None:
         """Set ``force`` to the forces of all terms [dyn]."""
+        self.repeated.run("forces", (state, force), lambda run, _: self.force_launches(state, force, run))
 
-        def make(run: Launcher, _sums: ReadSums) -> list[Any]:
-            return [ZeroArray(force.values), *self._beside(lambda term: term.forces(state, force, run))]
-
-        self.repeated.run("forces", (state, force), make)
+    def force_launches(self, state: MixedVector, force: MixedVector, run: Launcher) -> list[Any]:
+        """The launches that set ``force`` to the forces of all terms."""
+        return [ZeroArray(force.values), *self._beside(lambda term: term.forces(state, force, run))]
 
     def linearize(self, state: MixedVector, exact: float) -> None:
         """Store what the products of all terms need; ``exact`` is the part of the exact Hessian."""
+        self.repeated.run(("linearize", exact), (state,), lambda run, _: self.linear_launches(state, exact, run))
+
+    def linear_launches(self, state: MixedVector, exact: float, run: Launcher) -> list[Any]:
+        """The launches that store what the products of all terms need."""
         for term in self.terms:
             term.exact = exact
-
-        def make(run: Launcher, _sums: ReadSums) -> list[Any]:
-            return self._beside(lambda term: term.linearize(state, run))
-
-        self.repeated.run(("linearize", exact), (state,), make)
+        return self._beside(lambda term: term.linearize(state, run))
 
     def set_mass_product(self, direction: MixedVector, product: MixedVector) -> None:
         """Set ``product`` to M d."""
+        vectors = direction, product
+        self.repeated.run("mass product", vectors, lambda run, _: self.mass_launches(*vectors, run))
 
-        def make(run: Launcher, _sums: ReadSums) -> list[Any]:
-            mass = self.mass.combine_products(self._unit, direction, product, run)
-            return [ZeroArray(product.values), *mass]
-
-        self.repeated.run("mass product", (direction, product), make)
+    def mass_launches(self, direction: MixedVector, product: MixedVector, run: Launcher) -> list[Any]:
+        """The launches that set ``product`` to M d."""
+        return [ZeroArray(product.values), *self.mass.combine_products(self._unit, direction, product, run)]
 
     def set_hessian_product(self, direction: MixedVector, product: MixedVector) -> None:
         """Set ``product`` to H d of the last ``linearize``."""
+        vectors = direction, product
+        self.repeated.run("product", vectors, lambda run, _: self.hessian_launches(*vectors, run))
 
-        def make(run: Launcher, _sums: ReadSums) -> list[Any]:
-            return [ZeroArray(product.values), *self._beside(lambda term: term.products(direction, product, run))]
-
-        self.repeated.run("product", (direction, product), make)
+    def hessian_launches(self, direction: MixedVector, product: MixedVector, run: Launcher) -> list[Any]:
+        """The launches that set ``product`` to H d of the last ``linearize``."""
+        return [ZeroArray(product.values), *self._beside(lambda term: term.products(direction, product, run))]
 
     def dot(self, first: MixedVector, second: MixedVector) -> float:
         """Dot product of two vectors, in a fixed order and read back to the host."""
@@ -189,7 +201,11 @@ class MixedSystem:
 
     def make_motion(self, motion: MixedVector) -> None:
         """Change a motion the least in the metric of the masses so that p = B v + F x; what is fixed stays."""
-        self.repeated.run("motion", (motion,), lambda run, _: self._by_mass.project_launches(motion, run))
+        self.repeated.run("motion", (motion,), lambda run, _: self.motion_launches(motion, run))
+
+    def motion_launches(self, motion: MixedVector, run: Launcher) -> list[Any]:
+        """The launches of ``make_motion``."""
+        return self._by_mass.project_launches(motion, run)
 
     def set_filtered(self, force: MixedVector, filtered: MixedVector) -> None:
         """Set ``filtered`` to the part of a force that moves something: zero at an equilibrium."""
@@ -227,20 +243,24 @@ class MixedSystem:
                 Casafranca et al. have it.
         """
         self._stiff = stiffness_in_metric
-        self._factors.assign([[of_mass, of_hessian]])
-        blocks = self._blocks
-        blocks.clear()
+        if (of_mass, of_hessian) != self._factors_now:
+            self._factors.assign([[of_mass, of_hessian]])
+            self._factors_now = of_mass, of_hessian
         self.linearize(at, 0.0)
-
-        def make(run: Launcher, _sums: ReadSums) -> list[Any]:
-            return self._beside(lambda term: term.diagonal(blocks, run))
-
-        self.repeated.run("diagonal", (), make)
-        if not stiffness_in_metric:
-            for part in (blocks.vertices, blocks.nodes, blocks.coupling_u, blocks.coupling_v):
-                part.zero_()
-        self.mass.combine_blocks(self._factors, self._blocks, self.launch)
+        self.repeated.run(("metric", stiffness_in_metric), (), lambda run, _: self._block_launches(run))
         self.preconditioner.set_metric(self._blocks, of_mass, of_masses=not stiffness_in_metric)
+
+    def _block_launches(self, run: Launcher) -> list[Any]:
+        """The launches that find the diagonal blocks of the metric."""
+        blocks = self._blocks
+        of_positions = [blocks.vertices, blocks.nodes, blocks.coupling_u, blocks.coupling_v]
+        without = [] if self._stiff else [ZeroArray(part) for part in of_positions]
+        return [
+            *(ZeroArray(part) for part in (*of_positions, blocks.sliding)),
+            *self._beside(lambda term: term.diagonal(blocks, run) if self._stiff or term.acts_on != "vertices" else []),
+            *without,
+            *self.mass.combine_blocks(self._factors, blocks, run),
+        ]
 
     @property
     def preconditioner(self) -> Preconditioner:
@@ -271,12 +291,12 @@ class MixedSystem:
 
     def _beside(self, launches_of: Callable[[Term], list[Any]]) -> list[Any]:
         """The launches of all terms; those of terms that act on vertices alone beside those that act on nodes alone."""
-        kinds: dict[str, list[Any]] = {"nodes": [], "vertices": [], "all": []}
+        kinds: dict[str, list[list[Any]]] = {"nodes": [], "vertices": [], "all": []}
         for term in self.terms:
-            kinds[term.acts_on] += launches_of(term)
-        nodes, vertices = kinds["nodes"], kinds["vertices"]
+            kinds[term.acts_on].append(launches_of(term))
+        nodes, vertices = _overlapped(kinds["nodes"]), _overlapped(kinds["vertices"])
         beside = [Branches(nodes, vertices)] if nodes and vertices else [*nodes, *vertices]
-        return [*beside, *kinds["all"]]
+        return [*beside, *chain.from_iterable(kinds["all"])]
 
     def _forget_launches(self) -> None:
         self._solvers.clear()
@@ -289,6 +309,17 @@ class MixedSystem:
         of_terms = self._beside(lambda term: term.products(direction, product, launcher))
         mass = self.mass.combine_products(self._factors, direction, product, launcher, parts)
         return [ZeroArray(product.values), *of_terms, *mass]
+
+
+def _overlapped(of_terms: list[list[Any]]) -> list[Any]:
+    """The launches of terms that act on the same: the longest row beside the others, up to its last launch.
+
+    All launches of a term but the last one write memory of the term alone.
+    """
+    longest = max(of_terms, key=len, default=[])
+    others = [launch for row in of_terms if row is not longest for launch in row]
+    beside = [Branches(longest[:-1], others)] if len(longest) > 1 and others else [*others, *longest[:-1]]
+    return [*beside, *longest[-1:]]
 
 
 def _moves(free: FreeUnknowns) -> NDArray[np.int32]:

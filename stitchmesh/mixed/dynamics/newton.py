@@ -28,7 +28,7 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.mixed.dynamics.conjugate_gradients import SolveReport
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.read_sums import ReadSums
-from stitchmesh.mixed.dynamics.vector_sums import move, set_sum, subtract_forces
+from stitchmesh.mixed.dynamics.vector_sums import move_launch, remaining_launch, set_sum, sum_launch
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 DECREASE = 1e-4
@@ -82,6 +82,11 @@ class NewtonState:
     damping: MixedVector
     """K_n d; stays zero without damping by stiffness."""
 
+    @property
+    def vectors(self) -> tuple[MixedVector, MixedVector, MixedVector, MixedVector]:
+        """All of them."""
+        return self.position, self.displacement, self.inertia, self.damping
+
 
 class Newton:
     """Newton's method for one system."""
@@ -93,13 +98,27 @@ class Newton:
         self._product, self._of_mass, self._trial = system.zeros(), system.zeros(), system.zeros()
         self._force = system.zeros()
         self._noise = NOISE * float(np.finfo(np.float32 if system.scalar is wp.float32 else np.float64).eps)
+        self._factors, self._factors_of = wp.zeros(2, dtype=system.scalar, device=system.device), Quadratic(0.0)
 
     def set_downhill_force(self, state: NewtonState, quadratic: Quadratic) -> None:
         """Set ``gradient_force`` to minus the gradient of Phi [dyn]."""
-        force = self.gradient_force
-        self.system.set_forces(state.position, force)
-        self.system.set_mass_product(state.inertia, self._product)
-        subtract_forces(force, self._product, quadratic.stiffness, state.damping)
+        self._set_factors(quadratic)
+        force, product = self.gradient_force, self._product
+
+        def make(run: Launcher, _sums: ReadSums) -> list[Any]:
+            return [
+                *self.system.force_launches(state.position, force, run),
+                *self.system.mass_launches(state.inertia, product, run),
+                remaining_launch(force, self._factors, product, state.damping, run),
+            ]
+
+        self.system.repeated.run("downhill", (*state.vectors, force), make)
+
+    def _set_factors(self, quadratic: Quadratic) -> None:
+        """Send the coefficients of the quadratic part to the device."""
+        if quadratic != self._factors_of:
+            self._factors.assign([quadratic.mass, quadratic.stiffness])
+            self._factors_of = quadratic
 
     def iterate(
         self,
@@ -122,43 +141,56 @@ class Newton:
                 gives them.
         """
         solver = self.system.solver
-        report = solver.solve(self.gradient_force, tolerance=tolerance, most_iterations=most_iterations)
+        solver.begin_solve(self.gradient_force, tolerance=tolerance, most_iterations=most_iterations)
+        direction = solver.solution
+        slopes, limits = self._look_along(state, start, quadratic, direction)  # a GPU goes on without the host
+        report = solver.report()
         if report.iterations == 0:
             return IterationReport(report, 1.0, 0.0, True, energies)
-        direction, product = solver.solution, self._product
-        slopes = self._slopes(state, start, quadratic, direction)
-        longest = self.system.step_limit(state.position, direction) if slopes[0] < 0.0 else 0.0
+        longest = self.system.least_limit(limits, state.position, direction) if slopes[0] < 0.0 else 0.0
         before = self.system.energies(state.position) if energies is None else energies
         step, change, after = self._search(state.position, direction, longest, slopes, before)
-        move(state.position, state.displacement, state.inertia, step, step * quadratic.mass, direction)
-        if quadratic.stiffness:
-            set_sum(state.damping, 1.0, state.damping, step, product)
+        self._move(state, step, direction)
         return IterationReport(report, step, change, step == longest > 0.0, after)
 
-    def _slopes(
+    def _move(self, state: NewtonState, step: float, direction: MixedVector) -> None:
+        """Move the state by a part of a direction; most steps are whole, and captured."""
+
+        def make(run: Launcher, _sums: ReadSums | None) -> list[Any]:
+            return [move_launch(state.vectors, step, self._factors, direction, self._product, run)]
+
+        if step == 1.0:
+            self.system.repeated.run("whole step", (*state.vectors, direction), make)
+        elif step:
+            make(self.system.launch, None)
+
+    def _look_along(
         self, state: NewtonState, start: MixedVector, quadratic: Quadratic, direction: MixedVector
-    ) -> tuple[float, float, float]:
-        """Slope of Phi along a direction, and the linear and quadratic coefficients of inertia and damping.
+    ) -> tuple[tuple[float, float, float], list[float]]:
+        """What a line search needs along a direction, read together.
 
-        ``_product`` becomes the product of the direction with the Hessian of damping.
+        The first result is the slope of Phi and the linear and quadratic coefficients of inertia and damping, the
+        second one the limits of steps. ``_product`` becomes the product of the direction with the Hessian of damping.
         """
-        self.system.set_mass_product(direction, self._of_mass)
-        vectors: tuple[MixedVector, ...] = (self.gradient_force, direction, state.inertia, self._of_mass)
-        if quadratic.stiffness:
-            self.system.linearize(start, 0.0)
-            self.system.set_hessian_product(direction, self._product)
-            vectors += state.damping, self._product
+        damped, vectors = bool(quadratic.stiffness), (*state.vectors, start, direction)
 
-        def make(_run: Launcher, sums: ReadSums) -> list[Any]:
-            for first, second in ((0, 1), (2, 3), (1, 3), (4, 1), (1, 5))[: 5 if quadratic.stiffness else 3]:
-                sums.add_dot(vectors[first].values, vectors[second].values)
-            return []
+        def make(run: Launcher, sums: ReadSums) -> list[Any]:
+            launches = self.system.mass_launches(direction, self._of_mass, run)
+            pairs = [(self.gradient_force, direction), (state.inertia, self._of_mass), (direction, self._of_mass)]
+            if damped:
+                launches += self.system.linear_launches(start, 0.0, run)
+                launches += self.system.hessian_launches(direction, self._product, run)
+                pairs += [(state.damping, direction), (direction, self._product)]
+            for first, second in pairs:
+                sums.add_dot(first.values, second.values)
+            return launches + self.system.limit_launches(state.position, direction, run, sums)
 
-        slope, linear, square, *damped = (float(value) for value in self.system.repeated.read("slopes", vectors, make))
+        found = [float(value) for value in self.system.repeated.read(("look along", damped), vectors, make)]
+        slope, linear, square = found[:3]
         square *= quadratic.mass
-        if quadratic.stiffness:
-            linear, square = linear + quadratic.stiffness * damped[0], square + quadratic.stiffness * damped[1]
-        return -slope, linear, square
+        if damped:
+            linear, square = linear + quadratic.stiffness * found[3], square + quadratic.stiffness * found[4]
+        return (-slope, linear, square), found[5 if damped else 3 :]
 
     def _search(
         self,
@@ -177,8 +209,7 @@ class Newton:
         noise = self._noise * max((abs(value) for value in before.values()), default=0.0)
         step = longest
         for _ in range(MOST_HALVINGS if step else 0):
-            set_sum(self._trial, 1.0, position, step, direction)
-            after = self.system.energies(self._trial)
+            after = self._energies_along(position, step, direction)
             change = sum(after[name] - before[name] for name in before) + step * linear + 0.5 * step**2 * square
             if change <= DECREASE * step * slope:
                 return step, change, after
@@ -186,6 +217,19 @@ class Newton:
                 return step, change, after
             step *= 0.5
         return 0.0, 0.0, before
+
+    def _energies_along(self, position: MixedVector, step: float, direction: MixedVector) -> Mapping[str, float]:
+        """The energies after a part of a direction, at ``_trial``; those of whole steps are captured."""
+        if step != 1.0:
+            set_sum(self._trial, 1.0, position, step, direction)
+            return self.system.energies(self._trial)
+
+        def make(run: Launcher, sums: ReadSums) -> list[Any]:
+            moved = sum_launch(self._trial, 1.0, position, 1.0, direction, run)
+            return [moved, *self.system.energy_launches(self._trial, run, sums)]
+
+        found = self.system.repeated.read("whole step ahead", (self._trial, position, direction), make)
+        return self.system.named_energies(found)
 
     def _slope_at_trial(self, direction: MixedVector) -> float:
         """Slope of the energy of all terms along the direction."""

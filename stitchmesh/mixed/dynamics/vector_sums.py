@@ -4,11 +4,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 import warp as wp
 
+from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.compute.reduction import maximum, minimum
@@ -50,47 +53,60 @@ def chosen(
 def moved_state(
     # model
     step: Any,
-    of_inertia: Any,
+    factors: wp.array[Any],
     # state in
     direction: wp.array[Any],
+    of_damping: wp.array[Any],
     # state in and out
     position: wp.array[Any],
     displacement: wp.array[Any],
     inertia: wp.array[Any],
+    damping: wp.array[Any],
 ) -> None:
-    """Add a part of a direction to positions and displacements, and another part to the vector of inertia."""
+    """Move by a part of a direction; inertia changes by ``factors[0]`` of it, damping by its own part."""
     i = wp.tid()
-    position[i] = position[i] + step * direction[i]
-    displacement[i] = displacement[i] + step * direction[i]
-    inertia[i] = inertia[i] + of_inertia * direction[i]
+    move = step * direction[i]
+    position[i] = position[i] + move
+    displacement[i] = displacement[i] + move
+    inertia[i] = inertia[i] + factors[0] * move
+    if factors[1] > step - step:
+        damping[i] = damping[i] + step * of_damping[i]
 
 
 @kernel
 def remaining_force(
     # model
-    of_damping: Any,
+    factors: wp.array[Any],
     # state in
     of_inertia: wp.array[Any],
     damping: wp.array[Any],
     # state in and out
     force: wp.array[Any],
 ) -> None:
-    """Subtract forces of inertia and damping from a force."""
+    """Subtract forces of inertia, and ``factors[1]`` times those of damping, from a force."""
     i = wp.tid()
-    force[i] = force[i] - of_inertia[i] - of_damping * damping[i]
+    force[i] = force[i] - of_inertia[i] - factors[1] * damping[i]
+
+
+def sum_launch(
+    result: MixedVector, of_first: float, first: MixedVector, of_second: float, second: MixedVector, launcher: Launcher
+) -> Any:
+    """The launch that sets a vector to a x + b y; it may be one of the arguments."""
+    numbers = [result.scalar(of_first), result.scalar(of_second)]
+    return launcher(scaled_sums, len(result.values), [*numbers, first.values, second.values], [result.values])
 
 
 def set_sum(result: MixedVector, of_first: float, first: MixedVector, of_second: float, second: MixedVector) -> None:
     """Set a vector to a x + b y; it may be one of the arguments."""
-    numbers = [result.scalar(of_first), result.scalar(of_second)]
-    count = len(result.values)
-    launch(scaled_sums, count, [*numbers, first.values, second.values], [result.values], result.device)
+    sum_launch(result, of_first, first, of_second, second, partial(launch, device=result.device))
 
 
-def subtract_forces(force: MixedVector, of_inertia: MixedVector, of_damping: float, damping: MixedVector) -> None:
-    """Subtract the force of inertia, and ``of_damping`` times a vector, from a force."""
-    inputs = [force.scalar(of_damping), of_inertia.values, damping.values]
-    launch(remaining_force, len(force.values), inputs, [force.values], force.device)
+def remaining_launch(
+    force: MixedVector, factors: wp.array[Any], of_inertia: MixedVector, damping: MixedVector, launcher: Launcher
+) -> Any:
+    """The launch that subtracts the force of inertia, and factor 1 times a vector, from a force."""
+    inputs = [factors, of_inertia.values, damping.values]
+    return launcher(remaining_force, len(force.values), inputs, [force.values])
 
 
 def choose(result: MixedVector, moves: wp.array[wp.int32], free: MixedVector, fixed: MixedVector) -> None:
@@ -98,19 +114,27 @@ def choose(result: MixedVector, moves: wp.array[wp.int32], free: MixedVector, fi
     launch(chosen, len(moves), [moves, free.values, fixed.values], [result.values], result.device)
 
 
-def move(
-    position: MixedVector,
-    displacement: MixedVector,
-    inertia: MixedVector,
+def move_launch(
+    moved: Sequence[MixedVector],
     step: float,
-    of_inertia: float,
+    factors: wp.array[Any],
     direction: MixedVector,
-) -> None:
-    """Add ``step`` times a direction to positions and displacements, and ``of_inertia`` times it to ``inertia``."""
-    scalar = position.scalar
-    inputs = [scalar(step), scalar(of_inertia), direction.values]
-    outputs = [position.values, displacement.values, inertia.values]
-    launch(moved_state, len(position.values), inputs, outputs, position.device)
+    of_damping: MixedVector,
+    launcher: Launcher,
+) -> Any:
+    """The launch that moves along a direction.
+
+    Args:
+        moved: positions and displacements, to which ``step`` times the direction is added, the vector of inertia, to
+            which factor 0 times as much is added, and that of damping, to which ``step`` times ``of_damping`` is added.
+        step: part of the direction.
+        factors: both factors of the quadratic part, shape (2,).
+        direction: the direction.
+        of_damping: its product with the Hessian of damping; not used where factor 1 is zero.
+        launcher: ``launch`` or ``prepare`` with the device bound.
+    """
+    inputs = [direction.scalar(step), factors, direction.values, of_damping.values]
+    return launcher(moved_state, len(direction.values), inputs, [vector.values for vector in moved])
 
 
 def largest(vector: MixedVector) -> float:

@@ -25,6 +25,7 @@ is a sum of results satisfies E (v, p) = 0.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -32,16 +33,17 @@ import warp as wp
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.captured import CapturedLaunches, CopyArray, Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.launch import launch
-from stitchmesh.compute.partial_sums import add_parts, chunk_of, part_count
+from stitchmesh.compute.launch import prepare
+from stitchmesh.compute.partial_sums import WIDTH, add_parts, chunk_of, part_count
 from stitchmesh.compute.precision import vector
 from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.projection import Projection
 from stitchmesh.mixed.enrichment.region import Numbers
+from stitchmesh.mixed.enrichment.sigma_on_device import BLOCK
 from stitchmesh.mixed.enrichment.solve_record import Advance, record_alpha
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
@@ -122,7 +124,7 @@ def invert_metric(
     least_mass: wp.array[Any],
     inverse_mass: wp.array[Any],
     by_masses: int,
-    of_mass: Any,
+    factor: wp.array[Any],
     # state in
     blocks: wp.array[Any],
     # state out
@@ -131,7 +133,7 @@ def invert_metric(
 ) -> None:
     """Inverse blocks of D of positions: zero for what is fixed, a number for what is coupled."""
     i = wp.tid()
-    block = blocks[i]
+    block, of_mass = blocks[i], factor[0]
     smallest, of_masses = least_mass[i] * of_mass, inverse_mass[i] / of_mass
     result = block - block
     if kind[i] == wp.static(FREE):
@@ -144,12 +146,47 @@ def invert_metric(
 
 
 @kernel
+def bound_vertex_inverses(
+    # model
+    start: wp.array[wp.int32],
+    node: wp.array[wp.int32],
+    square: wp.array[wp.float64],
+    # state in
+    node_inverse: wp.array[Any],
+    # state in and out
+    vertex_inverse: wp.array[Any],
+    # state out
+    blocks: wp.array[Any],
+    sums: wp.array2d[wp.float64],
+) -> None:
+    """Bound D^-1 of coupled vertices: D is at least a part of what the nodes have on it, the sum of B^2 over D^-1.
+
+    One block of threads finds the sum of each vertex.
+    """
+    i, lane = wp.tid()
+    zero = wp.float64(0.0)
+    total = Slots()
+    for k in range(start[i] + lane, start[i + 1], wp.block_dim()):
+        number = wp.float64(node_inverse[node[k]])
+        if number > zero:
+            total[0] += square[k] / number
+    sum_over_block(total, sums[i])
+    own = wp.float64(vertex_inverse[i])
+    if lane == 0 and own > zero:
+        if sums[i, 0] > zero:
+            own = wp.min(own, wp.float64(1.0) / (wp.float64(wp.static(LEAST_VERTEX)) * sums[i, 0]))
+        bounded = type(vertex_inverse[i])(own)
+        vertex_inverse[i] = bounded
+        blocks[i] = scalar_block(blocks[i], 3, bounded)
+
+
+@kernel
 def invert_sliding_metric(
     # model
     kind: wp.array[wp.int32],
     slides: wp.array[wp.vec2i],
     least_mass: wp.array[Any],
-    of_mass: Any,
+    factor: wp.array[Any],
     # state in
     node_inverse: wp.array[Any],
     blocks: wp.array[Any],
@@ -175,7 +212,7 @@ def invert_sliding_metric(
     pair[1, 1] = pair[1, 1] - wp.dot(by_v, coupling_v[i])
     pair[0, 1] = pair[0, 1] - mixed
     pair[1, 0] = pair[1, 0] - mixed
-    inverse[i] = inverse_where(pair, slides[i], least_mass[i] * of_mass)
+    inverse[i] = inverse_where(pair, slides[i], least_mass[i] * factor[0])
 
 
 @wp.func
@@ -309,8 +346,8 @@ class Preconditioner:
         """
         self._embedding, self._projection = embedding, Projection(embedding, scalar, device)
         self._scalar, self._device = scalar, device
-        self._squares = csr_array(embedding.basis.power(2).T)
         self._projects_by_masses = False
+        self._factor, self._factor_now = wp.ones(1, dtype=scalar, device=device), 1.0
         least = least_masses(embedding, masses[1])
         halves = [embedding.vertex_count]
         self._least = [wp.array(part, dtype=scalar, device=device) for part in np.split(least, halves)]
@@ -323,8 +360,25 @@ class Preconditioner:
         self.inverse = MixedBlocks.zeros(embedding.vertex_count, embedding.node_count, scalar, device)
         three = vector(3, scalar)
         self._across = [wp.zeros(embedding.node_count, dtype=three, device=device) for _ in range(2)]
-        kinds = self._vertex_kind, self._node_kind
-        self._scalars = [wp.zeros(len(kind), dtype=scalar, device=device) for kind in kinds]
+        counts = embedding.vertex_count, embedding.node_count
+        self._numbers = [wp.zeros(count, dtype=scalar, device=device) for count in counts]
+        self._squares = self._rows_of_squares()
+        self._sums = wp.zeros((embedding.vertex_count, WIDTH), dtype=wp.float64, device=device)
+        self._captured: dict[tuple[bool, bool], tuple[MixedBlocks, CapturedLaunches]] = {}
+        self._on_device = device.is_cuda and self._is_regular()
+
+    def _rows_of_squares(self) -> list[wp.array[Any]]:
+        """The squares of B for each vertex, as compressed rows of simulated nodes."""
+        squares = csr_array(self._embedding.basis.power(2).T)
+        rows = squares.indptr, self._embedding.nodes[squares.indices]
+        values = wp.array(squares.data, dtype=wp.float64, device=self._device)
+        return [*(self._integers(row) for row in rows), values]
+
+    def _is_regular(self) -> bool:
+        """Whether Sigma is positive for the masses of what moves, and so for any metric."""
+        vertices, nodes = np.split(self._by_masses, [self._embedding.vertex_count])
+        coupled = self._vertex_kind.numpy() == COUPLED, self._node_kind.numpy() == COUPLED
+        return self._projection.is_regular(vertices * coupled[0], nodes * coupled[1])
 
     def set_metric(self, metric: MixedBlocks, of_mass: float = 1.0, *, of_masses: bool = False) -> None:
         """Invert the metric D of motions.
@@ -335,42 +389,58 @@ class Preconditioner:
             of_masses: whether D in the hybrid region is ``of_mass`` times the masses alone, instead of the given
                 blocks. Sigma is then found once.
         """
-        own, factor = self.inverse, self._scalar(of_mass)
-        parts = (metric.vertices, own.vertices), (metric.nodes, own.nodes)
-        kinds = self._vertex_kind, self._node_kind
-        for k, ((blocks, inverse), kind) in enumerate(zip(parts, kinds, strict=True)):
-            inputs = [kind, self._least[k], self._inverse_mass[k], int(of_masses), factor, blocks]
-            launch(invert_metric, len(kind), inputs, [inverse, self._scalars[k]], self._device)
-        inputs = [self._node_kind, self._slides, self._least[1], factor, own.nodes]
-        inputs += [metric.sliding, metric.coupling_u, metric.coupling_v]
-        launch(invert_sliding_metric, len(self._node_kind), inputs, [own.sliding, *self._across], self._device)
+        if of_mass != self._factor_now:
+            self._factor.assign([of_mass])
+            self._factor_now = of_mass
+        inverts = self._projection.row_count > 0 and self._on_device and not of_masses
+        self._captured_metric(metric, of_masses, inverts).launch()
         if not self._projection.row_count:
             return
         self._projection.set_scale(of_mass if of_masses else 1.0)
-        if not (of_masses and self._projects_by_masses):
+        if not (inverts or (of_masses and self._projects_by_masses)):
             self._projection.set_metric(*self._coupled_inverses(of_masses))
         self._projects_by_masses = of_masses
 
+    def _captured_metric(self, metric: MixedBlocks, of_masses: bool, inverts: bool) -> CapturedLaunches:
+        """``_metric_launches``, captured for the blocks that were given last."""
+        name = of_masses, inverts
+        if name not in self._captured or self._captured[name][0] is not metric:
+            launches = self._metric_launches(metric, of_masses, inverts, partial(prepare, device=self._device))
+            self._captured[name] = metric, CapturedLaunches(launches, self._device)
+        return self._captured[name][1]
+
+    def _metric_launches(self, metric: MixedBlocks, of_masses: bool, inverts: bool, launcher: Launcher) -> list[Any]:
+        """The launches that invert the blocks, bound those of coupled vertices, and invert Sigma where asked."""
+        own, projection, launches = self.inverse, self._projection, []
+        numbers = self._numbers
+        parts = (metric.vertices, own.vertices), (metric.nodes, own.nodes)
+        for k, ((blocks, inverse), kind) in enumerate(zip(parts, (self._vertex_kind, self._node_kind), strict=True)):
+            inputs = [kind, self._least[k], self._inverse_mass[k], int(of_masses), self._factor, blocks]
+            if len(kind):
+                launches.append(launcher(invert_metric, len(kind), inputs, [inverse, numbers[k]]))
+        inputs = [self._node_kind, self._slides, self._least[1], self._factor, own.nodes]
+        inputs += [metric.sliding, metric.coupling_u, metric.coupling_v]
+        if len(self._node_kind):
+            outputs = [own.sliding, *self._across]
+            launches.append(launcher(invert_sliding_metric, len(self._node_kind), inputs, outputs))
+        if projection.row_count and not of_masses:
+            inputs, outputs = [*self._squares, numbers[1], numbers[0]], [own.vertices, self._sums]
+            launches.append(launcher(bound_vertex_inverses, len(numbers[0]), inputs, outputs, tile=BLOCK))
+        if inverts:
+            launches += [
+                CopyArray(numbers[0], projection.vertex_inverse),
+                CopyArray(numbers[1], projection.node_inverse),
+            ]
+            launches += projection.metric_launches(launcher)
+        return launches
+
     def _coupled_inverses(self, of_masses: bool) -> tuple[Numbers, Numbers]:
         """The inverse of D, or of the masses, of vertices and nodes within the constraint; zero elsewhere."""
-        vertices, nodes = (scalars.numpy().astype(np.float64) for scalars in self._scalars)
+        vertices, nodes = (numbers.numpy().astype(np.float64) for numbers in self._numbers)
         if of_masses:
             vertices = np.where(vertices > 0.0, self._by_masses[: len(vertices)], 0.0)
             nodes = np.where(nodes > 0.0, self._by_masses[len(vertices) :], 0.0)
-        else:
-            vertices = np.minimum(vertices, self._largest_vertex_inverse(nodes))
-            blocks = self.inverse.vertices.numpy()
-            blocks[vertices > 0.0] = vertices[vertices > 0.0, None, None] * np.eye(3)
-            self.inverse.vertices.assign(blocks)
         return vertices, nodes
-
-    def _largest_vertex_inverse(self, node_inverse: Numbers) -> Numbers:
-        """Upper bound of D^-1 of each vertex: D is at least a part of what the nodes have on it, shape (V,)."""
-        hybrid = node_inverse[self._embedding.nodes]
-        of_nodes = np.divide(1.0, hybrid, out=np.zeros_like(hybrid), where=hybrid > 0.0)
-        on_vertices = LEAST_VERTEX * (self._squares @ of_nodes)
-        bound = np.full(len(on_vertices), np.inf)
-        return np.divide(1.0, on_vertices, out=bound, where=on_vertices > 0.0)
 
     def launches(self, force: MixedVector, motion: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that find the motion z of P z = r.

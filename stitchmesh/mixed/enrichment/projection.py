@@ -13,7 +13,8 @@ their preconditioner is the projection in the metric of the masses (``filter``, 
 Sigma has the size of C, the independent vertices of the hybrid region, some hundreds. Its inverse is stored as a dense
 matrix of float64 on the device, also on a CPU: a product with it then is one launch among the captured ones, without a
 copy to the host, and for 1,000 vertices costs less than the product with B of 100,000 nodes. E u is one sum for each
-row, by a block of threads in a fixed order.
+row, by a block of threads in a fixed order. The inverse of a metric that changes is found by launches on a GPU
+(``sigma_on_device``), and by LAPACK on the host otherwise and where Sigma is singular.
 """
 
 from __future__ import annotations
@@ -33,10 +34,11 @@ from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.region import Numbers
+from stitchmesh.mixed.enrichment.sigma_on_device import BLOCK, SigmaOnDevice
 from stitchmesh.mixed.mixed_vector import MixedVector
 
-BLOCK = 128
-"""Threads of a block on a GPU that sums a row."""
+LONG = 512
+"""Threads of a block on a GPU that sums a row of E, which has hundreds to thousands of nodes."""
 MOST_COLUMNS = 16_384
 """Largest number of independent vertices; their inverse takes 2 GiB."""
 SINGULAR = 1e-13
@@ -193,15 +195,19 @@ class Projection:
         self._hybrid = embedding.nodes
         self._entities = embedding.vertex_count + embedding.node_count
         self._places, self._sigma_of = _sigma_maps(self._independent, self._gram)
+        hybrid = len(embedding.nodes)
+        entries = np.ones(hybrid), (np.arange(hybrid), embedding.nodes)
+        self._to_all = csr_array(entries, shape=(hybrid, embedding.node_count))
         self.coupling = self._coupling(embedding)
         self.vertex_inverse = wp.zeros(embedding.vertex_count, dtype=scalar, device=device)
         self.node_inverse = wp.zeros(embedding.node_count, dtype=scalar, device=device)
-        self._scale = wp.full(1, value=scalar(1.0), dtype=scalar, device=device)
+        self._scale, self._scale_now = wp.full(1, value=scalar(1.0), dtype=scalar, device=device), 1.0
         shape = (self.row_count, self.row_count)
         self._inverse = wp.zeros(shape, dtype=wp.float64, device=device)
         self._residual = wp.zeros((self.row_count, 7), dtype=wp.float64, device=device)
         self._multiplier = wp.zeros_like(self._residual)
         self._parts = parts_for(self._entities, device)
+        self._on_device: SigmaOnDevice | None = None
 
     def set_metric(self, vertex_inverse: Numbers, node_inverse: Numbers) -> None:
         """Invert Sigma for a metric.
@@ -217,9 +223,23 @@ class Projection:
             rounded = (numbers.astype(kind).astype(np.float64) for numbers in (vertex_inverse, node_inverse))
             self._inverse.assign(symmetric_inverse(self.sigma(*rounded)))
 
+    def is_regular(self, vertex_inverse: Numbers, node_inverse: Numbers) -> bool:
+        """Whether Sigma of a metric is positive beyond rounding; arguments as for ``set_metric``."""
+        return positive_inverse(self.sigma(vertex_inverse, node_inverse)) is not None
+
+    def metric_launches(self, launcher: Launcher) -> list[Any]:
+        """The launches that invert Sigma for ``vertex_inverse`` and ``node_inverse``, where it is positive."""
+        if self._on_device is None:
+            of_nodes, of_vertices = self._sigma_of
+            of_all = csr_array(of_nodes @ self._to_all)
+            self._on_device = SigmaOnDevice(self._places, of_all, of_vertices, self._inverse, self._device)
+        return self._on_device.launches(self.vertex_inverse, self.node_inverse, launcher)
+
     def set_scale(self, scale: float) -> None:
         """Multiply the metric by a number: the projection stays, and E' mu of a force is multiplied."""
-        self._scale.fill_(self._scalar(scale))
+        if scale != self._scale_now:
+            self._scale.fill_(self._scalar(scale))
+            self._scale_now = scale
 
     def sigma(self, vertex_inverse: Numbers, node_inverse: Numbers) -> Numbers:
         """Sigma = E D^-1 E', shape (C, C); arguments as for ``set_metric``."""
@@ -254,7 +274,7 @@ class Projection:
         outputs = [self._parts if parts is None else parts]
         rows, motions = self.row_count, [self.coupling, motion.vertices, motion.nodes]
         return [
-            launcher(constraint_rows, rows, motions, [self._residual], tile=BLOCK),
+            launcher(constraint_rows, rows, motions, [self._residual], tile=LONG),
             launcher(multiplier_rows, rows, [self._inverse, self._residual], [self._multiplier], tile=BLOCK),
             launcher(subtract_multipliers, part_count(self._entities, self._device), inputs, outputs, tile=THREADS),
         ]
@@ -262,9 +282,7 @@ class Projection:
     def _coupling(self, embedding: Embedding) -> Any:
         """The rows and columns of E on the device."""
         coupling = CouplingArrays()
-        to_all = csr_array((np.ones(len(embedding.nodes)), (np.arange(len(embedding.nodes)), embedding.nodes)),
-                           shape=(len(embedding.nodes), embedding.node_count))  # fmt: skip
-        of_nodes = csr_array(self._independent.T @ to_all)
+        of_nodes = csr_array(self._independent.T @ self._to_all)
         tables = {
             ("node_start", "node", "node_weight"): of_nodes,
             ("vertex_start", "vertex", "vertex_weight"): self._gram,
@@ -308,20 +326,34 @@ def _sigma_maps(independent: csr_array, gram: csr_array) -> tuple[NDArray[np.int
 
 
 def symmetric_inverse(matrix: Numbers) -> Numbers:
-    """The inverse of a symmetric matrix that is never negative; the pseudo-inverse where it is singular.
+    """The inverse of a symmetric matrix that is never negative; the pseudo-inverse where it is singular."""
+    inverse = positive_inverse(matrix)
+    if inverse is not None:
+        return inverse
+    scaled, scale = _unit_diagonal(matrix)
+    values, vectors = eigh(scaled)
+    kept = values > SINGULAR * max(float(values.max(initial=0.0)), 1.0)
+    return _scaled_back((vectors[:, kept] / values[kept]) @ vectors[:, kept].T, scale)
 
-    Rows are scaled to a unit diagonal first, because masses differ by many orders of magnitude.
-    """
-    diagonal = matrix.diagonal()
-    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-    scaled = matrix * np.outer(scale, scale)
+
+def positive_inverse(matrix: Numbers) -> Numbers | None:
+    """The inverse of a symmetric matrix; None where it is not positive beyond rounding."""
+    scaled, scale = _unit_diagonal(matrix)
     try:
         inverse = cho_solve(cho_factor(scaled), np.eye(len(scaled)))
-        if np.abs(inverse).max(initial=0.0) * SINGULAR > 1.0:
-            raise LinAlgError
     except LinAlgError:
-        values, vectors = eigh(scaled)
-        kept = values > SINGULAR * max(float(values.max(initial=0.0)), 1.0)
-        inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
+        return None
+    return None if np.abs(inverse).max(initial=0.0) * SINGULAR > 1.0 else _scaled_back(inverse, scale)
+
+
+def _unit_diagonal(matrix: Numbers) -> tuple[Numbers, Numbers]:
+    """A matrix with rows and columns scaled to a unit diagonal, because masses differ by many orders; the scale."""
+    diagonal = matrix.diagonal()
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    return matrix * np.outer(scale, scale), scale
+
+
+def _scaled_back(inverse: Numbers, scale: Numbers) -> Numbers:
+    """The inverse of a matrix from that of the scaled one, made symmetric."""
     result: Numbers = (inverse + inverse.T) * 0.5 * np.outer(scale, scale)
     return result

@@ -25,7 +25,7 @@ from stitchmesh.yarn import UNKNOWN_FACE, YarnSet
 
 def yarn_curves(
     cloth: Cloth, yarns: CrossingYarns, *, radius: float | ArrayLike, nodes: ArrayLike | None = None,
-    vertices: ArrayLike | None = None,
+    vertices: ArrayLike | None = None, measured: bool = True,
 ) -> YarnSet:  # fmt: skip
     """Return the yarns as B-splines in space, with the numbers of the crossing yarns; the colour is the family.
 
@@ -35,6 +35,8 @@ def yarn_curves(
         radius: radius of all yarns [cm], or of each yarn, shape (Y,).
         nodes: places of the nodes in space [cm], shape (N, 3); on the triangles by default.
         vertices: positions of the vertices [cm], shape (V, 3), which give the normals; those of the cloth by default.
+        measured: whether rest lengths are the lengths of the curves; a picture needs none, and measuring them takes
+            four fifths of the time.
 
     Raises:
         ParameterError: the nodes are not N points.
@@ -47,7 +49,8 @@ def yarn_curves(
     thickness = np.broadcast_to(np.asarray(radius, dtype=np.float64), yarns.yarn_count)
     points, start = _curve_points(yarns, place, node_normals(cloth, yarns, corners), thickness)
     control, start = interpolating_points(points, start)
-    return _yarn_set(yarns, control, start, thickness)
+    made = _yarn_set(yarns, control, start, thickness)
+    return replace(made, rest_length=made.lengths) if measured else made
 
 
 def node_normals(cloth: Cloth, yarns: CrossingYarns, vertices: FloatArray) -> FloatArray:
@@ -131,7 +134,7 @@ def interpolating_points(points: FloatArray, start: IntArray) -> tuple[FloatArra
 
 
 def _yarn_set(yarns: CrossingYarns, control: FloatArray, start: IntArray, radius: FloatArray) -> YarnSet:
-    drawn = YarnSet(
+    return YarnSet(
         points=control,
         start=start,
         closed=np.zeros(yarns.yarn_count, dtype=np.bool_),
@@ -142,4 +145,3 @@ def _yarn_set(yarns: CrossingYarns, control: FloatArray, start: IntArray, radius
         part=np.zeros(len(control), dtype=np.int64),
         colour=yarns.yarn_family,
     )
-    return replace(drawn, rest_length=drawn.lengths)

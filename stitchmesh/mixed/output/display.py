@@ -110,11 +110,19 @@ class Display:
         change = _along_normals(self._linear @ normals, self._change @ corners)
         return Shown(corners, nodes, linear + (1.0 - self.surface_alpha)[:, None] * change)
 
-    def curves(self, shown: Shown, radius: float | FloatArray) -> YarnSet:
-        """Return the yarns as curves in space; ``radius`` is that of all yarns, or of each yarn [cm], shape (Y,)."""
+    def curves(self, shown: Shown, radius: float | FloatArray, *, measured: bool = True) -> YarnSet:
+        """Return the yarns as curves in space.
+
+        Args:
+            shown: the state.
+            radius: radius of all yarns, or of each yarn [cm], shape (Y,).
+            measured: as for ``yarn_curves``.
+        """
         if isinstance(self.yarns, SplineYarns):
             return replace(self.yarns.curves, points=shown.nodes)
-        return yarn_curves(self.cloth, self.yarns, radius=radius, nodes=shown.nodes, vertices=shown.vertices)
+        return yarn_curves(
+            self.cloth, self.yarns, radius=radius, nodes=shown.nodes, vertices=shown.vertices, measured=measured
+        )
 
     def _changes_at_nodes(self, outside: IntArray, divided: Subdivision, smooth: csr_array) -> csr_array:
         """L - B at the nodes outside the full-yarn region, zero rows elsewhere, shape (N, V)."""

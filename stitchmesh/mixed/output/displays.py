@@ -21,16 +21,18 @@ class Displays:
     def __init__(self, cloth: Cloth, yarns: LaidYarns, region: Region, rounds: int = ROUNDS) -> None:
         """Begin with the region at the start; arguments are those of ``Display``."""
         self.cloth, self.yarns, self.rounds = cloth, yarns, rounds
-        self._made = Display(cloth, yarns, region, rounds)
+        self._region = region
+        self._made: Display | None = None  # Runs that nobody looks at need none, and large ones take seconds.
 
     def of(self, frame: Frame) -> Display:
         """Return the display of a frame."""
         made = self._made  # Another thread may ask for another frame meanwhile.
-        region = made.region
+        region = self._region if made is None else made.region
         same = np.array_equal(region.triangle_kind, frame.triangle_kind)
         if not (same and np.array_equal(region.vertex_alpha, frame.vertex_alpha)):
-            own = replace(region, triangle_kind=frame.triangle_kind, vertex_alpha=frame.vertex_alpha)
-            self._made = made = Display(self.cloth, self.yarns, own, self.rounds)
+            region = replace(region, triangle_kind=frame.triangle_kind, vertex_alpha=frame.vertex_alpha)
+        if made is None or region is not made.region:
+            self._made = made = Display(self.cloth, self.yarns, region, self.rounds)
         return made
 
     def show(self, frame: Frame) -> Shown:

@@ -44,16 +44,18 @@ class Keyframe:
 
 @dataclass(frozen=True, kw_only=True)
 class AttachmentSection:
-    """A part of the cloth that is held or moved: the vertices and yarn nodes in boxes.
+    """A part of the cloth that is held or moved: the vertices and yarn nodes in boxes and in triangles.
 
     Raises:
-        ParameterError: there is no box and no vertex, or keyframes are not in the order of their times.
+        ParameterError: there is no box, triangle or vertex, or keyframes are not in the order of their times.
     """
 
     boxes: tuple[BoxSection, ...] = ()
     """Boxes around the part, at the start."""
     vertices: tuple[int, ...] = ()
     """Numbers of vertices."""
+    faces: tuple[int, ...] = ()
+    """Numbers of triangles, with their vertices and the yarn nodes in them."""
     keyframes: tuple[Keyframe, ...] = ()
     """Motion; without it the part is held where it is."""
     centre: Triple = STILL
@@ -62,8 +64,8 @@ class AttachmentSection:
     """Time at which the part is free [s]; never by default."""
 
     def __post_init__(self) -> None:
-        if not self.boxes and not self.vertices:
-            raise ParameterError("attachment: got nothing that is attached; expected boxes or vertices")
+        if not (self.boxes or self.vertices or self.faces):
+            raise ParameterError("attachment: got nothing that is attached; expected boxes, faces or vertices")
         if self.release is not None and not (math.isfinite(self.release) and self.release > 0.0):
             raise ParameterError(f"attachment: release: got {self.release}; expected a positive time [s]")
         if any(key.bend for key in self.keyframes):

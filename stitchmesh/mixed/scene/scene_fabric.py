@@ -115,9 +115,8 @@ def prepare(
     laid = _layout(scene, surface) if yarns is None else yarns
     materials = _materials(scene.yarns, laid)
     region = scene.region.region(surface, laid)
-    held = tuple(_attachment(number, one, surface, laid) for number, one in enumerate(scene.attachments))
+    held, bodies = _held(scene, surface, laid), _bodies(scene)
     check_simulated(held, region)
-    bodies = tuple(LoadedBody(body=one.body(), friction=one.friction, thickness=one.thickness) for one in scene.bodies)
     material = _cloth_material(scene, surface, laid, materials, folder, progress)  # last: a match takes seconds
     fabric = MixedFabric(
         cloth=surface,
@@ -126,15 +125,22 @@ def prepare(
         yarn_materials=materials,
         seam_material=_seam_material(laid, materials) if scene.cloth.seam_rods else None,
     )
-    prepared = PreparedScene(
-        scene=scene,
-        fabric=fabric,
-        region=region,
-        vertices=_disturbed(surface, scene.disturbance),
-        held=held,
-        bodies=bodies,
-    )
+    start = _disturbed(surface, scene.disturbance)
+    prepared = PreparedScene(scene=scene, fabric=fabric, region=region, vertices=start, held=held, bodies=bodies)
     return replace(prepared, vertices=_outside(prepared)) if scene.contact.start_outside else prepared
+
+
+def with_loads(prepared: PreparedScene, scene: Scene) -> PreparedScene:
+    """Return a scene on the same cloth and yarns with other attachments, bodies and contact; the region stays.
+
+    Errors are those of ``prepare``.
+    """
+    cloth, laid = prepared.fabric.cloth, prepared.fabric.yarns
+    held, bodies = _held(scene, cloth, laid), _bodies(scene)
+    check_simulated(held, prepared.region)
+    start = _disturbed(cloth, scene.disturbance)
+    changed = replace(prepared, scene=scene, vertices=start, held=held, bodies=bodies)
+    return replace(changed, vertices=_outside(changed)) if scene.contact.start_outside else changed
 
 
 def with_region(prepared: PreparedScene, chosen: IntArray) -> PreparedScene:
@@ -246,14 +252,29 @@ def _seam_material(yarns: LaidYarns, materials: FabricMaterials | SplineMaterial
     return SeamMaterial(rod.stretch_stiffness, rod.bending_stiffness, rod.density)
 
 
+def _held(scene: Scene, cloth: Cloth, yarns: LaidYarns) -> tuple[Attachment, ...]:
+    """The attachments of a scene."""
+    return tuple(_attachment(number, one, cloth, yarns) for number, one in enumerate(scene.attachments))
+
+
+def _bodies(scene: Scene) -> tuple[LoadedBody, ...]:
+    """The bodies of a scene."""
+    return tuple(LoadedBody(body=one.body(), friction=one.friction, thickness=one.thickness) for one in scene.bodies)
+
+
 def _attachment(number: int, section: AttachmentSection, cloth: Cloth, yarns: LaidYarns) -> Attachment:
-    """The vertices and the nodes of the layout in the boxes of an attachment."""
+    """The vertices and the nodes of the layout in the boxes and the triangles of an attachment."""
     name = f"attachments[{number}]"
     wrong = [vertex for vertex in section.vertices if not 0 <= vertex < len(cloth.vertices)]
     if wrong:
         raise ParameterError(f"{name}: got vertex {wrong[0]}; expected 0 to {len(cloth.vertices) - 1}")
+    faces = np.array(section.faces, dtype=np.int64)
+    absent = faces[(faces < 0) | (faces >= len(cloth.triangles))]
+    if len(absent):
+        raise ParameterError(f"{name}: got triangle {absent[0]}; expected 0 to {len(cloth.triangles) - 1}")
     vertices, nodes = _in_boxes(section, cloth, yarns)
-    vertices = np.union1d(vertices, np.array(section.vertices, dtype=np.int64))
+    vertices = np.union1d(np.union1d(vertices, cloth.triangles[faces]), np.array(section.vertices, dtype=np.int64))
+    nodes = np.union1d(nodes, np.flatnonzero(np.isin(yarns.triangle, faces)))
     if not len(vertices) + len(nodes):
         raise ParameterError(f"{name}: {section.boxes[0]}: holds nothing of the cloth; expected a box that overlaps it")
     return Attachment(vertices, nodes, section.motion(), None, name)

@@ -7,7 +7,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import replace
-from os import fspath
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +32,7 @@ def read_scene(path: FilePath) -> Scene:
             the key and, for an unknown key, the nearest known one.
     """
     scene = read_dataclass(path, Scene)
-    return _with_paths(scene, lambda inside: fspath(Path(path).parent / inside))
+    return _with_paths(scene, lambda inside: os.path.normpath(Path(path).parent / inside))
 
 
 def write_scene(path: FilePath, scene: Scene) -> None:

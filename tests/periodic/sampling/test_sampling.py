@@ -26,6 +26,7 @@ def sizes(pattern: str, quality: str) -> tuple[float, float]:
     return report["width"], report["height"]
 
 
+@pytest.mark.usefixtures("first_state")
 @pytest.mark.parametrize("quality", ["draft", "standard"])
 @pytest.mark.parametrize("pattern", ["stockinette", "garter", "seed", "linen-stitch", "plain"])
 def test_each_quality_keeps_its_promise(pattern: str, quality: str) -> None:
@@ -36,9 +37,7 @@ SLACK = [("rib1x1", 20.0), ("cartridge-belt-rib", 20.0), ("slip-stitch-honeycomb
 """Repeats with several states of rest, and their loops in yarn diameters."""
 
 
-@pytest.mark.decides
-@pytest.mark.parametrize("pattern, loop", SLACK)
-def test_qualities_find_one_state_of_several(pattern: str, loop: float) -> None:
+def check_one_state(pattern: str, loop: float) -> None:
     draft, standard = (
         swatch(pattern, quality=quality, device="cpu", relax_cell=True, loop_length=2 * loop * 0.125).report
         for quality in ("draft", "standard")
@@ -47,6 +46,18 @@ def test_qualities_find_one_state_of_several(pattern: str, loop: float) -> None:
     for name in ("width", "height"):
         # the promise of draft, and that of standard on the other side
         assert draft[name] == pytest.approx(standard[name], rel=PROMISE["draft"] + PROMISE["standard"])
+
+
+@pytest.mark.decides
+@pytest.mark.usefixtures("first_state")
+@pytest.mark.parametrize("pattern, loop", SLACK)
+def test_qualities_find_one_state_of_several(pattern: str, loop: float) -> None:
+    check_one_state(pattern, loop)
+
+
+@pytest.mark.decides
+def test_qualities_find_one_lowest_state() -> None:
+    check_one_state("rib1x1", 20.0)
 
 
 def test_the_path_to_a_finer_preset_goes_through_the_coarser_ones() -> None:

@@ -24,6 +24,7 @@ from stitchmesh.quality import Quality
 from stitchmesh.yarn.tiling import instances
 from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
 
+pytestmark = pytest.mark.usefixtures("first_state")
 EXACT = Quality("float64", 3, 3, 12, 0.2, 1e-6, 20_000, largest_change=1e-6)
 """Fine enough that two different paths to one relaxed state end in sizes that agree within 1e-5."""
 PLAIN = sm.parse_pattern("round 1: k1")

@@ -18,6 +18,7 @@ from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.incremental_relaxation import LiveSwatch
 from stitchmesh.quality import PRESETS, Quality
 
+pytestmark = pytest.mark.usefixtures("first_state")
 DRAFT = PRESETS["draft"]
 EXACT = Quality("float64", 3, 3, 12, 0.2, 1e-4, 20_000, largest_change=1e-5)
 """As fine as ``draft`` in control points, and so accurate that two paths to one state agree within ``CLOSE``."""

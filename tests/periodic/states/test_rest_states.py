@@ -18,13 +18,16 @@ from stitchmesh.periodic.states.explore import explore
 from stitchmesh.periodic.states.rest_states import SAME, distance, distinct_rests
 from stitchmesh.periodic.swatch import Swatch, swatch
 from stitchmesh.yarn import YarnSet
+from tests.periodic.first_state import from_generated_yarns
 
+pytestmark = pytest.mark.usefixtures("first_state")
 DRAFT: dict[str, Any] = {"quality": "draft", "device": "cpu", "progress": False}
 
 
 @pytest.fixture(scope="module")
 def rib() -> Swatch:
-    return swatch("rib2x2", relax_cell=True, **DRAFT)
+    with from_generated_yarns():
+        return swatch("rib2x2", relax_cell=True, **DRAFT)
 
 
 def changed(yarns: YarnSet, matrix: list[list[float]]) -> YarnSet:

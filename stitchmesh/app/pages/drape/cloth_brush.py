@@ -11,19 +11,23 @@ import numpy as np
 
 from stitchmesh.mesh import BORDER, FloatArray, IntArray
 from stitchmesh.mesh.picking import PickedPlace
+from stitchmesh.mixed.cloth.border_sides import border_sides
 from stitchmesh.mixed.cloth.cloth import Cloth
 
-ClothBrush = Literal["Circle", "Triangle", "Panel"]
+ClothBrush = Literal["Circle", "Triangle", "Border", "Panel"]
 BRUSHES: tuple[ClothBrush, ...] = get_args(ClothBrush)
 
 
-def covered_triangles(cloth: Cloth, brush: ClothBrush, path: Sequence[PickedPlace], radius: float) -> IntArray:
+def covered_triangles(
+    cloth: Cloth, vertices: FloatArray, brush: ClothBrush, path: Sequence[PickedPlace], radius: float
+) -> IntArray:
     """Return the triangles that a brush covers, ascending.
 
     Args:
         cloth: the cloth.
-        brush: ``Triangle``, the ``Panel`` of each triangle, or a ``Circle`` around each place. A circle stays on the
-            cloth: another layer behind it is not painted.
+        vertices: where its vertices are shown [cm], shape (V, 3).
+        brush: ``Triangle``, the ``Panel`` of each triangle, the side of the ``Border`` that is nearest to each place,
+            or a ``Circle`` around it. A circle stays on the cloth: another layer behind it is not painted.
         path: places under the pointer.
         radius: radius of the circle [cm].
     """
@@ -32,11 +36,26 @@ def covered_triangles(cloth: Cloth, brush: ClothBrush, path: Sequence[PickedPlac
         return faces
     if brush == "Panel":
         return np.flatnonzero(np.isin(cloth.panel, cloth.panel[faces]))
-    centre = cloth.vertices[cloth.triangles].mean(axis=1)
+    if brush == "Border":
+        return _along_border(cloth, vertices, path)
+    centre = vertices[cloth.triangles].mean(axis=1)
     covered: set[int] = set()
     for place in path:
         covered.update(_connected_within(cloth, centre, place, radius))
     return np.array(sorted(covered), dtype=np.int64)
+
+
+def _along_border(cloth: Cloth, vertices: FloatArray, path: Sequence[PickedPlace]) -> IntArray:
+    """The triangles that have an edge on the side of the border nearest to each place; none if there is no border."""
+    parts = border_sides(cloth)
+    found = [np.zeros(0, dtype=np.int64)]
+    for place in path if parts else ():
+        distance = [
+            np.linalg.norm(vertices[cloth.side_vertices[part]].mean(axis=1) - place.point, axis=1).min()
+            for part in parts
+        ]
+        found.append(parts[int(np.argmin(distance))] // 3)
+    return np.unique(np.concatenate(found))
 
 
 def _connected_within(cloth: Cloth, centre: FloatArray, place: PickedPlace, radius: float) -> set[int]:

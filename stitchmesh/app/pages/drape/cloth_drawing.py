@@ -39,6 +39,8 @@ BODY_OPACITY = 0.4
 """Opacity of bodies, which may stand before the cloth."""
 MOST_EDGED = 12_000
 """Largest number of triangles whose edges are drawn."""
+MOST_WAYS = 200
+"""Largest number of lines from held vertices to where they go."""
 MARK_SIZE = 0.12
 """Size of the mark of a held vertex over the mean length of an edge."""
 
@@ -51,6 +53,7 @@ class ClothDrawing:
         self._scene = scene
         self._mesh: Mesh | None = None
         self._bodies = 0
+        self._loads: tuple[object, object] = (None, None)
 
     def show(self, opened: OpenedScene, colour: ClothColour, *, takes_strokes: bool) -> None:
         """Draw a scene.
@@ -64,7 +67,12 @@ class ClothDrawing:
         if self._mesh is not mesh:
             self._mesh, self._lifted = mesh, lifted_corners(mesh)
             self._corners = face_triangles(mesh).corners
-            self._show_fixed(opened)
+            self._show_edges(mesh)
+        loads = opened.prepared.held, opened.prepared.bodies
+        if any(own is not known for own, known in zip(loads, self._loads, strict=True)):
+            self._loads = loads
+            self._show_held(opened)
+            self._show_bodies(opened)
         if colour == "Alpha":
             at_corners = ALPHA_SCALE.of(opened.region.vertex_alpha[mesh.face_vertex])
             self._scene.show("cloth", Surface(
@@ -98,21 +106,41 @@ class ClothDrawing:
     def clear(self) -> None:
         """Remove everything."""
         bodies = (f"body {number}" for number in range(self._bodies))
-        for name in chain(("cloth", "cloth edges", "held", "painted", "box"), bodies):
+        for name in chain(("cloth", "cloth edges", "held", "held motion", "painted", "box"), bodies):
             self._scene.remove(name)
-        self._mesh = None
+        self._mesh, self._loads = None, (None, None)
 
-    def _show_fixed(self, opened: OpenedScene) -> None:
-        """Draw what changes only with the cloth: edges, held vertices and bodies."""
-        mesh, prepared = opened.mesh, opened.prepared
+    def _show_edges(self, mesh: Mesh) -> None:
+        """Draw the edges of the triangles, unless they are too many."""
         if mesh.face_count <= MOST_EDGED:
             ends = np.stack([mesh.edge_side, mesh.side_next[mesh.edge_side]], axis=1)
             self._scene.show("cloth edges", Lines(self._lifted[ends], EDGE, 1.0))
-        held = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(one.vertices for one in prepared.held)]))
+        else:
+            self._scene.remove("cloth edges")
+
+    def _show_held(self, opened: OpenedScene) -> None:
+        """Mark the held vertices, and draw lines from those that move to where they go."""
+        mesh, parts = opened.mesh, opened.prepared.held
+        held = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(one.vertices for one in parts)]))
         if len(held):
             size = MARK_SIZE * float(mesh.side_length.mean())
             self._scene.show("held", point_marks(mesh.vertices[held], size, HELD))
-        bodies = bodies_at(prepared.bodies, 0.0)
+        else:
+            self._scene.remove("held")
+        starts = [mesh.vertices[one.vertices] for one in parts]
+        ends = [one.motion.places_at(at, opened.scene.duration) for one, at in zip(parts, starts, strict=True)]
+        ways = np.concatenate([np.zeros((0, 2, 3)), *(np.stack(two, axis=1) for two in zip(starts, ends, strict=True))])
+        ways = ways[np.any(ways[:, 0] != ways[:, 1], axis=1)]
+        if len(ways):
+            self._scene.show("held motion", Lines(ways[:: len(ways) // MOST_WAYS + 1], HELD, 1.5))
+        else:
+            self._scene.remove("held motion")
+
+    def _show_bodies(self, opened: OpenedScene) -> None:
+        """Draw the bodies at the start."""
+        bodies = bodies_at(opened.prepared.bodies, 0.0)
+        for number in range(len(bodies), self._bodies):
+            self._scene.remove(f"body {number}")
         for number, body in enumerate(bodies):
             corners = body.face_vertex[face_triangles(body).corners]
             self._scene.show(f"body {number}", Surface(body.vertices, corners, BODY, flat=False, opacity=BODY_OPACITY))

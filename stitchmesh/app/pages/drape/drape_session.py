@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stitchmesh.app.pages.drape.kept_history import read_history, write_history
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene, open_scene, with_region, with_scene
 from stitchmesh.app.pages.drape.scene_history import SceneHistory
 from stitchmesh.app.pages.drape.scene_opening import scene_of_file
@@ -24,8 +25,8 @@ from stitchmesh.progress import Progress
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
 
-FOLDER, RUN, FILES = "drape", "run", "files"
-"""Folder in the project, and the folders in it: of the run, and of files that were uploaded."""
+FOLDER, RUN, FILES, HISTORY = "drape", "run", "files", "history"
+"""Folder in the project, and the folders in it: of the run, of files that were uploaded, and of earlier scenes."""
 OPENING = "opening the scene"
 """Name of the task that makes what a scene describes."""
 
@@ -54,6 +55,11 @@ class DrapeSession:
         """Output folder of the run."""
         return self.folder / RUN
 
+    @property
+    def history_folder(self) -> Path:
+        """Folder of the scenes to which undo and redo lead."""
+        return self.folder / HISTORY
+
     def open_path(self, path: Path) -> None:
         """Open a scene, or a cloth as a new one; it replaces the scene of the project.
 
@@ -62,8 +68,7 @@ class DrapeSession:
         """
 
         def done(opened: OpenedScene) -> None:
-            self.history = SceneHistory(opened.scene)
-            self._take(opened)
+            self._take(opened, SceneHistory(opened.scene))
 
         folder = self.run_folder
         self._open(lambda progress: open_scene(scene_of_file(path), folder, progress), done)
@@ -104,13 +109,11 @@ class DrapeSession:
         opened, scene = self.opened, history.scene
         assert opened is not None
         if replace(scene, region=opened.scene.region) == opened.scene:
-            self.history = history
-            self._take(with_region(opened, scene.region))
+            self._take(with_region(opened, scene.region), history)
             return
 
         def done(found: OpenedScene) -> None:
-            self.history = history
-            self._take(found)
+            self._take(found, history)
 
         folder = self.run_folder
         self._open(lambda progress: with_scene(opened, scene, folder, progress), done)
@@ -130,13 +133,14 @@ class DrapeSession:
         self.app.tasks.start(OPENING, make, take, lambda error: self.show())
 
     def _take_kept(self, opened: OpenedScene) -> None:
-        self.history, self.opened = SceneHistory(opened.scene), opened
+        self.history, self.opened = read_history(self.history_folder, opened.scene), opened
         self.show()
 
-    def _take(self, opened: OpenedScene) -> None:
-        """Keep a scene, in the project too, and show it."""
-        self.opened = opened
+    def _take(self, opened: OpenedScene, history: SceneHistory) -> None:
+        """Keep a scene and its history, in the project too, and show it."""
+        self.opened, self.history = opened, history
         write_scene(self.scene_path, opened.scene)
+        write_history(self.history_folder, history)
         self.show()
 
     def _history(self) -> SceneHistory:

@@ -21,9 +21,11 @@ from stitchmesh.mixed.scene.cloth_section import STITCH_SUFFIXES
 from stitchmesh.mixed.scene.painted_region import marked_triangles
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene import Scene
-from stitchmesh.mixed.scene.scene_fabric import PreparedScene, check_simulated, prepare
+from stitchmesh.mixed.scene.scene_fabric import PreparedScene, check_simulated, prepare, with_loads
 from stitchmesh.progress import Progress, no_progress
 
+LOADS = ("attachments", "bodies", "contact", "disturbance")
+"""Fields of a scene that act on the cloth and its yarns and do not change them."""
 NO_TRIANGLES = np.zeros(0, dtype=np.int64)
 
 
@@ -105,10 +107,14 @@ def with_scene(
     Other arguments and errors are those of ``open_scene``.
     """
     before = opened.scene
-    shared = ("cloth", "yarns", "attachments", "bodies", "contact", "disturbance")
-    if any(getattr(scene, name) != getattr(before, name) for name in shared):
+    if scene.cloth != before.cloth or scene.yarns != before.yarns:
         return open_scene(scene, folder, progress)
-    return with_region(replace(opened, prepared=replace(opened.prepared, scene=scene)), scene.region)
+    prepared, mesh = replace(opened.prepared, scene=scene), opened.mesh
+    if any(getattr(scene, name) != getattr(before, name) for name in LOADS):
+        prepared = with_loads(replace(prepared, region=prepared.without_yarns), scene)
+        if not np.array_equal(prepared.vertices, mesh.vertices):
+            mesh = Mesh.from_polygons(prepared.vertices, prepared.fabric.cloth.triangles.tolist())
+    return with_region(replace(opened, prepared=prepared, mesh=mesh), scene.region)
 
 
 def with_region(opened: OpenedScene, section: RegionSection) -> OpenedScene:

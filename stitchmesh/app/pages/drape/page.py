@@ -6,17 +6,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from stitchmesh.app.controls.html_pieces import figures
+from stitchmesh.app.controls.html_pieces import figures, message
+from stitchmesh.app.pages.drape.bodies_panel import BodiesPanel
 from stitchmesh.app.pages.drape.cloth_drawing import COLOURS, ClothColour, ClothDrawing, legend_of
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
 from stitchmesh.app.pages.drape.files_panel import FilesPanel
+from stitchmesh.app.pages.drape.held_panel import HeldPanel
 from stitchmesh.app.pages.drape.paint_tool import PaintTool
 from stitchmesh.app.pages.drape.region_panel import RegionPanel
-from stitchmesh.app.pages.drape.run_words import counts_html, end_html, run_words
+from stitchmesh.app.pages.drape.run_words import counts_html, end_html, no_scene_html, run_words
 from stitchmesh.app.pages.drape.scene_panel import ScenePanel
 from stitchmesh.app.pages.drape.scene_run import SceneRun
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.run_panel import RunPanel
+from stitchmesh.app.pages.view.draped_sketch import LARGE, WORDS, DrapedSketch
 from stitchmesh.app.pages.view.draped_view import DrapedView
 from stitchmesh.app.pages.view.frame_panel import FramePanel
 from stitchmesh.app.pages.view.pieces import legend_of as legend_of_colours
@@ -53,6 +56,7 @@ class DrapePage(Page):
         self._colour: ClothColour = COLOURS[0]
         self._run_colour = next(iter(DRAPED_COLOURS))
         self._view: DrapedView | None = None
+        self._sketch: DrapedSketch | None = None
         self._built_for: tuple[object, ...] | None = None
 
     def build(self) -> None:
@@ -67,6 +71,9 @@ class DrapePage(Page):
         self._make_look()
         self._files = FilesPanel(session, controls, lambda: self.run.result)
         self._region = RegionPanel(session, self._drawing, self._paint, controls, self.run.find_region)
+        self._held = HeldPanel(session, controls)
+        self._paint.hold = self._held.paint
+        self._bodies = BodiesPanel(session, controls)
         self._scene_panel = ScenePanel(session, controls, self._scene())
         self._files.build_save(controls)
         self._report = controls.html("")
@@ -77,7 +84,7 @@ class DrapePage(Page):
             controls.key(label, f"{label} of the last change of the scene", key, modifier, act)
         self._built_for = self._kind_of_controls()
         self._drawing.clear()
-        self._view = None
+        self._view = self._sketch = None
         if self.run.live is not None:
             self.run.live.on_snapshot = self._show_snapshot
         session.open_kept()
@@ -94,14 +101,15 @@ class DrapePage(Page):
     def refresh(self) -> None:
         """Show the scene or the run, and what can be done."""
         opened, live = self.session.opened, self.run.live
-        self._counts.content = counts_html(opened)
-        self.run.forget_others()
+        self._counts.content = no_scene_html(self.app.project) if opened is None else counts_html(opened)
         self._end.content = "" if live is not None else end_html(self.run.result, current=self.run.is_current)
         self._panel.show(live)
         can_continue, idle = self.run.can_continue, live is None and opened is not None
         self._start.label = RUN_AGAIN if can_continue or self.run.result is not None else RUN
         self._start.visible, self._continue.visible = idle, idle and can_continue
         self._region.refresh()
+        self._held.refresh()
+        self._bodies.refresh()
         self._scene_panel.refresh()
         self._files.refresh()
         self._draw()
@@ -197,6 +205,7 @@ class DrapePage(Page):
             self._draw_run(draped)
             return
         self._frames.show(None)
+        self._end_sketch()
         if self._view is not None:
             self._view.clear(self.app.scene)
             self._view = None
@@ -207,7 +216,11 @@ class DrapePage(Page):
     def _draw_run(self, draped: Draped) -> None:
         """Draw the chosen frame of a run."""
         self._drawing.clear()
+        if self._is_sketched(draped):
+            self._draw_sketch(draped)
+            return
         first = self._view is None
+        self._end_sketch()
         self._view = self._frames.view(draped, self._view)
         word = DRAPED_COLOURS[self._run_colour] or "#c9b89a"
         coloured = self._view.coloured(word, None, None)
@@ -216,6 +229,30 @@ class DrapePage(Page):
         self._report.content = figures(self._view.figures(), "Frame") + report_html(draped.report)
         if first:
             self.app.scene.look_at(*self._view.bounds())
+
+    def _is_sketched(self, draped: Draped) -> bool:
+        """Whether a run is so large that it is sketched while it goes on."""
+        live = self.run.live
+        return live is not None and not live.paused and draped.prepared.fabric.yarns.node_count > LARGE
+
+    def _draw_sketch(self, draped: Draped) -> None:
+        """Draw the newest state of a large run that goes on."""
+        if self._view is not None:
+            self._view.clear(self.app.scene)
+            self._view = None
+        first = self._sketch is None
+        self._sketch = DrapedSketch(draped, self._sketch)
+        self._sketch.draw(self.app.scene, alpha=DRAPED_COLOURS[self._run_colour] == "alpha")
+        self._frames.show(None)
+        self._legend.content = message(WORDS, "info")
+        if first:
+            self.app.scene.look_at(*self._sketch.bounds())
+
+    def _end_sketch(self) -> None:
+        """Remove the sketch."""
+        if self._sketch is not None:
+            self._sketch.clear(self.app.scene)
+            self._sketch = None
 
     def _show_snapshot(self, snapshot: Snapshot[Draped]) -> None:
         """Show a state of the run."""

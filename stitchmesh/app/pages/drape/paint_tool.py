@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from stitchmesh.app.controls.controls import Controls
@@ -18,7 +20,8 @@ from stitchmesh.mesh.picking import PickedPlace
 from stitchmesh.mixed.scene.painted_region import with_triangles, without_triangles
 
 LOOK, ADD, REMOVE = "turns the view", "adds to the region", "takes out of the region"
-DRAGS = (LOOK, ADD, REMOVE)
+HOLD, FREE = "holds the cloth", "lets go of the cloth"
+DRAGS = (LOOK, ADD, REMOVE, HOLD, FREE)
 """What a drag on the cloth does."""
 RADIUS = 0.8
 """Radius of the circle at first, over the mean length of an edge."""
@@ -30,6 +33,8 @@ class PaintTool:
     def __init__(self, session: DrapeSession, drawing: ClothDrawing) -> None:
         """Start with a drag that turns the view."""
         self._session, self._drawing = session, drawing
+        self.hold: Callable[..., object] = lambda triangles, holds: None
+        """Called with triangles, and whether they are held or let go, where a drag does so."""
         self._does, self._brush = LOOK, BRUSHES[0]
         self._drag, self._covered, self._seen = DragPath(), NO_TRIANGLES, 0
         self._pointer: Pointer | None = None
@@ -40,8 +45,8 @@ class PaintTool:
         hint = "What a drag on the cloth does; shift+drag takes a rectangle of the screen."
         controls.choice("A drag", hint, DRAGS, self._does, self._set_drag)
         self._brush_choice = controls.choice(
-            "Brush", "What the brush covers: a circle on the cloth, one triangle, or a panel.", BRUSHES, self._brush,
-            self._set_brush,
+            "Brush", "What the brush covers: a circle on the cloth, one triangle, a side of the border, or a panel.",
+            BRUSHES, self._brush, self._set_brush,
         )  # fmt: skip
         self._radius = controls.number(
             "Radius", "Radius of the brush Circle [cm].", 1.0, lambda _: None, least=0.01, most=1000.0,
@@ -84,7 +89,7 @@ class PaintTool:
             self._end()
             self._take(covered)
         else:
-            self._drawing.preview(self._covered, adds=self._does == ADD)
+            self._drawing.preview(self._covered, adds=self._does in (ADD, HOLD))
 
     def boxed(self, box: ScreenBox) -> None:
         """Paint the triangles in a rectangle of the screen that face the camera."""
@@ -96,10 +101,15 @@ class PaintTool:
         opened = self._session.opened
         if opened is None or not places:
             return NO_TRIANGLES
-        return covered_triangles(opened.cloth, self._brush, places, float(self._radius.value))
+        return covered_triangles(
+            opened.cloth, opened.mesh.vertices, self._brush, places, float(self._radius.value)
+        )
 
     def _take(self, triangles: IntArray) -> None:
         if not len(triangles):
+            return
+        if self._does in (HOLD, FREE):
+            self.hold(triangles, holds=self._does == HOLD)
             return
         paint = without_triangles if self._does == REMOVE else with_triangles
         self._session.change_region(lambda section, cloth: paint(section, cloth, triangles))

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from html import escape
 from typing import Literal
 
 import numpy as np
@@ -14,8 +13,11 @@ import numpy as np
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.pages.drape.cloth_drawing import ClothDrawing
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
+from stitchmesh.app.pages.drape.entry_list import entry_list
+from stitchmesh.app.pages.drape.held_parts import with_held_box
 from stitchmesh.app.pages.drape.named_triangles import triangles_named
 from stitchmesh.app.pages.drape.paint_tool import PaintTool
+from stitchmesh.app.pages.drape.typed_numbers import three_numbers
 from stitchmesh.app.pages.view.clip_box import Box
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import IntArray
@@ -29,6 +31,12 @@ KINDS: dict[str, Kind] = {
 """Where yarns are simulated, in the words of the page and of the scene."""
 BUDGET = 1000
 """Largest number of yarn nodes at first, for an automatic region."""
+NODES, SECONDS = "number of nodes", "time of a step"
+"""What limits an automatic region."""
+STEP_SECONDS = 0.5
+"""Time of a step at first [s]."""
+MOST_SECONDS = 3600.0
+"""Longest time of a step [s]."""
 MOST_NODES, MOST_RINGS, MOST_STEPS = 100_000_000, 20, 1_000_000
 """Largest budget, largest width of the hybrid region, and most steps between two changes of a region."""
 WORDS = "Such as hem 6 or rows 10-20 for stitches; names of panels, all, or faces 3, 10-20 for another cloth."
@@ -61,9 +69,17 @@ class RegionPanel:
                 "Yarns", "Where yarns are simulated; elsewhere the cloth is triangles.", tuple(KINDS), "nowhere",
                 self._set_kind,
             )  # fmt: skip
+            self._budget = controls.choice(
+                "Budget", "What limits the region: a number of yarn nodes, or the time of a step.", (NODES, SECONDS),
+                NODES, self._set_budget,
+            )  # fmt: skip
             self._nodes = controls.number(
                 "Most nodes", "Largest number of yarn nodes that are simulated.", BUDGET, self._set_nodes, least=1,
                 most=MOST_NODES, step=1,
+            )  # fmt: skip
+            self._seconds = controls.number(
+                "Seconds", "Time of a step, or of an equilibrium [s]; how many nodes it pays for is measured.",
+                STEP_SECONDS, self._set_seconds, least=1e-3, most=MOST_SECONDS, step=0.05,
             )  # fmt: skip
             self._find = controls.button(
                 "Find the region now", "Run the triangles alone, and take the triangles with the largest errors.", find
@@ -76,13 +92,15 @@ class RegionPanel:
                 "Hybrid rings", "Width of the region in which yarns and triangles overlap, in rings of triangles.", 1,
                 self._set_rings, least=1, most=MOST_RINGS, step=1,
             )  # fmt: skip
+            controls.button("Clear the region", "No yarns anywhere, and no boxes.", self._clear)
+        with controls.group("Brush and changes") as self._brush_group:
             paint.build(controls)
-            controls.buttons("Changes", "Ctrl+Z and Ctrl+Y do the same.", ("Undo", "Redo", "Clear"), self._step)
+            controls.buttons("Changes", "Ctrl+Z and Ctrl+Y do the same.", ("Undo", "Redo"), self._step)
         with controls.group("Box and selection", opened=False) as self._other_group:
             self._low = controls.text("Box from", "Smallest x, y, z [cm].", "", lambda _: self._draw_box())
             self._high = controls.text("Box to", "Largest x, y, z [cm].", "", lambda _: self._draw_box())
-            controls.buttons("Box", "The triangles in the box, or no box at all.", ("Add box", "Take out", "Hide"),
-                             self._use_box)  # fmt: skip
+            controls.buttons("Box", "Add or take out its triangles, hold what lies in it, or hide it.",
+                             ("Add box", "Take out", "Hold", "Hide"), self._use_box)  # fmt: skip
             self._words = controls.text("By words", WORDS, "", lambda _: None)
             controls.buttons("These", "The triangles that the words name.", ("Add", "Remove", "Only"), self._use_words)
             self._list = controls.html("", self._drop_box)
@@ -90,14 +108,17 @@ class RegionPanel:
     def refresh(self) -> None:
         """Show the region of the scene."""
         opened = self._session.opened
-        self._group.visible = self._other_group.visible = opened is not None
+        self._group.visible = self._brush_group.visible = self._other_group.visible = opened is not None
         if opened is None:
             return
         section = opened.scene.region
         self._kind.value = next(words for words, kind in KINDS.items() if kind == section.yarns)
-        self._nodes.value = section.nodes or BUDGET
+        self._nodes.value, self._seconds.value = section.nodes or BUDGET, section.seconds or STEP_SECONDS
         automatic = section.yarns == "automatic"
+        self._budget.value = NODES if section.seconds is None else SECONDS
+        self._budget.visible = automatic
         self._nodes.visible = automatic and section.seconds is None
+        self._seconds.visible = automatic and section.seconds is not None
         self._find.visible = self._changes.visible = automatic
         self._changes.value = section.adapt_every or 0
         self._rings.value = section.rings
@@ -123,6 +144,16 @@ class RegionPanel:
     def _set_nodes(self, nodes: float) -> None:
         self._change(lambda section: replace(section, nodes=int(nodes)))
 
+    def _set_budget(self, which: str) -> None:
+        nodes, seconds = int(self._nodes.value), float(self._seconds.value)
+        if which == NODES:
+            self._change(lambda section: replace(section, nodes=nodes, seconds=None))
+        else:
+            self._change(lambda section: replace(section, nodes=None, seconds=seconds))
+
+    def _set_seconds(self, seconds: float) -> None:
+        self._change(lambda section: replace(section, seconds=float(seconds)))
+
     def _set_rings(self, rings: float) -> None:
         self._change(lambda section: replace(section, rings=int(rings)))
 
@@ -133,10 +164,12 @@ class RegionPanel:
             self.refresh()  # A change that is refused leaves the controls as they were.
 
     def _step(self, which: str) -> None:
-        if which == "Clear":
-            self._change(lambda section: replace(section, yarns="chosen", nodes=None, boxes=(), faces=()))
-        else:
-            self._session.undo() if which == "Undo" else self._session.redo()
+        self._session.undo() if which == "Undo" else self._session.redo()
+
+    def _clear(self) -> None:
+        self._change(
+            lambda section: replace(section, yarns="chosen", nodes=None, seconds=None, boxes=(), faces=())
+        )  # fmt: skip
 
     def _propose_box(self) -> None:
         """Fill in a box around the middle of the front of the cloth."""
@@ -154,16 +187,17 @@ class RegionPanel:
         Raises:
             ParameterError: it is not one of three numbers each, or it is empty.
         """
-        return BoxSection(low=_three("box from", self._low.value), high=_three("box to", self._high.value))
+        low, high = three_numbers("box from", self._low.value), three_numbers("box to", self._high.value)
+        return BoxSection(low=low, high=high)
 
     def _draw_box(self) -> None:
         """Draw the box as soon as it is one."""
         try:
-            box = self._box()
+            low, high = three_numbers("box from", self._low.value), three_numbers("box to", self._high.value)
         except ParameterError:
             self._drawing.show_box(None)
         else:
-            self._drawing.show_box(Box(_triple(box.low), _triple(box.high)))
+            self._drawing.show_box(Box(low, high))
 
     def _use_box(self, which: str) -> None:
         if which == "Hide":
@@ -173,8 +207,11 @@ class RegionPanel:
         opened = self._session.opened
         if opened is None:
             raise ParameterError("box: there is no cloth yet; open a scene first")
-        held = RegionSection(boxes=(box,)).named_triangles(opened.cloth)
         self._draw_box()
+        if which == "Hold":
+            self._session.change(with_held_box(opened.scene, box))
+            return
+        held = RegionSection(boxes=(box,)).named_triangles(opened.cloth)
         if which == "Take out":
             self._session.change_region(lambda section, cloth: without_triangles(section, cloth, held))
             return
@@ -205,7 +242,7 @@ class RegionPanel:
     def _drop_box(self, action: str, value: str) -> None:
         """Remove a box of the list."""
         boxes = () if self._session.opened is None else self._session.opened.scene.region.boxes
-        if action != "drop" or not value.isdecimal() or int(value) >= len(boxes):
+        if action != "drop-box" or not value.isdecimal() or int(value) >= len(boxes):
             raise ParameterError("box: the list of boxes has changed; look at it again")
         kept = tuple(box for number, box in enumerate(boxes) if number != int(value))
         self._change(lambda section: replace(section, boxes=kept))
@@ -213,37 +250,5 @@ class RegionPanel:
 
 def box_list(section: RegionSection) -> str:
     """Return the boxes as a list, each with a button that removes it, and the number of single triangles."""
-    style = "list-style:none;margin:0;padding:0;font-size:.82em"
-    button = (
-        "font:inherit;cursor:pointer;border-radius:6px;padding:.15em .5em;color:var(--mantine-color-text);"
-        "border:1px solid var(--mantine-color-default-border);background:var(--mantine-color-default)"
-    )
-    items = [
-        f'<li style="display:flex;gap:4px;align-items:center;margin:.2em 0"><span style="flex:1 1 auto">'
-        f'{escape(str(box))}</span><button type="button" data-action="drop" data-value="{number}" style="{button}" '
-        f'aria-label="Remove the {escape(str(box))}">Remove</button></li>'
-        for number, box in enumerate(section.boxes)
-    ]
-    if section.faces:
-        items.append(f"<li>{len(section.faces):,} single triangles</li>")
-    return f'<ul style="{style}">{"".join(items)}</ul>' if items else ""
-
-
-def _three(name: str, text: str) -> tuple[float, ...]:
-    """The three numbers of a text.
-
-    Raises:
-        ParameterError: there are not three.
-    """
-    try:
-        numbers = tuple(float(part) for part in str(text).replace(";", ",").split(","))
-    except ValueError:
-        numbers = ()
-    if len(numbers) != 3 or not np.isfinite(numbers).all():
-        raise ParameterError(f"{name}: got {str(text)[:40]!r}; expected three numbers of cm, such as 1, 2.5, -1")
-    return numbers
-
-
-def _triple(numbers: tuple[float, ...]) -> tuple[float, float, float]:
-    x, y, z = numbers
-    return x, y, z
+    single = f"{len(section.faces):,} single triangles" if section.faces else ""
+    return entry_list("box", (str(box) for box in section.boxes), rest=single)

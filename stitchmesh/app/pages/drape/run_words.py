@@ -7,16 +7,24 @@ from __future__ import annotations
 from stitchmesh.app.controls.html_pieces import figures, message
 from stitchmesh.app.live_run import AnyRun
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
+from stitchmesh.app.project.project import Project
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.reporting.figures import duration
 
 NO_SCENE = "There is no scene yet. Open a scene file, or a cloth: panels, a mesh or stitches."
 
 
-def counts_html(opened: OpenedScene | None) -> str:
+def no_scene_html(project: Project) -> str:
+    """Return what can be opened where there is no scene: the garment of the project among it, if there is one."""
+    if project.fabric is not None:
+        return message(f"{NO_SCENE} The stitches of the garment of this project are a cloth too.", "info")
+    if project.mesh is not None:
+        return message(f"{NO_SCENE} The garment of this project is a cloth once it is divided into stitches.", "info")
+    return message(NO_SCENE, "info")
+
+
+def counts_html(opened: OpenedScene) -> str:
     """Return the numbers of nodes and vertices of a scene, and the memory that it needs."""
-    if opened is None:
-        return message(NO_SCENE, "info")
     counts, free = opened.counts, opened.free_memory()
     rows = [
         ("Yarn nodes, simulated", f"{counts['yarn_nodes_full']:,}"),
@@ -44,7 +52,9 @@ def run_words(run: AnyRun) -> str:
     left = run.seconds_left
     remaining = f" About {duration(left)} left." if left is not None and not run.paused else ""
     time = now.state.end.time
-    return f"{state}: {time:.4g} s of the scene, {now.iteration:,} steps, {duration(now.seconds)}.{remaining}"
+    static = now.state.prepared.scene.mode == "static"
+    work = _counted(now.iteration, *(("iteration", "iterations") if static else ("step", "steps")))
+    return f"{state}: {time:.4g} s of the scene, {work}, {duration(now.seconds)}.{remaining}"
 
 
 def end_html(draped: Draped | None, *, current: bool) -> str:
@@ -60,6 +70,12 @@ def end_html(draped: Draped | None, *, current: bool) -> str:
     if not current:
         return message("The scene has changed since the run, which shows it as it was.", "info")
     unit = "dyn" if mixed["mode"] == "static" else "cm/s"
+    names = ("equilibrium", "equilibria") if mixed["mode"] == "static" else ("step", "steps")
     if mixed["converged"]:
-        return message(f"The run has converged: {mixed['steps']:,} steps, {duration(mixed['seconds'])}.", "good")
+        work = _counted(mixed["steps"], *names)
+        return message(f"The run has converged: {work}, {duration(mixed['seconds'])}.", "good")
     return message(f"The run was stopped or has not converged: the error is {mixed['error']:.2g} {unit}.", "doubtful")
+
+
+def _counted(count: int, one: str, many: str) -> str:
+    return f"{count:,} {one if count == 1 else many}"

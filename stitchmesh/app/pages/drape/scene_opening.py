@@ -12,6 +12,7 @@ import numpy as np
 from stitchmesh.errors import FileError
 from stitchmesh.io.toml_file import read_table
 from stitchmesh.mixed.cloth.cloth import Cloth
+from stitchmesh.mixed.crossings.materials.crossing_material import DEFAULT, CrossingMaterial
 from stitchmesh.mixed.scene.cloth_section import STITCH_SUFFIXES, ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import BoxSection
@@ -25,6 +26,10 @@ SUFFIXES = (".toml", ".obj", *STITCH_SUFFIXES)
 HELD = 1.1
 """Height of what is held at the top of a new cloth over the mean length of an edge; the loops of the last row of a knit
 cross the others near the bottom of their stitches."""
+LOOP = 8.0
+"""Width of a loop over the radius of its yarn."""
+MOST_LOOPS = 4
+"""Most loops along each side of a stitch of a new cloth."""
 BESIDE = 1.0
 """Distance by which the box around what is held is larger than the cloth [cm]."""
 
@@ -46,8 +51,15 @@ def scene_of_file(path: Path) -> Scene:
         return read_scene(path)
     section = ClothSection(file=fspath(path.absolute()))
     cloth = section.cloth()
-    yarns = YarnsSection(knit=STITCHES) if suffix in STITCH_SUFFIXES else YarnsSection(weave="plain")
+    yarns = stitch_yarns(section) if suffix in STITCH_SUFFIXES else YarnsSection(weave="plain")
     return Scene(cloth=section, yarns=yarns, attachments=(held_at_top(cloth),))
+
+
+def stitch_yarns(section: ClothSection) -> YarnsSection:
+    """Return the yarns of a cloth of stitches: so many loops in each stitch that the yarn of the scene fills them."""
+    width, _ = section.stitch_size(section.stitches())
+    loops = width / (LOOP * CrossingMaterial.named(DEFAULT).radius)
+    return YarnsSection(knit=STITCHES, divisions=min(max(round(loops), 1), MOST_LOOPS))
 
 
 def held_at_top(cloth: Cloth) -> AttachmentSection:

@@ -15,6 +15,7 @@ from stitchmesh.io.toml_file import read_table
 from stitchmesh.mixed.crossings.materials.crossing_material import DEFAULT, CrossingMaterial
 from stitchmesh.mixed.scene.matched_cloth import MATCHED
 from stitchmesh.mixed.scene.scene import Scene
+from stitchmesh.mixed.scene.scene_fabric import STITCHES
 from stitchmesh.mixed.triangles.measured_cloths import material_names
 
 MODES = {"comes to rest": "static", "moves": "dynamic"}
@@ -25,6 +26,8 @@ AUTOMATIC = "automatic"
 """Name of the preferred device."""
 MOST_SECONDS, MOST_DENSITY = 3600.0, 1000.0
 """Longest motion [s], and most yarns for each cm."""
+MOST_DIVISIONS = 20
+"""Most loops along each side of a stitch."""
 
 
 class ScenePanel:
@@ -44,6 +47,9 @@ class ScenePanel:
             self._choice("Cloth", "Material of the triangles.", cloth_materials(scene), _cloth, _with_cloth)
             for name, label in densities(scene):
                 self._number(label, "Yarns or stitches for each cm.", 0.1, MOST_DENSITY, 0.5, *_density(name))
+            if scene.yarns.knit == STITCHES and scene.yarns.model == "crossings":
+                self._number("Loops per stitch", "Loops along each side of a stitch of the cloth.", 1, MOST_DIVISIONS,
+                             1, lambda found: found.yarns.divisions, _with_divisions)  # fmt: skip
             self._choice("Precision", "float32 is faster on a GPU.", ("float64", "float32"),
                          lambda found: found.solver.precision, _with_precision)  # fmt: skip
             self._choice("Device", "Processor of the run; automatic takes a GPU if there is one.", devices(scene),
@@ -69,7 +75,7 @@ class ScenePanel:
         change: Callable[[Scene, float], Scene],
     ) -> None:  # fmt: skip
         made = self._controls.number(
-            label, hint, float(value(self._scene())), lambda new: self._change(change, float(new)), least=least,
+            label, hint, value(self._scene()), lambda new: self._change(change, float(new)), least=least,
             most=most, step=step,
         )  # fmt: skip
         self._shown[label] = made, value
@@ -105,7 +111,7 @@ def densities(scene: Scene) -> tuple[tuple[str, str], ...]:
     """Return the fields and labels of the densities of the yarns; none for yarns that follow stitches."""
     if scene.yarns.weave is not None:
         return ("ends", "Warps per cm"), ("picks", "Wefts per cm")
-    return () if scene.yarns.knit == "stitches" else (("wales", "Wales per cm"), ("courses", "Courses per cm"))
+    return () if scene.yarns.knit == STITCHES else (("wales", "Wales per cm"), ("courses", "Courses per cm"))
 
 
 def devices(scene: Scene) -> tuple[str, ...]:
@@ -145,6 +151,10 @@ def _with_precision(scene: Scene, name: str) -> Scene:
 
 def _with_device(scene: Scene, name: str) -> Scene:
     return replace(scene, solver=replace(scene.solver, device=None if name == AUTOMATIC else name))
+
+
+def _with_divisions(scene: Scene, divisions: float) -> Scene:
+    return replace(scene, yarns=replace(scene.yarns, divisions=round(divisions)))
 
 
 def _density(name: str) -> tuple[Callable[[Scene], float], Callable[[Scene, float], Scene]]:

@@ -14,6 +14,7 @@ import numpy as np
 from stitchmesh.app.live_run import LiveRun
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
+from stitchmesh.app.pages.view.draped_sketch import LARGE
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError, StitchMeshError
@@ -46,8 +47,13 @@ class SceneRun:
         """Start without a run; ``ended`` is called after the end of each."""
         self._session, self._ended = session, ended
         self.live: Run | None = None
-        self.result: Draped | None = None
-        """The result of the last run."""
+        self._result: Draped | None = None
+
+    @property
+    def result(self) -> Draped | None:
+        """The result of the last run; None while the scene has another cloth or other yarns."""
+        opened, made = self._session.opened, self._result
+        return made if opened is None or made is None or same_fabric(opened.scene, made.prepared.scene) else None
 
     @property
     def can_continue(self) -> bool:
@@ -78,7 +84,7 @@ class SceneRun:
         def done(made: Draped) -> None:
             self.live = None
             if self._session.app.project is project:
-                self.result = made
+                self._result = made
             self._ended()
 
         def failed(error: Exception | None) -> None:
@@ -89,9 +95,9 @@ class SceneRun:
             (folder / CHECKPOINT).unlink(missing_ok=True)
         self.live = LiveRun(
             self._session.app.tasks, DRAPING, run, stage=None, done=done, failed=failed,
-            frame_bytes=BYTES_PER_POINT * opened.counts["yarn_nodes"],
+            frame_bytes=BYTES_PER_POINT * min(opened.counts["yarn_nodes"], LARGE),
         )  # fmt: skip
-        self.result = None
+        self._result = None
 
     def find_region(self) -> None:
         """Run the triangles alone, and take the triangles with the largest errors as the region.
@@ -118,24 +124,13 @@ class SceneRun:
             opened is None or self.result is None or scene_text(self.result.prepared.scene) == scene_text(opened.scene)
         )
 
-    def forget_others(self) -> None:
-        """Forget a result with another cloth or other yarns than those of the scene."""
-        opened = self._session.opened
-        if opened is None or self.result is None or self.live is not None:
-            return
-        made, scene = self.result.prepared.scene, opened.scene
-        # Texts, because two names may stand for one file.
-        first, second = (scene_text(replace(scene, cloth=one.cloth, yarns=one.yarns)) for one in (made, scene))
-        if first != second:
-            self.result = None
-
     def read_result(self) -> None:
         """Read the result that the project holds, if there is one; a damaged one is left out."""
-        if self.live is None and self.result is None and (self._session.run_folder / SCENE_FILE).is_file():
+        if self.live is None and self._result is None and (self._session.run_folder / SCENE_FILE).is_file():
             try:
-                self.result = read_draped(self._session.run_folder)
+                self._result = read_draped(self._session.run_folder)
             except StitchMeshError:
-                self.result = None
+                self._result = None
 
     def _checked(self) -> OpenedScene:
         opened = self._session.opened
@@ -158,6 +153,14 @@ def automatic_triangles(opened: OpenedScene, progress: Progress) -> tuple[int, .
         budget = node_budget(opened.prepared, error, scalar, device)
         region = place_yarns(opened.prepared, error, budget).region
     return tuple(np.flatnonzero(region.triangle_kind == YARNS).tolist())
+
+
+def same_fabric(one: Scene, other: Scene) -> bool:
+    """Whether two scenes have the same cloth and the same yarns; files may be named in another way."""
+    if (one.cloth, one.yarns) == (other.cloth, other.yarns):
+        return True
+    first, second = (scene_text(Scene(cloth=each.cloth, yarns=each.yarns)) for each in (one, other))
+    return first == second
 
 
 def chosen_region(section: RegionSection, triangles: tuple[int, ...]) -> RegionSection:

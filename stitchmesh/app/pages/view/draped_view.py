@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from stitchmesh.mesh.face_triangles import face_triangles
 from stitchmesh.mesh.palette import parse_colour
 from stitchmesh.mesh.picking import pick as pick_face
 from stitchmesh.mesh.picking import picking_table
+from stitchmesh.mixed.assembly import LoadedBody
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.mixed.enrichment.region import TRIANGLES, YARNS
 from stitchmesh.mixed.output.display import Display, Shown
@@ -62,7 +64,9 @@ class DrapedView:
         self.frame: Frame = draped.frames[-1 if frame is None else frame]
         self.shown: Shown = draped.shown_at(self.frame)
         self.display: Display = draped.display_of(self.frame)
-        self.yarns: YarnSet = self.display.curves(self.shown, draped.prepared.fabric.yarn_radius)
+        self.yarns: YarnSet = self.display.curves(
+            self.shown, draped.prepared.fabric.yarn_radius, measured=False
+        )
         self._of_yarns, self.coloured_count = len(self.yarns.points), len(self.yarns.points) + len(self.shown.surface)
         known = before if isinstance(before, DrapedView) and before.display is self.display else None
         self.node: IntArray = nodes_at_points(draped, self.frame, self.yarns) if known is None else known.node
@@ -112,18 +116,13 @@ class DrapedView:
         scene.remove(EDGES)
         self._draw_yarns(scene, colours[: self._of_yarns], clip)
         self._draw_surface(scene, colours[self._of_yarns :], clip)
-        bodies = bodies_at(self.draped.prepared.bodies, self.frame.time)
-        for number, mesh in enumerate(bodies):
-            corners = mesh.face_vertex[face_triangles(mesh).corners]
-            body = Surface(mesh.vertices, corners, BODY_COLOUR, flat=False, opacity=BODY_OPACITY)
-            scene.show(f"{BODIES} {number}", body)
+        draw_bodies(scene, self.draped.prepared.bodies, self.frame.time)
 
     def clear(self, scene: Scene) -> None:
         """Remove the drawings."""
         scene.remove(NAME)
         scene.remove(SURFACE)
-        for number in range(len(self.draped.prepared.bodies)):
-            scene.remove(f"{BODIES} {number}")
+        remove_bodies(scene, self.draped.prepared.bodies)
 
     def pick(self, origin: FloatArray, direction: FloatArray, fabric: StitchMesh | None) -> Place | None:
         """Return the place on the cloth under a ray, and the yarn there if yarns are drawn."""
@@ -190,3 +189,17 @@ class DrapedView:
         """The colours of yarns, and one colour for the surface."""
         plain = np.tile(np.array(CLOTH_COLOUR, dtype=np.uint8), (len(self.shown.surface), 1))
         return replace(of_yarns, points=np.concatenate([of_yarns.points, plain]))
+
+
+def draw_bodies(scene: Scene, bodies: Sequence[LoadedBody], time: float) -> None:
+    """Draw bodies where they are at a time [s]; the cloth shows through them."""
+    for number, mesh in enumerate(bodies_at(bodies, time)):
+        corners = mesh.face_vertex[face_triangles(mesh).corners]
+        body = Surface(mesh.vertices, corners, BODY_COLOUR, flat=False, opacity=BODY_OPACITY)
+        scene.show(f"{BODIES} {number}", body)
+
+
+def remove_bodies(scene: Scene, bodies: Sequence[LoadedBody]) -> None:
+    """Remove the drawings of bodies."""
+    for number in range(len(bodies)):
+        scene.remove(f"{BODIES} {number}")

@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The history of a scene on disk, so that undo goes on after the program was closed.
+
+Each scene is a file that is named by its checksum, so that a change writes one small file and a list of names.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from stitchmesh.app.pages.drape.scene_history import SceneHistory
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.atomic import write_json
+from stitchmesh.io.checked import check_value, parse_json
+from stitchmesh.io.contents import read_bytes
+from stitchmesh.mixed.scene.scene import Scene
+from stitchmesh.mixed.scene.scene_file import read_scene, scene_text, write_scene
+
+ORDER = "order.json"
+"""Name of the list."""
+
+
+@dataclass(frozen=True)
+class _Order:
+    """Names of the scenes, as in ``SceneHistory``."""
+
+    scene: str
+    before: tuple[str, ...]
+    after: tuple[str, ...]
+
+
+def write_history(folder: Path, history: SceneHistory) -> None:
+    """Write a history into a folder, and delete the scenes that it no longer has.
+
+    Raises:
+        FileError: a file cannot be written.
+    """
+    names = {name_of(scene): scene for scene in (*history.before, *history.after)}
+    for name, scene in names.items():
+        if not (folder / name).exists():
+            write_scene(folder / name, scene)
+    order = {
+        "scene": name_of(history.scene),
+        "before": [name_of(scene) for scene in history.before],
+        "after": [name_of(scene) for scene in history.after],
+    }
+    write_json(folder / ORDER, order)
+    for path in folder.glob("*.toml"):
+        if path.name not in names:
+            path.unlink(missing_ok=True)
+
+
+def read_history(folder: Path, scene: Scene) -> SceneHistory:
+    """Return the history of a scene that a folder holds; one without changes if there is none, or if it is damaged.
+
+    A scene that was changed otherwise since, for example by hand, can be undone, and what was undone is forgotten.
+    """
+    try:
+        order = check_value(parse_json(read_bytes(folder / ORDER).decode("utf-8")), _Order)
+        before = tuple(read_scene(folder / Path(name).name) for name in order.before)
+        after = tuple(read_scene(folder / Path(name).name) for name in order.after)
+    except (FileError, ParameterError, ValueError):
+        return SceneHistory(scene)
+    return SceneHistory(scene, before, after if order.scene == name_of(scene) else ())
+
+
+def name_of(scene: Scene) -> str:
+    """Return the name of the file of a scene."""
+    return f"{hashlib.sha256(scene_text(scene).encode()).hexdigest()[:20]}.toml"
