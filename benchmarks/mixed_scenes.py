@@ -6,14 +6,14 @@
     python benchmarks/mixed_scenes.py swinging sheared puckering corner sleeve pulled ball following loops --runs mixed
     python benchmarks/mixed_scenes.py dress --density 17 --device cuda:0 --seconds 100 -o out/fine
 
-Runs scenes of ``examples/mixed``, each run in a process of its own, so that its memory is known. ``--density`` takes the
-place of that of the scene (``divisions`` for stitches). A run ends after ``--seconds`` with the state that it has
-reached. The table has, for each run, the nodes that are simulated (full + hybrid), the work and the time of the steps or
-equilibria (that of a run with triangles alone at the start stands in brackets), the time of all processors from the
+Runs scenes of ``examples/mixed``, each run in a process of its own, so that its memory is known. ``--density`` takes
+the place of that of the scene (``divisions`` for stitches). A run ends after ``--seconds`` with the state that it has
+reached. The table has, for each run, the nodes that are simulated (full + hybrid), the work and the time of the steps
+or equilibria (that of a run with triangles alone at the start stands in brackets), the time of all processors from the
 start of the program to its end, which depends less than the seconds on what else runs on the machine, the error of the
 last step [cm/s] or the largest force that is not balanced [dyn], memory (the largest of the process, and on a GPU that
-of Warp's pool), and root mean square distances from the run with yarns everywhere, in spacings of yarns or wales: in the
-region of interest, its full-yarn nodes, and of all nodes. With ``-o`` the folders of the runs are kept, for
+of Warp's pool), and root mean square distances from the run with yarns everywhere, in spacings of yarns or wales: in
+the region of interest, its full-yarn nodes, and of all nodes. With ``-o`` the folders of the runs are kept, for
 ``stitchmesh view`` or pictures (``--picture``).
 """
 
@@ -139,10 +139,10 @@ def _print_table(name: str, folder: Path, runs: list[str]) -> None:
         nodes = f"{row['yarn_nodes_full']:,} + {row['yarn_nodes_hybrid']:,}"
         triangles = row.get("triangle_run", {}).get("seconds")
         seconds = f"{row['seconds']:.1f}" + (f" ({triangles:.1f})" if triangles is not None else "")
+        memory = f"{row['memory_bytes'] / 1e6:,.0f} | {row['device_memory'] / 1e6:,.0f}"
+        work = f"{row['newton_iterations']} | {row['solve_iterations']:,} | {seconds} | {row['processor']:.1f}"
         print(
-            f"| {name} | {run} | {nodes} | {row['newton_iterations']} | {row['solve_iterations']:,} | {seconds} "
-            f"| {row['processor']:.1f} | {row['error']:.3g} | {row['memory_bytes'] / 1e6:,.0f} | {row['device_memory'] / 1e6:,.0f} "
-            f"| {errors[0]} | {errors[1]} |",
+            f"| {name} | {run} | {nodes} | {work} | {row['error']:.3g} | {memory} | {errors[0]} | {errors[1]} |",
             flush=True,
         )
 
