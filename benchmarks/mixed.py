@@ -135,29 +135,29 @@ def _rows(loading: Loading, options: argparse.Namespace) -> list[Row]:
     """Run a loading with all regions."""
     start, cloth = loading.shaken(0), loading.prepared.fabric.cloth
     everything = np.arange(len(cloth.triangles))
-    compare = _Comparison(loading, _run(with_region(start, everything)))
+    compare = _Comparison(loading, run_scene(with_region(start, everything)))
     rows = [compare.row(ALL, 0.0, with_region(start, everything), compare.full)]
     for seed in range(1, options.repeats + 1):
         again = with_region(loading.shaken(seed), everything)
-        rows.append(compare.row(AGAIN, 0.0, again, _run(again)))
+        rows.append(compare.row(AGAIN, 0.0, again, run_scene(again)))
     none = with_region(start, everything[:0])
-    rows.append(compare.row(NONE, 0.0, none, _run(none)))
+    rows.append(compare.row(NONE, 0.0, none, run_scene(none)))
     with alone():
         error = run_triangles(none, *_where(none)).error
     for rings in options.rings or loading.rings:
         for size in loading.sizes:
-            hand = with_region(_ringed(start, rings), loading.by_hand(size))
-            rows.append(compare.row(HAND, size, hand, _run(hand)))
+            hand = with_region(with_rings(start, rings), loading.by_hand(size))
+            rows.append(compare.row(HAND, size, hand, run_scene(hand)))
             budget = NodeBudget(nodes=len(hand.region.nodes))
-            placed = place_yarns(_ringed(start, rings), error, budget)
-            rows.append(compare.row(AUTOMATIC, size, placed, _run(placed)))
+            placed = place_yarns(with_rings(start, rings), error, budget)
+            rows.append(compare.row(AUTOMATIC, size, placed, run_scene(placed)))
             if options.adapting:
-                adapting = _run(_ringed(none, rings, adapt_every=1), budget)
-                rows.append(compare.row(ADAPTING, size, _ringed(none, rings), adapting))
+                adapting = run_scene(with_rings(none, rings, adapt_every=1), budget)
+                rows.append(compare.row(ADAPTING, size, with_rings(none, rings), adapting))
     return rows
 
 
-def _ringed(prepared: PreparedScene, rings: int, adapt_every: int | None = None) -> PreparedScene:
+def with_rings(prepared: PreparedScene, rings: int, adapt_every: int | None = None) -> PreparedScene:
     """A scene with another hybrid width, and a region by errors."""
     section = RegionSection(yarns="automatic", nodes=1, rings=rings, adapt_every=adapt_every)
     return replace(prepared, scene=replace(prepared.scene, region=section))
@@ -169,7 +169,7 @@ def _where(prepared: PreparedScene) -> tuple[object, object]:
     return scalar_named(solver.precision), device_named(solver.device)
 
 
-def _run(prepared: PreparedScene, budget: NodeBudget | None = None) -> End:
+def run_scene(prepared: PreparedScene, budget: NodeBudget | None = None) -> End:
     """Run a scene over all its load steps; a region that adapts keeps to the budget."""
     newton, products, converged = 0, 0, True
     region = AdaptiveRegion(prepared, budget or NodeBudget(nodes=0))

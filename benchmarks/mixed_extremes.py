@@ -29,7 +29,7 @@ from stitchmesh.errors import StitchMeshError
 from stitchmesh.mixed.cloth.panel_file import PanelTable
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.seams import Border, Seam
-from stitchmesh.mixed.dynamics.cloth_system import embedded
+from stitchmesh.mixed.enrichment.embedding import embed
 from stitchmesh.mixed.enrichment.region import region_around
 from stitchmesh.mixed.memory import check_memory
 from stitchmesh.mixed.scene.cloth_section import ClothSection
@@ -317,7 +317,7 @@ def fault(simulation: Simulation, energy: float, moved: bool, shortest: float) -
 
 def constraint_error(prepared: PreparedScene, v: np.ndarray, p: np.ndarray) -> float:
     """Largest part of p - B v of the hybrid nodes that the filter would remove [cm]."""
-    embedding = embedded(prepared.fabric.yarns, prepared.region)
+    embedding = embed(prepared.region)
     own = embedding.independent
     if own.shape[1] == 0:
         return 0.0

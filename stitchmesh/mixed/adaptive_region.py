@@ -65,8 +65,8 @@ class AdaptiveRegion:
 
     def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Restore the contents of ``arrays``; the run itself begins with ``resumed_region``."""
-        looks, self._time, nodes, changes, self.energy_jump = (float(number) for number in arrays[NUMBERS])
-        self._looks, self.budget, self.changes = int(looks), NodeBudget(nodes=int(nodes)), int(changes)
+        looks, self._time, _nodes, changes, self.energy_jump = (float(number) for number in arrays[NUMBERS])
+        self._looks, self.budget, self.changes = int(looks), resumed_budget(arrays), int(changes)
 
     def _change(self, simulation: Simulation) -> bool:
         new = self._wanted(simulation)
@@ -102,3 +102,8 @@ def _energy(simulation: Simulation) -> float:
 def resumed_region(prepared: PreparedScene, arrays: Mapping[str, NDArray[Any]]) -> PreparedScene:
     """Return a scene with the region of a checkpoint."""
     return with_region(prepared, arrays[TRIANGLES])
+
+
+def resumed_budget(arrays: Mapping[str, NDArray[Any]]) -> NodeBudget:
+    """Return the nodes that the region of a checkpoint may have."""
+    return NodeBudget(nodes=int(arrays[NUMBERS][2]))

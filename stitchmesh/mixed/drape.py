@@ -25,7 +25,7 @@ from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.contents import FilePath
-from stitchmesh.mixed.adaptive_region import AdaptiveRegion, resumed_region
+from stitchmesh.mixed.adaptive_region import AdaptiveRegion, resumed_budget, resumed_region
 from stitchmesh.mixed.automatic_region import place_yarns
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.dynamics.equilibrium import AfterIteration
@@ -164,7 +164,8 @@ def _drape(
     with alone():
         state = read_run(target / NAME, run_inputs(prepared, device)) if resume and target is not None else None
         start = _start(prepared, device, progress, control) if state is None else _resumed(prepared, state)
-        check_memory(start.prepared.region, available_memory(device), contact=contact)
+        may_grow_to = start.budget.nodes if given.region.changes_every is not None else 0
+        check_memory(start.prepared.region, available_memory(device), contact=contact, may_grow_to=may_grow_to)
         run = _Run(start, target, device)
         if state is not None:
             run.resume(state)
@@ -242,8 +243,9 @@ def frame_of(simulation: Simulation) -> Frame:
 
 def _resumed(prepared: PreparedScene, state: RunCheckpoint) -> _Start:
     """What a run that is resumed begins with: it has the positions of its checkpoint, and also an automatic region."""
-    automatic = prepared.scene.region.yarns == "automatic"
-    return _Start(resumed_region(prepared, state.arrays) if automatic else prepared, NodeBudget(nodes=0))
+    if prepared.scene.region.yarns != "automatic":
+        return _Start(prepared, NodeBudget(nodes=0))
+    return _Start(resumed_region(prepared, state.arrays), resumed_budget(state.arrays))
 
 
 class _Run:

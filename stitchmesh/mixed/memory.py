@@ -42,13 +42,21 @@ class MemoryEstimate:
         return max(int(nodes - (self.total - available) / self.each_node), 0)
 
 
-def estimate_memory(region: Region, *, contact: bool) -> MemoryEstimate:
-    """Estimate the memory of a region, with or without contact."""
-    vertices, nodes = len(region.vertex_alpha), len(region.nodes)
+def estimate_memory(region: Region, *, contact: bool, may_grow_to: int = 0) -> MemoryEstimate:
+    """Estimate the memory of a region.
+
+    Args:
+        region: the region at the start.
+        contact: whether there is contact.
+        may_grow_to: number of nodes that it may have later; it is then taken for hybrid as a whole.
+    """
+    vertices, laid = len(region.vertex_alpha), len(region.node_triangle)
+    nodes = min(max(len(region.nodes), may_grow_to), laid)
     hybrid = len(np.unique(region.triangles[region.triangle_kind == HYBRID]))
+    hybrid = max(hybrid, int(np.ceil(vertices * min(may_grow_to / max(laid, 1), 1.0))))
     each = PER_NODE + PER_NODE_IN_CONTACT * contact
     of_vertices = vertices * (PER_VERTEX + PER_VERTEX_IN_CONTACT * contact)
-    total = BASE + PER_LAID_NODE * len(region.node_triangle) + each * nodes + of_vertices + PER_PAIR * hybrid**2
+    total = BASE + PER_LAID_NODE * laid + each * nodes + of_vertices + PER_PAIR * hybrid**2
     return MemoryEstimate(total, each)
 
 
@@ -83,16 +91,17 @@ def check_layout_memory(nodes: float, available: float) -> None:
         )
 
 
-def check_memory(region: Region, available: float, *, contact: bool) -> MemoryEstimate:
-    """Check that a scene fits into a memory, and return what it needs.
+def check_memory(region: Region, available: float, *, contact: bool, may_grow_to: int = 0) -> MemoryEstimate:
+    """Check that a scene fits into a memory, and return what it needs; arguments as for ``estimate_memory``.
 
     Raises:
         ParameterError: it does not; the message says how much it needs and what region would fit.
     """
-    needed = estimate_memory(region, contact=contact)
+    needed = estimate_memory(region, contact=contact, may_grow_to=may_grow_to)
     if needed.total <= available:
         return needed
-    fit = needed.nodes_within(available, len(region.nodes))
-    found = f"needs about {needed.total / 1e9:.3g} GB for {len(region.nodes):,} yarn nodes"
+    nodes = max(len(region.nodes), may_grow_to)
+    fit = needed.nodes_within(available, nodes)
+    found = f"needs about {needed.total / 1e9:.3g} GB for {nodes:,} yarn nodes"
     remedy = f"a region of at most {fit:,} yarn nodes" if fit else "longer edges of triangles and a smaller cloth"
     raise ParameterError(f"scene: {found}, and {available / 1e9:.3g} GB are free; expected {remedy}")

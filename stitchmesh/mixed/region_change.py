@@ -9,8 +9,9 @@ that begin on a triangle with a free corner are not there.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -22,34 +23,52 @@ from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equi
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.vector_sums import choose, set_sum
 from stitchmesh.mixed.enrichment.region import Region
+from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.placement.carried_terms import RegionChange, carry_terms
 from stitchmesh.mixed.placement.moved_state import move_state
+from stitchmesh.mixed.placement.node_memory import SLIDING, NodeMemory
 from stitchmesh.mixed.term import Term
 
 SETTLING_ITERATIONS = 3
 """Newton iterations with which new nodes come near to their equilibrium."""
 
 
-def moved_vector(change: RegionChange, vector: MixedVector, rest_sliding: FloatArray) -> MixedVector:
-    """Return positions or velocities for another region.
+def moved_positions(fabric: MixedFabric, change: RegionChange, positions: MixedVector) -> MixedVector:
+    """Return positions for another region.
 
     Args:
-        change: the region of the vector, and that of the result.
-        vector: positions or velocities.
-        rest_sliding: Eulerian coordinates of new nodes, for all nodes of the layout, shape (N, 2); zeros for
-            velocities.
+        fabric: cloth and yarns.
+        change: the region of the positions, and that of the result; new nodes have the Eulerian coordinates that it
+            remembers, or those of the layout.
+        positions: positions [cm].
     """
-    state = move_state(change.old, change.new, *vector.numpy(), rest_sliding)
+    stands_out = isinstance(fabric.yarns, SplineYarns)
+    above = partial(fabric.yarns.world, fabric.cloth) if stands_out else None
+    return _moved(change, positions, change.memory.recalled(SLIDING, fabric.yarns.rest_sliding), above)
+
+
+def moved_velocities(fabric: MixedFabric, change: RegionChange, velocities: MixedVector) -> MixedVector:
+    """Return velocities for another region [cm/s]; arguments as for ``moved_positions``."""
+    return _moved(change, velocities, np.zeros_like(fabric.yarns.rest_sliding), None)
+
+
+def _moved(
+    change: RegionChange,
+    vector: MixedVector,
+    rest_sliding: FloatArray,
+    above: Callable[[FloatArray], FloatArray] | None,
+) -> MixedVector:
+    state = move_state(change.old, change.new, *vector.numpy(), rest_sliding, above)
     return MixedVector.from_numpy(state.vertices, state.nodes, state.sliding, vector.scalar, vector.device)
 
 
-def region_change(fabric: MixedFabric, old: Region, new: Region, loads: Loads) -> RegionChange:
-    """Return both regions of a fabric, with the contact points that they have under loads."""
+def region_change(fabric: MixedFabric, old: Region, new: Region, memory: NodeMemory, loads: Loads) -> RegionChange:
+    """Return both regions of a fabric, with what nodes remember and the contact points that they have under loads."""
     if not loads.bodies:
-        return RegionChange(old, new)
+        return RegionChange(old, new, memory)
     points = [contact_points(fabric, region, loads.thickness)[0] for region in (old, new)]
-    return RegionChange(old, new, *points)
+    return RegionChange(old, new, memory, *points)
 
 
 def settle_changed(

@@ -12,7 +12,7 @@ attachments and bodies at their last places, and one equilibrium is left to find
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -34,10 +34,18 @@ from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.enrichment.start_positions import make_consistent
 from stitchmesh.mixed.mixed_vector import MixedVector, Parts
 from stitchmesh.mixed.output.report import RunTotals
-from stitchmesh.mixed.placement.carried_terms import RegionChange, carry_terms
-from stitchmesh.mixed.region_change import moved_vector, place_held, region_change, settle_changed
+from stitchmesh.mixed.placement.carried_terms import RegionChange, carry_terms, remember
+from stitchmesh.mixed.placement.node_memory import SLIDING, NodeMemory
+from stitchmesh.mixed.region_change import (
+    moved_positions,
+    moved_velocities,
+    place_held,
+    region_change,
+    settle_changed,
+)
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene
 from stitchmesh.mixed.splines.spline_term import SplineTerm
+from stitchmesh.mixed.term import Term
 
 MOST_PARTS = 200
 """Largest number of parts in which attachments move between two equilibria beside B-spline yarns."""
@@ -86,6 +94,8 @@ class Simulation(ABC):
         """
         self.prepared, self.scalar, self.device = prepared, scalar, device
         self.start = prepared.vertices, prepared.nodes
+        self.memory = NodeMemory()
+        """What nodes remember that regions have dropped."""
 
     @property
     @abstractmethod
@@ -113,8 +123,8 @@ class Simulation(ABC):
     def change_region(self, region: Region) -> None:
         """Go on with yarns in another region of the same cloth and layout.
 
-        Positions, velocities and what terms remember stay where nodes stay. A motion keeps its momentum; a static run
-        finds its last equilibrium again.
+        Positions, velocities and what terms remember stay where nodes stay, and nodes that were simulated before have
+        their marks again. A motion keeps its momentum; a static run finds its last equilibrium again.
 
         Args:
             region: the new region.
@@ -145,12 +155,13 @@ class Simulation(ABC):
         vertices, nodes = self.start
         return MixedVector.from_numpy(vertices, nodes, self.prepared.sliding, self.scalar, self.device)
 
-    def take_region(self, region: Region) -> RegionChange:
-        """Take a region for what is made from now on; return the change."""
+    def take_region(self, region: Region, terms: Sequence[Term]) -> RegionChange:
+        """Take a region for what is made from now on; return the change from the present one, with its terms."""
         old = self.prepared.region
+        self.memory = remember(self.memory, terms, old).kept(SLIDING, old, self.positions[2])
         self.prepared = replace(self.prepared, region=region)
         self.start = self.prepared.vertices, self.prepared.nodes
-        return region_change(self.prepared.fabric, old, region, self.prepared.loads(self.time))
+        return region_change(self.prepared.fabric, old, region, self.memory, self.prepared.loads(self.time))
 
     def system_at(self, time: float) -> tuple[MixedSystem, PrescribedMotion]:
         """Return the system with the attachments at a time, and their motion."""
@@ -192,13 +203,13 @@ class DynamicSimulation(Simulation):
 
     def change_region(self, region: Region) -> None:
         """Go on with another region; the momentum stays."""
-        old, rest = self._dynamics, self.prepared.fabric.yarns.rest_sliding
-        change = self.take_region(region)
-        self._dynamics = new = self._dynamics_at(old.time, moved_vector(change, old.positions, rest))
-        new.velocities.assign(moved_vector(change, old.velocities, np.zeros_like(rest)))
+        old, fabric = self._dynamics, self.prepared.fabric
+        change = self.take_region(region, old.system.terms)
+        self._dynamics = new = self._dynamics_at(old.time, moved_positions(fabric, change, old.positions))
+        new.velocities.assign(moved_velocities(fabric, change, old.velocities))
         new.time, new.time_step, new.calm_steps = old.time, old.time_step, old.calm_steps
         place_held(new.system, self._motion, new.positions, new.time)
-        fabric, loads, start = self.prepared.fabric, self.prepared.loads(self.time), self.prepared.vertices
+        loads, start = self.prepared.loads(self.time), self.prepared.vertices
         settle_changed(fabric, change, loads, start, old.system.terms, new.positions, new.time_step)
         before, after = [(each.system, each.positions, each.velocities) for each in (old, new)]
         keep_momentum(before, after)
@@ -210,10 +221,11 @@ class DynamicSimulation(Simulation):
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """All that the rest of the run depends on."""
-        return self._dynamics.arrays() | {"built": np.array([self._built])}
+        return self._dynamics.arrays() | {"built": np.array([self._built])} | self.memory.arrays()
 
     def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Restore the contents of ``arrays``."""
+        self.memory = NodeMemory.of(arrays)
         self._renew(float(arrays["built"][0]), arrays)
 
     def _renew(self, time: float, arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -289,9 +301,10 @@ class StaticSimulation(Simulation):
     def change_region(self, region: Region) -> None:
         """Go on with another region; the last equilibrium is found again."""
         terms, positions, time = self._system.terms, self._positions, self.time
-        change = self.take_region(region)
-        self._positions = moved_vector(change, positions, self.prepared.fabric.yarns.rest_sliding)
+        change = self.take_region(region, terms)
+        self._positions = moved_positions(self.prepared.fabric, change, positions)
         self._system, self._motion = self.system_at(time)
+        make_consistent(self._system.embedding, self._system.free, self._positions)
         self._built, self._done = time, self._done - 1
         place_held(self._system, self._motion, self._positions, time)
         carry_terms(terms, self._system.terms, change)
@@ -308,10 +321,11 @@ class StaticSimulation(Simulation):
             found["search"] = self._search.numbers()
         for number, term in enumerate(self._system.terms):
             found |= {f"term {number} {name}": array.numpy() for name, array in term.arrays().items()}
-        return found
+        return found | self.memory.arrays()
 
     def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Restore the contents of ``arrays``."""
+        self.memory = NodeMemory.of(arrays)
         self._done, self._moved = int(arrays["clock"][0]), float(arrays["clock"][2])
         self._renew(float(arrays["clock"][1]), arrays)
         if "search" in arrays:

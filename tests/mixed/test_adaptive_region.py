@@ -19,13 +19,14 @@ from stitchmesh.mixed.drape import Draped, drape
 from stitchmesh.mixed.dynamics.kept_momentum import momentum_about
 from stitchmesh.mixed.enrichment.region import TRIANGLES, YARNS, Region
 from stitchmesh.mixed.measured_budget import node_budget
+from stitchmesh.mixed.memory import estimate_memory
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
 from stitchmesh.mixed.scene.scene import ContactSection, OutputSection, Scene, SolverSection
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare, with_region
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
-from stitchmesh.mixed.simulation import DynamicSimulation, begin_simulation
+from stitchmesh.mixed.simulation import DynamicSimulation, StaticSimulation, begin_simulation
 from stitchmesh.run_control import RunControl, Snapshot
 
 CPU = device_named("cpu")
@@ -95,6 +96,36 @@ def test_places_velocities_and_anchors_stay_where_nodes_stay() -> None:
     assert {"friction anchors", "yarn rest angles"} <= names
 
 
+def marks(simulation: StaticSimulation) -> dict[str, np.ndarray]:
+    """Eulerian coordinates, and what terms remember of each node."""
+    found = {"sliding": simulation.positions[2]}
+    for term in simulation._system.terms:
+        found |= {name: array.numpy() for name, array in term.carried_arrays().items()}
+    return found
+
+
+@pytest.mark.parametrize("resumed", [False, True])
+def test_nodes_that_were_dropped_have_their_marks_again(resumed: bool) -> None:
+    simulation = StaticSimulation(prepare(replace(FLYING, mode="static")), wp.float64, CPU)
+    small, large = other_region(simulation.prepared), simulation.prepared.region
+    assert len(np.setdiff1d(large.nodes, small.nodes)) >= 10
+    random, arrays = np.random.default_rng(17), [simulation._positions.sliding]
+    arrays += [array for term in simulation._system.terms for array in term.carried_arrays().values()]
+    for array in arrays:
+        values = array.numpy()
+        array.assign(values + random.normal(scale=0.01, size=values.shape))
+    before = marks(simulation)
+    assert {"sliding", "friction anchors", "yarn rest angles"} <= set(before)
+    simulation.change_region(small)
+    if resumed:
+        state = {name: array.copy() for name, array in simulation.arrays().items()}
+        simulation = StaticSimulation(simulation.prepared, wp.float64, CPU)
+        simulation.resume(state)
+    simulation.change_region(large)
+    for name, values in marks(simulation).items():
+        assert np.array_equal(values, before[name])
+
+
 def test_what_is_held_is_where_its_attachment_has_brought_it() -> None:
     simulation = moved(replace(FLYING, attachments=(CORNER,)))
     new = other_region(simulation.prepared)
@@ -160,6 +191,20 @@ def test_a_motion_begins_with_triangles_and_finds_its_region() -> None:
     # Yarns laid on flat triangles are bent and stretched a little more than the triangles; see docs/mixed-solver.md.
     elastic = sum(value for name, value in mixed["energies"].items() if not name.startswith("weight"))
     assert mixed["largest_energy_jump"] < 0.1 * elastic
+
+
+def test_the_memory_is_that_of_the_largest_region(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run that begins without yarns is refused if the nodes that it may have do not fit."""
+    prepared = prepare(SWINGING)
+    begins = estimate_memory(prepared.region, contact=False).total
+    most = estimate_memory(prepared.region, contact=False, may_grow_to=90)
+    assert most.total > begins + 90 * most.each_node - 1.0
+    # no region has more than the nodes of the layout
+    everywhere = estimate_memory(prepared.region, contact=False, may_grow_to=10**9)
+    assert everywhere.total < estimate_memory(prepared.region, contact=True).total + 10**4 * everywhere.each_node
+    monkeypatch.setattr("stitchmesh.mixed.drape.available_memory", lambda device: 0.5 * (begins + most.total))
+    with pytest.raises(ParameterError, match="for 90 yarn nodes"):
+        drape(SWINGING)
 
 
 def stopping_after(steps: int) -> RunControl[Draped]:

@@ -95,7 +95,9 @@ def blend_masses(
     share = np.where(hybrid, (inside / np.maximum(hybrid.sum(axis=1), 1))[:, None], 0.0)
     node = ends[hybrid]
     corners = region.triangles[region.node_triangle[node]]
-    np.add.at(vertices, corners, region.node_weight[node] * share[hybrid][:, None])
+    # a control point beyond a border of the cloth has a negative coordinate there
+    within = np.maximum(region.node_weight[node], 0.0)
+    np.add.at(vertices, corners, within * (share[hybrid] / within.sum(axis=1))[:, None])
     return BlendedMasses(vertices, yarns)
 
 

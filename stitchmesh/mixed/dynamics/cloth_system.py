@@ -37,13 +37,12 @@ from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.dynamics.spline_masses import spline_masses
 from stitchmesh.mixed.dynamics.spline_part import spline_term
 from stitchmesh.mixed.dynamics.weight import Weight
-from stitchmesh.mixed.enrichment.balanced_weights import balanced_weights
-from stitchmesh.mixed.enrichment.embedding import Embedding, embed
+from stitchmesh.mixed.enrichment.balanced_weights import StretchedCloth, StretchWeights, balanced_weights
+from stitchmesh.mixed.enrichment.embedding import embed
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
-from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, Region
+from stitchmesh.mixed.enrichment.region import TRIANGLES, Region
 from stitchmesh.mixed.enrichment.start_positions import make_consistent
-from stitchmesh.mixed.enrichment.tension_patterns import tension_left
-from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
+from stitchmesh.mixed.layout.crossing_yarns import WARP, WEFT, CrossingYarns
 from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.mixed_vector import MixedVector
@@ -132,16 +131,16 @@ def cloth_system(
     Raises:
         ParameterError: materials, masses or numbers do not fit the cloth.
     """
-    part = _yarn_part(cloth, yarns, region, model, scalar, device)
+    stretch = _stretch_weights(cloth, yarns, region)
+    part = _yarn_part(cloth, yarns, region, model, stretch, scalar, device)
     free = FreeUnknowns.of(region, fixed_vertices=fixed_vertices, fixed_nodes=fixed_nodes)
     free = replace(free, sliding=free.sliding & part.slides)
     masses = cloth_masses(cloth, yarns, region, model)
     start = cloth.vertices if vertices is None else vertices
     placed = yarns.world(cloth, start)[region.nodes]
     positions = MixedVector.from_numpy(start, placed, yarns.rest_sliding[region.nodes], scalar, device)
-    stretch = _stretch_weights(cloth, yarns, region)
     terms = [*part.terms, *_triangle_terms(cloth, region, model, scalar, device, stretch)]
-    embedding = embedded(yarns, region)
+    embedding = embed(region)
     system = MixedSystem(embedding, free, masses, terms, node_masses=part.node_masses, scalar=scalar, device=device)
     of_yarns = np.zeros_like(masses.yarns) if part.weighs else masses.yarns
     weighing = MassMatrix(BlendedMasses(masses.vertices, of_yarns), scalar, device)
@@ -151,7 +150,13 @@ def cloth_system(
 
 
 def _yarn_part(
-    cloth: Cloth, yarns: LaidYarns, region: Region, model: ClothModel, scalar: Any, device: wp.Device
+    cloth: Cloth,
+    yarns: LaidYarns,
+    region: Region,
+    model: ClothModel,
+    stretch: StretchWeights | None,
+    scalar: Any,
+    device: wp.Device,
 ) -> YarnPart:
     """Energies, sliding and inertia of the yarns.
 
@@ -168,6 +173,8 @@ def _yarn_part(
         raise ParameterError("cloth: got crossing yarns with the material of B-splines; expected FabricMaterials")
     nodes, alpha = region.nodes, region.node_alpha[region.nodes]
     elements = crossing_elements(yarns, model.yarns, nodes=nodes, alpha=alpha, full=alpha >= FULL)
+    if stretch is not None:
+        elements = replace(elements, stretch=elements.stretch * _segment_shares(yarns, region, stretch)[nodes])
     terms = _crossing_terms(yarns, elements, model, model.yarns, alpha, scalar, device)
     return YarnPart(terms, elements.slides, YarnMass(elements, scalar, device), weighs=True)
 
@@ -203,33 +210,34 @@ def _crossing_masses(
     return blend_masses(region, ends, mass, coordinates, of_triangles)
 
 
-def embedded(yarns: LaidYarns, region: Region) -> Embedding:
-    """How hybrid nodes move with the triangles; in a weave the filter can pass tension too."""
-    if isinstance(yarns, SplineYarns) or yarns.kind != "weave" or not region.passes_tension:
-        return embed(region)
-    return embed(region, _tension(yarns, region))
-
-
-def _tension(yarns: CrossingYarns, region: Region, *, at_ends: bool = False) -> NDArray[np.float64]:
-    """The patterns of ``tension_left``."""
-    ends, coordinates = _segments(yarns)
-    return tension_left(region, ends, coordinates[:, 0], at_ends=at_ends)
-
-
-def _stretch_weights(cloth: Cloth, yarns: LaidYarns, region: Region) -> NDArray[np.float64]:
-    """Weights of the stretch of the triangles; in a weave uniform tension balances that of the yarns."""
-    hybrid = (region.triangle_kind == HYBRID).any()
-    if isinstance(yarns, SplineYarns) or yarns.kind != "weave" or not hybrid:
-        return 1.0 - region.triangle_alpha
+def _stretch_weights(cloth: Cloth, yarns: LaidYarns, region: Region) -> StretchWeights | None:
+    """Weights of stretch with which uniform tension of a weave balances; none for other yarns, which turn."""
+    if isinstance(yarns, SplineYarns) or yarns.kind != "weave":
+        return None
     ends, coordinates = _segments(yarns)
     begin, end = yarns.rest_sliding[ends, coordinates].T
-    apart = np.array([np.median((end - begin)[coordinates[:, 0] == c]) for c in (1, 0)])  # of wefts along warps
+    family = yarns.yarn_family[yarns.node_yarn[ends[:, 0], coordinates[:, 0]]]
+    # segments of wefts are as long as warps are apart
+    apart = np.array([_median((end - begin)[family == other]) for other in (WARP, WEFT)])
     edges = np.linalg.inv(np.swapaxes(cloth.rest[:, 1:] - cloth.rest[:, :1], 1, 2))
     gradients = np.concatenate([-edges.sum(axis=1, keepdims=True), edges], axis=1)
     border = np.zeros(len(cloth.vertices), dtype=bool)
     border[cloth.side_vertices[cloth.border_sides]] = True
-    pulls = _tension(yarns, region, at_ends=True)
-    return balanced_weights(region, gradients, cloth.rest_area, border, pulls, apart)
+    return balanced_weights(region, StretchedCloth(gradients, cloth.rest_area, border, ends, family, apart))
+
+
+def _median(lengths: NDArray[np.float64]) -> float:
+    """The median, or zero without yarns."""
+    return float(np.median(lengths)) if len(lengths) else 0.0
+
+
+def _segment_shares(yarns: CrossingYarns, region: Region, stretch: StretchWeights) -> NDArray[np.float64]:
+    """Weight of the stretch of the segment after each node over its weight alpha, shape (N, 2)."""
+    ends, coordinates = _segments(yarns)
+    alpha, shares = region.element_alpha(ends), np.ones((yarns.node_count, 2))
+    there = alpha > 0.0
+    shares[ends[there, 0], coordinates[there, 0]] = stretch.segments[there] / alpha[there]
+    return shares
 
 
 def _segments(yarns: CrossingYarns) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -250,12 +258,13 @@ def _edge_weights(cloth: Cloth, region: Region) -> NDArray[np.float64]:
 
 
 def _triangle_terms(
-    cloth: Cloth, region: Region, model: ClothModel, scalar: Any, device: wp.Device, stretch: NDArray[np.float64]
+    cloth: Cloth, region: Region, model: ClothModel, scalar: Any, device: wp.Device, stretch: StretchWeights | None
 ) -> list[Term]:
     """The energies of the triangles and of the rods along seams."""
     weight = 1.0 - region.triangle_alpha
+    shares = None if stretch is None else stretch.triangles / np.where(weight > 0.0, weight, 1.0)[:, None]
     terms: list[Term] = [
-        Membrane(cloth, model.triangles, scalar, device, stretch),
+        Membrane(cloth, model.triangles, scalar, device, weight, shares),
         ShellBending(cloth, model.triangles, scalar, device, weight),
     ]
     if model.seams is not None and len(cloth.seam_edges):

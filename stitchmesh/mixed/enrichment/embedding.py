@@ -8,9 +8,8 @@ maximal set C of independent columns,
 
     F = I - B_C (B_C' B_C)^-1 B_C',        B' F = 0,        F F = F,
 
-because the columns of C span the same space as all columns. A weave has further columns beside those of B, for what the
-gradient of alpha leaves unbalanced (``tension_patterns``); F removes them too. Since B'F = 0, the displacement F x does
-not need to be stored: positions v and p are of the form p = B v + F x if and only if
+because the columns of C span the same space as all columns. Since B'F = 0, the displacement F x does not need to be
+stored: positions v and p are of the form p = B v + F x if and only if
 
     E (v, p) = B_C' p - G_C v = 0,         G_C = B_C' B,
 
@@ -23,19 +22,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 from scipy.linalg.lapack import dpstrf
-from scipy.sparse import csr_array, diags_array, hstack
+from scipy.sparse import csr_array
 
 from stitchmesh.mixed.enrichment.region import HYBRID, Integers, Numbers, Region
-from stitchmesh.mixed.enrichment.tension_patterns import pattern_columns
 
 DEPENDENT = 1e-10
 """Square of the part of a column of unit length outside the other columns, below which it depends on them. Rounding of
 the barycentric coordinates makes 1e-16; columns above this bound keep five digits of B'B."""
-
-NEARLY_DEPENDENT = 1e-2
-"""The same for the patterns: a tenth of their length. Equilibria are found slowly with less."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,17 +46,15 @@ class Embedding:
     """B, shape (H, V)."""
     columns: Integers
     """Vertices whose columns are independent and span those of all vertices, ascending, shape (K,)."""
-    patterns: csr_array
-    """Further columns that F removes, independent of one another and of those of B; shape (H, P)."""
 
     @property
     def independent(self) -> csr_array:
-        """B_C with the further columns, shape (H, C) for C = K + P."""
-        return csr_array(hstack([self.basis[:, self.columns], self.patterns]))
+        """B_C, shape (H, K)."""
+        return csr_array(self.basis[:, self.columns])
 
     @property
     def gram(self) -> csr_array:
-        """G_C = B_C' B, shape (C, V)."""
+        """G_C = B_C' B, shape (K, V)."""
         return csr_array(self.independent.T @ self.basis)
 
     @property
@@ -75,7 +67,7 @@ class Embedding:
         return vertices, nodes
 
     def constraint(self, vertices: Numbers, nodes: Numbers) -> Numbers:
-        """E (v, p) = B_C' (p - B v), which is zero where p = B v + F x; shape (C, 3).
+        """E (v, p) = B_C' (p - B v), which is zero where p = B v + F x; shape (K, 3).
 
         Args:
             vertices: v, shape (V, 3).
@@ -85,23 +77,14 @@ class Embedding:
         return residual
 
 
-def embed(region: Region, tension: Numbers | None = None) -> Embedding:
-    """The embedding of a region's hybrid nodes.
-
-    Args:
-        region: the region of interest.
-        tension: patterns of the forces that alpha leaves under uniform tension (``tension_left``), shape (H, 2).
-    """
+def embed(region: Region) -> Embedding:
+    """The embedding of a region's hybrid nodes."""
     simulated = region.nodes
     hybrid = np.flatnonzero(region.node_kind[simulated] == HYBRID)
     corners = region.triangles[region.node_triangle[simulated[hybrid]]]
     weight = region.node_weight[simulated[hybrid]]
     basis = basis_of(corners, weight, len(region.vertex_alpha))
-    columns = independent_columns(basis)
-    patterns = csr_array((len(hybrid), 0))
-    if tension is not None:
-        patterns = independent_patterns(basis[:, columns], pattern_columns(basis, tension))
-    return Embedding(len(region.vertex_alpha), len(simulated), hybrid, basis, columns, patterns)
+    return Embedding(len(region.vertex_alpha), len(simulated), hybrid, basis, independent_columns(basis))
 
 
 def basis_of(corners: Integers, weight: Numbers, vertex_count: int) -> csr_array:
@@ -130,19 +113,3 @@ def independent_columns(basis: csr_array) -> Integers:
     dense: NDArray[np.float64] = gram[used][:, used].toarray() / np.outer(length, length)
     _factor, pivots, rank, _info = dpstrf(dense, tol=DEPENDENT)
     return np.sort(used[pivots[:rank] - 1])
-
-
-def independent_patterns(independent: csr_array, patterns: csr_array) -> csr_array:
-    """The columns of ``patterns`` that are independent of one another and of the columns of ``independent``.
-
-    What the triangles nearly represent is left out: where alpha falls evenly over neighbouring triangles, its gradient
-    leaves no force that they do not take up.
-    """
-    length = np.sqrt(np.asarray(patterns.power(2).sum(axis=0)).ravel())
-    if len(length) == 0:
-        return patterns
-    unit = csr_array(patterns @ diags_array(1.0 / length))
-    own, mixed = (independent.T @ independent).toarray(), (independent.T @ unit).toarray()
-    outside = (unit.T @ unit).toarray() - mixed.T @ cho_solve(cho_factor(own), mixed)
-    _factor, pivots, rank, _info = dpstrf(outside, tol=NEARLY_DEPENDENT)
-    return csr_array(unit[:, np.sort(pivots[:rank] - 1)])

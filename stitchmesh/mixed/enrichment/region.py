@@ -49,8 +49,6 @@ class Region:
     """The blending field at the vertices, shape (V,)."""
     smallest_alpha: float = SMALLEST_ALPHA
     """Smallest weight of a yarn element."""
-    passes_tension: bool = False
-    """Whether the filter of a weave takes up what alpha leaves under uniform tension (``tension_patterns``)."""
 
     def __post_init__(self) -> None:
         for array in (self.triangles, self.node_triangle, self.node_weight, self.triangle_kind, self.vertex_alpha):
@@ -124,7 +122,6 @@ def region_around(
     *,
     rings: int = 1,
     smallest_alpha: float = SMALLEST_ALPHA,
-    passes_tension: bool = False,
 ) -> Region:
     """The region of full-yarn triangles and the hybrid rings around them.
 
@@ -138,7 +135,6 @@ def region_around(
         yarn_triangles: numbers of the triangles with yarns alone; none for no region, all for yarns everywhere.
         rings: width of the hybrid region in rings of triangles, at least 1.
         smallest_alpha: smallest weight of a yarn element, in (0, 1].
-        passes_tension: whether the filter of a weave takes up what alpha leaves under uniform tension.
 
     Raises:
         ParameterError: a number of a triangle or of a vertex does not exist, or a width or a weight is out of range.
@@ -152,7 +148,7 @@ def region_around(
     distance = _ring_of_vertices(corners, vertex_count, chosen, rings)
     kind = np.where((distance[corners] < rings).any(axis=1), HYBRID, TRIANGLES)
     kind[(distance[corners] == 0).all(axis=1)] = YARNS
-    return Region(corners, home, weight, kind, np.maximum(0.0, 1.0 - distance / rings), smallest_alpha, passes_tension)
+    return Region(corners, home, weight, kind, np.maximum(0.0, 1.0 - distance / rings), smallest_alpha)
 
 
 def enriched_everywhere(

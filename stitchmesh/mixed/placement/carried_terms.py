@@ -3,8 +3,8 @@
 """What terms remember, after the region of a run has changed.
 
 Rest angles of bending and anchors of friction between yarns belong to nodes, anchors on bodies to contact points. Nodes
-and points that stay keep theirs. New nodes begin as they are laid out, and new contact points find their anchors where
-they are.
+and points that stay keep theirs. New nodes have what they remembered when they were simulated last (``node_memory``),
+or begin as they are laid out; new contact points find their anchors where they are.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from stitchmesh.mesh import IntArray
 from stitchmesh.mixed.contact.body_friction import BodyFriction
 from stitchmesh.mixed.contact.contact_points import ContactPoints
 from stitchmesh.mixed.enrichment.region import Region
-from stitchmesh.mixed.placement.moved_state import moved_values
+from stitchmesh.mixed.placement.node_memory import NodeMemory
 from stitchmesh.mixed.term import Term
 
 PARTS = 1 << 20
@@ -34,9 +34,32 @@ class RegionChange:
 
     old: Region
     new: Region
+    memory: NodeMemory
+    """What nodes remember, with the last values of the old region (``remember``)."""
     old_points: ContactPoints | None = None
     """Contact points of the old region; none without contact."""
     new_points: ContactPoints | None = None
+
+
+def remember(memory: NodeMemory, terms: Sequence[Term], region: Region) -> NodeMemory:
+    """Return a memory with what the terms of a region remember of its nodes.
+
+    Raises:
+        ParameterError: a term remembers what belongs neither to nodes nor to contact points.
+    """
+    for key, term in _keyed(terms):
+        for name, array in () if isinstance(term, BodyFriction) else term.carried_arrays().items():
+            values = array.numpy()
+            if len(values) != len(region.nodes):
+                found = f"{term.name}: remembers {len(values)} values"
+                raise ParameterError(f"{found}; expected one for each of {len(region.nodes)} nodes: keep the region")
+            memory = memory.kept(_named(key, name), region, values)
+    return memory
+
+
+def _named(key: tuple[str, int], name: str) -> str:
+    """Name of an array of a term in the memory."""
+    return f"{key[0]} {key[1]} {name}"
 
 
 def carry_terms(old: Sequence[Term], new: Sequence[Term], change: RegionChange) -> None:
@@ -45,17 +68,18 @@ def carry_terms(old: Sequence[Term], new: Sequence[Term], change: RegionChange) 
     Args:
         old: the terms of the old region.
         new: the terms of the new one, as they begin; changed.
-        change: both regions.
-
-    Raises:
-        ParameterError: a term remembers what belongs neither to nodes nor to contact points.
+        change: both regions, and what nodes remember.
     """
-    remembered = {key: term.carried_arrays() for key, term in _keyed(old)}
+    remembered = dict(_keyed(old))
     for key, term in _keyed(new):
         own = {name: array.numpy() for name, array in term.carried_arrays().items()}
-        before = {name: array.numpy() for name, array in remembered.get(key, {}).items()}
-        if own and before:
-            term.carry({name: _carried(term, before[name], array, change) for name, array in own.items()})
+        if isinstance(term, BodyFriction):
+            before = remembered[key].carried_arrays() if key in remembered else {}
+            own = {name: _at_points(before[name].numpy(), array, change) for name, array in own.items() if before}
+        else:
+            own = {name: _at_nodes(_named(key, name), array, change) for name, array in own.items()}
+        if own:
+            term.carry(own)
 
 
 def _keyed(terms: Sequence[Term]) -> list[tuple[tuple[str, int], Term]]:
@@ -64,19 +88,20 @@ def _keyed(terms: Sequence[Term]) -> list[tuple[tuple[str, int], Term]]:
     return [((term.name, names[:place].count(term.name)), term) for place, term in enumerate(terms)]
 
 
-def _carried(term: Term, before: NDArray[Any], start: NDArray[Any], change: RegionChange) -> NDArray[Any]:
-    """One array of a term: the old values where nodes or points stay, those of the start elsewhere."""
-    if isinstance(term, BodyFriction) and change.old_points is not None and change.new_points is not None:
-        there, here = _same_points(change)
-        result = np.array(start)
-        result[here] = before[there]
-        return result
-    if len(before) != len(change.old.nodes) or len(start) != len(change.new.nodes):
-        found = f"{term.name}: remembers {len(before)} values"
-        raise ParameterError(f"{found}; expected one for each of {len(change.old.nodes)} nodes: keep the region")
+def _at_nodes(name: str, start: NDArray[Any], change: RegionChange) -> NDArray[Any]:
+    """One array of a term of the new region: what its nodes remember, or as they start."""
     at_rest = np.zeros((len(change.new.node_triangle), *start.shape[1:]))
     at_rest[change.new.nodes] = start
-    return moved_values(change.old, change.new, before, at_rest)
+    return change.memory.recalled(name, at_rest)[change.new.nodes]
+
+
+def _at_points(before: NDArray[Any], start: NDArray[Any], change: RegionChange) -> NDArray[Any]:
+    """One array of the friction on bodies: the old values where points stay, those of the start elsewhere."""
+    result = np.array(start)
+    if change.old_points is not None and change.new_points is not None:
+        there, here = _same_points(change)
+        result[here] = before[there]
+    return result
 
 
 def _same_points(change: RegionChange) -> tuple[IntArray, IntArray]:

@@ -9,10 +9,14 @@ vertices stay, with a small part of a spring between neighbours that keeps their
 nodes. Hybrid nodes then lose what the triangles can represent, x = F (p - B v), so that p = B v + F x holds.
 
 Velocities move in the same manner, with Eulerian velocities of zero for new nodes.
+
+Control points of B-splines stand out of their triangles. New ones begin at their heights above them, and vertices and
+hybrid nodes are changed the least so that p = B v + F x, as at the start of a run (``enrichment.start_positions``).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,7 +50,13 @@ class MovedState:
 
 
 def move_state(
-    old: Region, new: Region, vertices: Numbers, nodes: Numbers, sliding: Numbers, rest_sliding: Numbers
+    old: Region,
+    new: Region,
+    vertices: Numbers,
+    nodes: Numbers,
+    sliding: Numbers,
+    rest_sliding: Numbers,
+    above: Callable[[Numbers], Numbers] | None = None,
 ) -> MovedState:
     """Positions for a new region; also velocities, with zeros as ``rest_sliding``.
 
@@ -57,17 +67,20 @@ def move_state(
         nodes: simulated nodes of the old region, shape (n, 3).
         sliding: their Eulerian coordinates, shape (n, 2).
         rest_sliding: Eulerian coordinates of all nodes of the layout, shape (N, 2).
+        above: positions of all nodes of the layout above given vertices, where they stand out of the triangles. The
+            result is then not yet of the form p = B v + F x.
 
     Raises:
         ParameterError: the regions belong to different layouts, or an array has another shape.
     """
     _check(old, new, vertices, nodes, sliding, rest_sliding)
     placed = place_hidden_vertices(old, vertices, nodes)
-    corners = placed[new.triangles[new.node_triangle]]
-    everywhere = np.einsum("nk,nkd->nd", new.node_weight, corners)
-    everywhere[old.nodes] = nodes
     moved = moved_values(old, new, sliding, rest_sliding)
-    return MovedState(placed, _filtered(new, placed, everywhere[new.nodes]), moved)
+    if above is not None:
+        return MovedState(placed, moved_values(old, new, nodes, above(placed)), moved)
+    corners = placed[new.triangles[new.node_triangle]]
+    on_triangles = np.einsum("nk,nkd->nd", new.node_weight, corners)
+    return MovedState(placed, _filtered(new, placed, moved_values(old, new, nodes, on_triangles)), moved)
 
 
 def moved_values(old: Region, new: Region, values: NDArray[np.float64], at_rest: NDArray[np.float64]) -> Numbers:

@@ -92,9 +92,6 @@ class RegionSection:
     """Numbers of triangles."""
     rings: int = 1
     """Width of the hybrid region around the chosen triangles, in rings of triangles."""
-    passes_tension: bool = False
-    """Whether uniform tension passes from triangles to the yarns of a weave with a tenth of the error. The ring is
-    stiffer then: wrinkles and strong shear end in it."""
     start: Literal["layout", "triangles"] = "layout"
     """Where the yarns of a static scene begin: as they are laid out, or on the equilibrium of the triangles alone at
     the end of all load steps, from which one equilibrium is left to find."""
@@ -183,10 +180,8 @@ class RegionSection:
             ParameterError: as for ``triangles``.
         """
         chosen = self.triangles(cloth)
-        return region_around(
-            cloth.triangles, len(cloth.vertices), yarns.triangle, yarns.barycentric, chosen,
-            rings=self.rings, passes_tension=self.passes_tension,
-        )  # fmt: skip
+        layout = cloth.triangles, len(cloth.vertices), yarns.triangle, yarns.barycentric
+        return region_around(*layout, chosen, rings=self.rings)
 
 
 def _extent(cloth: Cloth, box: BoxSection, middle: FloatArray, flat: FloatArray) -> tuple[list[float], list[float]]:

@@ -154,8 +154,6 @@ class Scene:
             raise ParameterError(f"disturbance: got {self.disturbance}; expected a number of cm of at least 0")
         if self.yarns.model == "splines" and self.mode != "static":
             raise ParameterError(f"mode: got {self.mode!r} with B-spline yarns; expected 'static'")
-        if self.yarns.model == "splines" and self.region.adapt_every is not None:
-            raise ParameterError("region.adapt_every: got one with B-spline yarns; expected a region that stays")
         if self.mode == "dynamic" and self.region.start != "layout":
             raise ParameterError(
                 f"region.start: got {self.region.start!r} in a dynamic scene; expected 'layout', or mode = \"static\""

@@ -152,9 +152,7 @@ def with_region(prepared: PreparedScene, chosen: IntArray) -> PreparedScene:
     """
     fabric, section = prepared.fabric, prepared.scene.region
     layout = len(fabric.cloth.vertices), fabric.yarns.triangle, fabric.yarns.barycentric
-    region = region_around(
-        fabric.cloth.triangles, *layout, chosen, rings=section.rings, passes_tension=section.passes_tension
-    )
+    region = region_around(fabric.cloth.triangles, *layout, chosen, rings=section.rings)
     return replace(prepared, region=region)
 
 

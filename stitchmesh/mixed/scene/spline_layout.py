@@ -17,6 +17,7 @@ from stitchmesh.mixed.layout.splines_on_stitches import lay_splines
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.quality import quality_named
+from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarnrelax import relax_yarns
@@ -40,11 +41,16 @@ def lay_scene_splines(section: YarnsSection, fabric: StitchMesh, cloth: Cloth) -
         YarnError: a stitch has no yarn.
         SolverError: the yarns are too close to one another.
     """
-    drawn = generate_yarns(fabric, yarn_radius=section.radius, quality=QUALITY)
-    curves = apply_rest_lengths(drawn, RestLengths(loop_length=section.loop_length), fabric=fabric)
+    curves = drawn_splines(section, fabric)
     material = spline_material(section, float(curves.radius.mean())).yarn
     relaxed = relax_yarns(curves, material=material, quality=QUALITY, keep_shape=fabric, device="cpu", progress=False)
     return lay_splines(cloth, fabric, relaxed.yarns)
+
+
+def drawn_splines(section: YarnsSection, fabric: StitchMesh) -> YarnSet:
+    """Return the B-spline yarns of a scene as generated, with their rest lengths; arguments and errors as above."""
+    drawn = generate_yarns(fabric, yarn_radius=section.radius, quality=QUALITY)
+    return apply_rest_lengths(drawn, RestLengths(loop_length=section.loop_length), fabric=fabric)
 
 
 def spline_material(section: YarnsSection, radius: float) -> SplineMaterial:

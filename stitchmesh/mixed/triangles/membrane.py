@@ -10,11 +10,13 @@ panel, the columns a_1 and a_2 of the deformation gradient and the Green strain 
 with axis 1 along the courses (wefts) and axis 2 along the wales (warps). The energy of a triangle with rest area A and
 blending weight w is
 
-    w A (W_1(e_1) + W_2(e_2) + W_3(e_3) + W_4(e_1 + e_2) + C_12 e_1 e_2)
+    w A (s_1 W_1(e_1) + s_2 W_2(e_2) + W_3(e_3) + s (W_4(e_1 + e_2) + C_12 e_1 e_2)),    s = min(s_1, s_2)
 
-For the orthotropic material of constant moduli W_k = C_kk e_k^2 / 2 and W_4 = 0; ``TensionCurve`` holds other laws,
-whose stiffness depends on the strain. With the stresses S of the energy density, the force on corner i is
--w A F S g_i, and with the derivative dF along a direction the product of the Hessian is
+where the shares s_1 and s_2 are 1 but for hybrid triangles of a weave (``enrichment.balanced_weights``); with s the
+material stays as definite as it is without shares. For the orthotropic material of constant moduli
+W_k = C_kk e_k^2 / 2 and W_4 = 0; ``TensionCurve`` holds other laws, whose stiffness depends on the strain. With the
+stresses S of the energy density, the force on corner i is -w A F S g_i, and with the derivative dF along a direction
+the product of the Hessian is, without shares,
 
     w A (F dS + dF S) g_i,    dS = C dE,    C = (W_1'' + W_4'', C_12 + W_4'', 0; ., W_2'' + W_4'', 0; 0, 0, W_3'')
 
@@ -120,6 +122,7 @@ def find_triangle_energies(
     curve_start: wp.array[wp.int32],
     curve_nodes: wp.array[Any],
     coupling: wp.array[Any],
+    share: wp.array[Any],
     # state in
     vertices: wp.array[Any],
     # state out
@@ -130,23 +133,29 @@ def find_triangle_energies(
     a1, a2 = columns_of(corner[t], gradient[t], vertices)
     strain = green_strain(a1, a2)
     first = material[t] * 4
-    total = coupling[material[t]] * strain[0] * strain[1]
-    for k in range(3):
-        law = curve_at(curve_nodes, curve_start[first + k], curve_start[first + k + 1], strain[k])
-        total += law[0]
+    course = curve_at(curve_nodes, curve_start[first], curve_start[first + 1], strain[0])
+    wale = curve_at(curve_nodes, curve_start[first + 1], curve_start[first + 2], strain[1])
+    shear = curve_at(curve_nodes, curve_start[first + 2], curve_start[first + 3], strain[2])
     both = curve_at(curve_nodes, curve_start[first + 3], curve_start[first + 4], strain[0] + strain[1])
-    energy[t] = (total + both[0]) * amount[t]
+    coupled = (both[0] + coupling[material[t]] * strain[0] * strain[1]) * wp.min(share[t])
+    energy[t] = (course[0] * share[t][0] + wale[0] * share[t][1] + shear[0] + coupled) * amount[t]
 
 
 @wp.func
-def stress_and_stiffness(curve_start: Any, curve_nodes: Any, coupling: Any, first: int, strain: Any) -> tuple[Any, Any]:
+def stress_and_stiffness(
+    curve_start: Any, curve_nodes: Any, coupling: Any, first: int, share: Any, strain: Any
+) -> tuple[Any, Any]:
     """The stress (S_11, S_22, S_12) and the stiffness (C_11, C_22, C_33, C_12) at a strain."""
     course = curve_at(curve_nodes, curve_start[first], curve_start[first + 1], strain[0])
     wale = curve_at(curve_nodes, curve_start[first + 1], curve_start[first + 2], strain[1])
     shear = curve_at(curve_nodes, curve_start[first + 2], curve_start[first + 3], strain[2])
     both = curve_at(curve_nodes, curve_start[first + 3], curve_start[first + 4], strain[0] + strain[1])
-    stress = wp.vector(course[1] + both[1] + coupling * strain[1], wale[1] + both[1] + coupling * strain[0], shear[1])
-    return stress, wp.vector(course[2] + both[2], wale[2] + both[2], shear[2], coupling + both[2])
+    coupled = wp.min(share)
+    on_course, on_wale = both[1] + coupling * strain[1], both[1] + coupling * strain[0]
+    stress = wp.vector(course[1] * share[0] + on_course * coupled, wale[1] * share[1] + on_wale * coupled, shear[1])
+    along = wp.vector(course[2] * share[0], wale[2] * share[1])
+    more = both[2] * coupled
+    return stress, wp.vector(along[0] + more, along[1] + more, shear[2], coupling * coupled + more)
 
 
 @kernel
@@ -159,6 +168,7 @@ def find_triangle_forces(
     curve_start: wp.array[wp.int32],
     curve_nodes: wp.array[Any],
     coupling: wp.array[Any],
+    share: wp.array[Any],
     # state in
     vertices: wp.array[Any],
     # state out
@@ -170,7 +180,7 @@ def find_triangle_forces(
     a1, a2 = columns_of(corner[t], g, vertices)
     strain = green_strain(a1, a2)
     m = material[t]
-    s, _stiffness = stress_and_stiffness(curve_start, curve_nodes, coupling[m], m * 4, strain)
+    s, _stiffness = stress_and_stiffness(curve_start, curve_nodes, coupling[m], m * 4, share[t], strain)
     scale = -amount[t]
     p1, p2 = (a1 * s[0] + a2 * s[2]) * scale, (a1 * s[2] + a2 * s[1]) * scale
     second, third = p1 * g[0, 0] + p2 * g[0, 1], p1 * g[1, 0] + p2 * g[1, 1]
@@ -189,6 +199,7 @@ def find_triangle_stiffness(
     curve_start: wp.array[wp.int32],
     curve_nodes: wp.array[Any],
     coupling: wp.array[Any],
+    share: wp.array[Any],
     # state in
     vertices: wp.array[Any],
     # state out
@@ -201,7 +212,7 @@ def find_triangle_stiffness(
     a1, a2 = columns_of(corner[t], gradient[t], vertices)
     strain = green_strain(a1, a2)
     m = material[t]
-    s, c = stress_and_stiffness(curve_start, curve_nodes, coupling[m], m * 4, strain)
+    s, c = stress_and_stiffness(curve_start, curve_nodes, coupling[m], m * 4, share[t], strain)
     kept = tensile(s)
     column[0, t] = a1
     column[1, t] = a2
@@ -282,6 +293,7 @@ class Membrane(Term):
         scalar: Any,
         device: wp.Device,
         weight: ArrayLike | None = None,
+        shares: ArrayLike | None = None,
     ) -> None:
         """Upload the rest shape.
 
@@ -291,6 +303,7 @@ class Membrane(Term):
             scalar: Warp's floating-point type.
             device: where the kernels run.
             weight: blending weight 1 - alpha of each triangle, shape (T,); by default 1.
+            shares: factors of the energies along course and wale, shape (T, 2); by default 1.
 
         Raises:
             ParameterError: the number of materials is not that of the panels, or a weight is not in [0, 1].
@@ -312,6 +325,8 @@ class Membrane(Term):
         nodes = np.concatenate([curve.nodes for curve in curves])
         self._curve_nodes = wp.array(nodes, dtype=vector(4, scalar), device=device)
         self._coupling = wp.array([one.coupling for one in chosen], dtype=scalar, device=device)
+        of_axes = np.ones((count, 2)) if shares is None else np.asarray(shares, dtype=np.float64)
+        self._share = wp.array(of_axes, dtype=vector(2, scalar), device=device)
         self._gather = GatherTable.of(cloth.triangles, len(cloth.vertices), device)
         self._energy = wp.zeros(count, dtype=scalar, device=device)
         self._slots = wp.zeros(3 * count, dtype=three, device=device)
@@ -325,7 +340,7 @@ class Membrane(Term):
 
     @property
     def _laws(self) -> list[Any]:
-        return [self._material, self._curve_start, self._curve_nodes, self._coupling]
+        return [self._material, self._curve_start, self._curve_nodes, self._coupling, self._share]
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
         """The launch that finds the energy of each triangle, and where it is."""

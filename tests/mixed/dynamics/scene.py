@@ -18,7 +18,6 @@ from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
 from stitchmesh.mixed.enrichment.embedding import Embedding, embed
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.region import Region
-from stitchmesh.mixed.enrichment.tension_patterns import tension_left
 from stitchmesh.mixed.mixed_vector import MixedVector
 from tests.mixed.patch import Patch
 from tests.mixed.springs import Springs
@@ -76,8 +75,7 @@ def spring_scene(
     With rest lengths of zero both models have the energy k/2 |grad x|^2 per area for affine deformations. Springs do
     not depend on Eulerian coordinates: where they are free, they have mass alone.
     """
-    segments = patch.segments()
-    embedding = embed(region, tension_left(region, segments, np.repeat([0, 1], len(segments) // 2)))
+    embedding = embed(region)
     free = FreeUnknowns.of(region, fixed_vertices=fixed_vertices, fixed_nodes=fixed_nodes)
     if not slides:
         free = replace(free, sliding=np.zeros_like(free.sliding))

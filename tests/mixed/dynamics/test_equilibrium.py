@@ -39,8 +39,8 @@ def test_a_rigid_motion_is_an_equilibrium_and_a_motion_of_the_mixed_system(rings
 
 
 def test_uniform_stretch_passes_the_hybrid_region_nearly_unchanged():
-    """The sum of both blended models balances at each vertex but for the sampling of triangles by yarns, and the filter
-    takes up what the gradient of alpha leaves at the nodes."""
+    """Both blended models together balance at each vertex but for the sampling of triangles by yarns; what the gradient
+    of alpha leaves at the nodes is less where alpha falls over two rings."""
     errors = []
     for rings in (1, 2):
         region = region_around(*PATCH.layout, CHOSEN, rings=rings)

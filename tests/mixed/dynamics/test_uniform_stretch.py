@@ -18,7 +18,7 @@ from stitchmesh.mixed.layout.weave import lay_weave
 from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_weave
 from tests.mixed.dynamics.scene import CPU
 
-SIDE, DENSITY = 3.0, 10.0
+SIDE, DENSITY = 4.8, 6.0
 CLOTH = cloth_from_panels([Panel(name="square", outline=SIDE * np.array([[0, 0], [1, 0], [1, 1], [0, 1]]))], [],
                           edge_length=0.6)  # fmt: skip
 LAYOUT = lay_weave(CLOTH, np.eye(2, dtype=int), ends=DENSITY, picks=DENSITY)
@@ -33,7 +33,7 @@ STRAIN = 1e-3
 def moved_nodes(deformation: np.ndarray, rings: int) -> np.ndarray:
     """Distances by which nodes of the full-yarn region leave a uniform deformation [spacings of yarns]."""
     layout = CLOTH.triangles, len(CLOTH.vertices), LAYOUT.triangle, LAYOUT.barycentric
-    region = region_around(*layout, MIDDLE, rings=rings, passes_tension=True)
+    region = region_around(*layout, MIDDLE, rings=rings)
     model = ClothModel(MATERIAL, YARN, acceleration=(0.0, 0.0, 0.0))
     border = np.flatnonzero(FROM_MIDDLE > SIDE / 2 - 1e-9)
     scene = cloth_system(
@@ -49,14 +49,14 @@ def moved_nodes(deformation: np.ndarray, rings: int) -> np.ndarray:
 @pytest.mark.parametrize(
     ("deformation", "most"),
     [
-        # The rest is the sampling of triangles by few yarns; without patterns in the filter it is 1.1.
-        (np.diag([1.0 + STRAIN, 1.0 + 0.5 * STRAIN, 1.0]), 0.03),
-        (np.diag([1.0, 1.0 + STRAIN, 1.0]), 0.03),
-        (np.array([[1.0, STRAIN, 0.0], [STRAIN, 1.0, 0.0], [0.0, 0.0, 1.0]]), 0.03),
+        # The rest is what changes of the weights by more than tenths would take away; with weights alpha it is 0.2.
+        (np.diag([1.0 + STRAIN, 1.0 + 0.5 * STRAIN, 1.0]), 0.04),
+        (np.diag([1.0, 1.0 + STRAIN, 1.0]), 0.04),
+        (np.array([[1.0, STRAIN, 0.0], [STRAIN, 1.0, 0.0], [0.0, 0.0, 1.0]]), 0.04),
     ],
 )
-def test_uniform_deformation_passes_one_ring(deformation, most):
-    moved = moved_nodes(deformation, 1)
+def test_uniform_deformation_passes_two_rings(deformation, most):
+    moved = moved_nodes(deformation, 2)
     assert np.sqrt(np.mean(moved**2)) < most * STRAIN
 
 

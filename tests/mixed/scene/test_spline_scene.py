@@ -15,12 +15,14 @@ from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.stitches import read_stitches, write_stitches
 from stitchmesh.labeling import label
 from stitchmesh.mixed.drape import drape
+from stitchmesh.mixed.enrichment.region import TRIANGLES
+from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.output.files import MAPS, read_maps
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
 from stitchmesh.mixed.scene.scene import OutputSection, Scene, SolverSection
-from stitchmesh.mixed.scene.scene_fabric import prepare
+from stitchmesh.mixed.scene.scene_fabric import prepare, with_region
 from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.simulation import StaticSimulation
@@ -95,8 +97,6 @@ def test_keys_that_do_not_fit_are_refused(tmp_path):
             replace(YARNS, **wrong)
     with pytest.raises(ParameterError, match="static"):
         replace(scene, mode="dynamic")
-    with pytest.raises(ParameterError, match="adapt_every"):
-        replace(scene, region=RegionSection(yarns="automatic", nodes=500, adapt_every=1))
     with pytest.raises(ParameterError, match="stitchmesh stretch"):
         prepare(replace(scene, cloth=replace(scene.cloth, material=None)))
     with pytest.raises(ParameterError, match="material: got 'gong-1'"):
@@ -125,3 +125,18 @@ def test_a_run_that_is_resumed_has_the_same_bits(tmp_path):
         run.step()
     for ours, theirs in zip(whole.positions, later.positions, strict=True):
         np.testing.assert_array_equal(ours, theirs)
+
+
+def test_loops_keep_their_height_where_a_region_grows_to_the_border(tmp_path):
+    prepared = prepare(patch(tmp_path))
+    simulation = StaticSimulation(prepared, wp.float64, device_named("cpu"))
+    grown = with_region(prepared, np.flatnonzero(prepared.region.triangle_kind != TRIANGLES)).region
+    simulation.change_region(grown)
+    vertices, nodes, _sliding = simulation.positions
+    yarns = prepared.fabric.yarns
+    assert isinstance(yarns, SplineYarns)
+    laid = yarns.curves.points[grown.nodes]
+    assert len(grown.nodes) > 2 * len(prepared.region.nodes) and yarns.height[grown.nodes].std() > RADIUS
+    # the change that makes p = B v + F x moves mainly the vertices
+    assert np.sqrt(np.mean((nodes - laid) ** 2)) < 0.5 * RADIUS
+    np.testing.assert_allclose(simulation._system.embedding.constraint(vertices, nodes), 0.0, atol=1e-12)  # rounding

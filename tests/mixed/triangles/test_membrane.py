@@ -140,6 +140,23 @@ def test_derivatives(material):
         np.testing.assert_allclose(blocks_of(term, vertices, part), diagonal_of(matrix), atol=1e-9)
 
 
+@pytest.mark.parametrize("material", [KNIT, COUPLED], ids=lambda material: material.name)
+def test_shares_along_course_and_wale(material):
+    """They scale the energies along their axes, the smaller one that of both axes; derivatives follow."""
+    cloth = rectangle("irregular", 4, 3)
+    count, vertices = len(cloth.triangles), moved(cloth)
+    shares = np.random.default_rng(6).uniform(0.2, 2.0, (count, 2))
+    term = Membrane(cloth, material, wp.float64, CPU, shares=shares)
+    assert_forces_are_minus_the_gradient(term, vertices)
+    assert_products_are_differences_of_forces(term, vertices)
+    assert np.linalg.eigvalsh(hessian_of(term, cloth.vertices))[0] > -1e-9  # rounding of stiffnesses of 3,000 dyn/cm
+    stretched = cloth.vertices * [1.1, 1.0, 1.0]
+    alone = [energy_of(membrane(cloth, material, weight=np.arange(count) == t), stretched) for t in range(count)]
+    wider = np.column_stack([shares[:, 0], shares[:, 0]])
+    found = energy_of(Membrane(cloth, material, wp.float64, CPU, shares=wider), stretched)
+    assert found == pytest.approx(shares[:, 0] @ alone, rel=1e-12)  # rounding of sums
+
+
 def test_the_hessian_that_is_never_negative():
     """It has no negative eigenvalue in any state; without compression it is the exact one."""
     cloth = rectangle("irregular", 4, 3)
