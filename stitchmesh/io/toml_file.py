@@ -32,7 +32,7 @@ def read_table(path: FilePath) -> dict[str, Any]:
     suffix_of(path, [SUFFIX])
     try:
         return tomllib.loads(read_bytes(path).decode("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except ValueError as error:  # Of the syntax, of the encoding, or of a number with thousands of digits.
         raise FileError(f"{name}: is no TOML ({error})") from error
     except RecursionError as error:
         raise FileError(f"{name}: is no TOML that can be read; it is nested too deeply") from error
