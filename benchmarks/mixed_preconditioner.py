@@ -76,24 +76,28 @@ def hanging_cloth(edge: float, yarns_per_cm: float, device: str | None) -> Cloth
     return cloth_system(cloth, yarns, region, model, fixed_vertices=corners, device=device_named(device))
 
 
-def prepared(edge: float, yarns_per_cm: float, step: float, device: str | None) -> Case:
+def swinging(scene: ClothSystem, step: float) -> Case:
     """Swing a cloth, and find the system of the next step with its solution."""
-    scene = hanging_cloth(edge, yarns_per_cm, device)
     run = Dynamics(scene.system, scene.positions, DynamicsSettings(time_step=1e-3))
     while run.time < SWING:
         run.step()
-    system, force, inertia = scene.system, run.positions.like(), run.positions.like()
-    system.update_masses(run.positions)
+    return solved(scene, run.positions, run.velocities, run.time, step)
+
+
+def solved(scene: ClothSystem, positions: MixedVector, velocities: MixedVector, time: float, step: float) -> Case:
+    """The linear system of a step in time with its solution."""
+    system, force, inertia = scene.system, positions.like(), positions.like()
+    system.update_masses(positions)
     for term in system.terms:
-        term.begin_step(run.positions, run.time, step)
-    system.set_forces(run.positions, force)
-    system.set_mass_product(run.velocities, inertia)
+        term.begin_step(positions, time, step)
+    system.set_forces(positions, force)
+    system.set_mass_product(velocities, inertia)
     force.values.assign(force.values.numpy() + inertia.values.numpy() / step)
-    system.set_factors(1.0 / step**2, 1.0, run.positions, stiffness_in_metric=False)
-    system.linearize(run.positions, 0.0)
+    system.set_factors(1.0 / step**2, 1.0, positions, stiffness_in_metric=False)
+    system.linearize(positions, 0.0)
     system.solver.solve(force, tolerance=1e-10, most_iterations=50_000)
     right, reference = force.values.numpy().copy(), system.solver.solution.values.numpy().copy()
-    return Case(scene, run.positions, right, reference, 1.0 / step**2)
+    return Case(scene, positions, right, reference, 1.0 / step**2)
 
 
 def products(case: Case) -> Callable[[Vector], Vector]:
@@ -190,7 +194,7 @@ def main() -> None:
     )
     print("|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|")
     for edge, yarns, step in CASES:
-        case = prepared(edge, yarns, step, given.device)
+        case = swinging(hanging_cloth(edge, yarns, given.device), step)
         masses = case.scene.masses
         ratio = masses.vertices.max() / masses.nodes.min()
         counts = [iterations(case, generalized(case, diagonal), given.most) for diagonal in (False, True)]

@@ -57,7 +57,7 @@ from stitchmesh.mixed.scene.yarns_section import YarnsSection
 Numbers = NDArray[np.float64]
 TOLERANCE = 1e-2
 """Root mean square error of the velocities of a step [cm/s]; gravity alone adds 0.1 cm/s in a step."""
-FIRST = 20
+FIRST = 5
 """Steps at the start that are not counted."""
 RELAXING = 100
 """Newton iterations of the run with triangles alone at the start."""

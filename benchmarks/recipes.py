@@ -16,12 +16,13 @@ from typing import TypeVar
 from stitchmesh.editing.edit import apply_edit
 from stitchmesh.editing.pattern_regions import lay_patterns
 from stitchmesh.io.history import write_history
+from stitchmesh.io.state_saver import save_yarns
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.labeling import label
 from stitchmesh.mesh.change import PaletteChange, apply_change
 from stitchmesh.mesh.palette import make_palette
 from stitchmesh.meshrelax import relax_mesh
-from stitchmesh.pipeline import relax_with_options, save_yarns
+from stitchmesh.pipeline import relax_with_options
 from stitchmesh.recipe.knit_recipe import knit_recipe
 from stitchmesh.recipe.recipe import Recipe, recipe_options
 from stitchmesh.recipe.recipe_file import read_recipe, write_recipe

@@ -18,6 +18,9 @@ from .io import read_yarns as read_yarns
 from .io import write_mesh as write_mesh
 from .io import write_stitches as write_stitches
 from .io import write_yarns as write_yarns
+from .jobs.job import Job as Job
+from .jobs.job_file import read_job as read_job
+from .jobs.run_job import run_job as run_job
 from .labeling import LabelingFault as LabelingFault
 from .labeling import PartialLabeling as PartialLabeling
 from .labeling import label as label

@@ -27,12 +27,20 @@ MAKERS = {
     "RestLengths": "sm.RestLengths(factor=1.1)",
 }
 """Call that makes a value of each class, for the messages of ``check_kind``."""
+LONGEST_MESSAGE = 2000
+"""Number of characters beyond which the middle of a message is left out."""
+REPLACEMENT = "\N{REPLACEMENT CHARACTER}"
+"""Character in the place of one that cannot be printed."""
 MAX_CHARACTERS = 40
 """Number of characters of a text that a message shows."""
 
 
 class StitchMeshError(Exception):
     """Base class of all errors below; a handler of this class catches all of them."""
+
+    def __init__(self, message: str = "") -> None:
+        """Make an error; what a message quotes from a damaged file does not make it long or break its line."""
+        super().__init__(_one_line(message))
 
 
 class FileError(StitchMeshError):
@@ -137,6 +145,16 @@ def described(value: object) -> str:
     if isinstance(value, np.ndarray):
         return f"an array of shape {value.shape}"
     return _with_article(type(value).__name__)
+
+
+def _one_line(text: str) -> str:
+    """Return a text of printable characters in one line; the middle of a very long text is left out."""
+    line = " ".join(text.splitlines())
+    if not line.isprintable():
+        line = "".join(character if character.isprintable() else REPLACEMENT for character in line)
+    if len(line) <= LONGEST_MESSAGE:
+        return line
+    return f"{line[: LONGEST_MESSAGE * 3 // 4]} ... {line[-LONGEST_MESSAGE // 8 :]}"
 
 
 def _with_article(name: str) -> str:

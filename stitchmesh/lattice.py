@@ -16,13 +16,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import MeshError
 
+LARGEST_LENGTH = 1e60
+"""Largest length or coordinate [cm]; areas and their squares are then finite numbers too."""
+
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
     """The two period vectors of a periodic fabric.
 
     Raises:
-        MeshError: the periods are not finite or do not span a plane.
+        MeshError: the periods are not finite, are larger than ``LARGEST_LENGTH``, or do not span a plane.
     """
 
     periods: NDArray[np.float64]
@@ -30,7 +33,7 @@ class Lattice:
 
     def __post_init__(self) -> None:
         periods = np.array(self.periods, dtype=np.float64)
-        if periods.shape != (2, 3) or not np.isfinite(periods).all():
+        if periods.shape != (2, 3) or not (np.abs(periods) <= LARGEST_LENGTH).all():
             raise MeshError(f"lattice: got periods {periods.tolist()}; expected two finite vectors of three numbers")
         if np.linalg.norm(np.cross(periods[0], periods[1])) == 0.0:
             raise MeshError(f"lattice: the periods {periods.tolist()} are parallel; expected two that span a plane")

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -21,11 +20,10 @@ from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.editing.pattern_regions import PatternRegion, lay_patterns
 from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.errors import StitchMeshError
-from stitchmesh.io.atomic import write_json
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry, write_history
+from stitchmesh.io.state_saver import StateSaver, save_yarns
 from stitchmesh.io.stitches import write_stitches
-from stitchmesh.io.yarns import write_yarns
 from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.change import PaletteChange, apply_change
@@ -195,14 +193,20 @@ def _knit(
     device = str(device_named(options.device))
     quality_entry = options.quality if isinstance(options.quality, str) else asdict(options.quality)
     report: dict[str, object] = {"stitchmesh": __version__, "device": device, "quality": quality_entry}
-    fabric = _stitches(mesh, options, device, report, progress)
+    fabric = label_stage(mesh, options, report, progress)
+    fabric = tessellate_stage(fabric, options, report, progress)
+    fabric = pattern_stage(fabric, options, report, progress)
+    fabric = edit_stage(fabric, options, report, progress)
+    fabric = mesh_stage(fabric, mesh, options, device, report, progress)
+    fabric = spiral_stage(fabric, options, report)
     if budget is not None:
         plan = make_plan(budget, BudgetScene(kind="garment", stitches=fabric.face_count), options.quality, device)
         quality, report["budget"] = plan.quality, plan.report()
         report["quality"] = plan.report()["quality"] or quality_entry
-    yarns = _yarns(fabric, options, quality, report, progress)
+    yarns = yarn_stage(fabric, options, quality, report, progress)
+    progress("yarnrelax", 0.0, f"{len(yarns.points)} control points")
     write_stitches(target / "stitches.h5", fabric)
-    saver = _StateSaver(target, report, yarns)
+    saver = StateSaver(target, report, yarns)
     try:
         relaxed = relax_with_options(
             yarns, options.relaxation, quality=quality, device=device, fabric=fabric, keep_shape=True,
@@ -291,76 +295,34 @@ def relax_within_budget(
     return replace(relaxed, report=relaxed.report | {"budget": plan.report()})
 
 
-def save_yarns(folder: Path, yarns: YarnSet, report: dict[str, object]) -> None:
-    """Write ``yarns.h5``, ``yarns.bcc`` and ``report.json``, each file atomically."""
-    write_yarns(folder / "yarns.h5", yarns)
-    write_yarns(folder / "yarns.bcc", yarns)
-    write_json(folder / "report.json", report)
-
-
-class _StateSaver:
-    """Keeps the last good state of a relaxation, and writes it at intervals.
-
-    The generated yarns are the first state.
-    """
-
-    EVERY_SECONDS = 60.0
-    """Shortest interval between two writes [s]."""
-
-    def __init__(self, folder: Path, report: dict[str, object], start: YarnSet) -> None:
-        self._folder, self._report, self._state = folder, report, start
-        self._saved = -math.inf  # The first good state is written at once, so that a running job can be looked at.
-
-    def keep(self, state: YarnSet) -> None:
-        """Keep a good state, and write ``yarns.h5`` and the report if the last write is older than the interval."""
-        self._state = state
-        if time.monotonic() - self._saved > self.EVERY_SECONDS:
-            write_yarns(self._folder / "yarns.h5", state)
-            write_json(self._folder / "report.json", self._unfinished)
-            self._saved = time.monotonic()
-
-    def save(self) -> None:
-        """Write all files of the last good state, marked as unfinished."""
-        save_yarns(self._folder, self._state, self._unfinished)
-
-    @property
-    def _unfinished(self) -> dict[str, object]:
-        return {**self._report, "yarnrelax": {"unfinished": True}}
-
-
-def _stitches(
-    mesh: Mesh, options: KnitOptions, device: str, report: dict[str, object], progress: Progress
-) -> StitchMesh:
+def label_stage(mesh: Mesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> StitchMesh:
+    """Find the knitting rows of a mesh."""
     clock = _Clock()
     progress("label", 0.0, f"{mesh.face_count} faces")
     labeled = label(mesh, borders=options.borders, seeds=options.seeds, flip=options.flip)
     report["label"] = {"seconds": clock.lap(), "rows": int(labeled.row.max()) + 1, "faces": labeled.face_count}
+    return labeled
+
+
+def tessellate_stage(
+    labeled: StitchMesh, options: KnitOptions, report: dict[str, object], progress: Progress
+) -> StitchMesh:
+    """Divide a labeled mesh into stitches; the radii of the yarn are checked before the stages that take long."""
+    clock = _Clock()
     progress("tessellate", 0.0, f"{int(labeled.row.max()) + 1} rows")
     fabric = tessellate(
         labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height, counts=options.counts,
         marked=options.marked,
     )  # fmt: skip
-    # The checks come before the stages that take long.
     checked_drawn_radius(checked_radius(fabric, options.yarn_radius), options.drawn_radius)
     report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric), **reached_sizes(fabric)}
-    fabric = _worked(fabric, options, report, progress)
-    clock.lap()
-    progress("meshrelax", 0.0, f"{fabric.face_count} stitches")
-    with limited_to_share(SHARE_OF_MESH):
-        relaxed, how = relax_mesh_with_report(
-            fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress),
-            **options.mesh_arguments,
-        )  # fmt: skip
-    report["meshrelax"] = {**asdict(how), "seconds": clock.lap()}
-    report["gauge"] = asdict(fabric_gauge(relaxed))
-    if options.spiral:
-        rings, relaxed = relaxed, make_spiral(relaxed)
-        report["spiral"] = {"spirals": len(relaxed.vertices) - len(rings.vertices), "seconds": clock.lap()}
-    return relaxed
+    return fabric
 
 
-def _worked(fabric: StitchMesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> StitchMesh:
-    """Return the fabric with its colours, patterns and edits."""
+def pattern_stage(
+    fabric: StitchMesh, options: KnitOptions, report: dict[str, object], progress: Progress
+) -> StitchMesh:
+    """Give a fabric its colours and its patterns."""
     clock = _Clock()
     if options.palette:
         fabric = apply_change(fabric, PaletteChange(make_palette(options.palette)))
@@ -370,11 +332,6 @@ def _worked(fabric: StitchMesh, options: KnitOptions, report: dict[str, object],
         fabric = laid[-1].fabric
         entries = [_pattern_entry(region, one) for region, one in zip(options.patterns, laid, strict=True)]
         report["patterns"] = {"seconds": clock.lap(), "laid": entries}
-    for number, edit in enumerate(options.edits):
-        progress("edit", number / len(options.edits), edit.name)
-        fabric = _edited(fabric, edit)
-    if options.edits:
-        report["edits"] = {"seconds": clock.lap(), "count": len(options.edits)}
     return fabric
 
 
@@ -386,6 +343,17 @@ def _pattern_entry(region: PatternRegion, laid: LaidPattern) -> dict[str, object
     return {"name": region.pattern.name, "on": on, "faces": laid.faces_laid, "summary": words, "left_out": left_out}
 
 
+def edit_stage(fabric: StitchMesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> StitchMesh:
+    """Apply the edits of the options."""
+    clock = _Clock()
+    for number, edit in enumerate(options.edits):
+        progress("edit", number / len(options.edits), edit.name)
+        fabric = _edited(fabric, edit)
+    if options.edits:
+        report["edits"] = {"seconds": clock.lap(), "count": len(options.edits)}
+    return fabric
+
+
 def _edited(fabric: StitchMesh, edit: Edit) -> StitchMesh:
     """Return the fabric after an edit; an error names the edit."""
     try:
@@ -394,9 +362,36 @@ def _edited(fabric: StitchMesh, edit: Edit) -> StitchMesh:
         raise type(error)(f"edit {edit.name}: {error}") from error
 
 
-def _yarns(
+def mesh_stage(
+    fabric: StitchMesh, mesh: Mesh, options: KnitOptions, device: str, report: dict[str, object], progress: Progress
+) -> StitchMesh:
+    """Relax the stitch mesh on the surface of its mesh, in a part of the time of a budget."""
+    clock = _Clock()
+    progress("meshrelax", 0.0, f"{fabric.face_count} stitches")
+    with limited_to_share(SHARE_OF_MESH):
+        relaxed, how = relax_mesh_with_report(
+            fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress),
+            **options.mesh_arguments,
+        )  # fmt: skip
+    report["meshrelax"] = {**asdict(how), "seconds": clock.lap()}
+    report["gauge"] = asdict(fabric_gauge(relaxed))
+    return relaxed
+
+
+def spiral_stage(fabric: StitchMesh, options: KnitOptions, report: dict[str, object]) -> StitchMesh:
+    """Join the rings of tubes to one spiral row, if the options ask for it."""
+    if not options.spiral:
+        return fabric
+    clock = _Clock()
+    spiral = make_spiral(fabric)
+    report["spiral"] = {"spirals": len(fabric.vertices) - len(spiral.vertices), "seconds": clock.lap()}
+    return spiral
+
+
+def yarn_stage(
     fabric: StitchMesh, options: KnitOptions, quality: Quality, report: dict[str, object], progress: Progress
 ) -> YarnSet:
+    """Generate the yarns of a fabric."""
     clock = _Clock()
     progress("yarngen", 0.0, f"{fabric.face_count} stitches")
     yarns = generate_yarns(
@@ -409,7 +404,6 @@ def _yarns(
         "control_points": len(yarns.points),
         "length_cm": round(float(yarns.lengths.sum()), 3),
     }
-    progress("yarnrelax", 0.0, f"{len(yarns.points)} control points")
     return yarns
 
 

@@ -34,6 +34,7 @@ LAYERS = [
     {"pipeline"},
     {"recipe", "after_edit"},
     {"render"},
+    {"jobs"},
     {"app"},
     {"cli"},
     {"__main__"},

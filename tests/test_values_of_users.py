@@ -12,7 +12,7 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.editing.edit import apply_edit
-from stitchmesh.errors import ParameterError, check_kind
+from stitchmesh.errors import FileError, LabelError, ParameterError, PatternError, check_kind
 from stitchmesh.periodic.stretch import StretchCurve
 from stitchmesh.pipeline import Knitted
 from stitchmesh.yarnrelax import Relaxation, RelaxedCell, RelaxedCells
@@ -202,3 +202,11 @@ def test_a_stretch_curve_is_one_line():
     point = type("Point", (), {"strain": 0.25})()
     curve = StretchCurve("course", "free", values()["swatch"], (point, point), ())
     assert repr(curve) == "StretchCurve(course, 2 strains from 0.25 to 0.25, the other free)"
+
+
+def test_what_an_error_quotes_does_not_break_its_line_or_make_it_long():
+    quoted = FileError(f"y.pyp: got {'x' * 10**6}\nand\u2028more \x1b[31m; expected numbers")
+    text = str(quoted)
+    assert len(text.splitlines()) == 1 and text.isprintable() and len(text) < 2000
+    assert text.startswith("y.pyp: got xxx") and text.endswith("\N{REPLACEMENT CHARACTER}[31m; expected numbers")
+    assert str(PatternError("a\nb", line=3)) == "a b" and str(LabelError("plain")) == "plain"

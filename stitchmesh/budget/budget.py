@@ -17,6 +17,11 @@ SHORTEST = 0.1
 SMALLEST_ERROR, LARGEST_ERROR = 1e-5, 0.5
 """Smallest and largest relative error of the spacing. The states of rest with which the tables compare are themselves
 known to the smallest one only."""
+FILES = 1.5
+"""Time after the relaxations to write the files and to plot the convergence, on a machine that has nothing else to do
+[s]."""
+START_OF_RENDERER, POINT_OF_PICTURE = 2.0, 6e-5
+"""Time to start the renderer, and to draw one control point without a GPU [s]."""
 AMOUNT = re.compile(r"\s*([-+]?(?:[\d.]+(?:e[-+]?\d+)?|nan|inf\w*))\s*([a-z%]*)\s*", re.IGNORECASE)
 """A number and a unit."""
 

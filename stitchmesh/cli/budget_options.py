@@ -12,17 +12,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from stitchmesh.budget.budget import Budget
+from stitchmesh.budget.budget import FILES, Budget
 from stitchmesh.cli.arguments import help_entry
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS
 
 OUT_OF_TIME = 3
 """Exit status of a command whose relaxation was ended by its time, before rest; all files are written."""
-FILES = 1.5
-"""Time in which a command writes its files and plots the convergence on a machine that has nothing else to do [s]."""
 QUICK_START, MOST_LOAD = 0.5, 5.0
-"""Time in which such a machine reads the options [s], and the largest factor by which a shared machine is slower: where
-the start takes longer, files and pictures do too."""
+"""Time in which a machine that has nothing else to do reads the options [s], and the largest factor by which a shared
+machine is slower: where the start takes longer, files and pictures do too."""
 BOOT, OWN = Path("/proc/uptime"), Path("/proc/self/stat")
 """On Linux: the time since the machine was started [s], and when this process was started [clock ticks]."""
 WITHIN_HELP = f"time for the whole command: 60s, 2min, 0.5h; it ends with what is reached (exit status {OUT_OF_TIME})"
@@ -97,7 +95,12 @@ class BudgetOptions:
 
 
 def _from_start(given: Budget, after: float) -> Budget:
-    return replace(given, after=after * _load(), began=_start.get(time.perf_counter()))
+    return replace(given, after=after * _load(), began=start_of_command())
+
+
+def start_of_command() -> float:
+    """Return the reading of ``time.perf_counter`` at the start of the command [s]."""
+    return _start.get(time.perf_counter())
 
 
 def _load() -> float:

@@ -20,6 +20,7 @@ from stitchmesh.cli.commands.drape import Drape
 from stitchmesh.cli.commands.edit import Edit
 from stitchmesh.cli.commands.info import Info
 from stitchmesh.cli.commands.instructions import Instructions
+from stitchmesh.cli.commands.job import Job
 from stitchmesh.cli.commands.knit import Knit
 from stitchmesh.cli.commands.label import Label
 from stitchmesh.cli.commands.pattern import Pattern
@@ -28,7 +29,9 @@ from stitchmesh.cli.commands.relax import Relax
 from stitchmesh.cli.commands.relax_edited import RelaxEdited
 from stitchmesh.cli.commands.relax_mesh import RelaxMesh
 from stitchmesh.cli.commands.render import Render
+from stitchmesh.cli.commands.run import Run
 from stitchmesh.cli.commands.select import Select
+from stitchmesh.cli.commands.status import Status
 from stitchmesh.cli.commands.stretch import Stretch
 from stitchmesh.cli.commands.swatch import Swatch
 from stitchmesh.cli.commands.tessellate import Tessellate
@@ -42,6 +45,7 @@ INTERRUPTED = 130
 DESCRIPTION = "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --version` prints the version."
 COMMANDS = (
     Knit, Label, Tessellate, Pattern, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Swatch, Stretch, Drape,
+    Run, Job, Status,
     Info, Select, Check, Patterns, Instructions, Convert, Render, View, App,
 )  # fmt: skip
 """The commands, in the order in which the help lists them."""

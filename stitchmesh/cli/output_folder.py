@@ -10,16 +10,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stitchmesh.budget.budget import POINT_OF_PICTURE, START_OF_RENDERER
 from stitchmesh.errors import DisplayError, FileError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality, quality_named
 
 if TYPE_CHECKING:
     from stitchmesh.yarn import YarnSet
-
-
-START_OF_RENDERER, POINT_OF_PICTURE = 2.0, 6e-5
-"""Time to start the renderer and to plot the convergence [s], and to draw one control point without a GPU [s]."""
 
 
 @contextmanager

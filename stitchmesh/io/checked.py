@@ -15,7 +15,8 @@ import re
 from collections.abc import Iterable, Mapping, Set
 from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import cache
-from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
+from types import UnionType
+from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 import msgspec
 import numpy as np
@@ -92,7 +93,8 @@ def check_value(value: object, kind: type[T]) -> T:
 def check_table(value: object, kind: type[T]) -> T:
     """Check a table with named keys against a dataclass, and return it as an instance of the dataclass.
 
-    The fields may be dataclasses and tuples of dataclasses. A key that is not a field is an error.
+    The fields may be dataclasses, tuples of dataclasses, and dataclasses or None. A key that is not a field is an
+    error.
 
     Args:
         value: a table of a JSON or TOML file.
@@ -114,6 +116,8 @@ def _strict(kind: Any) -> Any:
     if get_origin(kind) is tuple:
         parts = tuple(part if part is Ellipsis else _strict(part) for part in get_args(kind))
         return tuple[parts]  # type: ignore[valid-type]
+    if get_origin(kind) in (Union, UnionType):
+        return Union[tuple(_strict(part) for part in get_args(kind))]  # noqa: UP007 (the union is made at run time)
     return kind
 
 
@@ -127,7 +131,9 @@ def _default_of(part: Field[Any]) -> tuple[Any, ...]:
 
 
 def _instance(value: Any, kind: Any) -> Any:
-    """Return a checked value as an instance of the dataclass, or of the types of a tuple."""
+    """Return a checked value as an instance of the dataclass, or of the types of a tuple or of a union."""
+    if get_origin(kind) in (Union, UnionType) and isinstance(value, msgspec.Struct):
+        return _instance(value, next(part for part in get_args(kind) if is_dataclass(part)))
     if is_dataclass(kind) and isinstance(kind, type):
         hints = get_type_hints(kind)
         given = {part.name: getattr(value, part.name) for part in fields(kind)}

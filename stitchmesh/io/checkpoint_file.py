@@ -18,25 +18,41 @@ import glob
 import hashlib
 import itertools
 import json
+import math
 import os
+import re
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import fspath
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.errors import FileError
+from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.atomic import atomic_path
+from stitchmesh.io.checked import check_value, parse_json
 from stitchmesh.io.contents import FilePath, read_bytes
+
+T = TypeVar("T")
 
 MAGIC = b"StitchMesh checkpoint\n"
 VERSION = 1
 LENGTHS = struct.Struct("<IQ")
 CHECKSUM_BYTES = 32
+NUMBER_TYPE = re.compile(r"[<|]([iu][1248]|f[248]|b1)")
+"""NumPy's names of the types of numbers that arrays may have."""
+MOST_DIMENSIONS = 8
+"""Largest number of dimensions of an array."""
+
+
+class _Header(TypedDict):
+    """The header of a file."""
+
+    content: dict[str, Any]
+    arrays: list[tuple[str, str, list[int]]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +105,23 @@ def read_checkpoint(path: FilePath) -> CheckpointFile:
         raise FileError(f"{error}; the previous checkpoint is undamaged, use {previous}") from error
 
 
+def checked_header(path: FilePath, content: CheckpointFile, kind: type[T]) -> T:
+    """Return the header of a checkpoint as a value of a type.
+
+    Args:
+        path: the file, for the message.
+        content: what ``read_checkpoint`` has read.
+        kind: a dataclass or a ``TypedDict``.
+
+    Raises:
+        FileError: the header is not of the type.
+    """
+    try:
+        return check_value(dict(content.header), kind)
+    except ParameterError as error:
+        raise FileError(f"{fspath(path)}: is a checkpoint of something else, or it was altered ({error})") from error
+
+
 def is_undamaged(path: FilePath) -> bool:
     """Return whether a file exists and is an undamaged checkpoint."""
     try:
@@ -118,8 +151,12 @@ def _read(path: FilePath) -> CheckpointFile:
         found = f"is a checkpoint of version {version}; expected version {VERSION}"
         raise FileError(f"{fspath(path)}: {found}; resume with the StitchMesh that wrote it")
     start = len(MAGIC) + LENGTHS.size
-    header = json.loads(bytes(content[start : start + header_bytes]))
-    return CheckpointFile(header["content"], _arrays(content[start + header_bytes :], header["arrays"]))
+    try:
+        text = bytes(content[start : start + header_bytes]).decode("utf-8")
+        header = check_value(parse_json(text), _Header)
+        return CheckpointFile(header["content"], _arrays(content[start + header_bytes :], header["arrays"]))
+    except (ParameterError, UnicodeDecodeError) as error:
+        raise FileError(f"{fspath(path)}: the header of the checkpoint is damaged ({error}); write it again") from error
 
 
 def _verified_content(path: FilePath) -> memoryview:
@@ -135,13 +172,24 @@ def _verified_content(path: FilePath) -> memoryview:
 
 
 def _arrays(content: memoryview, table: list[tuple[str, str, list[int]]]) -> dict[str, NDArray[Any]]:
-    """Return the arrays of a checkpoint, given the table of their names, types and shapes."""
+    """Return the arrays of a checkpoint, given the table of their names, types and shapes.
+
+    Raises:
+        ParameterError: a type is none of numbers, or the arrays are not as long as the content.
+    """
     arrays, offset = {}, 0
     for name, kind, shape in table:
-        count = int(np.prod(shape, dtype=np.int64))
+        if not NUMBER_TYPE.fullmatch(kind) or len(shape) > MOST_DIMENSIONS or min(shape, default=0) < 0:
+            found = f"type {kind[:20]!r} and shape {shape[:8]}"
+            raise ParameterError(f"array {name[:40]!r} is of {found}; expected numbers")
+        count = math.prod(shape)
+        if count * np.dtype(kind).itemsize > len(content) - offset:
+            raise ParameterError(f"array {name[:40]!r} of shape {shape[:8]} is longer than the file")
         # The array is copied, because the bytes in the file are not aligned.
         arrays[name] = np.frombuffer(content, kind, count, offset).reshape(shape).copy()
         offset += arrays[name].nbytes
+    if offset != len(content):
+        raise ParameterError(f"{len(content) - offset} bytes are left after the last array")
     return arrays
 
 

@@ -8,9 +8,16 @@ from collections.abc import Iterable
 from os import PathLike, fspath
 from pathlib import Path
 
+import numpy as np
+
 from stitchmesh.errors import FileError, ParameterError, described
+from stitchmesh.lattice import LARGEST_LENGTH
+from stitchmesh.mesh import FloatArray
 
 FilePath = str | PathLike[str]
+
+LARGEST_EXPANSION, FREE_EXPANSION = 100, 2**24
+"""Bytes of numbers that a compressed file may hold for each of its bytes, and bytes that each file may hold beyond."""
 
 
 def check_path(path: FilePath) -> None:
@@ -70,3 +77,39 @@ def read_lines(path: FilePath) -> list[str]:
     if b"\0" in content:
         raise FileError(f"{fspath(path)}: holds binary data; expected a text file")
     return content.decode("utf-8-sig", errors="replace").splitlines()
+
+
+def check_expansion(expanded: int, size: int) -> None:
+    """Check that numbers in a compressed file do not need very much more memory than the file.
+
+    Args:
+        expanded: bytes of the numbers.
+        size: bytes of the file.
+
+    Raises:
+        ValueError: they do; the message has no path.
+    """
+    if expanded > FREE_EXPANSION + LARGEST_EXPANSION * size:
+        found = f"a file of {size} bytes states {expanded} bytes of numbers"
+        raise ValueError(f"{found}, more than {LARGEST_EXPANSION} times as many")
+
+
+def check_points(place: str, points: FloatArray) -> None:
+    """Check that coordinates are finite, and so small that areas and volumes are finite too.
+
+    Args:
+        place: the file and what the points are, for the message, such as ``yarns.bcc: curve 3, point``.
+        points: shape (n, 3).
+
+    Raises:
+        FileError: a coordinate is not finite or larger than ``LARGEST_LENGTH``.
+    """
+    bad = np.flatnonzero(~(np.abs(points) <= LARGEST_LENGTH).all(axis=1))
+    if len(bad):
+        found = f"{place} {bad[0]} is {points[bad[0]].tolist()}"
+        raise FileError(f"{found}; coordinates must be finite, and at most {LARGEST_LENGTH:g}")
+
+
+def is_coordinate(value: float) -> bool:
+    """Return whether a number is finite and at most ``LARGEST_LENGTH``."""
+    return abs(value) <= LARGEST_LENGTH

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from os import fspath
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,12 @@ from numpy.typing import NDArray
 from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray
+
+
+def from_float32(values: NDArray[Any]) -> FloatArray:
+    """Return numbers of a file as float64; a NaN of any bits becomes a quiet one, which a later check refuses."""
+    with np.errstate(invalid="ignore"):
+        return values.astype(np.float64)
 
 
 def to_float32(path: FilePath, what: str, values: FloatArray) -> NDArray[np.float32]:

@@ -9,14 +9,17 @@ Optional fields that are None are left out, and a lattice is stored as its perio
 from __future__ import annotations
 
 import dataclasses
+import math
+from collections.abc import Iterable
 from os import fspath
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_type_hints
 
 import numpy as np
 
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.atomic import atomic_path
-from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.io.contents import FilePath, check_expansion, read_bytes
 from stitchmesh.lattice import Lattice
 
 if TYPE_CHECKING:
@@ -26,6 +29,8 @@ Data = TypeVar("Data")
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 VERSION = 1
+HEAP, HEAP_HEAD = b"GCOL\x01\0\0\0", 16
+"""First bytes of a heap of texts, and the size of its head and of the heads of its objects."""
 
 
 def write_dataclass(path: FilePath, data: object, format_name: str) -> None:
@@ -66,13 +71,19 @@ def read_dataclass(path: FilePath, kind: type[Data], format_name: str) -> Data:
     import h5py
 
     name = fspath(path)
-    if read_bytes(path)[: len(SIGNATURE)] != SIGNATURE:
+    content = read_bytes(path)
+    if content[: len(SIGNATURE)] != SIGNATURE:
         raise FileError(f"{name}: is not an HDF5 file; expected one that StitchMesh wrote ({format_name})")
+    _check_heaps(name, content)
     try:
         with h5py.File(name, "r") as file:
             _check_format(name, file, format_name)
-            fields = {field.name: _field(name, file, field, kind) for field in dataclasses.fields(kind)}  # type: ignore[arg-type]
-    except (OSError, RuntimeError, KeyError) as error:
+            datasets = {field.name: _dataset(name, file, field.name) for field in dataclasses.fields(kind)}  # type: ignore[arg-type]
+            _check_sizes(name, datasets.values())
+            fields = {field.name: _value(name, datasets[field.name], field, kind) for field in dataclasses.fields(kind)}  # type: ignore[arg-type]
+    except FileError:
+        raise
+    except Exception as error:  # h5py raises exceptions of many types for damaged files.
         raise FileError(f"{name}: the HDF5 file is damaged or cut short; write it again") from error
     try:
         return kind(**fields)
@@ -88,11 +99,40 @@ def stored_format(path: FilePath) -> str:
     """
     import h5py
 
+    _check_heaps(fspath(path), read_bytes(path))
     try:
         with h5py.File(fspath(path), "r") as file:
             return str(file.attrs.get("format", ""))
-    except OSError as error:
+    except Exception as error:  # h5py raises exceptions of many types for damaged files.
         raise FileError(f"{fspath(path)}: is not an HDF5 file, or it is damaged; write it again") from error
+
+
+def _check_heaps(name: str, content: bytes) -> None:
+    """Check the lengths in the heaps of texts; the library of HDF5 reads for ever where one leads back to its place.
+
+    A heap begins with the letters ``GCOL``, its version, three zeros, and its size in eight bytes. Each object in it
+    has a head of 16 bytes, of which the first two are its number and the last eight are its size. The size of the
+    object of number 0, the free space, contains its head. The contents of the other objects are filled up to eight
+    bytes.
+    """
+    heap = content.find(HEAP)
+    while heap >= 0:
+        end, place = heap + _length_at(content, heap + 8), heap + HEAP_HEAD
+        if end > len(content):
+            raise FileError(f"{name}: the HDF5 file is damaged or cut short (a heap ends beyond it); write it again")
+        while place + HEAP_HEAD <= end:
+            size = _length_at(content, place + 8)
+            is_free = content[place : place + 2] == b"\0\0"
+            step = size if is_free else HEAP_HEAD + -(-size // 8) * 8
+            if not HEAP_HEAD <= step <= end - place:
+                found = f"an object of {size} bytes in a heap"
+                raise FileError(f"{name}: the HDF5 file is damaged ({found}); write it again")
+            place += step
+        heap = content.find(HEAP, heap + len(HEAP))
+
+
+def _length_at(content: bytes, place: int) -> int:
+    return int.from_bytes(content[place : place + 8], "little")
 
 
 def _check_format(name: str, file: h5py.File, format_name: str) -> None:
@@ -105,19 +145,45 @@ def _check_format(name: str, file: h5py.File, format_name: str) -> None:
         raise FileError(f"{name}: has version {version}; this StitchMesh reads version {VERSION}, use a newer one")
 
 
-def _field(name: str, file: h5py.File, field: dataclasses.Field[Any], owner: type) -> Any:
-    """Return the value of one field: its dataset, or the default of the dataclass if there is no dataset."""
+def _dataset(name: str, file: h5py.File, label: str) -> h5py.Dataset | None:
+    """Return a dataset whose numbers lie in the file itself; None if the file has none of this name.
+
+    Links, virtual datasets and external storage could name any file of the machine.
+    """
     import h5py
 
-    dataset = file.get(field.name)
+    link = file.get(label, getlink=True)
+    if link is None:
+        return None
+    dataset = file.get(label) if isinstance(link, h5py.HardLink) else None
+    if isinstance(dataset, h5py.Group):
+        raise FileError(f"{name}: {label!r} is a group; expected a dataset")
+    if not isinstance(dataset, h5py.Dataset) or dataset.external or dataset.is_virtual or dataset.shape is None:
+        raise FileError(f"{name}: {label!r} is a link, empty or stored elsewhere; expected numbers in the file itself")
+    return dataset
+
+
+def _check_sizes(name: str, datasets: Iterable[h5py.Dataset | None]) -> None:
+    """Check that the datasets together do not need very much more memory than the file."""
+    stated = [
+        dataset.dtype.itemsize * math.prod(shape)
+        for dataset in datasets if dataset is not None
+        for shape in (dataset.shape, dataset.chunks or ())
+    ]  # fmt: skip
+    try:
+        check_expansion(sum(stated), Path(name).stat().st_size)
+    except ValueError as error:
+        raise FileError(f"{name}: {error}; it was altered") from error
+
+
+def _value(name: str, dataset: h5py.Dataset | None, field: dataclasses.Field[Any], owner: type) -> Any:
+    """Return the value of one field: its dataset, or the default of the dataclass if there is no dataset."""
     if dataset is None:
         if field.default_factory is not dataclasses.MISSING:
             return field.default_factory()
         if field.default is dataclasses.MISSING:
             raise FileError(f"{name}: dataset {field.name!r} is missing; write the file again")
         return field.default
-    if not isinstance(dataset, h5py.Dataset):
-        raise FileError(f"{name}: {field.name!r} is a group; expected a dataset")
     expected = np.dtype(_number_type(get_type_hints(owner)[field.name]))
     if not np.can_cast(dataset.dtype, expected, "safe"):
         raise FileError(f"{name}: dataset {field.name!r} holds {dataset.dtype}; expected {expected}")

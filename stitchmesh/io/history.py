@@ -67,7 +67,10 @@ def read_history(path: FilePath) -> list[HistoryEntry]:
     Raises:
         FileError: the file cannot be read, or a line is not one of a history.
     """
-    names, *rows = csv.reader(read_lines(path))
+    try:
+        names, *rows = csv.reader(read_lines(path))
+    except (csv.Error, ValueError) as error:
+        raise FileError(f"{fspath(path)}: is no table of comma-separated values ({error})") from error
     if names[:3] != NUMBERS or not all(name.endswith(UNIT) for name in names[3:]):
         found = f"got columns {', '.join(names[:4])}"
         raise FileError(f"{fspath(path)}: {found}; expected the convergence of a relaxation: {', '.join(NUMBERS)} ...")

@@ -4,13 +4,13 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Iterator
 
 from stitchmesh.errors import FileError
+from stitchmesh.io.contents import is_coordinate
 
-CORNER = re.compile(r"(-?[0-9]+)(/-?[0-9]*){0,2}")
+CORNER = re.compile(r"(-?[0-9]{1,18})(/-?[0-9]{0,18}){0,2}")
 
 
 def element_lines(lines: Iterable[str]) -> Iterator[tuple[int, list[str]]]:
@@ -45,7 +45,7 @@ def vertex_position(path: str, number: int, fields: list[str]) -> tuple[float, f
     except ValueError as error:
         found = " ".join(fields)[:40]
         raise FileError(f"{path}: line {number}: got {found!r}; expected 'v x y z' with three numbers") from error
-    if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
+    if not (is_coordinate(x) and is_coordinate(y) and is_coordinate(z)):
         found = " ".join(fields)[:40]
         raise FileError(f"{path}: line {number}: got {found!r}; coordinates must be finite; write the file again")
     return x, y, z

@@ -37,7 +37,8 @@ from stitchmesh.io.yarn_formats.gltf import tubes_error, write_glb
 from stitchmesh.io.yarn_formats.obj import read_obj_polylines, write_obj_polylines
 from stitchmesh.io.yarn_formats.pyp import check_pyp, read_pyp, write_pyp
 from stitchmesh.io.yarn_formats.splines import bspline_to_catmull_rom, catmull_rom_to_bspline, polyline_to_bspline
-from stitchmesh.io.yarn_formats.usd import LABELS, read_usd, write_usd
+from stitchmesh.io.yarn_formats.usd import write_usd
+from stitchmesh.io.yarn_formats.usd_curves import LABELS, UsdCurve, read_usd
 from stitchmesh.io.yarn_formats.vtp import read_vtp, write_vtp
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
@@ -50,6 +51,8 @@ HDF5_FORMAT = "stitchmesh yarns"
 """Attribute ``format`` of HDF5 files of yarns."""
 BCC_CURVES = {"catmull-rom": bcc.CATMULL_ROM, "bspline": bcc.BSPLINE}
 """Kinds of curve that can be written to a BCC file; the first is the kind that most programs read."""
+LARGEST_COLOUR = 65_535
+"""Largest number of a colour in files that state numbers and colours."""
 POINTS_PER_SEGMENT = 4
 """Number of points for each spline segment in the polylines of OBJ and VTP files."""
 
@@ -205,7 +208,15 @@ def _write_obj(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: 
 
 def _read_usd(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     check_unit_left_out(path, scale)
-    curves = read_usd(path)
+    return yarns_of_usd(read_usd(path), radius)
+
+
+def yarns_of_usd(curves: list[UsdCurve], radius: float | None = None) -> YarnSet:
+    """Return the yarns of the curves of a stage; a radius [cm], if given, holds for all of them.
+
+    Raises:
+        YarnError: the curves are no yarns.
+    """
     own = _array_of_all([curve.radius for curve in curves])
     closed = [curve.closed for curve in curves]
     yarns = _yarns_of_curves([curve.points for curve in curves], closed, own if radius is None else radius)
@@ -290,7 +301,13 @@ def _colours(number: IntArray | None, shown: NDArray[np.uint8] | None) -> dict[s
     Args:
         number: colour number of each yarn, shape (Y,); if None, equal colours have one number.
         shown: colour of each yarn (sRGB), shape (Y, 3); None if the file states none.
+
+    Raises:
+        YarnError: a number is negative, or larger than a palette may be.
     """
+    if number is not None and not 0 <= number.min() <= number.max() <= LARGEST_COLOUR:
+        found = f"got colours {number.min()} to {number.max()}"
+        raise YarnError(f"{found}; expected numbers from 0 to {LARGEST_COLOUR}")
     if shown is None:
         return {} if number is None else {"colour": number}
     if number is None:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import MeshError, first_few
-from stitchmesh.lattice import Lattice
+from stitchmesh.lattice import LARGEST_LENGTH, Lattice
 from stitchmesh.mesh.connectivity import check_fans, find_twins, next_sides
 
 BORDER = -1
@@ -249,9 +249,10 @@ class Mesh:
             raise MeshError(f"vertices: got shape {self.vertices.shape}; expected (V, 3)")
         if self.face_count < 1:
             raise MeshError("mesh: got no faces; expected at least one polygon")
-        bad = np.flatnonzero(~np.isfinite(self.vertices).all(axis=1))
+        bad = np.flatnonzero(~(np.abs(self.vertices) <= LARGEST_LENGTH).all(axis=1))
         if len(bad):
-            raise MeshError(f"vertex {first_few(bad)}: coordinates are not finite; repair the file that wrote them")
+            found = f"coordinates are not finite or beyond {LARGEST_LENGTH:g}"
+            raise MeshError(f"vertex {first_few(bad)}: {found}; repair the file that wrote them")
         sizes = np.diff(self.face_start)
         if self.face_start[0] != 0 or self.face_start[-1] != len(self.face_vertex) or sizes.min() < 3:
             raise MeshError(f"face {int(sizes.argmin())}: got {sizes.min()} corners; expected at least 3")

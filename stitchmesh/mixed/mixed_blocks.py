@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import warp as wp
@@ -38,7 +40,24 @@ class MixedBlocks:
             *(wp.zeros(node_count, dtype=vector(3, scalar), device=device) for _ in range(2)),
         )
 
+    @cached_property
+    def arrays(self) -> Any:
+        """All blocks in a struct for kernels."""
+        struct = _struct(self.sliding.dtype._wp_scalar_type_)()
+        for name in ("vertices", "nodes", "sliding", "coupling_u", "coupling_v"):
+            setattr(struct, name, getattr(self, name))
+        return struct
+
     def clear(self) -> None:
         """Set all blocks to zero."""
         for part in (self.vertices, self.nodes, self.sliding, self.coupling_u, self.coupling_v):
             part.zero_()
+
+
+@functools.cache
+def _struct(scalar: Any) -> Any:
+    """The struct of blocks in one precision."""
+    kinds = matrix(3, scalar), matrix(2, scalar), vector(3, scalar)
+    blocks, pairs, columns = (wp.array(dtype=kind) for kind in kinds)
+    annotations = {"vertices": blocks, "nodes": blocks, "sliding": pairs, "coupling_u": columns, "coupling_v": columns}
+    return wp.struct(type(f"MixedBlocks_{scalar.__name__}", (), {"__annotations__": annotations}))

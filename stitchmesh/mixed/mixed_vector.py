@@ -10,7 +10,9 @@ and updates of whole vectors are one launch; the parts are views of it.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -109,6 +111,13 @@ class MixedVector:
         """Where the vector lies."""
         return self.values.device
 
+    @cached_property
+    def arrays(self) -> Any:
+        """The three parts in a struct for kernels."""
+        struct = _struct(self.scalar)()
+        struct.vertices, struct.nodes, struct.sliding = self.vertices, self.nodes, self.sliding
+        return struct
+
     def like(self) -> MixedVector:
         """A vector of zeros of the same shape, precision and device."""
         return MixedVector.zeros(self.vertex_count, self.node_count, self.scalar, self.device)
@@ -133,6 +142,14 @@ class MixedVector:
         values = self.values.numpy().astype(np.float64)
         first, second = 3 * self.vertex_count, 3 * self.vertex_count + 3 * self.node_count
         return values[:first].reshape(-1, 3), values[first:second].reshape(-1, 3), values[second:].reshape(-1, 2)
+
+
+@functools.cache
+def _struct(scalar: Any) -> Any:
+    """The struct of the parts in one precision."""
+    threes, twos = (wp.array(dtype=vector(size, scalar)) for size in (3, 2))
+    annotations = {"vertices": threes, "nodes": threes, "sliding": twos}
+    return wp.struct(type(f"MixedVector_{scalar.__name__}", (), {"__annotations__": annotations}))
 
 
 def _view(values: wp.array[Any], first: int, count: int, width: int) -> wp.array[Any]:

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from os import fspath
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 import warp as wp
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from stitchmesh import __version__
 from stitchmesh.errors import FileError, ParameterError
-from stitchmesh.io.checkpoint_file import CheckpointFile, read_checkpoint, write_checkpoint
+from stitchmesh.io.checkpoint_file import CheckpointFile, checked_header, read_checkpoint, write_checkpoint
 from stitchmesh.mixed.output.report import RunTotals
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene
 from stitchmesh.yarnrelax.fingerprint import fingerprint
@@ -41,6 +41,14 @@ class RunCheckpoint:
     """Number of frames so far."""
     arrays: Mapping[str, NDArray[Any]]
     """What the simulation carries."""
+
+
+class _Header(TypedDict):
+    """The header of a checkpoint."""
+
+    inputs: dict[str, str]
+    totals: RunTotals
+    frames: int
 
 
 def run_inputs(prepared: PreparedScene, device: wp.Device) -> dict[str, str]:
@@ -79,10 +87,11 @@ def read_run(path: Path, inputs: Mapping[str, str]) -> RunCheckpoint:
     content = read_checkpoint(path)
     if "totals" not in content.header:
         raise FileError(f"{fspath(path)}: is a checkpoint of yarns that relax; expected one of stitchmesh drape")
-    written = content.header["inputs"]
+    header = checked_header(path, content, _Header)
+    written = header["inputs"]
     differing = [key for key in {**written, **inputs} if written.get(key) != inputs.get(key)]
     if differing:
         key, more = differing[0], f", and {len(differing) - 1} more" if len(differing) > 1 else ""
         found = f"{key} is {inputs.get(key, 'absent')} and was {written.get(key, 'absent')}{more}"
         raise ParameterError(f"{fspath(path)}: is of a run of another scene: {found}; give it the same scene")
-    return RunCheckpoint(RunTotals(**content.header["totals"]), int(content.header["frames"]), content.arrays)
+    return RunCheckpoint(header["totals"], header["frames"], content.arrays)

@@ -57,8 +57,10 @@ BASE_MEMORY = 275e6
 """Memory of the program with its libraries [bytes]."""
 BYTES_PER_STITCH = {"tessellate": 2_000.0, "meshrelax": 12_000.0}
 """Memory of the stages before the yarns [bytes]."""
-BYTES_PER_POINT = {"yarngen": 1_500.0, "yarnrelax": 2_900.0}
-"""Memory of the stages of yarns for each control point [bytes]."""
+BYTES_PER_POINT = {"yarngen": 1_500.0, "yarnrelax": 1_430.0}
+"""Memory of the stages of yarns for each control point [bytes]; twice as much in float64 for the relaxation."""
+BYTES_PER_SAMPLE = 490.0
+"""Additional memory of the relaxation for each contact sample of a control point in float32 [bytes]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -180,8 +182,14 @@ def _stages(stitches: int, points: int, iterations: float, quality: Quality, dev
     an_iteration = SECONDS_PER_ITERATION[device] + SECONDS_PER_POINT_ITERATION[device] * points * work / together
     seconds["yarnrelax"] = SECONDS_TO_START[device] + iterations * an_iteration
     memory = {name: size * stitches for name, size in BYTES_PER_STITCH.items()}
-    memory |= {name: size * points for name, size in BYTES_PER_POINT.items()}
+    memory |= {"yarngen": BYTES_PER_POINT["yarngen"] * points, "yarnrelax": bytes_per_point(quality) * points}
     return {name: StageCost(seconds=time, memory=BASE_MEMORY + memory[name]) for name, time in seconds.items()}
+
+
+def bytes_per_point(quality: Quality) -> float:
+    """Return the memory of a relaxation for each control point [bytes]."""
+    digits = 2.0 if quality.precision == "float64" else 1.0
+    return digits * (BYTES_PER_POINT["yarnrelax"] + BYTES_PER_SAMPLE * quality.contact_samples)
 
 
 def _iterations(labeled: StitchMesh, stitches: int, quality: Quality) -> float:

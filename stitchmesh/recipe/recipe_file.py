@@ -9,7 +9,7 @@ Paths in the file are relative to the folder of the file.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from os import fspath
 from pathlib import Path
@@ -74,57 +74,82 @@ def _recipe(table: dict[str, Any]) -> Recipe:
     Raises:
         ParameterError: a key or a value is not that of a recipe.
     """
-    edits = table.pop("edits", [])
+    edits = pop_edits(table, "edits")
+    return replace(check_table(table, Recipe), edits=edits)
+
+
+def pop_edits(table: dict[str, Any], key: str) -> tuple[Edit, ...]:
+    """Remove the edits from a table, and return them; each has its name as ``edit`` and its arguments as other keys.
+
+    Raises:
+        ParameterError: they are no list of tables, or an edit is unknown or has other arguments.
+    """
+    edits = table.pop(key, [])
     if not isinstance(edits, list) or not all(isinstance(edit, dict) for edit in edits):
-        raise ParameterError('edits: expected tables [[edits]], each with a key edit = "NAME"')
-    recipe = check_table(table, Recipe)
-    return replace(recipe, edits=tuple(_edit(edit, number) for number, edit in enumerate(edits)))
+        raise ParameterError(f'{key}: expected tables [[{key}]], each with a key edit = "NAME"')
+    return tuple(_edit(edit, f"{key}[{number}]") for number, edit in enumerate(edits))
 
 
-def _edit(table: dict[str, Any], number: int) -> Edit:
+def _edit(table: dict[str, Any], place: str) -> Edit:
     name = table.get("edit")
     if not isinstance(name, str):
-        raise ParameterError(f"edits[{number}] needs 'edit', the name of an edit; got {', '.join(table) or 'nothing'}")
+        raise ParameterError(f"{place} needs 'edit', the name of an edit; got {', '.join(table) or 'nothing'}")
     edit = Edit(name, {key: value for key, value in table.items() if key != "edit"})
     try:
         checked_arguments(edit)
         if ON in edit.arguments:
             parse_selection(str(edit.arguments[ON]))
     except ParameterError as error:
-        raise ParameterError(f"edits[{number}]: {error}") from error
+        raise ParameterError(f"{place}: {error}") from error
     return edit
 
 
 def _with_paths(recipe: Recipe, change: Callable[[str], str]) -> Recipe:
     """Return a recipe with all paths changed: those of files, and those in selections."""
-
-    def selection(text: str) -> str:
-        return str(with_paths(parse_selection(text), change)) if '"' in text else text
-
-    def region(part: RecipePattern) -> RecipePattern:
-        return replace(part, pattern=pattern(part.pattern), on=None if part.on is None else selection(part.on))
-
-    def pattern(name: str) -> str:
-        return change(name) if Path(name).suffix or Path(name).name != name else name
-
-    def edit(one: Edit) -> Edit:
-        values = dict(one.arguments)
-        if ON in values:
-            values[ON] = selection(str(values[ON]))
-        if one.name == "paste_pattern" and "\n" not in str(values["pattern"]):
-            values["pattern"] = pattern(str(values["pattern"]))
-        return Edit(one.name, values)
-
     edges, body = recipe.stitches.edges, recipe.physics.body
     return replace(
         recipe,
         mesh=change(recipe.mesh),
-        patterns=tuple(region(part) for part in recipe.patterns),
-        edits=tuple(edit(one) for one in recipe.edits),
-        colours=tuple(replace(part, on=selection(part.on)) for part in recipe.colours),
+        patterns=patterns_with_paths(recipe.patterns, change),
+        edits=edits_with_paths(recipe.edits, change),
+        colours=tuple(replace(part, on=_selection_with_paths(part.on, change)) for part in recipe.colours),
         stitches=replace(recipe.stitches, edges=None if edges is None else change(edges)),
         physics=replace(recipe.physics, body=None if body is None else change(body)),
     )
+
+
+def patterns_with_paths(parts: Sequence[RecipePattern], change: Callable[[str], str]) -> tuple[RecipePattern, ...]:
+    """Return patterns with all paths changed: those of pattern files, and those in selections."""
+    return tuple(
+        replace(
+            part, pattern=pattern_with_path(part.pattern, change),
+            on=None if part.on is None else _selection_with_paths(part.on, change),
+        )
+        for part in parts
+    )  # fmt: skip
+
+
+def edits_with_paths(edits: Sequence[Edit], change: Callable[[str], str]) -> tuple[Edit, ...]:
+    """Return edits with all paths changed: those of pattern files, and those in selections."""
+    return tuple(Edit(edit.name, _arguments_with_paths(edit, change)) for edit in edits)
+
+
+def _arguments_with_paths(edit: Edit, change: Callable[[str], str]) -> dict[str, Any]:
+    values = dict(edit.arguments)
+    if ON in values:
+        values[ON] = _selection_with_paths(str(values[ON]), change)
+    if edit.name == "paste_pattern" and "\n" not in str(values["pattern"]):
+        values["pattern"] = pattern_with_path(str(values["pattern"]), change)
+    return values
+
+
+def pattern_with_path(name: str, change: Callable[[str], str]) -> str:
+    """Return the name of a pattern of the library as it is, and a path changed."""
+    return change(name) if Path(name).suffix or Path(name).name != name else name
+
+
+def _selection_with_paths(text: str, change: Callable[[str], str]) -> str:
+    return str(with_paths(parse_selection(text), change)) if '"' in text else text
 
 
 def _joined(folder: Path, path: str) -> str:

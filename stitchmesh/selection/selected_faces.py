@@ -42,6 +42,9 @@ from stitchmesh.selection.wales import panel_faces, rectangle_between, rectangle
 
 Mask = NDArray[np.bool_]
 
+NUMBER = re.compile(r"[0-9]{1,18}")
+"""The number of a face in a file."""
+
 
 def select(fabric: StitchMesh, selection: str | Selection) -> IntArray:
     """Return the faces of a fabric that a selection names.
@@ -198,8 +201,8 @@ def read_faces(path: FilePath) -> IntArray:
     words: list[str] = []
     for number, line in enumerate(read_lines(path), start=1):
         found = re.split(r"[\s,]+", line.partition("#")[0].strip())
-        bad = [word for word in found if word and not word.isdigit()]
+        bad = [word for word in found if word and not NUMBER.fullmatch(word)]
         if bad:
-            raise FileError(f"{fspath(path)} line {number}: got {bad[0]!r}; expected numbers of faces")
+            raise FileError(f"{fspath(path)} line {number}: got {bad[0][:20]!r}; expected numbers of faces")
         words += [word for word in found if word]
     return np.array(words, dtype=np.int64)

@@ -25,7 +25,7 @@ from stitchmesh.tessellate.counts import EdgeName
 
 VertexPair = tuple[int, int]
 """An edge, named by its two vertices."""
-WORD = re.compile(r"\s*(\d+)\s*,\s*(\d+)\s*(?:=\s*(-?\d+)\s*)?")
+WORD = re.compile(r"\s*([0-9]{1,18})\s*,\s*([0-9]{1,18})\s*(?:=\s*(-?[0-9]{1,18})\s*)?")
 COUNT_FORM = "V,W=COUNT with two vertices and a whole number, for example 4,7=12"
 
 
@@ -106,7 +106,7 @@ def parse_edge_settings(lines: Iterable[str], name: str) -> EdgeSettings:
         found = WORD.fullmatch(text)
         if not found:
             expected = f"an edge V,W that is marked, or {COUNT_FORM}"
-            raise FileError(f"{name}:{number}: got {text!r}; expected {expected}")
+            raise FileError(f"{name}:{number}: got {text[:40]!r}; expected {expected}")
         edge = int(found[1]), int(found[2])
         line_setting = EdgeSettings(marked=(edge,)) if found[3] is None else EdgeSettings({edge: int(found[3])})
         settings = settings.joined(line_setting)

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import YarnError, first_few
-from stitchmesh.lattice import Lattice
+from stitchmesh.lattice import LARGEST_LENGTH, Lattice
 from stitchmesh.mesh import FloatArray, IntArray, extent, frozen_array
 from stitchmesh.mesh.palette import Palette, checked_palette, empty_palette
 
@@ -276,16 +276,17 @@ class YarnSet:
             raise YarnError(f"lattice_step: got shape {self.lattice_step.shape}; expected ({self.yarn_count}, 2)")
 
     def _check_values(self) -> None:
-        bad = np.flatnonzero(~np.isfinite(self.points).all(axis=1))
+        bad = np.flatnonzero(~(np.abs(self.points) <= LARGEST_LENGTH).all(axis=1))
         if len(bad):
             yarn = np.searchsorted(self.start, bad[0], side="right") - 1
-            raise YarnError(f"control point {first_few(bad)} (yarn {yarn}): coordinates are not finite")
+            found = f"coordinates are not finite or beyond {LARGEST_LENGTH:g}"
+            raise YarnError(f"control point {first_few(bad)} (yarn {yarn}): {found}")
         for name in ("radius", "rest_length", "drawn_radius"):
             values = getattr(self, name)
-            bad = np.flatnonzero(~(np.isfinite(values) & (values > 0.0)))
+            bad = np.flatnonzero(~((values <= LARGEST_LENGTH) & (values > 0.0)))
             if len(bad):
                 raise YarnError(f"{name} {first_few(bad)}: got {values[bad[0]]}; expected a positive number of cm")
-        bad = np.flatnonzero(~np.isfinite(self.natural_curvature))
+        bad = np.flatnonzero(~(np.abs(self.natural_curvature) <= LARGEST_LENGTH))
         if len(bad):
             found = self.natural_curvature[bad[0]]
             raise YarnError(f"natural_curvature {first_few(bad)}: got {found}; expected finite numbers in 1/cm")

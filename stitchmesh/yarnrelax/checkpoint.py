@@ -20,17 +20,17 @@ its limit can continue.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from os import fspath
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 import warp as wp
 
 from stitchmesh import __version__
 from stitchmesh.errors import ParameterError
-from stitchmesh.io.checkpoint_file import CheckpointFile, read_checkpoint, write_checkpoint
+from stitchmesh.io.checkpoint_file import CheckpointFile, checked_header, read_checkpoint, write_checkpoint
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality
@@ -108,6 +108,39 @@ class CheckpointState:
     """The step of the load."""
 
 
+class _Position(TypedDict):
+    """The fields of ``LoadPosition`` without its arrays."""
+
+    share: float
+    reached: float | None
+    thin: float
+    finer: int
+    steps: int
+    refusals: int
+    reason: str
+    iterations: int
+
+
+class _Header(TypedDict):
+    """The header of a checkpoint: the inputs, and the fields of ``CheckpointState`` without its arrays."""
+
+    inputs: dict[str, str]
+    iteration: int
+    seconds: float
+    last: Assessment
+    history: list[HistoryEntry]
+    margin: float
+    lists_age: int
+    step_scale: float
+    energy_fall: float | None
+    ending: bool
+    descent: int
+    newton_fall: float
+    stalled: bool
+    remaining: RemainingChange | None
+    position: _Position
+
+
 def input_fingerprint(
     yarns: YarnSet,
     material: YarnMaterial,
@@ -170,15 +203,13 @@ def read_state(path: FilePath, inputs: Mapping[str, str]) -> CheckpointState:
         ParameterError: the checkpoint is of a relaxation with other inputs; the message says which.
     """
     content = read_checkpoint(path)
-    header: dict[str, Any] = dict(content.header)
-    _refuse_other(fspath(path), header.pop("inputs", {}), inputs)
+    header: dict[str, Any] = {**checked_header(path, content, _Header)}
+    _refuse_other(fspath(path), header.pop("inputs"), inputs)
     starts: dict[str, Any] = {name: content.arrays.get(f"{LOAD}{name}") for name in START}
     arrays = {name: array for name, array in content.arrays.items() if not name.startswith(LOAD)}
-    read: dict[str, Any] = {"last": Assessment(**header["last"]), "arrays": arrays}
-    read["position"] = LoadPosition(**header["position"], **starts)
-    read["energy_fall"] = np.inf if header["energy_fall"] is None else header["energy_fall"]
-    read["remaining"] = None if header["remaining"] is None else RemainingChange(**header["remaining"])
-    return CheckpointState(**header | read)
+    position = replace(AT_ONCE, **header["position"], **starts)
+    energy_fall = np.inf if header["energy_fall"] is None else header["energy_fall"]
+    return CheckpointState(**header | {"arrays": arrays, "position": position, "energy_fall": energy_fall})
 
 
 def _refuse_other(name: str, written: Mapping[str, str], inputs: Mapping[str, str]) -> None:

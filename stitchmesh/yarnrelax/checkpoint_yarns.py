@@ -11,7 +11,8 @@ import numpy as np
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.checkpoint_file import read_checkpoint
-from stitchmesh.io.contents import FilePath
+from stitchmesh.io.contents import FilePath, check_points
+from stitchmesh.io.float32 import from_float32
 from stitchmesh.yarn import YarnSet
 
 
@@ -29,11 +30,12 @@ def checkpoint_yarns(path: FilePath, yarns: YarnSet) -> YarnSet:
         FileError: the checkpoint cannot be read, or is of other yarns.
     """
     content = read_checkpoint(path)
-    points = np.asarray(content.arrays.get("good_points", np.zeros((0, 3))), dtype=np.float64)
+    points = from_float32(content.arrays.get("good_points", np.zeros((0, 3))))
     count = len(yarns.points)
     if points.ndim != 2 or not count <= len(points) <= count + 3:  # Strains of a relaxing cell follow the points.
         found = f"holds {len(points)} control points"
         raise FileError(f"{fspath(path)}: {found}; expected the {count} of the yarns in the same folder")
     placed = points[:count] * float(yarns.radius.mean())
     middle = (yarns.points.min(axis=0) + yarns.points.max(axis=0)) / 2
+    check_points(f"{fspath(path)}: control point", placed)
     return replace(yarns, points=placed + middle - (placed.min(axis=0) + placed.max(axis=0)) / 2)

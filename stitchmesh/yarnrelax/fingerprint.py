@@ -35,10 +35,23 @@ def fingerprint(name: str, value: Any, *, without: tuple[str, ...] = ()) -> dict
 def _text_of(name: str, value: Any) -> str:
     if value is None or isinstance(value, str | bool | int | float | np.generic):
         return str(value)
+    return f"SHA-256 {checksum(name, value)}"
+
+
+def checksum(name: str, value: Any) -> str:
+    """The checksum of a value, in hexadecimal digits; different values have different ones (``DIGITS``).
+
+    Args:
+        name: name of the value.
+        value: a plain value, an array, a dataclass, or a mapping, list or tuple of these.
+
+    Raises:
+        ParameterError: as for ``fingerprint``.
+    """
     digest = hashlib.sha256()
     for part in _parts(name, value):
         digest.update(part)
-    return f"SHA-256 {digest.hexdigest()[:DIGITS]}"
+    return digest.hexdigest()[:DIGITS]
 
 
 def _parts(name: str, value: Any) -> Iterator[bytes]:

@@ -77,17 +77,18 @@ class Observer:
             energies=loop.last[0].energies,
         )
         self.history.append(entry)
+        if self.checkpoint is not None:
+            self.unwritten = self._checkpoint_state()
+            if loop.iteration >= self.written + self.checkpoint.every:
+                self.written = loop.iteration
+                self.write_checkpoint()
+        # A caller that ends the relaxation by an exception finds the last assessment in the checkpoint.
         if self.progress is not None and now - self.reported > PROGRESS_SECONDS:
             self.reported = now
             self.progress(entry)
         if self.on_state is not None and now - self.saved > ON_STATE_SECONDS:
             self.saved = now
             self.on_state(self.loading.good_yarns())
-        if self.checkpoint is not None:
-            self.unwritten = self._checkpoint_state()
-            if loop.iteration >= self.written + self.checkpoint.every:
-                self.written = loop.iteration
-                self.write_checkpoint()
         if self.control is not None:
             make = partial(self._snapshot, entry)
             self.control.after_step(make, before_wait=self.write_checkpoint, aside=others_may_launch)

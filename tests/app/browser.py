@@ -74,6 +74,7 @@ CLOSE_NOTICE_OF_SLOWNESS = """(() => {
   new MutationObserver(close).observe(document, { childList: true, subtree: true });
 })();"""
 """Closes the notice by which viser says that the browser draws in software, at whatever time it comes."""
+CLOSE_NOTICES = "() => document.querySelectorAll('.mantine-Notification-root button').forEach(each => each.click())"
 SEND_FENCE = """(number) => new Promise(done => setTimeout(() => {
   window.stitchmesh.send("fence", { fence: number });
   done();
@@ -208,6 +209,11 @@ class BrowserWindow:
     def notices(self) -> list[str]:
         """Return the texts of the notices that stand in the page."""
         return self.browser_page.locator(".mantine-Notification-root").all_inner_texts()
+
+    def close_notices(self) -> None:
+        """Close the notices that stand in the page."""
+        self.browser_page.evaluate(CLOSE_NOTICES)
+        self.wait_for(lambda: not self.notices(), "notices close")
 
     def screenshot(self, path: Path | None = None) -> bytes:
         """Return a picture of the whole page as a PNG file, and write it if there is a path."""

@@ -55,25 +55,53 @@ def sampler(monkeypatch, app_in_browser):
     return lambda **options: app_in_browser(page="Project", **options)
 
 
-def test_each_control_is_reached(sampler, tmp_path):
+@pytest.fixture(scope="module")
+def shared_rig(browser, tmp_path_factory):
+    """One page for all tests that leave no trace in it; to load a page takes longer than most tests."""
+    from tests.app.browser import rig_on
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(all_pages.PAGES, "Project", Sampler)
+        with rig_on(browser, tmp_path_factory.mktemp("sampler") / "project", page="Project") as rig:
+            yield rig
+
+
+@pytest.fixture
+def rig(shared_rig, capfd):
+    """The shared page with the values of the start, and without notices."""
+    page = shared_rig.app.page
+
+    def reset() -> bool:
+        page.width.value, page.gamma.value, page.pixels.value = 0.8, 0.5, 1600
+        return True
+
+    shared_rig.call(reset)
+    shared_rig.close_notices()
+    shared_rig.settle()
+    page.given.clear()
+    yield shared_rig
+    printed = capfd.readouterr().err
+    assert "Traceback" not in printed, printed
+
+
+def test_each_control_is_reached(rig, tmp_path):
     (tmp_path / "a.obj").write_bytes(b"12345678")
-    with sampler() as rig:
-        rig.press("Go")
-        rig.type("Width", 1.2)
-        rig.tick("Arrows")
-        rig.choose("Kind", "purl")
-        rig.type("Name", "xyz")
-        rig.type("Gamma", 0.7)
-        rig.press("Side", "Right")
-        rig.upload(tmp_path / "a.obj")
-        rig.wait_for(lambda: ("a.obj", 8) in rig.app.page.given)
-        rig.act("turn", "7")
-        rig.key("Control+z")
-        rig.settle()
-        assert rig.app.page.given == [
-            "go", 1.2, True, "purl", "xyz", 0.7, "Right", ("a.obj", 8), ("turn", "7"), "undo"
-        ]  # fmt: skip
-        assert rig.downloaded(lambda: rig.press("Save")) == ("a.txt", b"content")
+    rig.press("Go")
+    rig.type("Width", 1.2)
+    rig.tick("Arrows")
+    rig.choose("Kind", "purl")
+    rig.type("Name", "xyz")
+    rig.type("Gamma", 0.7)
+    rig.press("Side", "Right")
+    rig.upload(tmp_path / "a.obj")
+    rig.wait_for(lambda: ("a.obj", 8) in rig.app.page.given)
+    rig.act("turn", "7")
+    rig.key("Control+z")
+    rig.settle()
+    assert rig.app.page.given == [
+        "go", 1.2, True, "purl", "xyz", 0.7, "Right", ("a.obj", 8), ("turn", "7"), "undo"
+    ]  # fmt: skip
+    assert rig.downloaded(lambda: rig.press("Save")) == ("a.txt", b"content")
 
 
 def send(rig, control, *values):
@@ -86,85 +114,78 @@ def send(rig, control, *values):
     rig.browser_page.evaluate(script, [control.handle._impl.uuid, list(values)])
 
 
-def test_presses_keep_their_order(sampler):
+def test_presses_keep_their_order(rig):
     presses = ["Left", "Right", "Right"] * 100
-    with sampler() as rig:
-        send(rig, rig.app.page.side, *presses)
-        rig.settle()
-        assert rig.app.page.given == presses
+    send(rig, rig.app.page.side, *presses)
+    rig.settle()
+    assert rig.app.page.given == presses
 
 
-@pytest.mark.parametrize("value", ["<b>1</b>", "", None, float("nan"), float("inf"), True, [1], {"a": 1}, -0.01, 5.01])
-def test_what_is_no_number_or_beyond_the_bounds_is_refused(sampler, value):
-    with sampler() as rig:
+def test_what_is_no_number_or_beyond_the_bounds_is_refused(rig):
+    for value in ("<b>1</b>", "", None, float("nan"), float("inf"), True, [1], {"a": 1}, -0.01, 5.01):
         rig.call(setattr, rig.app.page.width, "value", 2.5)
         send(rig, rig.app.page.width, value)
-        rig.wait_for(lambda: any("Width: got" in notice for notice in rig.notices()), "a notice")
+        rig.wait_for(lambda: any("Width: got" in notice for notice in rig.notices()), f"a notice of {value}")
         (notice,) = rig.notices()
         assert notice.endswith("; expected 0.1 to 5") and notice.count("\n") == 1  # The first line is the title.
         rig.settle()
         assert rig.row("Width").locator("input").input_value() == "2.5" and rig.app.page.given == []
-        rig.type("Width", 1.2)
-        rig.settle()
-        assert rig.app.page.given == [1.2]
+        rig.close_notices()
+    rig.type("Width", 1.2)
+    rig.settle()
+    assert rig.app.page.given == [1.2]
 
 
-def test_a_slider_refuses_the_same_values(sampler):
-    with sampler() as rig:
-        send(rig, rig.app.page.gamma, "hot")
-        rig.wait_for_text("Gamma: got 'hot'; expected 0 to 1")
-        send(rig, rig.app.page.gamma, 1.1)
-        rig.wait_for_text("Gamma: got 1.1; expected 0 to 1")
-        assert rig.app.page.given == [] and rig.app.page.gamma.value == 0.5
+def test_a_slider_refuses_the_same_values(rig):
+    send(rig, rig.app.page.gamma, "hot")
+    rig.wait_for_text("Gamma: got 'hot'; expected 0 to 1")
+    send(rig, rig.app.page.gamma, 1.1)
+    rig.wait_for_text("Gamma: got 1.1; expected 0 to 1")
+    assert rig.app.page.given == [] and rig.app.page.gamma.value == 0.5
 
 
-def test_a_number_is_typed_digit_by_digit_and_letters_are_none(sampler):
-    with sampler() as rig:
-        field = rig.row("Pixels").locator("input")
-        field.select_text()
-        field.press_sequentially("3x0y0", delay=100)
-        rig.settle()
-        assert field.input_value() == "300" and rig.app.page.given == [300] and not rig.notices()
-        field.select_text()
-        field.press_sequentially("letters")
-        field.press("Tab")
-        rig.settle()
-        assert rig.app.page.given == [300] and rig.app.page.pixels.value == 300
+def test_a_number_is_typed_digit_by_digit_and_letters_are_none(rig):
+    field = rig.row("Pixels").locator("input")
+    field.select_text()
+    field.press_sequentially("3x0y0", delay=100)
+    rig.settle()
+    assert field.input_value() == "300" and rig.app.page.given == [300] and not rig.notices()
+    field.select_text()
+    field.press_sequentially("letters")
+    field.press("Tab")
+    rig.settle()
+    assert rig.app.page.given == [300] and rig.app.page.pixels.value == 300
 
 
-def test_a_number_that_is_left_beyond_its_bounds_becomes_the_nearest_bound(sampler):
-    with sampler() as rig:
-        rig.type("Pixels", 5)
-        rig.settle()
-        assert rig.app.page.given == [64] and rig.app.page.pixels.value == 64
+def test_a_number_that_is_left_beyond_its_bounds_becomes_the_nearest_bound(rig):
+    rig.type("Pixels", 5)
+    rig.settle()
+    assert rig.app.page.given == [64] and rig.app.page.pixels.value == 64
 
 
-def test_only_values_are_set_by_a_page(sampler):
-    with sampler() as rig:
-        script = """(uuid) => window.__viserMutable.sendMessage(
-          { type: "GuiUpdateMessage", uuid, updates: { update_cb: 3, removed: true } })"""
-        rig.browser_page.evaluate(script, rig.app.page.width.handle._impl.uuid)
-        rig.settle()
-        rig.type("Width", 1.2)
-        rig.settle()
-        assert rig.app.page.given == [1.2] and not rig.app.page.width.removed
+def test_only_values_are_set_by_a_page(rig):
+    script = """(uuid) => window.__viserMutable.sendMessage(
+      { type: "GuiUpdateMessage", uuid, updates: { update_cb: 3, removed: true } })"""
+    rig.browser_page.evaluate(script, rig.app.page.width.handle._impl.uuid)
+    rig.settle()
+    rig.type("Width", 1.2)
+    rig.settle()
+    assert rig.app.page.given == [1.2] and not rig.app.page.width.removed
 
 
-def test_a_click_arrives_at_the_point_where_the_scene_is_drawn(sampler):
-    with sampler() as rig:
-        point = np.array([0.5, 2.0, 2.9])
-        rig.click_at(point)
-        (pick,) = rig.app.page.given
-        across = point - pick.ray_origin
-        off = np.linalg.norm(np.cross(across, pick.ray_direction))
-        assert off < 0.02  # A pixel is 0.01 cm wide at this distance.
+def test_a_click_arrives_at_the_point_where_the_scene_is_drawn(rig):
+    point = np.array([0.5, 2.0, 2.9])
+    rig.click_at(point)
+    (pick,) = rig.app.page.given
+    across = point - pick.ray_origin
+    off = np.linalg.norm(np.cross(across, pick.ray_direction))
+    assert off < 0.02  # A pixel is 0.01 cm wide at this distance.
 
 
-def test_an_error_becomes_a_notice_and_no_fault(sampler):
-    with sampler() as rig:
-        rig.press("Fail")
-        rig.wait_for_text("width: got 0; expected a positive number")
-        assert any("expected a positive number" in notice for notice in rig.notices())
+def test_an_error_becomes_a_notice_and_no_fault(rig):
+    rig.press("Fail")
+    rig.wait_for_text("width: got 0; expected a positive number")
+    assert any("expected a positive number" in notice for notice in rig.notices())
 
 
 def test_a_fault_in_the_page_fails_the_test(sampler):

@@ -141,7 +141,7 @@ def test_a_port_in_use_is_said(tmp_path):
 def test_a_folder_that_cannot_be_written_is_said(tmp_path):
     blocked = tmp_path / "file"
     blocked.write_text("no folder")
-    with pytest.raises(AssertionError, match="cannot hold a project"):
+    with pytest.raises(AssertionError, match="cannot be written"):
         with app_process(blocked / "project"):
             pass
     assert os.listdir(tmp_path) == ["file"]

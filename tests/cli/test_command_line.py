@@ -113,7 +113,7 @@ def test_knit_says_in_four_lines_what_it_made(tube_obj, tmp_path, capsys):
     assert gauge.startswith(f"Gauge: {fabric_gauge(fabric)}. Yarn: {yarns.lengths.sum() / 100:.3g} m, about ")
     assert state.startswith("Good: the yarns are at rest, strained by at most ")
     assert where == f"No picture was drawn; {tmp_path / 'lines' / 'report.json'} holds all numbers."
-    assert cli.main([*words, "--json", "-o", str(tmp_path / "json")]) == 0
+    assert cli.main([*words, "--max-iterations", "20", "--json", "-o", str(tmp_path / "json")]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report == json.loads((tmp_path / "json" / "report.json").read_text())
     assert report["gauge"] == asdict(fabric_gauge(fabric))
@@ -132,11 +132,12 @@ def test_knit_names_the_picture_to_open(tube_obj, tmp_path, capsys):
 def test_a_yarn_sets_the_sizes_of_every_stage(tmp_path, tube_obj):
     rows, stitches, yarns = tmp_path / "rows.h5", tmp_path / "stitches.h5", tmp_path / "yarns.h5"
     bulky, options = Yarn.named("bulky"), ["--yarn", "bulky"]
+    brief = ["--quality", "draft", "--max-iterations", "20", "--no-picture"]  # rest lengths are set before
     for words in (
         ["label", tube_obj, "-o", rows],
         ["tessellate", rows, "-o", stitches, *options],
         ["yarns", stitches, "-o", yarns, "--quality", "draft", *options],
-        ["knit", tube_obj, "-o", tmp_path / "knit", "--quality", "draft", "--no-picture", *options],
+        ["knit", tube_obj, "-o", tmp_path / "knit", *brief, *options],
     ):
         assert cli.main([str(word) for word in words]) == 0
     expected = tessellate(read_stitches(rows), stitch_width=bulky.stitch_width, stitch_height=bulky.stitch_height)
@@ -174,7 +175,7 @@ def test_a_chart_and_the_options_colour_the_yarns_of_a_garment(tube_obj, tmp_pat
 
     Image.fromarray(np.array([[[255, 0, 0], [0, 128, 0]]] * 2, dtype=np.uint8)).save(tmp_path / "chart.png")
     words = ["--pattern", str(tmp_path / "chart.png"), "--drawn-radius", "0.25", "--no-picture", "--device", "cpu"]
-    words += ["--stitch-width", "1", "--quality", "draft"]
+    words += ["--stitch-width", "1", "--quality", "draft", "--max-iterations", "20"]
     assert cli.main(["knit", str(tube_obj), *words, "-o", str(tmp_path / "a")]) == 0
     yarns = read_yarns(tmp_path / "a" / "yarns.h5")
     assert yarns.palette.tolist() == [[255, 0, 0], [0, 128, 0]] and set(yarns.colour.tolist()) == {0, 1}

@@ -21,6 +21,7 @@ from stitchmesh.periodic.weave.text import parse_weave
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import tile_yarns
 from tests.gallery import ROOT
+from tests.periodic.first_state import from_generated_yarns
 
 DRAFT = ["--quality", "draft", "--device", "cpu"]
 QUICK = [*DRAFT, "--no-picture"]
@@ -270,10 +271,9 @@ def test_explore_writes_and_prints_the_states_of_rest(tmp_path, capsys):
 
 
 def test_a_blocked_repeat_is_larger_and_an_unsupported_one_thicker(tmp_path):
-    flat, blocked, folded = (
-        swatch(tmp_path / str(number), "checks", *words)
-        for number, words in enumerate((["--relax-cell"], ["--blocked", "50"], ["--relax-cell", "--unsupported"]))
-    )
+    cases = ["--relax-cell"], ["--blocked", "50"], ["--relax-cell", "--unsupported"]
+    with from_generated_yarns():
+        flat, blocked, folded = (swatch(tmp_path / str(number), "checks", *words) for number, words in enumerate(cases))
     assert size_of(blocked.lattice)[0] > size_of(flat.lattice)[0] > size_of(folded.lattice)[0]
     report = json.loads((tmp_path / "2" / "report.json").read_text())
     assert report["shape"] == "folded" and report["options"]["unsupported"] is True

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import functools
+import hashlib
 import json
 import shutil
 import subprocess
@@ -18,7 +19,9 @@ import pytest
 from stitchmesh.errors import FileError
 from stitchmesh.io.checkpoint_file import (
     CHECKSUM_BYTES,
+    LENGTHS,
     MAGIC,
+    VERSION,
     CheckpointFile,
     is_undamaged,
     previous_path,
@@ -162,3 +165,32 @@ def test_temporary_files_of_killed_writers_are_removed(tmp_path):
     (tmp_path / "another.smc").write_bytes(b"not ours")
     write_checkpoint(path, content(1))
     assert sorted(file.name for file in tmp_path.iterdir()) == ["another.smc", "checkpoint.previous.smc", path.name]
+
+
+def forged(path: Path, header: bytes, numbers: bytes = b"") -> None:
+    """Write a file whose checksum is right."""
+    body = MAGIC + LENGTHS.pack(VERSION, len(header)) + header + numbers
+    path.write_bytes(body + hashlib.sha256(body).digest())
+
+
+@pytest.mark.parametrize(
+    ("header", "message"),
+    [
+        (b"no JSON", "is no JSON"),
+        (b"\xff", "the header of the checkpoint is damaged"),
+        (b"[" * 5000, "nested too deeply"),
+        (b"{}", "needs"),
+        (b'{"content": 3, "arrays": []}', "content is 3"),
+        (b'{"content": {}, "arrays": [["a", "O", [1]]]}', "array 'a' is of type 'O'"),
+        (b'{"content": {}, "arrays": [["a", "(9999999,)<f8", [1]]]}', "is of type"),
+        (b'{"content": {}, "arrays": [["a", "<f8", [-1]]]}', "shape [-1]"),
+        (b'{"content": {}, "arrays": [["a", "<f8", [4611686018427387904, 4]]]}', "is longer than the file"),
+        (b'{"content": {}, "arrays": [["a", "|u1", [3]]]}', "5 bytes are left after the last array"),
+    ],
+)
+def test_each_forged_header_gets_its_message(tmp_path, header, message):
+    forged(tmp_path / "c.smc", header, bytes(8))
+    with pytest.raises(FileError) as caught:
+        read_checkpoint(tmp_path / "c.smc")
+    assert message in str(caught.value) and str(caught.value).startswith(f"{tmp_path / 'c.smc'}: ")
+    assert "\n" not in str(caught.value)

@@ -358,3 +358,64 @@ def test_published_garments_are_read(name, faces, borders):
     assert mesh.face_count == faces
     assert len(mesh.boundary_loops) == borders
     assert (np.diff(mesh.face_start) == 4).all()
+
+
+TEXT_STL = """solid two
+facet normal 0 0 1
+  outer loop
+    vertex 0 0 0
+    vertex 1 0 0
+    vertex 1 1 0
+  endloop
+endfacet
+facet normal 0 0 1
+  OUTER LOOP
+    VERTEX 0 0 0
+    vertex 1e0 1 0
+    vertex 0 1 0.5
+  endloop
+endfacet
+endsolid two
+"""
+
+
+def test_a_text_of_stl_is_read_and_its_equal_corners_become_one_vertex(tmp_path):
+    (tmp_path / "m.stl").write_text(TEXT_STL)
+    mesh = read_mesh(tmp_path / "m.stl")
+    np.testing.assert_array_equal(mesh.vertices, [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]])
+    np.testing.assert_array_equal(mesh.face_vertex, [0, 1, 2, 0, 2, 3])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("vertex 1 0 0", "vertex 1 0", "line 5: got 'vertex 1 0'; expected 'vertex' and three numbers"),
+        ("vertex 1 0 0", "vertex 1 0 nan", "point 1 is [1.0, 0.0, nan]; coordinates must be finite"),
+        ("vertex 1 0 0", "vertex 1 0 1e300", "point 1 is [1.0, 0.0, 1e+300]; coordinates must be finite, and at most"),
+        ("    vertex 1 0 0\n", "", "line 6: a facet does not have three corners; STL holds triangles"),
+        ("facet normal", "facets", "line 2: got 'facets 0 0 1'; expected a line of an STL file"),
+        ("  endloop\nendfacet\nendsolid two\n", "vertex 0 0 1\n", "ends within a facet; the file was cut short"),
+    ],
+)
+def test_each_damage_of_a_text_of_stl_gets_its_message(tmp_path, old, new, message):
+    (tmp_path / "m.stl").write_text(
+        new.join(TEXT_STL.rsplit(old, 1)) if "endsolid" in old else TEXT_STL.replace(old, new, 1)
+    )
+    with pytest.raises(FileError) as caught:
+        read_mesh(tmp_path / "m.stl")
+    assert message in str(caught.value)
+
+
+def test_a_binary_stl_with_a_wrong_count_is_an_error(tmp_path):
+    content = bytes(80) + (99_999_999).to_bytes(4, "little") + bytes(50)
+    (tmp_path / "m.stl").write_bytes(content)
+    with pytest.raises(FileError, match="99999999 triangles need 5000000034 bytes, the file has 134"):
+        read_mesh(tmp_path / "m.stl")
+
+
+@pytest.mark.parametrize(("suffix", "text"), [(".vtk", "POINTS 99999999999 double"), (".mesh", "Vertices 99999999999"),
+                                              (".msh", "$Nodes\n99999999999")])  # fmt: skip
+def test_a_number_of_elements_that_the_file_cannot_hold_is_an_error(tmp_path, suffix, text):
+    (tmp_path / f"m{suffix}").write_text(f"# a file\n{text}\n0 0 0\n")
+    with pytest.raises(FileError, match="states 99999999999 elements in"):
+        read_mesh(tmp_path / f"m{suffix}")

@@ -360,3 +360,47 @@ def test_check_writable_finds_what_cannot_be_written(tmp_path, name):
     for refuse in (check_writable, write_yarns):
         with pytest.raises(FileError, match="expected"):
             refuse(tmp_path / name, awkward_yarns())
+
+
+@pytest.mark.parametrize("kind", ["external link", "soft link", "external data", "virtual", "empty", "bomb", "huge"])
+def test_hdf5_numbers_that_are_not_in_the_file_or_far_larger_are_refused(tmp_path, kind):
+    path = tmp_path / "y.h5"
+    write_yarns(path, awkward_yarns())
+    secret = tmp_path / "secret"
+    secret.write_bytes(bytes(10_000))
+    with h5py.File(path, "r+") as file:
+        shape = file["points"].shape
+        del file["points"]
+        match kind:
+            case "external link":
+                file["points"] = h5py.ExternalLink(str(secret), "/points")
+            case "soft link":
+                file["points"] = h5py.SoftLink("/start")
+            case "external data":
+                file.create_dataset("points", shape, "f8", external=[(str(secret), 0, 10_000)])
+            case "virtual":
+                layout = h5py.VirtualLayout(shape, "f8")
+                layout[:] = h5py.VirtualSource(str(secret), "points", shape)
+                file.create_virtual_dataset("points", layout)
+            case "empty":
+                file.create_dataset("points", data=h5py.Empty("f8"))
+            case "bomb":
+                file.create_dataset("points", (10**6, 3), "f8", compression="gzip", chunks=(10**6, 3), fillvalue=0.0)
+            case "huge":
+                file.create_dataset("points", (2**40, 3), "f8", chunks=(1000, 3))
+    large = "bytes of numbers, more than 100 times"
+    expected = large if kind in ("bomb", "huge") else "expected numbers in the file itself"
+    with pytest.raises(FileError, match=expected):
+        read_yarns(path)
+
+
+def test_a_heap_of_hdf5_that_leads_back_to_itself_is_an_error_and_not_read_for_ever(tmp_path):
+    write_yarns(tmp_path / "y.h5", awkward_yarns())
+    content = bytearray((tmp_path / "y.h5").read_bytes())
+    place = content.find(b"GCOL") + 16
+    while content[place : place + 2] != b"\0\0":  # The last object of the heap is the free space.
+        place += 16 + -(-int.from_bytes(content[place + 8 : place + 16], "little") // 8) * 8
+    content[place + 8 : place + 16] = bytes(8)
+    (tmp_path / "y.h5").write_bytes(content)
+    with pytest.raises(FileError, match="an object of 0 bytes in a heap"):
+        read_yarns(tmp_path / "y.h5")

@@ -18,7 +18,6 @@ from typing import Any
 
 from stitchmesh.app.project.autosave import Autosave
 from stitchmesh.app.project.division import Division
-from stitchmesh.app.project.lock import FolderLock
 from stitchmesh.app.project.project_folder import TABLE_NAME, ProjectFolder
 from stitchmesh.app.project.source import Source, read_source
 from stitchmesh.app.project.stage_values import StageValues
@@ -34,6 +33,7 @@ from stitchmesh.app.project.state import (
 from stitchmesh.editing.edit import Edit
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.checked import check_value, parse_json
+from stitchmesh.io.folder_lock import FolderLock
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.labeling import PartialLabeling
@@ -41,6 +41,9 @@ from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.change import Change
 from stitchmesh.yarn import YarnSet
+
+OPEN_ELSEWHERE = "the project is open in another stitchmesh app; use that one, or close it first"
+"""Message for a folder whose lock another program holds."""
 
 
 class Project:
@@ -78,7 +81,7 @@ class Project:
         folder = Path(folder).absolute()
         if (folder / TABLE_NAME).exists():
             raise FileError(f"{folder}: holds a project already; open it, or choose another folder")
-        lock = FolderLock(folder)
+        lock = FolderLock(folder, OPEN_ELSEWHERE)
         project = cls(ProjectFolder(folder), lock, ProjectState(name=name or folder.name))
         try:
             project.save()
@@ -98,7 +101,7 @@ class Project:
         folder = Path(folder).absolute()
         if not (folder / TABLE_NAME).exists():
             raise FileError(f"{folder}: holds no project; expected a folder with {TABLE_NAME}")
-        lock = FolderLock(folder)
+        lock = FolderLock(folder, OPEN_ELSEWHERE)
         store = ProjectFolder(folder)
         try:
             return cls(store, lock, *store.read())

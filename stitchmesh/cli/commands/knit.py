@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, UseAppendAction
 
+from stitchmesh.budget.budget import START_OF_RENDERER
 from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.budget_options import (
     NO_TIME_FOR_PICTURE,
@@ -39,7 +40,6 @@ from stitchmesh.cli.options import (
     YarnColours,
 )
 from stitchmesh.cli.output_folder import (
-    START_OF_RENDERER,
     draw_if_possible,
     output_folder,
     picture_seconds,

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from tyro.conf import Positional, UseAppendAction, arg
 
 from stitchmesh import __version__
+from stitchmesh.budget.budget import POINT_OF_PICTURE, START_OF_RENDERER
 from stitchmesh.cli.arguments import Flag, Period, help_entry
 from stitchmesh.cli.budget_options import (
     NO_TIME_FOR_PICTURE,
@@ -31,8 +32,6 @@ from stitchmesh.cli.options import (
     YarnColours,
 )
 from stitchmesh.cli.output_folder import (
-    POINT_OF_PICTURE,
-    START_OF_RENDERER,
     draw_if_possible,
     output_folder,
     plot_history,

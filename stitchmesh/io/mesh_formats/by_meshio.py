@@ -8,6 +8,7 @@ meshio prints some errors and ends the process with ``sys.exit``. This module co
 from __future__ import annotations
 
 import io
+import re
 import warnings
 from contextlib import redirect_stderr, redirect_stdout
 from itertools import groupby
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import atomic_path
-from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.io.contents import FilePath, check_points, read_bytes
 from stitchmesh.io.float32 import to_float32
 from stitchmesh.mesh import FloatArray
 
@@ -29,6 +30,12 @@ FORMATS = {".stl": "stl", ".vtk": "vtk", ".vtu": "vtu", ".msh": "gmsh", ".mesh":
 OPTIONS: dict[str, dict[str, Any]] = {".stl": {"binary": True}, ".msh": {"file_format": "gmsh22"}}
 """Options of meshio for formats whose default variant (text, or a recent version) is read by fewer programs."""
 
+COUNTS = {
+    ".vtk": re.compile(rb"(?m)^[A-Za-z_]+[ \t]+(\d+)(?:[ \t]+(\d+))?"),
+    ".msh": re.compile(rb"(?m)^\$[A-Za-z]+\s+(\d+)(?:[ \t]+(\d+))?"),
+    ".mesh": re.compile(rb"(?m)^[ \t]*[A-Z][A-Za-z]+\s+(\d+)()"),
+}
+"""Numbers of points, cells and other elements in files of the formats that meshio reads, by suffix."""
 SURFACE_CELLS = ("triangle", "quad", "polygon")
 """Types of cells that become faces."""
 IGNORED_CELLS = ("vertex", "line")
@@ -40,7 +47,7 @@ def read_meshio_polygons(path: FilePath, suffix: str) -> tuple[NDArray[np.float6
 
     Args:
         path: the file.
-        suffix: a key of ``FORMATS``.
+        suffix: a key of ``COUNTS``.
 
     Returns:
         Vertices in the file's unit, shape (V, 3), and the vertices of each face, counted from 0, in the order of the
@@ -51,14 +58,13 @@ def read_meshio_polygons(path: FilePath, suffix: str) -> tuple[NDArray[np.float6
             has no faces.
     """
     name = fspath(path)
-    read_bytes(path)
+    _check_counts(name, suffix, read_bytes(path))
     content = _read(name, FORMATS[suffix])
     points = np.asarray(content.points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3:
         raise FileError(f"{name}: got points of shape {points.shape}; expected three coordinates each")
-    _check_numbers(name, points)
-    faces = _polygons(name, content.cells)
-    return weld(points, faces) if suffix == ".stl" else (points, faces)
+    check_points(f"{name}: point", points)
+    return points, _polygons(name, content.cells)
 
 
 def write_meshio_polygons(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> None:
@@ -106,6 +112,15 @@ def weld(points: NDArray[np.float64], faces: list[list[int]]) -> tuple[NDArray[n
     return points[first[order]], [[number[v] for v in face] for face in faces]
 
 
+def _check_counts(name: str, suffix: str, content: bytes) -> None:
+    """Refuse a number of elements that the file cannot hold, because meshio would ask for memory for them."""
+    for found in COUNTS[suffix].finditer(content):
+        largest = max((digits for digits in found.groups() if digits), key=len)
+        if len(largest.lstrip(b"0")) > 18 or int(largest) > len(content):
+            what = f"states {largest[:20].decode()} elements in {len(content)} bytes"
+            raise FileError(f"{name}: is not a valid {FORMATS[suffix]} file ({what}); write it again")
+
+
 def _read(name: str, file_format: str) -> Any:
     import meshio
 
@@ -118,12 +133,6 @@ def _read(name: str, file_format: str) -> Any:
         message = printed.getvalue() if isinstance(error, SystemExit) else str(error)
         reason = next((line.strip() for line in message.splitlines() if line.strip()), type(error).__name__)
         raise FileError(f"{name}: is not a valid {file_format} file ({reason[:100]}); write it again") from error
-
-
-def _check_numbers(name: str, points: NDArray[np.float64]) -> None:
-    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-    if len(bad):
-        raise FileError(f"{name}: point {bad[0]} is {points[bad[0]].tolist()}; coordinates must be finite")
 
 
 def _polygons(name: str, blocks: list[Any]) -> list[list[int]]:

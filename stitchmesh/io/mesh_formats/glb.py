@@ -15,7 +15,7 @@ import numpy as np
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_bytes
-from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.io.contents import FilePath, check_points, read_bytes
 from stitchmesh.io.float32 import to_float32
 from stitchmesh.io.mesh_formats.by_meshio import weld
 from stitchmesh.io.yarn_formats.gltf import holds_tubes, tubes_error
@@ -43,11 +43,11 @@ def read_glb_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
         raise FileError(f"{name}: is not a valid glTF file ({reason}); write it again") from error
     if holds_tubes(scene.geometry):
         raise tubes_error(path)
+    if points.ndim != 2 or points.shape[1] != 3 or triangles.ndim != 2:
+        raise FileError(f"{name}: got points of shape {points.shape}; expected three coordinates each")
     if len(triangles) == 0:
         raise FileError(f"{name}: has no triangles; expected a polygon mesh")
-    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-    if len(bad):
-        raise FileError(f"{name}: point {bad[0]} is {points[bad[0]].tolist()}; coordinates must be finite")
+    check_points(f"{name}: point", points)
     if triangles.min() < 0 or triangles.max() >= len(points):
         raise FileError(f"{name}: a triangle names point {triangles.max()}; the file has {len(points)} points")
     return weld(points, triangles.tolist())

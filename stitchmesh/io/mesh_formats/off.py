@@ -9,12 +9,11 @@ its vertices, counted from 0. This module exists because meshio reads and writes
 
 from __future__ import annotations
 
-import math
 from os import fspath
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_text
-from stitchmesh.io.contents import FilePath, read_lines
+from stitchmesh.io.contents import FilePath, is_coordinate, read_lines
 from stitchmesh.mesh import FloatArray
 
 MAGIC = ("OFF", "COFF", "NOFF", "CNOFF")
@@ -85,7 +84,7 @@ def _vertex(name: str, line: Line) -> list[float]:
         position = [float(text) for text in fields[:3]]
     except ValueError:
         position = []
-    if len(position) != 3 or not all(map(math.isfinite, position)):
+    if len(position) != 3 or not all(map(is_coordinate, position)):
         raise FileError(f"{name}: line {number}: got {' '.join(fields)[:40]!r}; expected three finite coordinates")
     return position
 

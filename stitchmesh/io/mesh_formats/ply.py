@@ -19,7 +19,7 @@ import numpy as np
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_bytes
-from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.io.contents import FilePath, check_points, read_bytes
 from stitchmesh.mesh import FloatArray
 
 NUMBERS = {
@@ -205,9 +205,7 @@ def _positions(name: str, element: _Element, rows: list[list[list[float]]]) -> F
         raise FileError(f"{name}: vertices have the properties {' '.join(names)}; expected x, y and z")
     columns = [names.index(axis) for axis in "xyz"]
     positions = np.array([[row[column][0] for column in columns] for row in rows], dtype=np.float64).reshape(-1, 3)
-    bad = np.flatnonzero(~np.isfinite(positions).all(axis=1))
-    if len(bad):
-        raise FileError(f"{name}: vertex {bad[0]} is {positions[bad[0]].tolist()}; coordinates must be finite")
+    check_points(f"{name}: vertex", positions)
     return positions
 
 

@@ -4,13 +4,12 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass, field
 from os import fspath
 
 from stitchmesh.errors import FileError, first_few
-from stitchmesh.io.contents import FilePath, read_lines
+from stitchmesh.io.contents import FilePath, is_coordinate, read_lines
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 
 COMMENT_WORD = "#stitchmesh"
@@ -51,7 +50,8 @@ _STITCHES = {
 }
 _LABEL = re.compile(r"([+-])?([lyx])([0-9]+|X)?")
 _FRAME = re.compile(r"(?P<below>(-l )*)(?P<right>[+-]?y) (?P<above>(\+l )*)(?P<left>[+-]?y) ")
-_CONNECTION = re.compile(r"([0-9]+)/(-?)([0-9]+)")
+_CONNECTION = re.compile(r"([0-9]{1,18})/(-?)([0-9]{1,18})")
+_LARGEST_NUMBER = 2**31 - 1
 
 
 @dataclass(frozen=True)
@@ -129,10 +129,10 @@ def _read_comment(contents: SmobjContents, number: int, fields: list[str]) -> No
         elif fields[0] == "counts" and len(fields) == 3:
             contents.counts = int(fields[1]), int(fields[2])
         elif fields[0] == "image" and len(fields) == 4:
-            vertex, a, b = (int(text) for text in fields[1:])
+            vertex, a, b = (_small_number(text) for text in fields[1:])
             contents.image_of[len(contents.vertices) - 1] = (vertex - 1, a, b)
         elif fields[0] == "face" and len(fields) >= 3 and len(fields) % 4 == 3:
-            contents.marks.append((len(contents.faces) - 1, [int(text) for text in fields[1:]]))
+            contents.marks.append((len(contents.faces) - 1, [_small_number(text) for text in fields[1:]]))
         else:
             raise ValueError
     except (ValueError, IndexError) as error:
@@ -158,6 +158,18 @@ def _read_line(contents: SmobjContents, number: int, fields: list[str]) -> None:
     elif word not in IGNORED_ELEMENTS:
         what = f"unknown element {word[:20]!r}; expected an .smobj file of L, v, f, T and e lines"
         raise contents.error(number, what)
+
+
+def _small_number(text: str) -> int:
+    """Return a whole number of a comment, such as a row or a lattice step.
+
+    Raises:
+        ValueError: it is none, or too large to count anything.
+    """
+    number = int(text)
+    if abs(number) > _LARGEST_NUMBER:
+        raise ValueError(f"{text[:20]} is too large")
+    return number
 
 
 def _read_kind(contents: SmobjContents, number: int, fields: list[str]) -> None:
@@ -186,7 +198,7 @@ def _position(contents: SmobjContents, number: int, fields: list[str]) -> tuple[
     except ValueError as error:
         found = " ".join(fields)[:40]
         raise contents.error(number, f"got {found!r}; expected 'v x y z' with three numbers") from error
-    if not all(map(math.isfinite, (x, y, z))):
+    if not all(map(is_coordinate, (x, y, z))):
         raise contents.error(number, f"got {' '.join(fields)[:40]!r}; coordinates must be finite")
     return x, y, z
 

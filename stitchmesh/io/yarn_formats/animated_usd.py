@@ -24,7 +24,8 @@ from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.float32 import to_float32
-from stitchmesh.io.yarn_formats.usd import METRES_PER_UNIT, define_curves, define_wool
+from stitchmesh.io.yarn_formats.usd import define_curves, define_wool
+from stitchmesh.io.yarn_formats.usd_curves import METRES_PER_UNIT
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
 

@@ -18,8 +18,8 @@ import numpy as np
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_bytes
-from stitchmesh.io.contents import FilePath, read_bytes
-from stitchmesh.io.float32 import to_float32
+from stitchmesh.io.contents import FilePath, check_points, read_bytes
+from stitchmesh.io.float32 import from_float32, to_float32
 from stitchmesh.mesh import FloatArray
 
 HEADER = struct.Struct("<3sB2sBBQQ40s")
@@ -104,11 +104,8 @@ def _curves(name: str, content: bytes, curve_count: int, kind: bytes) -> tuple[l
         if abs(count) < least:
             shape = "closed" if count < 0 else "open"
             raise FileError(f"{name}: curve {index} is {shape} and has {abs(count)} points; expected at least {least}")
-        points = np.frombuffer(content, "<f4", 3 * abs(count), offset + 4).reshape(-1, 3).astype(np.float64)
-        bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-        if len(bad):
-            where = f"{name}: curve {index}, point {bad[0]} is {points[bad[0]].tolist()}"
-            raise FileError(f"{where}; coordinates must be finite")
+        points = from_float32(np.frombuffer(content, "<f4", 3 * abs(count), offset + 4).reshape(-1, 3))
+        check_points(f"{name}: curve {index}, point", points)
         curves.append(points)
         closed.append(count < 0)
         offset += 4 + 12 * abs(count)

@@ -46,7 +46,7 @@ import numpy as np
 
 from stitchmesh.errors import FileError, first_few
 from stitchmesh.io.atomic import write_text
-from stitchmesh.io.contents import FilePath, read_lines
+from stitchmesh.io.contents import FilePath, is_coordinate, read_lines
 from stitchmesh.io.yarn_formats.splines import polyline_to_bspline
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
@@ -252,7 +252,7 @@ def _numbers(name: str, number: int, text: list[str], columns: int | None) -> li
         values = [float(word) for word in text]
     except ValueError as error:
         raise FileError(f"{name}: line {number}: got {' '.join(text)[:40]!r}; expected {columns} numbers") from error
-    if len(values) != columns or not all(map(math.isfinite, values)):
+    if len(values) != columns or not all(map(is_coordinate, values)):
         raise FileError(f"{name}: line {number}: got {' '.join(text)[:40]!r}; expected {columns} finite numbers")
     return values
 

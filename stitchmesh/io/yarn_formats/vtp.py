@@ -9,8 +9,6 @@ tubes their radius; polylines have ``yarn`` and ``colour``. ``rgb`` is the sRGB 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from os import fspath
 from typing import Any
@@ -20,14 +18,17 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_text
-from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.io.contents import FilePath, check_points
+from stitchmesh.io.vtk_xml import VtkPoints, read_vtk_points
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.palette import colours_of
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.polyline import polylines_of_segments
 
-READ_ARRAYS = ("radius", "drawn_radius", "colour", "rgb")
-"""Arrays of the points that are read."""
+COLUMNS: dict[str, tuple[int, ...]] = {"radius": (), "drawn_radius": (), "colour": (), "rgb": (3,)}
+"""Arrays of the points that are read, and their components, if they have more than one."""
+LARGEST_WHOLE = 2**53
+"""Largest whole number whose neighbours are numbers of float64 too."""
 
 
 @dataclass(frozen=True)
@@ -94,57 +95,50 @@ def write_poly_data(path: FilePath, data: Any) -> None:
     write_text(path, writer.GetOutputString())
 
 
-def poly_data(path: FilePath) -> Any:
-    """Read an object of VTK's class ``vtkPolyData``.
-
-    Raises:
-        FileError: the file cannot be read or is malformed.
-    """
-    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
-
-    name = fspath(path)
-    read_bytes(path)
-    reader = vtkXMLPolyDataReader()
-    reader.SetFileName(name)
-    with _quiet():
-        whole = reader.GetExecutive().Update()
-    if not whole or reader.GetErrorCode():
-        raise FileError(f"{name}: is not a valid VTP file; it was cut short or altered")
-    return reader.GetOutput()
-
-
 def read_vtp(path: FilePath) -> VtpPolylines:
     """Read the polylines of a VTP file.
 
     Raises:
         FileError: the file cannot be read, is malformed, or has no polylines.
     """
-    name = fspath(path)
-    points, starts, corners, numbers = _content(path)
-    if len(starts) < 2:
+    name, data = fspath(path), read_vtk_points(path, "PolyData", ["Lines"])
+    points, lines = data.points, data.cells["Lines"]
+    if len(lines.start) < 2:
         raise FileError(f"{name}: has no lines; expected polylines, one for each yarn")
-    unknown = corners[(corners < 0) | (corners >= len(points))]
-    if len(unknown):
-        raise FileError(f"{name}: a line names point {unknown[0]}; the file has {len(points)} points")
-    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-    if len(bad):
-        raise FileError(f"{name}: point {bad[0]} is {points[bad[0]].tolist()}; coordinates must be finite")
+    check_points(f"{name}: point", points)
     curves: list[FloatArray] = []
     closed: list[bool] = []
-    for index, line in enumerate(np.split(corners, starts[1:-1])):
+    for index, line in enumerate(np.split(lines.point, lines.start[1:-1])):
         returns = len(line) > 2 and line[0] == line[-1]
         least = 4 if returns else 2
         if len(line) < least:
             raise FileError(f"{name}: line {index} has {len(line)} points; expected at least {least}")
         curves.append(points[line[:-1] if returns else line])
         closed.append(bool(returns))
-    of_line = {label: values[corners[starts[:-1]]] for label, values in numbers.items()}
-    colour = of_line.get("colour")
-    rgb = of_line.get("rgb")
+    first = lines.point[lines.start[:-1]]
+    of_line = {label: data.at_points[label][first] for label in COLUMNS if _is_held(data, label)}
+    colour, rgb = of_line.get("colour"), of_line.get("rgb")
     return VtpPolylines(
-        curves, closed, of_line.get("radius"), None if colour is None else colour.astype(np.int64),
-        of_line.get("drawn_radius"), None if rgb is None or rgb.ndim != 2 else rgb.astype(np.uint8),
-    )  # fmt: skip
+        curves,
+        closed,
+        radius=of_line.get("radius"),
+        colour=None if colour is None else _whole(name, "colour", colour, LARGEST_WHOLE).astype(np.int64),
+        drawn_radius=of_line.get("drawn_radius"),
+        rgb=None if rgb is None else _whole(name, "rgb", rgb, 255).astype(np.uint8),
+    )
+
+
+def _is_held(data: VtkPoints, label: str) -> bool:
+    """Return whether the points have an array of a name, of the expected shape."""
+    return label in data.at_points and data.at_points[label].shape[1:] == COLUMNS[label]
+
+
+def _whole(name: str, label: str, values: FloatArray, largest: int) -> FloatArray:
+    """Check whole numbers from 0."""
+    bad = values[~((values >= 0) & (values <= largest) & (values == np.round(values)))]
+    if bad.size:
+        raise FileError(f"{name}: {label} is {bad.flat[0]:g}; expected whole numbers from 0 to {largest}")
+    return values
 
 
 def _cells(curves: list[FloatArray], closed: list[bool]) -> IntArray:
@@ -156,37 +150,3 @@ def _cells(curves: list[FloatArray], closed: list[bool]) -> IntArray:
         cells += [len(points) + returns, *range(first, end), *([first] if returns else [])]
         first = end
     return np.array(cells, dtype=np.int64)
-
-
-def _content(path: FilePath) -> tuple[FloatArray, IntArray, IntArray, dict[str, FloatArray]]:
-    """Read a VTP file.
-
-    Returns:
-        Points, shape (P, 3); the start of each line in the next array, with its end, shape (L + 1,); the points of all
-        lines, shape (C,); and the arrays of ``READ_ARRAYS`` of the points that the file has.
-    """
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-
-    data = poly_data(path)
-    lines = data.GetLines()
-    if data.GetPoints() is None or lines.GetNumberOfCells() == 0:
-        return np.empty((0, 3)), np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), {}
-    points = vtk_to_numpy(data.GetPoints().GetData()).astype(np.float64)
-    starts = vtk_to_numpy(lines.GetOffsetsArray()).astype(np.int64)
-    corners = vtk_to_numpy(lines.GetConnectivityArray()).astype(np.int64)
-    arrays = {name: data.GetPointData().GetArray(name) for name in READ_ARRAYS}
-    numbers = {name: vtk_to_numpy(array).astype(np.float64) for name, array in arrays.items() if array is not None}
-    return points, starts, corners, numbers
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Suppress VTK's warnings, which are several pages long for a malformed file."""
-    from vtkmodules.vtkCommonCore import vtkObject
-
-    before = vtkObject.GetGlobalWarningDisplay()
-    vtkObject.GlobalWarningDisplayOff()
-    try:
-        yield
-    finally:
-        vtkObject.SetGlobalWarningDisplay(before)

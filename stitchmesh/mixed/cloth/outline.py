@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.lattice import LARGEST_LENGTH
 from stitchmesh.mesh import FloatArray, IntArray
 
 TOUCHING = 1e-9
@@ -38,8 +39,9 @@ def checked_outline(name: str, outline: ArrayLike) -> FloatArray:
         raise ParameterError(f"{where}: got shape {corners.shape}; expected corners (x, y), shape (n, 2)")
     if len(corners) < 3:
         raise ParameterError(f"{where}: got {len(corners)} corners; expected at least 3")
-    if not np.isfinite(corners).all():
-        bad = int(np.flatnonzero(~np.isfinite(corners).all(axis=1))[0])
+    usable = (np.abs(corners) <= LARGEST_LENGTH).all(axis=1)
+    if not usable.all():
+        bad = int(np.flatnonzero(~usable)[0])
         raise ParameterError(f"{where}: corner {bad}: got {corners[bad].tolist()}; expected two finite numbers of cm")
     _check_simple(where, corners)
     return corners

@@ -17,7 +17,7 @@ from os import fspath
 import numpy as np
 
 from stitchmesh.errors import FileError
-from stitchmesh.io.contents import FilePath, read_lines, suffix_of
+from stitchmesh.io.contents import FilePath, is_coordinate, read_lines, suffix_of
 from stitchmesh.io.obj_elements import element_lines, vertex_index, vertex_position
 from stitchmesh.io.units import centimetres
 from stitchmesh.mesh import FloatArray, IntArray
@@ -86,7 +86,7 @@ def _texture_coordinate(path: str, number: int, fields: list[str]) -> tuple[floa
         u, v = (float(text) for text in fields[1:3])
     except ValueError:
         u = v = math.nan
-    if not (math.isfinite(u) and math.isfinite(v)):
+    if not (is_coordinate(u) and is_coordinate(v)):
         found = " ".join(fields)[:40]
         raise FileError(f"{path}: line {number}: got {found!r}; expected 'vt u v' with two finite numbers")
     return u, v
@@ -122,8 +122,8 @@ def _triangles(elements: _Elements, scale: float) -> TexturedTriangles:
     ):
         bad = np.flatnonzero(corners[:, column] >= count)
         if len(bad):
-            where = f"{elements.path}: line {line[bad[0] // 3]}: {name} {corners[bad[0], column] + 1} does not exist"
-            raise FileError(f"{where}; the file has {count}; perhaps it was cut short")
+            where = f"{elements.path}: line {line[bad[0] // 3]}: {name} {int(corners[bad[0], column]) + 1}"
+            raise FileError(f"{where} does not exist; the file has {count}; perhaps it was cut short")
     used, vertex = np.unique(corners[:, 0], return_inverse=True)
     texture, place = np.unique(np.array(elements.texture)[corners[:, 1]], axis=0, return_inverse=True)
     return TexturedTriangles(

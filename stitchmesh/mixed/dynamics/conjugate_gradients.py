@@ -28,6 +28,7 @@ import numpy as np
 import warp as wp
 
 from stitchmesh.compute.captured import CapturedLoop, CopyArray, Launcher, ZeroArray
+from stitchmesh.compute.host_copy import HostCopy
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import prepare
 from stitchmesh.compute.partial_sums import add_parts, chunk_of, dot_parts, part_count, parts_for
@@ -45,7 +46,6 @@ from stitchmesh.mixed.enrichment.solve_record import (
     RECORD,
     RZ,
     Advance,
-    record_beta,
 )
 from stitchmesh.mixed.mixed_vector import MixedVector
 
@@ -78,32 +78,6 @@ def begin(
         active[0] = wp.where(rz > zero, 1, 0)
         record[NEGATIVE] = zero
         record[ITERATIONS] = zero
-
-
-@kernel
-def next_direction(
-    # model
-    chunk: int,
-    # state in
-    record: wp.array[wp.float64],
-    parts: wp.array2d[wp.float64],
-    preconditioned: wp.array[Any],
-    # state in and out
-    direction: wp.array[Any],
-    # state out
-    sums: wp.array2d[wp.float64],
-    after: wp.array[wp.float64],
-    active: wp.array[wp.int32],
-) -> None:
-    """Find b and d = z + b d, and whether the iteration goes on."""
-    block, lane = wp.tid()
-    rz = add_parts(parts, 0, parts.shape[0], lane, sums[block])
-    writes = block == 0 and lane == 0
-    beta = type(direction[0])(record_beta(rz, record, writes, after))
-    if writes:
-        active[0] = wp.where(after[DONE] == wp.float64(0.0), 1, 0)
-    for i in range(block * chunk + lane, wp.min((block + 1) * chunk, direction.shape[0]), wp.block_dim()):
-        direction[i] = preconditioned[i] + beta * direction[i]
 
 
 @dataclass(frozen=True)
@@ -144,7 +118,7 @@ class ConjugateGradients:
         self._of_curvature, self._of_residual = parts_for(entities, device), parts_for(entities, device)
         self._sums = wp.zeros_like(self._parts)
         self._record, self._between = (wp.zeros(RECORD, dtype=wp.float64, device=device) for _ in range(2))
-        self._ends_at = (0.0, 0)
+        self._read, self._ends_at = HostCopy(self._record), (0.0, 0)
         self._launcher: Launcher = partial(prepare, device=device)
         self._active = wp.zeros(1, dtype=wp.int32, device=device)
         launches = self._start_launches(preconditioner), self._iteration_launches(products, preconditioner)
@@ -174,7 +148,7 @@ class ConjugateGradients:
 
     def report(self) -> SolveReport:
         """How the last solve ended; waits for its end."""
-        record = self._record.numpy()
+        record = self._read.read()
         norms = np.sqrt(np.maximum(record[[FIRST_RZ, RZ]], 0.0))
         return SolveReport(int(record[ITERATIONS]), float(norms[0]), float(norms[1]), bool(record[NEGATIVE]))
 
@@ -194,12 +168,9 @@ class ConjugateGradients:
     def _iteration_launches(self, products: Products, preconditioner: Preconditioner) -> list[Any]:
         """The launches of one iteration."""
         z, direction, product, run = self._preconditioned, self._direction, self._product, self._launcher
-        curvature, count = self._of_curvature, len(z.values)
-        advance = Advance(self._record, self._between, curvature, self._sums, direction, product, self.solution)
-        inputs = [chunk_of(count, self._device), self._between, self._of_residual, z.values]
-        outputs = [direction.values, self._sums, self._record, self._active]
+        memory = self._of_curvature, self._of_residual, self._sums, self._active
+        advance = Advance(self._record, self._between, *memory, direction, product, self.solution)
         return [
-            *products(direction, product, curvature, run),
-            *preconditioner.advance_launches(advance, self.residual, z, self._of_residual, run),
-            run(next_direction, part_count(count, self._device), inputs, outputs, tile=THREADS),
+            *products(direction, product, self._of_curvature, run),
+            *preconditioner.advance_launches(advance, self.residual, z, run),
         ]

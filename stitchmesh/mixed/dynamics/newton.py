@@ -175,6 +175,7 @@ class Newton:
         damped, vectors = bool(quadratic.stiffness), (*state.vectors, start, direction)
 
         def make(run: Launcher, sums: ReadSums) -> list[Any]:
+            """The products, dot products and limits along the direction."""
             launches = self.system.mass_launches(direction, self._of_mass, run)
             pairs = [(self.gradient_force, direction), (state.inertia, self._of_mass), (direction, self._of_mass)]
             if damped:

@@ -14,6 +14,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.host_copy import HostCopy
 from stitchmesh.compute.partial_sums import WIDTH, chunk_of, dot_parts, least_parts, part_count, sum_parts, total_parts
 from stitchmesh.compute.thread_block import THREADS
 
@@ -26,7 +27,7 @@ class ReadSums:
         self._device = device
         self._counts: list[int] = []
         self._todo: list[tuple[wp.Kernel, list[Any], int]] = []
-        self._sums: wp.array[Any] = wp.zeros((0, WIDTH), dtype=wp.float64, device=device)
+        self._host = HostCopy(wp.zeros((0, WIDTH), dtype=wp.float64, device=device))
 
     def add_sum(self, values: wp.array[Any]) -> None:
         """Add the sum of an array of scalars."""
@@ -46,7 +47,8 @@ class ReadSums:
             return []
         start = np.concatenate([[0], np.cumsum(self._counts)]).astype(np.int32)
         parts = wp.zeros((max(int(start[-1]), 1), WIDTH), dtype=wp.float64, device=self._device)
-        self._sums = wp.zeros((len(self._counts), WIDTH), dtype=wp.float64, device=self._device)
+        sums = wp.zeros((len(self._counts), WIDTH), dtype=wp.float64, device=self._device)
+        self._host = HostCopy(sums)
         result = []
         for (kernel_of_parts, inputs, chunk), first, last in zip(self._todo, start[:-1], start[1:], strict=True):
             if last > first:
@@ -57,12 +59,11 @@ class ReadSums:
         of_minima = wp.array(np.array(minima, dtype=np.int32), dtype=wp.int32, device=self._device)
         self._kept = parts, starts, of_minima
         inputs = [starts, of_minima, parts]
-        return [*result, run(total_parts, len(self._counts), inputs, [self._sums], tile=THREADS)]
+        return [*result, run(total_parts, len(self._counts), inputs, [sums], tile=THREADS)]
 
     def read(self) -> NDArray[np.float64]:
         """The sums in the order in which they were added; their launches must have run."""
-        sums: NDArray[np.float64] = self._sums.numpy()[:, 0]
-        return sums
+        return self._host.read()[:, 0]
 
     def _add(self, kernel_of_parts: wp.Kernel, inputs: list[Any], count: int) -> None:
         self._todo.append((kernel_of_parts, inputs, chunk_of(count, self._device)))

@@ -37,10 +37,19 @@ from stitchmesh.compute.captured import CapturedLaunches, CopyArray, Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import prepare
 from stitchmesh.compute.partial_sums import WIDTH, add_parts, chunk_of, part_count
-from stitchmesh.compute.precision import vector
 from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
+from stitchmesh.mixed.enrichment.inverse_metric import (
+    COUPLED,
+    FREE,
+    LEAST_NODE,
+    LEAST_VERTEX,
+    bound_vertex_inverses,
+    invert_metric,
+    invert_sliding_metric,
+)
+from stitchmesh.mixed.enrichment.next_direction import next_direction
 from stitchmesh.mixed.enrichment.projection import Projection
 from stitchmesh.mixed.enrichment.region import Numbers
 from stitchmesh.mixed.enrichment.sigma_on_device import BLOCK
@@ -48,239 +57,88 @@ from stitchmesh.mixed.enrichment.solve_record import Advance, record_alpha
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 
-FIXED, FREE, COUPLED = 0, 1, 2
-"""Kinds of vertices and nodes: with a prescribed velocity; outside the constraint E (v, p) = 0; within it."""
-LEAST_NODE, LEAST_VERTEX = 1e-6, 1e-5
-"""Lower bounds of masses in D: of the mean mass of the nodes, and for a vertex of the mass that B'MpB has on it.
-Without mass a vertex moves with the nodes, by the constraint alone, and D^-1 would not be finite."""
-POSITIVE = wp.constant(1.0e-9)
-"""Smallest minor of a block with a unit mean diagonal that is inverted as a block."""
+
+@wp.func
+def node_motion(inverse: Any, node: int, push: Any, slide: Any) -> Any:
+    """Motion of a node for the force on it and the motion of its Eulerian coordinates."""
+    return inverse.nodes[node] * push - inverse.coupling_u[node] * slide[0] - inverse.coupling_v[node] * slide[1]
 
 
 @wp.func
-def mean_of_diagonal(block: Any, size: int, smallest: Any) -> Any:
-    """Mean of a diagonal, at least ``smallest``."""
-    total = type(smallest)(0.0)
-    for k in range(size):
-        total += block[k, k]
-    return wp.max(total / type(smallest)(size), smallest)
-
-
-@wp.func
-def scalar_block(block: Any, size: int, value: Any) -> Any:
-    """A multiple of the identity, of the type of ``block``."""
-    result = block - block
-    for k in range(size):
-        result[k, k] = value
-    return result
-
-
-@wp.func
-def inverse_3(block: Any, smallest: Any) -> Any:
-    """Inverse of a block; of its mean where the block is not positive."""
-    one = type(smallest)(1.0)
-    mean = mean_of_diagonal(block, 3, smallest)
-    unit = block * (one / mean)
-    minor = unit[0, 0] * unit[1, 1] - unit[0, 1] * unit[1, 0]
-    determinant = wp.determinant(unit)
-    least = type(smallest)(POSITIVE)
-    result = scalar_block(block, 3, one / mean)
-    if unit[0, 0] > least and minor > least and determinant > least:
-        result = wp.inverse(unit) * (one / mean)
-    return result
-
-
-@wp.func
-def inverse_2(block: Any, smallest: Any) -> Any:
-    """Inverse of a block; of its mean where the block is not positive."""
-    one = type(smallest)(1.0)
-    mean = mean_of_diagonal(block, 2, smallest)
-    unit = block * (one / mean)
-    least = type(smallest)(POSITIVE)
-    result = scalar_block(block, 2, one / mean)
-    if unit[0, 0] > least and wp.determinant(unit) > least:
-        result = wp.inverse(unit) * (one / mean)
-    return result
-
-
-@wp.func
-def inverse_where(block: Any, free: wp.vec2i, smallest: Any) -> Any:
-    """Inverse of the rows and columns of the free coordinates; zero for the others."""
-    one = type(smallest)(1.0)
-    result = block - block
-    if free[0] != 0 and free[1] != 0:
-        result = inverse_2(block, smallest)
-    else:
-        for k in range(2):
-            if free[k] != 0:
-                result[k, k] = one / wp.max(block[k, k], smallest)
-    return result
-
-
-@kernel
-def invert_metric(
-    # model
-    kind: wp.array[wp.int32],
-    least_mass: wp.array[Any],
-    inverse_mass: wp.array[Any],
-    by_masses: int,
-    factor: wp.array[Any],
-    # state in
-    blocks: wp.array[Any],
-    # state out
-    inverse: wp.array[Any],
-    number: wp.array[Any],
-) -> None:
-    """Inverse blocks of D of positions: zero for what is fixed, a number for what is coupled."""
-    i = wp.tid()
-    block, of_mass = blocks[i], factor[0]
-    smallest, of_masses = least_mass[i] * of_mass, inverse_mass[i] / of_mass
-    result = block - block
-    if kind[i] == wp.static(FREE):
-        result = inverse_3(block, smallest)
-    if kind[i] == wp.static(COUPLED):
-        of_block = type(of_mass)(1.0) / mean_of_diagonal(block, 3, smallest)
-        result = scalar_block(block, 3, wp.where(by_masses != 0, of_masses, of_block))
-    inverse[i] = result
-    number[i] = wp.where(kind[i] == wp.static(COUPLED), result[0, 0], of_mass - of_mass)
-
-
-@kernel
-def bound_vertex_inverses(
-    # model
-    start: wp.array[wp.int32],
-    node: wp.array[wp.int32],
-    square: wp.array[wp.float64],
-    # state in
-    node_inverse: wp.array[Any],
-    # state in and out
-    vertex_inverse: wp.array[Any],
-    # state out
-    blocks: wp.array[Any],
-    sums: wp.array2d[wp.float64],
-) -> None:
-    """Bound D^-1 of coupled vertices: D is at least a part of what the nodes have on it, the sum of B^2 over D^-1.
-
-    One block of threads finds the sum of each vertex.
-    """
-    i, lane = wp.tid()
-    zero = wp.float64(0.0)
-    total = Slots()
-    for k in range(start[i] + lane, start[i + 1], wp.block_dim()):
-        number = wp.float64(node_inverse[node[k]])
-        if number > zero:
-            total[0] += square[k] / number
-    sum_over_block(total, sums[i])
-    own = wp.float64(vertex_inverse[i])
-    if lane == 0 and own > zero:
-        if sums[i, 0] > zero:
-            own = wp.min(own, wp.float64(1.0) / (wp.float64(wp.static(LEAST_VERTEX)) * sums[i, 0]))
-        bounded = type(vertex_inverse[i])(own)
-        vertex_inverse[i] = bounded
-        blocks[i] = scalar_block(blocks[i], 3, bounded)
-
-
-@kernel
-def invert_sliding_metric(
-    # model
-    kind: wp.array[wp.int32],
-    slides: wp.array[wp.vec2i],
-    least_mass: wp.array[Any],
-    factor: wp.array[Any],
-    # state in
-    node_inverse: wp.array[Any],
-    blocks: wp.array[Any],
-    coupling_u: wp.array[Any],
-    coupling_v: wp.array[Any],
-    # state out
-    inverse: wp.array[Any],
-    across_u: wp.array[Any],
-    across_v: wp.array[Any],
-) -> None:
-    """Inverse blocks of the Schur complement of D for the Eulerian coordinates, and D^-1 times their columns."""
-    i = wp.tid()
-    by_u, by_v = node_inverse[i] * coupling_u[i], node_inverse[i] * coupling_v[i]
-    if kind[i] != wp.static(FREE) or slides[i][0] == 0:
-        by_u = by_u - by_u
-    if kind[i] != wp.static(FREE) or slides[i][1] == 0:
-        by_v = by_v - by_v
-    across_u[i] = by_u
-    across_v[i] = by_v
-    pair = blocks[i]
-    mixed = wp.dot(by_v, coupling_u[i])
-    pair[0, 0] = pair[0, 0] - wp.dot(by_u, coupling_u[i])
-    pair[1, 1] = pair[1, 1] - wp.dot(by_v, coupling_v[i])
-    pair[0, 1] = pair[0, 1] - mixed
-    pair[1, 0] = pair[1, 0] - mixed
-    inverse[i] = inverse_where(pair, slides[i], least_mass[i] * factor[0])
-
-
-@wp.func
-def slide_of(across_u: Any, across_v: Any, inverse: Any, node: Any, force: Any) -> Any:
-    """Motion of the Eulerian coordinates for the force on a node and on them."""
-    rest = type(force)(force[0] - wp.dot(across_u, node), force[1] - wp.dot(across_v, node))
-    return inverse * rest
+def slide_of(inverse: Any, node: int, push: Any, slip: Any) -> Any:
+    """Motion of the Eulerian coordinates of a node for the force on the node and on them."""
+    along_u, along_v = wp.dot(inverse.coupling_u[node], push), wp.dot(inverse.coupling_v[node], push)
+    return inverse.sliding[node] * type(slip)(slip[0] - along_u, slip[1] - along_v)
 
 
 @kernel
 def times_inverse(
     # model
-    vertex_inverse: wp.array[Any],
-    node_inverse: wp.array[Any],
-    sliding_inverse: wp.array[Any],
-    across_u: wp.array[Any],
-    across_v: wp.array[Any],
+    inverse: Any,
     # state in
-    vertices: wp.array[Any],
-    nodes: wp.array[Any],
-    sliding: wp.array[Any],
+    force: Any,
     # state out
-    vertex_result: wp.array[Any],
-    node_result: wp.array[Any],
-    sliding_result: wp.array[Any],
+    motion: Any,
 ) -> None:
     """Multiply by the inverse blocks: z = D^-1 r."""
     i = wp.tid()
-    vertex_count = vertices.shape[0]
+    vertex_count = force.vertices.shape[0]
     if i < vertex_count:
-        vertex_result[i] = vertex_inverse[i] * vertices[i]
+        motion.vertices[i] = inverse.vertices[i] * force.vertices[i]
     else:
         j = i - vertex_count
-        by_u, by_v = across_u[j], across_v[j]
-        slide = slide_of(by_u, by_v, sliding_inverse[j], nodes[j], sliding[j])
-        node_result[j] = node_inverse[j] * nodes[j] - by_u * slide[0] - by_v * slide[1]
-        sliding_result[j] = slide
+        slide = slide_of(inverse, j, force.nodes[j], force.sliding[j])
+        motion.nodes[j] = node_motion(inverse, j, force.nodes[j], slide)
+        motion.sliding[j] = slide
+
+
+@wp.func
+def advance_vertex(
+    inverse: Any, alpha: wp.float64, i: int, direction: Any, product: Any, solution: Any, force: Any, motion: Any
+) -> wp.float64:
+    """Find x + a d, r - a A d and z = D^-1 r of a vertex, and its part of r . z."""
+    a = type(force.vertices[i][0])(alpha)
+    solution.vertices[i] = solution.vertices[i] + direction.vertices[i] * a
+    pull = force.vertices[i] - product.vertices[i] * a
+    force.vertices[i] = pull
+    moved = inverse.vertices[i] * pull
+    motion.vertices[i] = moved
+    return wp.float64(wp.dot(pull, moved))
+
+
+@wp.func
+def advance_node(
+    inverse: Any, alpha: wp.float64, j: int, direction: Any, product: Any, solution: Any, force: Any, motion: Any
+) -> wp.float64:
+    """Find x + a d, r - a A d and z = D^-1 r of a node, and its part of r . z."""
+    a = type(force.nodes[j][0])(alpha)
+    solution.nodes[j] = solution.nodes[j] + direction.nodes[j] * a
+    solution.sliding[j] = solution.sliding[j] + direction.sliding[j] * a
+    push, slip = force.nodes[j] - product.nodes[j] * a, force.sliding[j] - product.sliding[j] * a
+    force.nodes[j] = push
+    force.sliding[j] = slip
+    slide = slide_of(inverse, j, push, slip)
+    moved = node_motion(inverse, j, push, slide)
+    motion.nodes[j] = moved
+    motion.sliding[j] = slide
+    return wp.float64(wp.dot(push, moved)) + wp.float64(wp.dot(slip, slide))
 
 
 @kernel
 def advance_and_invert(
     # model
-    vertex_inverse: wp.array[Any],
-    node_inverse: wp.array[Any],
-    sliding_inverse: wp.array[Any],
-    across_u: wp.array[Any],
-    across_v: wp.array[Any],
+    inverse: Any,
     chunk: int,
     # state in
     record: wp.array[wp.float64],
     curvature: wp.array2d[wp.float64],
-    d_vertices: wp.array[Any],
-    d_nodes: wp.array[Any],
-    d_sliding: wp.array[Any],
-    of_vertices: wp.array[Any],
-    of_nodes: wp.array[Any],
-    of_sliding: wp.array[Any],
+    direction: Any,
+    product: Any,
     # state in and out
-    x_vertices: wp.array[Any],
-    x_nodes: wp.array[Any],
-    x_sliding: wp.array[Any],
-    vertices: wp.array[Any],
-    nodes: wp.array[Any],
-    sliding: wp.array[Any],
+    solution: Any,
+    force: Any,
     # state out
-    vertex_result: wp.array[Any],
-    node_result: wp.array[Any],
-    sliding_result: wp.array[Any],
+    motion: Any,
     sums: wp.array2d[wp.float64],
     after: wp.array[wp.float64],
     parts: wp.array2d[wp.float64],
@@ -289,31 +147,14 @@ def advance_and_invert(
     block, lane = wp.tid()
     total = add_parts(curvature, 0, curvature.shape[0], lane, sums[block])
     alpha = record_alpha(total, record, block == 0 and lane == 0, after)
-    vertex_count = vertices.shape[0]
+    vertex_count, node_count = force.vertices.shape[0], force.nodes.shape[0]
     products = Slots()
-    for i in range(block * chunk + lane, wp.min((block + 1) * chunk, vertex_count + nodes.shape[0]), wp.block_dim()):
+    for i in range(block * chunk + lane, wp.min((block + 1) * chunk, vertex_count + node_count), wp.block_dim()):
         if i < vertex_count:
-            a = type(vertices[i][0])(alpha)
-            x_vertices[i] = x_vertices[i] + d_vertices[i] * a
-            pull = vertices[i] - of_vertices[i] * a
-            vertices[i] = pull
-            motion = vertex_inverse[i] * pull
-            vertex_result[i] = motion
-            products[0] += wp.float64(wp.dot(pull, motion))
+            products[0] += advance_vertex(inverse, alpha, i, direction, product, solution, force, motion)
         else:
             j = i - vertex_count
-            b = type(nodes[j][0])(alpha)
-            x_nodes[j] = x_nodes[j] + d_nodes[j] * b
-            x_sliding[j] = x_sliding[j] + d_sliding[j] * b
-            push, slip = nodes[j] - of_nodes[j] * b, sliding[j] - of_sliding[j] * b
-            nodes[j] = push
-            sliding[j] = slip
-            by_u, by_v = across_u[j], across_v[j]
-            slide = slide_of(by_u, by_v, sliding_inverse[j], push, slip)
-            moved = node_inverse[j] * push - by_u * slide[0] - by_v * slide[1]
-            node_result[j] = moved
-            sliding_result[j] = slide
-            products[0] += wp.float64(wp.dot(push, moved)) + wp.float64(wp.dot(slip, slide))
+            products[0] += advance_node(inverse, alpha, j, direction, product, solution, force, motion)
     sum_over_block(products, parts[block])
 
 
@@ -326,7 +167,11 @@ def least_masses(embedding: Embedding, node_mass: Numbers) -> Numbers:
 
 
 class Preconditioner:
-    """The inverse of P for an embedding, on a device."""
+    """The inverse of P for an embedding, on a device.
+
+    ``inverse`` holds the blocks of D^-1. The blocks of Eulerian coordinates are those of the inverse Schur complement,
+    and the columns of coupling are multiplied by the inverse block of their node.
+    """
 
     def __init__(
         self, embedding: Embedding, free: FreeUnknowns, masses: tuple[Numbers, Numbers], scalar: Any, device: wp.Device
@@ -358,8 +203,6 @@ class Preconditioner:
         self._node_kind = self._integers(np.where(coupled_nodes, COUPLED, FREE) * free.nodes)
         self._slides = wp.array(free.sliding.astype(np.int32), dtype=wp.vec2i, device=device)
         self.inverse = MixedBlocks.zeros(embedding.vertex_count, embedding.node_count, scalar, device)
-        three = vector(3, scalar)
-        self._across = [wp.zeros(embedding.node_count, dtype=three, device=device) for _ in range(2)]
         counts = embedding.vertex_count, embedding.node_count
         self._numbers = [wp.zeros(count, dtype=scalar, device=device) for count in counts]
         self._squares = self._rows_of_squares()
@@ -421,7 +264,7 @@ class Preconditioner:
         inputs = [self._node_kind, self._slides, self._least[1], self._factor, own.nodes]
         inputs += [metric.sliding, metric.coupling_u, metric.coupling_v]
         if len(self._node_kind):
-            outputs = [own.sliding, *self._across]
+            outputs = [own.sliding, own.coupling_u, own.coupling_v]
             launches.append(launcher(invert_sliding_metric, len(self._node_kind), inputs, outputs))
         if projection.row_count and not of_masses:
             inputs, outputs = [*self._squares, numbers[1], numbers[0]], [own.vertices, self._sums]
@@ -451,32 +294,32 @@ class Preconditioner:
             motion: set to z as (v, p, s), with p = B v + F x.
             launcher: ``launch`` or ``prepare`` with the device bound.
         """
-        own = self.inverse
-        inputs = [own.vertices, own.nodes, own.sliding, *self._across, force.vertices, force.nodes, force.sliding]
-        outputs = [motion.vertices, motion.nodes, motion.sliding]
-        first = launcher(times_inverse, force.vertex_count + force.node_count, inputs, outputs)
-        return [first, *self._projection.launches(motion, launcher, residual=force)]
+        count = force.vertex_count + force.node_count
+        first = launcher(times_inverse, count, [self.inverse.arrays, force.arrays], [motion.arrays])
+        return [first, *self._projection.launches(motion, launcher, force=force)]
 
     def advance_launches(
-        self, advance: Advance, force: MixedVector, motion: MixedVector, parts: wp.array[Any], launcher: Launcher
+        self, advance: Advance, force: MixedVector, motion: MixedVector, launcher: Launcher
     ) -> list[Any]:
-        """The launches that advance a solution, and then do the same as ``launches``.
+        """The launches that advance a solution, find the motion of the force that is left, and the next direction.
 
         Args:
-            advance: a and d of the iteration.
+            advance: the records, d and A d of the iteration; d becomes the next direction.
             force: r, changed to r - a A d and then as in ``launches``.
-            motion: set to z.
-            parts: set to the parts of r . z.
+            motion: set to D^-1 r, which is z before its projection.
             launcher: ``launch`` or ``prepare`` with the device bound.
         """
-        own, given, count = self.inverse, advance, force.vertex_count + force.node_count
-        inputs = [own.vertices, own.nodes, own.sliding, *self._across, chunk_of(count, self._device)]
-        inputs += [given.record, given.curvature]
-        for each in (given.direction, given.product, given.solution, force):
-            inputs += [each.vertices, each.nodes, each.sliding]
-        outputs = [motion.vertices, motion.nodes, motion.sliding, given.sums, given.after, parts]
-        first = launcher(advance_and_invert, part_count(count, self._device), inputs, outputs, tile=THREADS)
-        return [first, *self._projection.launches(motion, launcher, residual=force, parts=parts)]
+        count, projection = force.vertex_count + force.node_count, self._projection
+        chunk, blocks, turned = chunk_of(count, self._device), part_count(count, self._device), advance.direction.arrays
+        vectors = [turned, advance.product.arrays, advance.solution.arrays, force.arrays]
+        inputs = [self.inverse.arrays, chunk, advance.record, advance.curvature, *vectors]
+        outputs = [motion.arrays, advance.sums, advance.after, advance.parts]
+        first = launcher(advance_and_invert, blocks, inputs, outputs, tile=THREADS)
+        inputs = [projection.coupling, projection.metric, chunk, advance.after, advance.parts]
+        inputs += [projection.residual, projection.multiplier, motion.arrays, force.arrays, turned]
+        outputs = [advance.sums, advance.record, advance.active]
+        found = projection.multiplier_launches(motion, launcher)
+        return [first, *found, launcher(next_direction, blocks, inputs, outputs, tile=THREADS)]
 
     def project_launches(self, motion: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that change a motion the least in the metric D so that p = B v + F x; what is fixed stays."""

@@ -19,6 +19,7 @@ row, by a block of threads in a fixed order. The inverse of a metric that change
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -29,8 +30,8 @@ from scipy.sparse import csr_array
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.partial_sums import chunk_of, part_count, parts_for
-from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
+from stitchmesh.compute.partial_sums import WIDTH
+from stitchmesh.compute.thread_block import Slots, sum_over_block
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.region import Numbers
@@ -83,8 +84,7 @@ def constraint_rows(
     # model
     coupling: CouplingArrays,
     # state in
-    vertices: wp.array[Any],
-    nodes: wp.array[Any],
+    motion: Any,
     # state out
     residual: wp.array2d[wp.float64],
 ) -> None:
@@ -92,9 +92,9 @@ def constraint_rows(
     row, lane = wp.tid()
     total = Slots()
     for k in range(coupling.node_start[row] + lane, coupling.node_start[row + 1], wp.block_dim()):
-        total = add_scaled(total, nodes[coupling.node[k]], coupling.node_weight[k])
+        total = add_scaled(total, motion.nodes[coupling.node[k]], coupling.node_weight[k])
     for k in range(coupling.vertex_start[row] + lane, coupling.vertex_start[row + 1], wp.block_dim()):
-        total = add_scaled(total, vertices[coupling.vertex[k]], -coupling.vertex_weight[k])
+        total = add_scaled(total, motion.vertices[coupling.vertex[k]], -coupling.vertex_weight[k])
     sum_over_block(total, residual[row])
 
 
@@ -132,49 +132,54 @@ def column_sum(
     return total
 
 
+@wp.func
+def change_of_vertex(coupling: CouplingArrays, multiplier: wp.array2d[wp.float64], i: int, zero: Any) -> Any:
+    """-E' mu of a vertex, in the precision of ``zero``."""
+    rows = column_sum(coupling.of_vertex_start, coupling.of_vertex, coupling.of_vertex_weight, multiplier, i)
+    return in_precision(rows, zero)
+
+
+@wp.func
+def change_of_node(coupling: CouplingArrays, multiplier: wp.array2d[wp.float64], j: int, zero: Any) -> Any:
+    """-E' mu of a node, in the precision of ``zero``."""
+    return -in_precision(
+        column_sum(coupling.of_node_start, coupling.of_node, coupling.of_node_weight, multiplier, j), zero
+    )
+
+
 @kernel
 def subtract_multipliers(
     # model
     coupling: CouplingArrays,
-    vertex_inverse: wp.array[Any],
-    node_inverse: wp.array[Any],
-    scale: wp.array[Any],
-    changes_residual: int,
-    chunk: int,
+    metric: Any,
+    changes_force: int,
     # state in
     multiplier: wp.array2d[wp.float64],
-    sliding_residual: wp.array[Any],
-    sliding: wp.array[Any],
     # state in and out
-    vertex_residual: wp.array[Any],
-    node_residual: wp.array[Any],
-    vertices: wp.array[Any],
-    nodes: wp.array[Any],
-    # state out
-    parts: wp.array2d[wp.float64],
+    force: Any,
+    motion: Any,
 ) -> None:
-    """Find u - D^-1 E' mu, r - scale E' mu where ``changes_residual``, and the parts of r . u."""
-    block, lane = wp.tid()
-    vertex_count = vertices.shape[0]
-    sums = Slots()
-    for i in range(block * chunk + lane, wp.min((block + 1) * chunk, vertex_count + nodes.shape[0]), wp.block_dim()):
-        if i < vertex_count:
-            total = column_sum(coupling.of_vertex_start, coupling.of_vertex, coupling.of_vertex_weight, multiplier, i)
-            change = in_precision(total, vertices[i])
-            vertices[i] = vertices[i] + change * vertex_inverse[i]
-            if changes_residual != 0:
-                vertex_residual[i] = vertex_residual[i] + change * scale[0]
-            sums[0] += wp.float64(wp.dot(vertex_residual[i], vertices[i]))
-        else:
-            j = i - vertex_count
-            of_rows = column_sum(coupling.of_node_start, coupling.of_node, coupling.of_node_weight, multiplier, j)
-            push = in_precision(of_rows, nodes[j])
-            nodes[j] = nodes[j] - push * node_inverse[j]
-            if changes_residual != 0:
-                node_residual[j] = node_residual[j] - push * scale[0]
-            sums[0] += wp.float64(wp.dot(node_residual[j], nodes[j]))
-            sums[0] += wp.float64(wp.dot(sliding_residual[j], sliding[j]))
-    sum_over_block(sums, parts[block])
+    """Find u - D^-1 E' mu, and r - scale E' mu where ``changes_force``."""
+    i = wp.tid()
+    vertex_count = motion.vertices.shape[0]
+    if i < vertex_count:
+        change = change_of_vertex(coupling, multiplier, i, motion.vertices[i])
+        motion.vertices[i] = motion.vertices[i] + change * metric.vertices[i]
+        if changes_force != 0:
+            force.vertices[i] = force.vertices[i] + change * metric.scale[0]
+    else:
+        j = i - vertex_count
+        pull = change_of_node(coupling, multiplier, j, motion.nodes[j])
+        motion.nodes[j] = motion.nodes[j] + pull * metric.nodes[j]
+        if changes_force != 0:
+            force.nodes[j] = force.nodes[j] + pull * metric.scale[0]
+
+
+@functools.cache
+def _metric_struct(scalar: Any) -> Any:
+    """The struct of a metric in one precision: D^-1 of vertices and nodes, and the scale of E' mu."""
+    annotations = dict.fromkeys(("vertices", "nodes", "scale"), wp.array(dtype=scalar))
+    return wp.struct(type(f"ProjectionMetric_{scalar.__name__}", (), {"__annotations__": annotations}))
 
 
 class Projection:
@@ -204,9 +209,14 @@ class Projection:
         self._scale, self._scale_now = wp.full(1, value=scalar(1.0), dtype=scalar, device=device), 1.0
         shape = (self.row_count, self.row_count)
         self._inverse = wp.zeros(shape, dtype=wp.float64, device=device)
-        self._residual = wp.zeros((self.row_count, 7), dtype=wp.float64, device=device)
-        self._multiplier = wp.zeros_like(self._residual)
-        self._parts = parts_for(self._entities, device)
+        self.residual = wp.zeros((self.row_count, WIDTH), dtype=wp.float64, device=device)
+        """E u of the last ``multiplier_launches``, shape (C, 3), and unused columns."""
+        self.multiplier = wp.zeros_like(self.residual)
+        """mu = Sigma^-1 E u, as ``residual``."""
+        self.metric = _metric_struct(scalar)()
+        """D^-1 and the scale of E' mu, for kernels."""
+        self.metric.vertices, self.metric.nodes = self.vertex_inverse, self.node_inverse
+        self.metric.scale = self._scale
         self._on_device: SigmaOnDevice | None = None
 
     def set_metric(self, vertex_inverse: Numbers, node_inverse: Numbers) -> None:
@@ -248,35 +258,28 @@ class Projection:
         total[self._places] = of_nodes @ node_inverse[self._hybrid] + of_vertices @ vertex_inverse
         return total.reshape(self.row_count, self.row_count)
 
-    def launches(
-        self,
-        motion: MixedVector,
-        launcher: Launcher,
-        *,
-        residual: MixedVector | None = None,
-        parts: wp.array[Any] | None = None,
-    ) -> list[Any]:
+    def launches(self, motion: MixedVector, launcher: Launcher, *, force: MixedVector | None = None) -> list[Any]:
         """The launches that project a motion; none without hybrid nodes.
 
         Args:
             motion: u, projected.
             launcher: ``launch`` or ``prepare`` with the device bound.
-            residual: r, from which E' mu is subtracted.
-            parts: set to the parts of the dot product of the residual and the motion, over vertices and nodes.
+            force: r, from which E' mu is subtracted.
         """
         if self.row_count == 0:
             return []
-        forces = motion if residual is None else residual
-        metric = [self.vertex_inverse, self.node_inverse, self._scale]
-        chunk = chunk_of(self._entities, self._device)
-        inputs = [self.coupling, *metric, int(residual is not None), chunk, self._multiplier]
-        inputs += [forces.sliding, motion.sliding, forces.vertices, forces.nodes, motion.vertices, motion.nodes]
-        outputs = [self._parts if parts is None else parts]
-        rows, motions = self.row_count, [self.coupling, motion.vertices, motion.nodes]
+        inputs = [self.coupling, self.metric, int(force is not None), self.multiplier, (force or motion).arrays]
+        found = self.multiplier_launches(motion, launcher)
+        return [*found, launcher(subtract_multipliers, self._entities, inputs, [motion.arrays])]
+
+    def multiplier_launches(self, motion: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launches that find ``residual`` and ``multiplier`` of a motion; none without hybrid nodes."""
+        if self.row_count == 0:
+            return []
+        inputs = [self._inverse, self.residual]
         return [
-            launcher(constraint_rows, rows, motions, [self._residual], tile=LONG),
-            launcher(multiplier_rows, rows, [self._inverse, self._residual], [self._multiplier], tile=BLOCK),
-            launcher(subtract_multipliers, part_count(self._entities, self._device), inputs, outputs, tile=THREADS),
+            launcher(constraint_rows, self.row_count, [self.coupling, motion.arrays], [self.residual], tile=LONG),
+            launcher(multiplier_rows, self.row_count, inputs, [self.multiplier], tile=BLOCK),
         ]
 
     def _coupling(self, embedding: Embedding) -> Any:

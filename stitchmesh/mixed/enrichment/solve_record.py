@@ -74,16 +74,20 @@ def record_beta(rz: wp.float64, record: wp.array[wp.float64], writes: bool, afte
 
 @dataclass(frozen=True, eq=False)
 class Advance:
-    """What an iteration needs to move the solution along its direction."""
+    """What an iteration needs to move the solution along its direction, and to find the next one."""
 
     record: wp.array[Any]
-    """The record before."""
+    """The record before, and in the end that with b."""
     after: wp.array[Any]
     """The record with a."""
     curvature: wp.array[Any]
     """Parts of d . A d."""
+    parts: wp.array[Any]
+    """Memory for the parts of r . z."""
     sums: wp.array[Any]
     """Memory for the sum of each block."""
+    active: wp.array[Any]
+    """Set to 1 where the iteration goes on, and to 0 at its end."""
     direction: MixedVector
     """d."""
     product: MixedVector

@@ -7,10 +7,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypedDict
 
 import numpy as np
 
-from stitchmesh.io.checkpoint_file import CheckpointFile, read_checkpoint, write_checkpoint
+from stitchmesh.errors import FileError
+from stitchmesh.io.checkpoint_file import CheckpointFile, checked_header, read_checkpoint, write_checkpoint
 from stitchmesh.mesh import FloatArray, IntArray
 
 FOLDER, SUFFIX = "frames", ".smc"
@@ -46,6 +48,26 @@ class Frame:
         return Frame(time, vertices, nodes, sliding, later.triangle_kind, later.vertex_alpha)
 
 
+class _Header(TypedDict):
+    """The header of the file of a frame."""
+
+    time: float
+
+
+def read_frame(path: Path) -> Frame:
+    """Read the file of a frame.
+
+    Raises:
+        FileError: the file is missing, damaged, or not of a frame.
+    """
+    content = read_checkpoint(path)
+    time = checked_header(path, content, _Header)["time"]
+    missing = [name for name in (*STATE, *PLACE) if name not in content.arrays]
+    if missing:
+        raise FileError(f"{path}: is no frame of a run: it holds no {missing[0]}; run stitchmesh drape again")
+    return Frame(time, **{name: content.arrays[name] for name in (*STATE, *PLACE)})
+
+
 class Frames:
     """The frames of one run, in the order of their times."""
 
@@ -78,8 +100,7 @@ class Frames:
         number = number + self.count if number < 0 else number
         if self._folder is None:
             return self._kept[number]
-        content = read_checkpoint(self._path(number))
-        return Frame(float(content.header["time"]), **{name: content.arrays[name] for name in (*STATE, *PLACE)})
+        return read_frame(self._path(number))
 
     def add(self, frame: Frame) -> None:
         """Add a frame.

@@ -55,7 +55,8 @@ class AttachmentSection:
     vertices: tuple[int, ...] = ()
     """Numbers of vertices."""
     faces: tuple[int, ...] = ()
-    """Numbers of triangles, with their vertices and the yarn nodes in them."""
+    """Numbers of triangles: their vertices and the yarn nodes in them, as far as no attachment before holds them, so
+    that parts which touch can be painted."""
     keyframes: tuple[Keyframe, ...] = ()
     """Motion; without it the part is held where it is."""
     centre: Triple = STILL

@@ -252,7 +252,10 @@ def _seam_material(yarns: LaidYarns, materials: FabricMaterials | SplineMaterial
 
 def _held(scene: Scene, cloth: Cloth, yarns: LaidYarns) -> tuple[Attachment, ...]:
     """The attachments of a scene."""
-    return tuple(_attachment(number, one, cloth, yarns) for number, one in enumerate(scene.attachments))
+    found: list[Attachment] = []
+    for number, section in enumerate(scene.attachments):
+        found.append(_attachment(number, section, cloth, yarns, tuple(found)))
+    return tuple(found)
 
 
 def _bodies(scene: Scene) -> tuple[LoadedBody, ...]:
@@ -260,8 +263,10 @@ def _bodies(scene: Scene) -> tuple[LoadedBody, ...]:
     return tuple(LoadedBody(body=one.body(), friction=one.friction, thickness=one.thickness) for one in scene.bodies)
 
 
-def _attachment(number: int, section: AttachmentSection, cloth: Cloth, yarns: LaidYarns) -> Attachment:
-    """The vertices and the nodes of the layout in the boxes and the triangles of an attachment."""
+def _attachment(
+    number: int, section: AttachmentSection, cloth: Cloth, yarns: LaidYarns, before: tuple[Attachment, ...]
+) -> Attachment:
+    """The vertices and the nodes of the layout in the boxes of an attachment, and in its triangles if they are free."""
     name = f"attachments[{number}]"
     wrong = [vertex for vertex in section.vertices if not 0 <= vertex < len(cloth.vertices)]
     if wrong:
@@ -271,8 +276,13 @@ def _attachment(number: int, section: AttachmentSection, cloth: Cloth, yarns: La
     if len(absent):
         raise ParameterError(f"{name}: got triangle {absent[0]}; expected 0 to {len(cloth.triangles) - 1}")
     vertices, nodes = _in_boxes(section, cloth, yarns)
-    vertices = np.union1d(np.union1d(vertices, cloth.triangles[faces]), np.array(section.vertices, dtype=np.int64))
-    nodes = np.union1d(nodes, np.flatnonzero(np.isin(yarns.triangle, faces)))
+    painted = np.unique(cloth.triangles[faces]), np.flatnonzero(np.isin(yarns.triangle, faces))
+    for one in before:
+        painted = np.setdiff1d(painted[0], one.vertices), np.setdiff1d(painted[1], one.nodes)
+    vertices = np.union1d(np.union1d(vertices, painted[0]), np.array(section.vertices, dtype=np.int64))
+    nodes = np.union1d(nodes, painted[1])
+    if not len(vertices) + len(nodes) and not section.boxes:
+        raise ParameterError(f"{name}: holds only what attachments before it hold; expected other triangles")
     if not len(vertices) + len(nodes):
         raise ParameterError(f"{name}: {section.boxes[0]}: holds nothing of the cloth; expected a box that overlaps it")
     return Attachment(vertices, nodes, section.motion(), None, name)

@@ -13,6 +13,9 @@ exactly if the moduli are positive and |nu| < 1. Bending has the same form in th
 2 kappa_12), with the rigidities of a strip and a stiffness against twist. An isotropic plate of flexural rigidity D and
 ratio nu has rigidities D (1 - nu^2), twist D (1 - nu) / 2, and a membrane has shear Y / (2 + 2 nu).
 
+Moments with which the flat cloth curls, as a knit does at its borders, give bending a state of rest that is not flat:
+the moments are the rigidities times the curvatures of that state.
+
 A table of tensions replaces the linear law along an axis, C_11 E_11 or C_22 E_22: the tension [dyn per cm of cloth at
 rest] over the strain (length over rest length - 1) of a strip that keeps its width. A table of coupling replaces C_12
 by a stress over E_11 + E_22 that acts along both axes, and is therefore the tension across a strip that keeps its
@@ -66,6 +69,10 @@ class ClothMaterial:
     twist: float | None = None
     """Rigidity against twist [dyn cm], the energy per area over half the square of 2 kappa_12; by default that of an
     isotropic plate, (B_1 B_2)^(1/2) / (2 + 2 nu) with the ratio nu of bending."""
+    moment_course: float = 0.0
+    """Moment with which the flat cloth curls its courses or wefts towards the side of the normals [dyn]."""
+    moment_wale: float = 0.0
+    """The same for the wales or warps [dyn]."""
     damping: float = 0.0
     """Rayleigh damping proportional to stiffness [s]."""
     mass_damping: float = 0.0
@@ -91,6 +98,10 @@ class ClothMaterial:
             if not abs(getattr(self, name)) < 1.0:
                 found = f"{name} is {getattr(self, name)}"
                 raise ParameterError(f"material {self.name!r}: {found}; expected between -1 and 1, for a stable cloth")
+        for name in ("moment_course", "moment_wale"):
+            if not np.isfinite(getattr(self, name)):
+                found = f"{name} is {getattr(self, name)}"
+                raise ParameterError(f"material {self.name!r}: {found}; expected a finite number")
         for name in ("tension_course", "tension_wale", "shear_table", "coupling_table"):
             object.__setattr__(self, name, tuple(tuple(map(float, point)) for point in getattr(self, name)))
         self._check_tables()
@@ -119,6 +130,12 @@ class ClothMaterial:
         course, wale = self.bending_course, self.bending_wale
         isotropic = (course * wale) ** 0.5 / (2.0 + 2.0 * self.bending_poisson)
         return _orthotropic(course, wale, self.bending_poisson, isotropic if self.twist is None else self.twist)
+
+    def rest_curvature(self) -> NDArray[np.float64]:
+        """Curvatures kappa_11, kappa_22 and 2 kappa_12 without moments [1 / cm], towards the normals; shape (3,)."""
+        moments = np.array([self.moment_course, self.moment_wale, 0.0])
+        curvature: NDArray[np.float64] = np.linalg.solve(self.rigidities(), moments)
+        return curvature
 
     def curves(self) -> tuple[TensionCurve, TensionCurve, TensionCurve]:
         """The laws of stress over strain along the courses, along the wales and in shear."""

@@ -69,6 +69,25 @@ def hinge_stiffness(cloth: Cloth, rigidities: FloatArray, weight: FloatArray) ->
     return stiffness
 
 
+def hinge_angles_of(cloth: Cloth, curvature: FloatArray) -> FloatArray:
+    """The angles of the hinges of a cloth with constant curvatures: -(sigma_1 + sigma_2) [rad], shape (H,).
+
+    Args:
+        cloth: the cloth.
+        curvature: kappa_11, kappa_22 and 2 kappa_12 of each triangle in the axes of its panel [1/cm], positive towards
+            the normals, where a hinge is a valley; shape (T, 3).
+    """
+    frames = SideFrames(cloth)
+    course, wale, shear = np.repeat(curvature, 3, axis=0).T
+    x, y = frames.tangent.T
+    across = course * y**2 + wale * x**2 - shear * x * y
+    twist = (wale - course) * x * y + 0.5 * shear * (x**2 - y**2)
+    along = course * x**2 + wale * y**2 + shear * x * y
+    slope = (frames.sigma * np.column_stack([along, across, twist])).sum(axis=1)
+    angles: FloatArray = -slope[cloth.hinge_sides].sum(axis=1)
+    return angles
+
+
 def _side_stiffness(frames: SideFrames, rigidities: FloatArray) -> FloatArray:
     """The energy of each triangle as a quadratic form in the slope differences of its sides [erg], shape (T, 3, 3)."""
     cloth, n = frames.cloth, frames.normal

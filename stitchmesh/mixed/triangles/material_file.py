@@ -23,6 +23,8 @@ UNITS = {
     "bending_wale": "dyn cm",
     "density": "g/cm^2",
     "twist": "dyn cm",
+    "moment_course": "dyn, curls the courses towards the normals",
+    "moment_wale": "dyn",
     "damping": "s",
     "mass_damping": "1/s",
     "tension_course": "strain and tension [dyn/cm] at constant width",

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bending of the cloth at the hinges between its triangles (C 4.1), with rest angles at seams.
 
-With the angles theta of all hinges (``hinge_angle``), their rest angles theta_0 and the matrix K of ``curvature``
+With the angles theta of all hinges (``hinge_angle``), their rest angles theta_0, those of seams and of the curvature at
+which the moments of the material are used up, and the matrix K of ``curvature``
 
     E = (theta - theta_0)^T K (theta - theta_0) / 2,    moments m = K (theta - theta_0)
 
@@ -32,7 +33,7 @@ from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
-from stitchmesh.mixed.triangles.curvature import hinge_stiffness
+from stitchmesh.mixed.triangles.curvature import hinge_angles_of, hinge_stiffness
 from stitchmesh.mixed.triangles.hinge_angle import (
     angle_gradient,
     gradient_change,
@@ -258,11 +259,13 @@ class ShellBending(Term):
         self.device, self.scalar, hinges = device, scalar, cloth.hinges
         self._count, three = len(hinges), vector(3, scalar)
         chosen = materials_of_panels(materials, len(cloth.panel_names))
-        rigidities = np.array([one.rigidities() for one in chosen])[cloth.panel if len(chosen) > 1 else 0]
+        of_panel = cloth.panel if len(chosen) > 1 else np.zeros_like(cloth.panel)
+        rigidities = np.array([one.rigidities() for one in chosen])[of_panel]
+        curled = hinge_angles_of(cloth, np.array([one.rest_curvature() for one in chosen])[of_panel])
         weights = checked_weights(weight, len(cloth.triangles))
-        stiffness = hinge_stiffness(cloth, np.broadcast_to(rigidities, (len(weights), 3, 3)), weights)
+        stiffness = hinge_stiffness(cloth, rigidities, weights)
         self._corner = wp.array(hinges.astype(np.int32), dtype=wp.vec4i, device=device)
-        self._rest_angle = wp.array(cloth.hinge_angle, dtype=scalar, device=device)
+        self._rest_angle = wp.array(cloth.hinge_angle + curled, dtype=scalar, device=device)
         self._least = wp.array(least_squares_of(cloth), dtype=three, device=device)
         self._start = wp.array(stiffness.indptr.astype(np.int32), dtype=wp.int32, device=device)
         self._column = wp.array(stiffness.indices.astype(np.int32), dtype=wp.int32, device=device)

@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+import struct
+import warnings
+import zlib
 from io import BytesIO
 from os import fspath
 from typing import TYPE_CHECKING
@@ -20,31 +23,66 @@ if TYPE_CHECKING:
 
 MAX_COLOURS = 256
 """Maximum number of colours, the size of a PNG palette."""
-MAX_PIXELS = 4_000_000
+LARGEST_PICTURE = 20_000_000
+"""Maximum number of pixels of a picture that may hold the text of a chart; its pixels are not read."""
+MAX_PIXELS = 1_000_000
 """Maximum number of pixels; an image with more pixels is probably a photograph and not a chart."""
+
+PNG_BEGINS = b"\x89PNG\r\n\x1a\n"
+"""First bytes of a PNG."""
+PLACE_OF_SIZE = (16, 20)
+"""Bytes at which a PNG holds its width and its height, each in four bytes, the highest first."""
+PNG_DAMAGES = (OSError, ValueError, SyntaxError, EOFError, struct.error, zlib.error)
+"""Errors of the library of images for damaged files."""
 
 
 def open_chart(path: FilePath) -> Image:
     """Open a PNG image.
 
     Raises:
-        FileError: the file cannot be read, is not a PNG, is too large, or has transparent pixels.
+        FileError: the file cannot be read, is not a PNG, is too large, or has transparent pixels or pixels without a
+            colour.
     """
-    from PIL import Image, UnidentifiedImageError
-
     name = fspath(path)
+    image = opened_png(name, read_bytes(path))
+    _check_pixels(name, image.width, image.height, MAX_PIXELS)
     try:
-        image = Image.open(BytesIO(read_bytes(path)), formats=["PNG"])
-        if image.width * image.height > MAX_PIXELS:
-            found = f"{image.width} x {image.height} pixels"
-            raise FileError(f"{name}: has {found}, one for each stitch; expected at most {MAX_PIXELS}, scale it down")
         image.load()
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        reason = "the file is not an image" if isinstance(error, UnidentifiedImageError) else error
-        raise FileError(f"{name}: is not a whole PNG ({reason}); write it again as PNG") from error
+    except PNG_DAMAGES as error:
+        raise FileError(f"{name}: is not a whole PNG ({error}); write it again as PNG") from error
+    held = len(image.getpalette("RGB") or []) // 3
+    if image.mode == "P" and int(np.asarray(image).max()) >= held:
+        raise FileError(f"{name}: has pixels without a colour, the palette holds {held}; write it again as PNG")
     if image.convert("RGBA").getchannel("A").getextrema() != (255, 255):
         raise FileError(f"{name}: has transparent pixels; fill every stitch with a colour")
     return image
+
+
+def opened_png(name: str, content: bytes) -> Image:
+    """Open a PNG image, whose pixels are not yet read.
+
+    Raises:
+        FileError: it is not a PNG, or is too large; its size is compared before the library of images sees it.
+    """
+    from PIL import Image, UnidentifiedImageError
+
+    width, height = (int.from_bytes(content[start : start + 4], "big") for start in PLACE_OF_SIZE)
+    _check_pixels(name, width if content.startswith(PNG_BEGINS) else 0, height, LARGEST_PICTURE)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            image = Image.open(BytesIO(content), formats=["PNG"])
+    except (*PNG_DAMAGES, Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
+        reason = "the file is not an image" if isinstance(error, UnidentifiedImageError) else error
+        raise FileError(f"{name}: is not a whole PNG ({reason}); write it again as PNG") from error
+    _check_pixels(name, image.width, image.height, LARGEST_PICTURE)  # A damaged file can state two sizes.
+    return image
+
+
+def _check_pixels(name: str, width: int, height: int, most: int) -> None:
+    if width * height > most:
+        found = f"{width} x {height} pixels"
+        raise FileError(f"{name}: has {found}, one for each stitch; expected at most {most}, scale it down")
 
 
 def number_pixels(pixels: NDArray, colours: NDArray[np.uint8], name: str) -> NDArray[np.int64]:

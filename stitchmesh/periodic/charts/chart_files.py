@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import re
 import tempfile
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,7 @@ import numpy as np
 from stitchmesh.errors import FileError, PatternError
 from stitchmesh.mesh.palette import filled_palette
 from stitchmesh.patterns import Pattern
-from stitchmesh.patterns.charts.chart_image import png_of_numbers
+from stitchmesh.patterns.charts.chart_image import PNG_BEGINS, opened_png, png_of_numbers
 from stitchmesh.patterns.charts.knit_chart import PLAIN, KnitChart, knit_chart
 from stitchmesh.patterns.charts.knit_chart_text import KnitChartText, parse_knit_chart, write_knit_chart
 from stitchmesh.patterns.charts.leaf_chart import SUFFIX as LEAF_SUFFIX
@@ -39,7 +38,6 @@ CHART_SUFFIXES = (".knit", ".weave", ".leaf", ".txt", ".png")
 
 TEXT_KEY = "stitchmesh chart"
 """Name under which a picture holds the text of its chart."""
-PNG_BEGINS = b"\x89PNG\r\n\x1a\n"
 MOST_CHARACTERS = 80
 """Number of characters of the name of a file that messages show."""
 _UNSAFE = re.compile(r"[^\w. -]")
@@ -108,13 +106,11 @@ def read_chart(name: str, content: bytes) -> ChartText:
 
 def picture_text(content: bytes) -> str | None:
     """Return the text of the chart that a picture of ``chart_picture`` holds; None for any other content."""
-    from PIL import Image
-
     if not content.startswith(PNG_BEGINS):
         return None
     try:
-        held = Image.open(BytesIO(content), formats=["PNG"]).info.get(TEXT_KEY)
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
+        held = opened_png("picture", content).info.get(TEXT_KEY)
+    except FileError:
         return None  # the reader of images gives the reason
     return held if isinstance(held, str) else None
 

@@ -16,6 +16,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdValidation, Vt
 from stitchmesh.errors import FileError
 from stitchmesh.io import read_yarns, write_yarns
 from stitchmesh.io.yarn_formats import usd
+from stitchmesh.io.yarn_formats.usd_curves import curves_of_stage
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import instances, tile_yarns
 from tests.gallery import shared
@@ -193,7 +194,7 @@ def not_finite(curves: UsdGeom.BasisCurves) -> None:
         (lambda c: c.GetPointsAttr().Clear(), "got curves of 40, 40 points, 80 in total; expected 0 points"),
         (lambda c: c.CreateWidthsAttr([0.1] * 80), "got 80 widths of 2 curves; expected one, or one for each curve"),
         (lambda c: c.CreateWidthsAttr([0.0]), "radius 0, 1: got 0.0; expected a positive number of cm"),
-        (not_finite, "coordinates are not finite"),
+        (not_finite, "coordinates must be finite"),
     ],
 )
 def test_each_invalid_stage_gets_its_message(tmp_path, change, message):
@@ -225,7 +226,7 @@ def test_a_truncated_file_is_an_error_wherever_it_is_cut(tmp_path, suffix, capfd
         path = tmp_path / f"y{cut}{suffix}"
         path.write_bytes(whole[:cut])
         with pytest.raises(FileError) as caught:
-            read_yarns(path)
+            curves_of_stage(path)
         assert str(path) in str(caught.value) and "\n" not in str(caught.value)
     assert capfd.readouterr().err == ""
 
@@ -275,3 +276,27 @@ def test_a_reader_without_instances_reads_one_period(tmp_path):
     first, second = read_yarns(tmp_path / "tiles.usda"), read_yarns(tmp_path / "period.usda")
     np.testing.assert_array_equal(first.points, second.points)
     np.testing.assert_array_equal(first.start, second.start)
+
+
+def test_the_end_of_the_process_that_reads_is_an_error(tmp_path, monkeypatch):
+    write_yarns(tmp_path / "y.usda", awkward_yarns())
+    script = tmp_path / "python"
+    script.write_text("#!/bin/sh\nkill -SEGV $$\n")
+    script.chmod(0o755)
+    monkeypatch.setattr("sys.executable", str(script))
+    with pytest.raises(FileError, match=r"USD could not read it and ended with status -11") as caught:
+        read_yarns(tmp_path / "y.usda")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("place", ["subLayers = [@../other.usda@]", "subLayers = [@{}@]"])
+def test_files_outside_of_the_folder_of_a_stage_are_refused(tmp_path, place):
+    (tmp_path / "folder").mkdir()
+    write_yarns(tmp_path / "other.usda", awkward_yarns())
+    text = f"#usda 1.0\n(\n    {place.format(tmp_path / 'other.usda')}\n)\n"
+    (tmp_path / "folder" / "y.usda").write_text(text)
+    with pytest.raises(FileError, match="expected files in its own folder only"):
+        curves_of_stage(tmp_path / "folder" / "y.usda")
+    (tmp_path / "folder" / "other.usda").write_bytes((tmp_path / "other.usda").read_bytes())
+    (tmp_path / "folder" / "y.usda").write_text("#usda 1.0\n(\n    subLayers = [@other.usda@]\n)\n")
+    assert len(curves_of_stage(tmp_path / "folder" / "y.usda")) == awkward_yarns().yarn_count

@@ -93,6 +93,21 @@ def test_rolls_along_course_wale_and_between_have_the_rigidities_of_the_material
     assert energy == pytest.approx(0.5 * expected * 0.01**2 * (cloth.rest_area @ weight), rel=1e-4)
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_moments_curl_a_cloth_to_the_curvature_that_uses_them_up(kind):
+    """Flat, the moments are those of the material; rolled up by the moments over the rigidities there is no energy."""
+    cloth, curvature = rectangle(kind, 10, 10), 0.01
+    course, wale, _twist = KNIT.rigidities() @ [curvature, 0.0, 0.0]
+    curled = replace(KNIT, moment_course=course, moment_wale=wale)
+    weight = inner_triangles(cloth)
+    flat, other = (energy_of(bending(cloth, curled, weight=weight), rolled(cloth, k, 0.0)) for k in (1e-9, -curvature))
+    rest = energy_of(bending(cloth, curled, weight=weight), rolled(cloth, curvature, 0.0))
+    # half the moment times the curvature; angles of 0.01 times edges of 0.1, and softened shares, as above
+    assert flat == pytest.approx(0.5 * course * curvature * (cloth.rest_area @ weight), rel=1e-4)
+    assert other == pytest.approx(4.0 * flat, rel=1e-4)
+    assert rest < 1e-6 * flat
+
+
 def test_a_strong_roll_converges_quadratically():
     """Refined meshes of one cylinder of a whole turn: the chord of an arc is shorter by its third power."""
     errors = []

@@ -64,9 +64,9 @@ class DrapePage(Page):
         controls, session = self.app.controls, self.session
         self._counts = controls.html("")
         self._end = controls.html("")
+        self._continue = controls.button(CONTINUE, "Go on where the run was stopped.", self.resume, main=True)
         self._start = controls.button(RUN, "Simulate yarns in the region, and triangles elsewhere.", self.start,
                                       main=True)  # fmt: skip
-        self._continue = controls.button(CONTINUE, "Go on where the run was stopped.", self.resume, main=True)
         self._panel = RunPanel(controls, "a time step, or an iteration of an equilibrium", run_words)
         self._make_look()
         self._files = FilesPanel(session, controls, lambda: self.run.result)
@@ -219,7 +219,7 @@ class DrapePage(Page):
         if self._is_sketched(draped):
             self._draw_sketch(draped)
             return
-        first = self._view is None
+        first = self._view is None and self._sketch is None
         self._end_sketch()
         self._view = self._frames.view(draped, self._view)
         word = DRAPED_COLOURS[self._run_colour] or "#c9b89a"
@@ -237,10 +237,10 @@ class DrapePage(Page):
 
     def _draw_sketch(self, draped: Draped) -> None:
         """Draw the newest state of a large run that goes on."""
+        first = self._view is None and self._sketch is None
         if self._view is not None:
             self._view.clear(self.app.scene)
             self._view = None
-        first = self._sketch is None
         self._sketch = DrapedSketch(draped, self._sketch)
         self._sketch.draw(self.app.scene, alpha=DRAPED_COLOURS[self._run_colour] == "alpha")
         self._frames.show(None)

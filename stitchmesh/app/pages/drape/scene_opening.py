@@ -16,7 +16,7 @@ from stitchmesh.mixed.crossings.materials.crossing_material import DEFAULT, Cros
 from stitchmesh.mixed.scene.cloth_section import STITCH_SUFFIXES, ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import BoxSection
-from stitchmesh.mixed.scene.scene import Scene
+from stitchmesh.mixed.scene.scene import Scene, SolverSection
 from stitchmesh.mixed.scene.scene_fabric import STITCHES
 from stitchmesh.mixed.scene.scene_file import read_scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
@@ -30,6 +30,8 @@ LOOP = 8.0
 """Width of a loop over the radius of its yarn."""
 MOST_LOOPS = 4
 """Most loops along each side of a stitch of a new cloth."""
+KNIT_TOLERANCE = 0.1
+"""Largest unbalanced force at the equilibrium of a new knitted cloth [dyn]."""
 BESIDE = 1.0
 """Distance by which the box around what is held is larger than the cloth [cm]."""
 
@@ -37,7 +39,8 @@ BESIDE = 1.0
 def scene_of_file(path: Path) -> Scene:
     """Return the scene of a file, or a new scene whose cloth is in the file.
 
-    The upper border of a new cloth is held, and gravity acts; its yarns are a plain weave, or the stitches of the file.
+    The upper border of a new cloth is held, and gravity acts; its yarns are a plain weave, or the stitches of the file,
+    held by friction where they cross.
 
     Raises:
         FileError: the file cannot be read.
@@ -51,8 +54,11 @@ def scene_of_file(path: Path) -> Scene:
         return read_scene(path)
     section = ClothSection(file=fspath(path.absolute()))
     cloth = section.cloth()
-    yarns = stitch_yarns(section) if suffix in STITCH_SUFFIXES else YarnsSection(weave="plain")
-    return Scene(cloth=section, yarns=yarns, attachments=(held_at_top(cloth),))
+    is_knit = suffix in STITCH_SUFFIXES
+    yarns = stitch_yarns(section) if is_knit else YarnsSection(weave="plain")
+    # A knit whose yarns may slide takes several times as long to come to rest.
+    solver = SolverSection(force_tolerance=KNIT_TOLERANCE, friction_updates=0) if is_knit else SolverSection()
+    return Scene(cloth=section, yarns=yarns, attachments=(held_at_top(cloth),), solver=solver)
 
 
 def stitch_yarns(section: ClothSection) -> YarnsSection:

@@ -83,7 +83,8 @@ class DrapedView:
         kinds = [int((region.node_kind == kind).sum()) for kind in (TRIANGLES, 1, YARNS)]
         size = " x ".join(f"{side:.1f}" for side in np.ptp(self.shown.vertices, axis=0))
         return [
-            ("Time", f"{self.frame.time:.4g} s"), ("Frames", f"{len(self.draped.frames):,}"),
+            ("Time", f"{self.frame.time:.4g} of {self.draped.prepared.scene.duration:.4g} s"),
+            ("Frames", f"{len(self.draped.frames):,}"),
             ("Yarn nodes, simulated", f"{kinds[2]:,}"), ("Yarn nodes, hybrid", f"{kinds[1]:,}"),
             ("Yarn nodes that follow", f"{kinds[0]:,}"), ("Triangles", f"{len(region.triangles):,}"),
             ("Size", f"{size} cm"),

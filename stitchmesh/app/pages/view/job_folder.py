@@ -84,12 +84,12 @@ def _read_run(files: JobFiles, earlier: tuple[JobFiles, Viewed] | None) -> Viewe
     """Read a run of mixed yarns and triangles."""
     folder = files.folder
     if not len(Frames.of_folder(folder)):
-        return Viewed(folder.name, text=f"The run in {folder.name} has no frame yet.")
+        return Viewed(folder.name, text=f"The run in the folder {folder.name} has no frame yet.")
     known = None if earlier is None else earlier[1].thing
     same = isinstance(known, Draped) and known.prepared.scene == read_scene(folder / SCENE_FILE)
     draped = read_again(known, folder) if same and isinstance(known, Draped) else read_draped(folder)
     state = "finished" if draped.report else "running, or was stopped"
-    return Viewed(folder.name, draped, text=f"The run in {folder.name} is {state}.")
+    return Viewed(folder.name, draped, text=f"The run in the folder {folder.name} is {state}.")
 
 
 def _newest_checkpoint(folder: Path) -> Viewed:

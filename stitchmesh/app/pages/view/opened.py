@@ -37,6 +37,8 @@ class Opened:
         Raises:
             StitchMeshError: it cannot be read.
         """
+        if not path.exists():
+            raise FileError(f"{path}: does not exist; expected a file, or the output folder of a job")
         self.stop()
         if not path.is_dir():
             self.viewed = read_viewed(path)

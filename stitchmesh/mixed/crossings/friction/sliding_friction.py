@@ -25,14 +25,15 @@ Anchors last from step to step. Limits follow from the state at the beginning of
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.captured import CapturedLaunches, Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.launch import launch
+from stitchmesh.compute.launch import launch, prepare
 from stitchmesh.compute.precision import vector
 from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
 from stitchmesh.mixed.crossings.crossing_term import CrossingTerm
@@ -223,6 +224,7 @@ class SlidingFriction(Term):
         self._sticking = wp.zeros(elements.count, dtype=two, device=device)
         self._energy = wp.zeros(elements.count, dtype=wp.float64, device=device)
         self._outdated = True
+        self._limits: tuple[MixedVector, CapturedLaunches] | None = None
 
     def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:
         """Find the limits of friction at the beginning of the step.
@@ -232,14 +234,25 @@ class SlidingFriction(Term):
         """
         if self.count and (time_step > 0.0 or self._outdated):
             self._outdated = False
-            self.normal_forces.launches(self._yarns.model, self._yarns.turn, state, self._run)
+            self._limits_at(state).launch()
+
+    def _limits_at(self, state: MixedVector) -> CapturedLaunches:
+        """The launches that find the limits at a state, captured for the state that was given last."""
+        if self._limits is None or self._limits[0] is not state:
+            launcher = partial(prepare, device=self.device)
             inputs = [self._coefficient, self._stiffness, self._shortest, self.normal_forces.pressing]
-            self._run(find_friction_limits, self.count, inputs, [self.slip_length, self.limit])
+            outputs = [self.slip_length, self.limit]
+            launches = [
+                *self.normal_forces.launches(self._yarns.model, self._yarns.turn, state, launcher),
+                launcher(find_friction_limits, self.count, inputs, outputs),
+            ]
+            self._limits = state, CapturedLaunches(launches, self.device)
+        return self._limits[1]
 
     def end_step(self, state: MixedVector, time: float, time_step: float) -> None:
         """Drag the anchors of the yarns that slipped."""
         self._outdated = True
-        self._run(drag_anchors, self.count, [self.slip_length, state.sliding], [self.anchor])
+        launch(drag_anchors, self.count, [self.slip_length, state.sliding], [self.anchor], self.device)
 
     def element_energies(self, state: MixedVector, launcher: Launcher) -> tuple[list[Any], wp.array[Any]]:
         """The launch that finds the energy of each crossing's two springs, and where it is."""
@@ -288,6 +301,3 @@ class SlidingFriction(Term):
 
     def _inputs(self, state: MixedVector) -> list[Any]:
         return [self.anchor, self.slip_length, self.limit, state.sliding]
-
-    def _run(self, kernel: wp.Kernel, count: int, inputs: list[Any], outputs: list[Any]) -> None:
-        launch(kernel, count, inputs, outputs, self.device)

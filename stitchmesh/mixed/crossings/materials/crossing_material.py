@@ -30,6 +30,8 @@ DEFAULT = "gong-1"
 """Name of the material that applies if none is given."""
 POSITIVE = ("radius", "density", "young", "yield_curvature")
 """Fields that must be larger than zero; the others may be zero."""
+LARGEST_VALUE = 1e60
+"""Largest finite value of a constant, so that products of constants are finite."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +139,7 @@ def _check(name: str, value: Any) -> None:
     infinite = name == "yield_curvature"
     number = isinstance(value, int | float) and not isinstance(value, bool)
     least_reached = number and (value > 0.0 if name in POSITIVE else value >= 0.0)
-    if least_reached and (math.isfinite(value) or (infinite and value == math.inf)):
+    if least_reached and (value <= LARGEST_VALUE or (infinite and value == math.inf)):
         return
     least = "larger than 0" if name in POSITIVE else "of at least 0"
     kind = "a number" if infinite else "a finite number"

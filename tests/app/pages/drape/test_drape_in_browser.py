@@ -44,7 +44,7 @@ def test_a_scene_is_opened_painted_and_run(tmp_path, app_in_browser):
         assert np.array_equal(rig.app.page.run.result.yarns.points, drape(session.opened.scene).yarns.points)
         rig.type("Moment", 0)
         rig.wait_for(lambda: rig.app.page._view.frame.time == 0.0, "the first frame")
-        for group in ("Box and selection", "Scene", "Save and download"):
+        for group in ("Box and selection", "What is held", "Bodies", "Scene", "Save and download"):
             rig.open_group(group)
         rig.settle()
         found = Axe().run(rig.browser_page, options=RULES).response["violations"]

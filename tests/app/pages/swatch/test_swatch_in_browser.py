@@ -7,7 +7,6 @@ from __future__ import annotations
 import io
 
 import numpy as np
-import pytest
 from PIL import Image
 
 import stitchmesh as sm
@@ -98,16 +97,21 @@ def test_two_variants_and_a_second_browser_that_sees_the_same(app_in_browser):
         other.close()
 
 
-@pytest.mark.parametrize(("file", "content", "message"), [
-    ("broken.txt", b"pattern \"x\"\nround 1: k1 zz3\n", "zz3"),
+BROKEN_CHARTS = [
+    ("broken.txt", b'pattern "x"\nround 1: k1 zz3\n', "zz3"),
     ("huge.txt", b"1" * 600 + b"\n", "500"),
     ("broken.png", b"\x89PNG no picture", "broken.png"),
-])  # fmt: skip
-def test_a_broken_chart_is_a_notice_and_the_fabric_stays(app_in_browser, tmp_path, file, content, message):
+]
+"""Names and contents of charts, and what is said of them."""
+
+
+def test_broken_charts_are_notices_and_the_fabric_stays(app_in_browser, tmp_path):
     with app_in_browser("Swatch") as rig:
         rest(rig)
         design = page_of(rig).state.design
-        (tmp_path / file).write_bytes(content)
-        rig.upload(tmp_path / file)
-        rig.wait_for(lambda: any(message in text for text in rig.notices()), "a notice")
-        assert page_of(rig).state.design == design
+        for file, content, message in BROKEN_CHARTS:
+            (tmp_path / file).write_bytes(content)
+            rig.upload(tmp_path / file)
+            rig.wait_for(lambda: any(message in text for text in rig.notices()), file)  # noqa: B023
+            assert page_of(rig).state.design == design
+            rig.close_notices()

@@ -63,14 +63,32 @@ def stand_at(rig, distance: float) -> None:
     rig.client.camera.look_at = (0.0, 0.5, 0.0)
 
 
-def test_tubes_lie_around_the_curves_and_face_outwards(app_in_browser):
+@pytest.fixture(scope="module")
+def shared_rig(browser, tmp_path_factory):
+    """One page for all tests that only draw yarns in it; to load a page takes longer than most tests."""
+    from tests.app.browser import rig_on
+
+    with rig_on(browser, tmp_path_factory.mktemp("view") / "project", page="View") as rig:
+        yield rig
+
+
+@pytest.fixture
+def rig(shared_rig, capfd):
+    """The shared page, from which drawn yarns are removed at the end."""
+    yield shared_rig
+    shared_rig.call(shared_rig.app.scene.remove, "viewed")
+    shared_rig.browser_page.wait_for_function("() => window.stitchmeshYarns.sets.size === 0")
+    printed = capfd.readouterr().err
+    assert "Traceback" not in printed, printed
+
+
+def test_tubes_lie_around_the_curves_and_face_outwards(rig):
     """Each vertex of a tube is a little more than a radius away from its curve, along its normal."""
     yarns = lines(0.0, 1.0)
-    with app_in_browser(page="View") as rig:
-        drawn(rig, yarns)
-        complete(rig)
-        vertices = np.array(rig.browser_page.evaluate(VERTICES))
-        normals = np.array(rig.browser_page.evaluate(NORMALS)) / 127
+    drawn(rig, yarns)
+    complete(rig)
+    vertices = np.array(rig.browser_page.evaluate(VERTICES))
+    normals = np.array(rig.browser_page.evaluate(NORMALS)) / 127
     height = np.where(vertices[:, 1] > 0.5, 1.0, 0.0)
     away = vertices - np.stack([vertices[:, 0], height, np.zeros(len(vertices))], axis=1)
     radius = np.linalg.norm(away, axis=1)
@@ -97,48 +115,44 @@ def test_near_yarns_are_tubes_and_far_ones_lines(app_in_browser):
         rig.wait_for(lambda: sum(complete(rig)["levels"][:3]) == near["parts"], "tubes again")
 
 
-def test_a_frame_moves_the_tubes(app_in_browser):
-    with app_in_browser(page="View") as rig:
-        drawing = drawn(rig, lines(0.0, 1.0))
-        complete(rig)
-        before = np.array(rig.browser_page.evaluate(VERTICES))
-        rig.call(rig.app.scene.show, "viewed", replace(drawing, points=drawing.points + np.array([0.0, 0.0, 0.5])))
-        complete(rig, version=2)
-        after = np.array(rig.browser_page.evaluate(VERTICES))
+def test_a_frame_moves_the_tubes(rig):
+    drawing = drawn(rig, lines(0.0, 1.0))
+    complete(rig)
+    before = np.array(rig.browser_page.evaluate(VERTICES))
+    rig.call(rig.app.scene.show, "viewed", replace(drawing, points=drawing.points + np.array([0.0, 0.0, 0.5])))
+    complete(rig, version=2)
+    after = np.array(rig.browser_page.evaluate(VERTICES))
     # both frames are packed with steps of a hundred-thousandth of the size
     np.testing.assert_allclose(after - before, np.tile([0.0, 0.0, 0.5], (len(before), 1)), atol=1e-3)
 
 
-def test_copies_are_drawn_at_their_places(app_in_browser):
+def test_copies_are_drawn_at_their_places(rig):
     positions = "() => [...window.stitchmeshYarns.sets.values()][0].parts.map((part) => part.object.position.toArray())"
-    with app_in_browser(page="View") as rig:
-        drawing = drawn(rig, lines(0.0))
-        assert (drawing.copies == IN_PLACE).all()
-        copies = np.array([[0.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 4.0, 0.0]])
-        rig.call(rig.app.scene.show, "viewed", replace(drawing, copies=copies))
-        assert complete(rig)["parts"] == 3
-        np.testing.assert_allclose(rig.browser_page.evaluate(positions), copies)
-        rig.call(rig.app.scene.show, "viewed", replace(drawing, copies=copies + 0.5))
-        rig.wait_for(lambda: rig.browser_page.evaluate(positions)[0] == [0.5, 0.5, 0.5], "moved copies")
+    drawing = drawn(rig, lines(0.0))
+    assert (drawing.copies == IN_PLACE).all()
+    copies = np.array([[0.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 4.0, 0.0]])
+    rig.call(rig.app.scene.show, "viewed", replace(drawing, copies=copies))
+    assert complete(rig)["parts"] == 3
+    np.testing.assert_allclose(rig.browser_page.evaluate(positions), copies)
+    rig.call(rig.app.scene.show, "viewed", replace(drawing, copies=copies + 0.5))
+    rig.wait_for(lambda: rig.browser_page.evaluate(positions)[0] == [0.5, 0.5, 0.5], "moved copies")
 
 
-def test_yarns_have_their_colour_on_the_screen(app_in_browser):
-    with app_in_browser(page="View") as rig:
-        drawn(rig, lines(0.0, 1.0))
-        complete(rig)
-        rig.settle()
-        pixels = np.asarray(Image.open(BytesIO(rig.screenshot())).convert("RGB")).astype(int)
+def test_yarns_have_their_colour_on_the_screen(rig):
+    drawn(rig, lines(0.0, 1.0))
+    complete(rig)
+    rig.settle()
+    pixels = np.asarray(Image.open(BytesIO(rig.screenshot())).convert("RGB")).astype(int)
     red = (pixels[..., 0] > pixels[..., 1] + 60) & (pixels[..., 0] > pixels[..., 2] + 60)
     assert red.sum() > 500  # two lines of 400 pixels, several pixels wide
 
 
-def test_yarns_that_are_removed_leave_nothing(app_in_browser):
-    with app_in_browser(page="View") as rig:
-        drawn(rig, lines(0.0, 1.0))
-        complete(rig)
-        rig.call(rig.app.scene.remove, "viewed")
-        rig.browser_page.wait_for_function("() => window.stitchmeshYarns.sets.size === 0")
-        assert rig.browser_page.evaluate("() => window.stitchmeshYarns.report()") == {}
+def test_yarns_that_are_removed_leave_nothing(rig):
+    drawn(rig, lines(0.0, 1.0))
+    complete(rig)
+    rig.call(rig.app.scene.remove, "viewed")
+    rig.browser_page.wait_for_function("() => window.stitchmeshYarns.sets.size === 0")
+    assert rig.browser_page.evaluate("() => window.stitchmeshYarns.report()") == {}
 
 
 def test_a_second_browser_and_a_reload_see_the_same_yarns(app_in_browser):
@@ -197,16 +211,14 @@ def test_a_job_that_runs_is_followed_until_it_has_finished(app_in_browser, tmp_p
         assert complete(rig)["waiting"] == 0
 
 
-def test_frames_per_second_are_shown_on_request(app_in_browser):
-    with app_in_browser(page="View") as rig:
-        drawn(rig, lines(0.0, 1.0))
-        assert rig.browser_page.locator(".sm-frames").count() == 0
-        rig.tick("Frame rate")
-        rig.wait_for_text("frames/s")
-        rig.tick("Frame rate", False)
+def test_frames_per_second_are_shown_on_request(rig):
+    drawn(rig, lines(0.0, 1.0))
+    assert rig.browser_page.locator(".sm-frames").count() == 0
+    rig.tick("Frame rate")
+    rig.wait_for_text("frames/s")
+    rig.tick("Frame rate", False)
 
 
-def test_there_are_as_many_levels_in_the_page_as_here(app_in_browser):
-    with app_in_browser(page="View") as rig:
-        drawn(rig, lines(0.0))
-        assert len(complete(rig)["levels"]) == len(LEVELS)
+def test_there_are_as_many_levels_in_the_page_as_here(rig):
+    drawn(rig, lines(0.0))
+    assert len(complete(rig)["levels"]) == len(LEVELS)

@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Memory that jobs estimate before they start, compared with the largest resident memory of their process.
+
+    python benchmarks/job_memory.py
+    python benchmarks/job_memory.py --stages "hat 0.5"
+
+Each job runs on the CPU in a process of its own, as ``stitchmesh run`` does. The estimate is that of its
+``report.json``. With ``--stages`` the largest memory of each stage is printed too; Linux can reset it between stages.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import resource
+import tempfile
+from pathlib import Path
+
+from benchmarks.garments import StageMemory
+from stitchmesh.jobs.job import Job
+from stitchmesh.jobs.job_file import job_of_table
+from stitchmesh.jobs.job_status import JobStatus
+from stitchmesh.jobs.run_job import run_job
+
+MESHES = Path(__file__).resolve().parents[1] / "assets" / "meshes"
+
+
+def garment(mesh: str, width: float, quality: str, iterations: int = 20_000, **more: object) -> dict[str, object]:
+    """Return the table of a job that makes a garment."""
+    relax = {"max_iterations": iterations}
+    return {"mesh": str(MESHES / mesh), "quality": quality, "tessellate": {"stitch_width": width}, "relax_yarns": relax,
+            "render": [], **more}  # fmt: skip
+
+
+def repeats(pattern: str, count: int, quality: str, iterations: int) -> dict[str, object]:
+    """Return the table of a job that relaxes several repeats of a pattern together."""
+    swatch = {"pattern": pattern, "columns": count, "rows": count, "max_iterations": iterations}
+    return {"quality": quality, "swatch": swatch, "render": []}
+
+
+SCENES = {
+    "hat 0.5": garment("hat.obj", 0.5, "draft"),
+    "sweater 1.6, picture": garment("sweater.obj", 1.6, "draft", 100, render=[{}]),
+    "sock 0.5, standard": garment("sock.obj", 0.5, "standard", 100),
+    "hat 0.8, reference": garment("hat.obj", 0.8, "reference", 40),
+    "rib2x2 16 x 16, standard": repeats("rib2x2", 16, "standard", 100),
+}
+"""Jobs by name: garments at each quality, one with a picture, and many repeats of a pattern. The first one comes to
+rest; the others are limited to a few iterations."""
+
+
+def work(job: Job, folder: str, stages: bool) -> None:
+    """Run a job, and write the largest memory of the process [bytes] and of its stages [MB]."""
+    memory = StageMemory()
+
+    def listen(status: JobStatus) -> None:
+        if stages:
+            memory(status.stage, status.done, status.note)
+
+    run_job(job, folder, listener=listen)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024.0
+    if stages:  # The reset between stages resets the largest memory of the process too.
+        memory.close()
+        peak = max(memory.peak.values()) * 2**20
+    found = {"peak": peak, "stages": memory.peak}
+    (Path(folder) / "memory.json").write_text(json.dumps(found))
+
+
+def measure(name: str, stages: bool) -> None:
+    """Run one job, and print its line."""
+    job = job_of_table(dict(SCENES[name]) | {"device": "cpu"}, str(MESHES / "job.toml"))
+    with tempfile.TemporaryDirectory() as folder:
+        process = multiprocessing.get_context("spawn").Process(target=work, args=(job, folder, stages))
+        process.start()
+        process.join()
+        found = json.loads((Path(folder) / "memory.json").read_text())
+        report = json.loads((Path(folder) / "report.json").read_text())
+    truth, guess = found["peak"] / 1e9, report["memory"]["estimate_gb"]
+    points = report.get("yarngen", report).get("control_points", "")
+    print(f"| {name} | {points} | {guess:.3f} | {truth:.3f} | {guess / truth:.2f} |", flush=True)
+    for stage, peak in found["stages"].items() if stages else ():
+        print(f"    {stage}: {peak:.0f} MB", flush=True)
+
+
+def main() -> None:
+    """Measure the jobs named on the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("job", nargs="*", default=list(SCENES), help=f"one of {', '.join(SCENES)}")
+    parser.add_argument("--stages", action="store_true")
+    arguments = parser.parse_args()
+    print("| job | control points | estimate GB | largest GB | estimate / largest |\n|---|---|---|---|---|")
+    for name in arguments.job:
+        measure(name, arguments.stages)
+
+
+if __name__ == "__main__":
+    main()

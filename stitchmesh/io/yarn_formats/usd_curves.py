@@ -1,0 +1,300 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Curves of USD stages, read in a process of their own.
+
+The library of USD can end its process at a damaged file, ask for any memory, or not come to an end. A child process
+therefore opens the stage, within limits of memory and processor time that grow with the file, and hands the curves over
+in a file with a checksum (``stitchmesh.io.checkpoint_file``). The end of the child is an error as any other one.
+
+    python -m stitchmesh.io.yarn_formats.usd_curves STAGE CURVES
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from os import fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.errors import FileError, first_few
+from stitchmesh.io.checkpoint_file import CheckpointFile, checked_header, read_checkpoint, write_checkpoint
+from stitchmesh.io.contents import FilePath, check_points, read_bytes
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh.palette import srgb_colour
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+METRES_PER_UNIT = 0.01
+"""Unit of the coordinates in files that are written [m]."""
+LABELS = ("row", "face", "part")
+"""Fields of a yarn set that are kept for each control point."""
+CONTACT_RADIUS = "contactRadius"
+"""Name of the primvar with the contact radius of each curve [cm]."""
+Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+"""Rotation of points with z up, as rows, to points with y up."""
+MEMORY = 2**30, 1000
+"""Memory that the child may add to what its libraries take: a constant [bytes], and bytes for each byte of the file."""
+SECONDS = 60, 2e-5
+"""Processor time that the child may take: a constant [s], and seconds for each byte of the file."""
+
+
+@dataclass(frozen=True)
+class UsdCurve:
+    """One curve of a stage, in world coordinates."""
+
+    points: FloatArray
+    """B-spline control points [cm], y up, shape (n, 3)."""
+    closed: bool
+    """Whether the curve is closed."""
+    radius: float | None
+    """Contact radius of the curve [cm]: half its width if the file states no other, and None without a width."""
+    drawn_radius: float | None
+    """Half the width of the curve [cm]; None if the file states no width."""
+    yarn: int | None
+    """Number of the yarn; None if the file states none."""
+    colour: int | None
+    """Number of the colour; None if the file states none."""
+    display_colour: NDArray[np.uint8] | None
+    """Colour (sRGB), shape (3,); None if the file states none."""
+    labels: dict[str, IntArray]
+    """Values of the fields of ``LABELS`` that the file states, shape (n,) each."""
+
+
+class _CurveHeader(TypedDict):
+    """The numbers of a curve that are no arrays."""
+
+    closed: bool
+    radius: float | None
+    drawn_radius: float | None
+    yarn: int | None
+    colour: int | None
+
+
+class _Header(TypedDict):
+    """What the child hands over beside the arrays of the curves."""
+
+    error: str
+    """Message of the error; empty if the stage was read."""
+    curves: list[_CurveHeader]
+
+
+def read_usd(path: FilePath) -> list[UsdCurve]:
+    """Read the curves of a stage, in the order of their yarn numbers, or of the stage if yarn numbers are missing.
+
+    Raises:
+        FileError: the file cannot be read, is malformed, has no curves, or has curves that are not cubic B-splines, or
+            the process that reads it ends.
+    """
+    name = fspath(path)
+    read_bytes(path)
+    with tempfile.TemporaryDirectory() as folder:
+        answer = Path(folder) / "curves.smc"
+        command = [sys.executable, "-m", __name__, name, str(answer)]
+        ended = subprocess.run(
+            command,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, [*sys.path, os.getcwd()]))},
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False,
+        )  # fmt: skip
+        if ended.returncode or not answer.exists():
+            found = f"USD could not read it and ended with status {ended.returncode}"
+            raise FileError(f"{name}: is not a valid USD file ({found}); write it again")
+        content = read_checkpoint(answer)
+    header = checked_header(answer, content, _Header)
+    if header["error"]:
+        raise FileError(header["error"])
+    return [_unpacked(content, number, own) for number, own in enumerate(header["curves"])]
+
+
+def curves_of_stage(path: FilePath) -> list[UsdCurve]:
+    """Read the curves of a stage in this process; the child of ``read_usd`` does so.
+
+    Raises:
+        FileError: the file is malformed, names files outside of its folder, has no curves, or has curves that are not
+            cubic B-splines.
+    """
+    from pxr import Tf, Usd, UsdGeom
+
+    name = fspath(path)
+    try:
+        stage = Usd.Stage.Open(name)
+        _check_layers(name, stage)
+        prims = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.BasisCurves)]
+        with np.errstate(all="ignore"):  # Numbers that overflow are not finite, which is checked.
+            curves = [curve for prim in prims for curve in _curves_of(name, prim)]
+    except FileError:
+        raise
+    except Exception as error:  # USD raises exceptions of many types for malformed files.
+        reason = reason_of(error) if isinstance(error, Tf.ErrorException) else " ".join(str(error).split())[:100]
+        raise FileError(f"{name}: is not a valid USD file ({reason}); write it again") from error
+    if not curves:
+        raise FileError(f"{name}: has no curves; expected prims of type BasisCurves")
+    if any(curve.yarn is None for curve in curves):
+        return curves
+    return sorted(curves, key=lambda curve: curve.yarn or 0)
+
+
+def _check_layers(name: str, stage: Usd.Stage) -> None:
+    """Refuse a stage that is composed of files outside of the folder of its own file."""
+    folder = Path(name).resolve().parent
+    for layer in stage.GetUsedLayers():
+        if layer.realPath and not Path(layer.realPath).resolve().is_relative_to(folder):
+            raise FileError(f"{name}: names the file {layer.realPath[:80]}; expected files in its own folder only")
+
+
+def main(stage: str, answer: str) -> None:
+    """Read a stage, and write its curves or the error to a file; the work of the child process."""
+    _limit(Path(stage).stat().st_size)
+    try:
+        curves, error = curves_of_stage(stage), ""
+    except FileError as refused:
+        curves, error = [], str(refused)
+    arrays = {f"{number} {name}": values for number, curve in enumerate(curves) for name, values in _arrays(curve)}
+    heads = [{name: getattr(curve, name) for name in _CurveHeader.__annotations__} for curve in curves]
+    write_checkpoint(answer, CheckpointFile({"error": error, "curves": heads}, arrays))
+
+
+def _limit(size: int) -> None:
+    """Limit the memory and the processor time of this process, for a file of a size [bytes]."""
+    import resource
+
+    from pxr import Usd, UsdGeom  # noqa: F401  What the libraries take is not counted.
+
+    pages = int(Path("/proc/self/statm").read_text().split()[0]) if Path("/proc/self/statm").exists() else 0
+    memory = pages * resource.getpagesize() + MEMORY[0] + MEMORY[1] * size
+    seconds = int(SECONDS[0] + SECONDS[1] * size)
+    for kind, value in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, seconds), (resource.RLIMIT_CORE, 0)):
+        hard = resource.getrlimit(kind)[1]
+        resource.setrlimit(kind, (value if hard == resource.RLIM_INFINITY else min(value, hard), hard))
+
+
+def _arrays(curve: UsdCurve) -> list[tuple[str, NDArray[Any]]]:
+    shown = [] if curve.display_colour is None else [("display_colour", curve.display_colour)]
+    return [("points", curve.points), *shown, *curve.labels.items()]
+
+
+def _unpacked(content: CheckpointFile, number: int, head: _CurveHeader) -> UsdCurve:
+    """Return a curve from what the child has handed over."""
+    own = {label: content.arrays.get(f"{number} {label}") for label in ("points", "display_colour", *LABELS)}
+    labels = {label: values for label in LABELS if (values := own[label]) is not None}
+    points = content.arrays[f"{number} points"]
+    return UsdCurve(points=points, display_colour=own["display_colour"], labels=labels, **head)
+
+
+def _curves_of(name: str, prim: Usd.Prim) -> list[UsdCurve]:
+    """Return the curves of one prim."""
+    from pxr import Usd, UsdGeom
+
+    where = f"{name}: {prim.GetPath()}"
+    curves = UsdGeom.BasisCurves(prim)
+    time = Usd.TimeCode.EarliestTime()
+    closed = _is_closed(where, [curves.GetTypeAttr(), curves.GetBasisAttr(), curves.GetWrapAttr()])
+    points = _array(curves.GetPointsAttr(), np.float64).reshape(-1, 3)
+    counts = _array(curves.GetCurveVertexCountsAttr(), np.int64)
+    if (counts < 0).any() or counts.sum() != len(points):
+        found = f"curves of {first_few(counts)} points, {counts.sum()} in total"
+        raise FileError(f"{where}: got {found}; expected {len(points)} points in total; write it again")
+    turn, shift, scale = _to_centimetres(prim.GetStage(), curves.ComputeLocalToWorldTransform(time))
+    placed = points @ turn + shift
+    check_points(f"{where}: point", placed)
+    cuts = np.cumsum(counts)[:-1]
+    labels = {label: _primvar(prim, label, len(points)) for label in LABELS}
+    split = {label: np.split(values, cuts) for label, values in labels.items() if values is not None}
+    drawn = _radii(where, curves, len(counts))
+    contact = _float_primvar(prim, CONTACT_RADIUS, (len(counts),))
+    radius = drawn if contact is None else contact
+    display = _float_primvar(prim, "displayColor", (len(counts), 3))
+    shown = None if display is None else np.round(255 * np.clip(srgb_colour(display), 0.0, 1.0)).astype(np.uint8)
+    yarn, colour = _primvar(prim, "yarn", len(counts)), _primvar(prim, "colour", len(counts))
+    return [
+        UsdCurve(
+            points=own,
+            closed=closed,
+            radius=None if radius is None else float(radius[index] * scale),
+            drawn_radius=None if drawn is None else float(drawn[index] * scale),
+            yarn=None if yarn is None else int(yarn[index]),
+            colour=None if colour is None else int(colour[index]),
+            display_colour=None if shown is None else shown[index],
+            labels={label: values[index] for label, values in split.items()},
+        )
+        for index, own in enumerate(np.split(placed, cuts))
+    ]
+
+
+def _is_closed(where: str, attributes: list[Usd.Attribute]) -> bool:
+    """Return whether curves are closed, given their attributes type, basis and wrap."""
+    kind, basis, wrap = (attribute.Get() for attribute in attributes)
+    if (kind, basis) != ("cubic", "bspline") or wrap not in ("periodic", "nonperiodic"):
+        found = f"{wrap} {kind} {basis}"
+        raise FileError(f"{where}: got {found} curves; expected cubic bspline, periodic or nonperiodic; convert them")
+    return bool(wrap == "periodic")
+
+
+def _to_centimetres(stage: Usd.Stage, world: Any) -> tuple[FloatArray, FloatArray, float]:
+    """Return the transform of the points of a prim, as rows, to centimetres with y up.
+
+    Returns:
+        Matrix, shape (3, 3), translation [cm], shape (3,), and the mean factor of lengths.
+    """
+    from pxr import UsdGeom
+
+    matrix = np.array(world, dtype=np.float64) * (UsdGeom.GetStageMetersPerUnit(stage) / METRES_PER_UNIT)
+    if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z:
+        matrix[:, :3] = matrix[:, :3] @ Z_UP
+    return matrix[:3, :3], matrix[3, :3], float(np.cbrt(abs(np.linalg.det(matrix[:3, :3]))))
+
+
+def _radii(where: str, curves: Any, count: int) -> FloatArray | None:
+    """Return half the width of each curve in the unit of the prim, shape (count,), or None without widths."""
+    widths = _array(curves.GetWidthsAttr(), np.float64)
+    if len(widths) == 0:
+        return None
+    if len(widths) not in (1, count):
+        raise FileError(f"{where}: got {len(widths)} widths of {count} curves; expected one, or one for each curve")
+    return np.broadcast_to(widths / 2, count)
+
+
+def _primvar(prim: Usd.Prim, name: str, count: int) -> IntArray | None:
+    """Return a primvar that holds ``count`` integers; None if the prim has no such primvar."""
+    from pxr import Usd, UsdGeom
+
+    primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar(name)
+    values = np.array(primvar.ComputeFlattened(Usd.TimeCode.EarliestTime()) if primvar else [])
+    return values.astype(np.int64) if values.shape == (count,) and values.dtype.kind == "i" else None
+
+
+def _float_primvar(prim: Usd.Prim, name: str, shape: tuple[int, ...]) -> FloatArray | None:
+    """Return a primvar of numbers of a shape; a constant one is repeated. None if the prim has no such primvar."""
+    from pxr import Usd, UsdGeom
+
+    primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar(name)
+    values = np.array(primvar.ComputeFlattened(Usd.TimeCode.EarliestTime()) if primvar else [])
+    if values.dtype.kind != "f" or values.shape not in (shape, (1, *shape[1:])):
+        return None
+    return np.broadcast_to(values.astype(np.float64), shape)
+
+
+def _array(attribute: Usd.Attribute, kind: Any) -> NDArray:
+    from pxr import Usd
+
+    values = attribute.Get(Usd.TimeCode.EarliestTime())
+    return np.array([] if values is None else values, dtype=kind)
+
+
+def reason_of(error: Any) -> str:
+    """Return the first of USD's error messages in one line."""
+    try:
+        return " ".join(str(error.args[0].commentary).split())[:160]
+    except UnicodeDecodeError:  # The message quotes the file.
+        return "it holds characters that are not UTF-8"
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,198 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The stages of a job that makes a garment, in their order; stages that would change nothing are left out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import nullcontext
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from stitchmesh.budget.expectation import BudgetScene
+from stitchmesh.budget.plan import make_plan
+from stitchmesh.compute.device import device_named
+from stitchmesh.editing.edit import Edit
+from stitchmesh.errors import ParameterError
+from stitchmesh.io.atomic import write_json
+from stitchmesh.io.checked import check_table, parse_json
+from stitchmesh.io.checkpoint_file import previous_path, read_checkpoint
+from stitchmesh.io.contents import read_bytes
+from stitchmesh.io.state_saver import StateSaver
+from stitchmesh.io.stitches import write_stitches
+from stitchmesh.jobs.job import recipe_of
+from stitchmesh.jobs.job_memory import check_memory, garment_memory
+from stitchmesh.jobs.kept_stages import Stage, stage_key
+from stitchmesh.jobs.stage_files import fabric_stage, relaxation_stage, yarns_stage
+from stitchmesh.jobs.stage_run import JobRun
+from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.pipeline import (
+    KnitOptions,
+    edit_stage,
+    label_stage,
+    mesh_stage,
+    pattern_stage,
+    relax_with_options,
+    spiral_stage,
+    tessellate_stage,
+    yarn_stage,
+)
+from stitchmesh.quality import Quality, quality_named
+from stitchmesh.recipe.recipe import recipe_options
+from stitchmesh.recipe.recipe_file import edits_with_paths
+from stitchmesh.selection.selection import Selection, with_paths
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.checkpoint import NAME as CHECKPOINT
+from stitchmesh.yarnrelax.checkpoint import Checkpoints
+from stitchmesh.yarnrelax.relaxation_result import Relaxation
+
+PLAN = "plan.json"
+"""File of the quality that a budget has chosen, and of the reasons."""
+
+
+def make_garment(run: JobRun) -> tuple[StitchMesh, Relaxation]:
+    """Run the stages of a garment; returns the stitches and the relaxed yarns.
+
+    Raises:
+        StitchMeshError: a stage cannot be carried out, the garment does not fit into the memory, or there is a
+            checkpoint and the job shall not continue from it.
+        JobStopped: the user wants the job to stop.
+    """
+    recipe = recipe_of(run.job)
+    options = recipe_options(recipe)
+    mesh = recipe.label.read_mesh(recipe.mesh, recipe.unit)
+    device = str(device_named(options.device))
+    entry = options.quality if isinstance(options.quality, str) else asdict(options.quality)
+    run.report |= {"device": device, "quality": entry}
+    stage = fabric_stage("label", stage_key("label", mesh, options.borders, options.seeds, options.flip))
+    labeled = run.run(stage, lambda report: label_stage(mesh, options, report, run.progress))
+    run.report["memory"] = check_memory(
+        lambda quality: garment_memory(labeled, options, quality, device, run.job.render),
+        quality_named(options.quality), device, "wider stitches, a smaller mesh, or no pictures (render = [])",
+    )  # fmt: skip
+    fabric = _fabric(run, mesh, labeled, options, device)
+    for name in run.job.write_stitches:
+        write_stitches(run.folder / name, fabric)
+    quality = _quality(run, fabric, options, device)
+    sampling = quality.control_points_per_stitch
+    key = stage_key("generate_yarns", fabric, options.yarn_radius, options.drawn_radius, options.finish, sampling)
+    yarns = run.run(
+        yarns_stage("generate_yarns", key), lambda report: yarn_stage(fabric, options, quality, report, run.progress)
+    )
+    return fabric, _relaxed(run, fabric, yarns, options, quality, device)
+
+
+def _fabric(run: JobRun, mesh: Mesh, labeled: StitchMesh, options: KnitOptions, device: str) -> StitchMesh:
+    """Return the stitches, evened out on their surface."""
+    fabric = labeled
+
+    def next_stage(name: str, make: Callable[[StitchMesh, dict[str, Any]], StitchMesh], *given: Any) -> None:
+        nonlocal fabric
+        before = fabric
+        stage = fabric_stage(name, stage_key(name, before, *given))
+        fabric = run.run(stage, lambda report: make(before, report))
+
+    next_stage(
+        "tessellate", lambda fabric, report: tessellate_stage(fabric, options, report, run.progress),
+        options.stitch_width, options.stitch_height, options.counts, options.marked,
+    )  # fmt: skip
+    if options.palette or options.patterns:
+        next_stage(
+            "apply_pattern", lambda fabric, report: pattern_stage(fabric, options, report, run.progress),
+            options.palette, [(part.pattern, part.remainder, _selected(part.on)) for part in options.patterns],
+        )  # fmt: skip
+    if options.edits:
+        next_stage(
+            "apply_edit", lambda fabric, report: edit_stage(fabric, options, report, run.progress),
+            [_edit(edit) for edit in options.edits],
+        )  # fmt: skip
+    next_stage(
+        "relax_mesh", lambda fabric, report: mesh_stage(fabric, mesh, options, device, report, run.progress),
+        mesh, options.mesh_arguments, _processor(device),
+    )  # fmt: skip
+    if options.spiral:
+        next_stage("make_spiral", lambda fabric, report: spiral_stage(fabric, options, report))
+    return fabric
+
+
+def _selected(on: Selection | None) -> str:
+    """Return a selection as text, with the content of files in the place of their paths."""
+    return str(None if on is None else with_paths(on, _content))
+
+
+def _edit(edit: Edit) -> tuple[str, dict[str, Any]]:
+    """Return the name and the arguments of an edit, with the content of files in the place of their paths."""
+    changed = edits_with_paths([edit], _content)[0]
+    return changed.name, dict(changed.arguments)
+
+
+def _content(path: str) -> str:
+    """Return the content of a file as text."""
+    return read_bytes(path).hex()
+
+
+def _processor(device: str) -> str:
+    """Return the kind of a device; results of two devices of one kind have the same bits."""
+    return device.partition(":")[0]
+
+
+def _quality(run: JobRun, fabric: StitchMesh, options: KnitOptions, device: str) -> Quality:
+    """Return the quality that the budget chooses; a choice is kept, because a calibration is not repeatable."""
+    given, budget = quality_named(options.quality), run.budget
+    if budget is None:
+        return given
+
+    def choose(report: dict[str, Any]) -> Quality:
+        scene = BudgetScene(kind="garment", stitches=fabric.face_count)
+        plan = make_plan(budget, scene, options.quality, device)
+        report["budget"] = plan.report()
+        report["quality"] = plan.report()["quality"] or run.report["quality"]
+        return plan.quality
+
+    key = stage_key("budget", fabric, given, device, run.job.within, run.job.error)
+    return run.run(Stage("budget", key, _write_quality, _read_quality), choose)
+
+
+def _write_quality(folder: Path, quality: Quality) -> None:
+    write_json(folder / PLAN, asdict(quality))
+
+
+def _read_quality(folder: Path, _report: dict[str, Any]) -> Quality:
+    return check_table(parse_json(read_bytes(folder / PLAN).decode("utf-8")), Quality)
+
+
+def _relaxed(
+    run: JobRun, fabric: StitchMesh, yarns: YarnSet, options: KnitOptions, quality: Quality, device: str
+) -> Relaxation:
+    """Relax the yarns, with checkpoints in the folder of the stage."""
+    chosen = options.relaxation
+    given = chosen.material, chosen.stiffness, chosen.rest_lengths, chosen.terms
+    stage = relaxation_stage("relax_yarns", stage_key("relax_yarns", fabric, yarns, given, quality, _processor(device)))
+    folder = run.kept.folder_of(stage)
+    checkpoint = folder / CHECKPOINT
+    if run.finished(stage) is None and checkpoint.is_file() and not run.resume:
+        raise ParameterError(
+            f"{run.folder}: a run was stopped in relax_yarns; give --resume to continue from its checkpoint, or remove "
+            f"{folder} to begin that stage again"
+        )
+
+    def relax(report: dict[str, Any]) -> Relaxation:
+        """Relax the yarns from their beginning or from the checkpoint."""
+        saver, continues = StateSaver(run.folder, run.report, yarns), checkpoint.is_file()
+        checkpoints = Checkpoints(folder, run.job.relax_yarns.checkpoint_every)
+        relaxation = replace(chosen, checkpoint=checkpoints, resume=checkpoint if continues else None)
+        before = read_checkpoint(checkpoint).header["seconds"] if continues else 0.0
+        with run.continued(before) if continues else nullcontext():
+            relaxed = relax_with_options(
+                yarns, relaxation, quality=quality, device=device, fabric=fabric, keep_shape=True,
+                progress=run.progress, on_state=saver.keep,
+            )  # fmt: skip
+        report["yarnrelax"] = relaxed.report
+        return relaxed
+
+    relaxed = run.run(stage, relax)
+    if not relaxed.report["out_of_time"]:
+        for path in (checkpoint, previous_path(checkpoint)):
+            path.unlink(missing_ok=True)
+    return relaxed

@@ -1,0 +1,156 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Jobs as files: TOML with the fields of ``Job`` as keys. Paths in a file are relative to its folder."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING, fields, is_dataclass, replace
+from os import fspath
+from pathlib import Path
+from typing import Any
+
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.checked import check_table
+from stitchmesh.io.contents import FilePath
+from stitchmesh.io.toml_file import SUFFIX, read_table, table_lines
+from stitchmesh.jobs.job import OF_GARMENTS, OF_MESHES, Job
+from stitchmesh.jobs.sections import SwatchTable
+from stitchmesh.periodic.charts.chart_files import CHART_SUFFIXES
+from stitchmesh.recipe.recipe_file import edits_with_paths, pattern_with_path, patterns_with_paths, pop_edits
+
+EDITS = "apply_edit"
+HEADER = """\
+# A job: `stitchmesh run FILE` runs it (docs/how-to/jobs.md). Paths are relative to this file, lengths in cm.
+# A key behind # is not set; every other key has its default.
+"""
+UNSET = {
+    "quality": '"draft"', "device": '"cpu"', "within": '"8h"', "error": '"1%"', "stitch_height": "0.6",
+    "yarn_radius": "0.1", "drawn_radius": "0.17", "aspect": "0.77", "loop_length": "2.0", "gravity": "[0, -981, 0]",
+    "friction": "0.2", "twist": "0.1", "body": '"body.obj"', "solver": '"dynamics"', "max_iterations": "20000",
+    "view": '"back"', "colour": '"strain"', "spacing": "0.6", "blocked": "50.0", "relaxation": '"wet"',
+}  # fmt: skip
+"""Example of each key that is not set by default."""
+COMMENTS = {
+    "unit": "of a mesh file that states none",
+    "turn_inside_out": "whether the other side of the mesh is outside",
+    "quality": "draft, standard or reference",
+    "device": "cpu or cuda:0; by default the first GPU",
+    "within": "time for the whole job",
+    "error": "of the stitch spacing; measured tables choose the quality",
+    "make_spiral": "whether tubes are one spiral row",
+    "write_stitches": "in the folder of the job",
+    "borders": "[V, W]: an edge of a border from which rows start",
+    "seeds": "[V, W]: a course edge from which rows start",
+    "flip": "faces whose rows are reversed",
+    "stitch_width": "wale spacing",
+    "stitch_height": "course spacing",
+    "counts": "V,W=COUNT",
+    "aspect": "height over width of a stitch",
+    "alpha": "part of the surface that unstressed stitches cover",
+    "bind_off": "drawn or chain",
+    "cast_on": "backward or open",
+    "longest_float": "in stitches",
+    "factor": "of all rest lengths",
+    "factors": "KEY=FACTOR, of stitches, rows and yarns",
+    "stiffness": "NAME=VALUE",
+    "gravity": "[cm/s^2]",
+    "checkpoint_every": "iterations",
+    "pattern": "name of the library or path of a chart",
+    "gamma": "tightness",
+    "period": "width and height, or free",
+    "columns": "repeats side by side",
+    "blocked": "tension [dyn/cm]",
+    "relaxation": "dry, wet or full",
+    "tiles": "repeats of a swatch in the picture",
+}
+"""Comments beside keys of a new file, each at the first place of its key."""
+
+
+def read_job(path: FilePath) -> Job:
+    """Read a job from a TOML file.
+
+    Raises:
+        FileError: the file cannot be read, is not TOML, or has a key or a value that no job has; the message names the
+            key and, for an unknown key, the nearest known one.
+    """
+    return job_of_table(read_table(path), fspath(path))
+
+
+def job_of_table(table: dict[str, Any], name: str) -> Job:
+    """Return the job of a table.
+
+    Args:
+        table: the table of a job file, in which paths are relative to the folder of the file.
+        name: path of the file, for messages.
+
+    Raises:
+        FileError: the table has a key or a value that no job has.
+    """
+    try:
+        edits = pop_edits(table, EDITS)
+        return _with_paths(replace(check_table(table, Job), apply_edit=edits), Path(name).parent)
+    except ParameterError as error:
+        raise FileError(f"{name}: {error}") from error
+
+
+def example_job(source: str) -> str:
+    """Return the text of a new job file with all keys, their defaults and comments.
+
+    Args:
+        source: path of a mesh, of a recipe (``.toml``) or of a chart, or the name of a pattern of the library.
+    """
+    suffix = Path(source).suffix.lower()
+    kind = "recipe" if suffix == SUFFIX else "swatch" if suffix in ("", *CHART_SUFFIXES) else "mesh"
+    others = {"mesh": {"recipe", "swatch"}, "recipe": {"mesh", "swatch", *OF_MESHES}}.get(
+        kind, {"mesh", "recipe", *OF_MESHES, *OF_GARMENTS}
+    )
+    table: dict[str, Any] = {}
+    for part in fields(Job):
+        if part.name == kind:
+            table[part.name] = _defaults(SwatchTable(pattern=source)) if kind == "swatch" else source
+        elif part.name not in others and part.name != EDITS:
+            default = part.default if part.default_factory is MISSING else part.default_factory()
+            table[part.name] = _defaults(default)
+    if kind == "recipe":
+        table["relax_yarns"] = {"checkpoint_every": table["relax_yarns"]["checkpoint_every"]}
+    if kind != "swatch":
+        table["render"] = [{key: value for key, value in one.items() if key != "tiles"} for one in table["render"]]
+    return HEADER + "\n" + "\n".join(_with_unset(line) for line in table_lines(table, comments=COMMENTS)) + "\n"
+
+
+def _defaults(value: Any) -> Any:
+    """Return a value as TOML can hold it: dataclasses become tables, and None becomes a mark."""
+    if is_dataclass(value):
+        return {part.name: _defaults(getattr(value, part.name)) for part in fields(value)}
+    if isinstance(value, tuple):
+        return [_defaults(part) for part in value]
+    return _NOTHING if value is None else value
+
+
+_NOTHING = "\0"
+"""Mark in the place of None, which TOML does not have."""
+
+
+def _with_unset(line: str) -> str:
+    """Return a line of a file; a key without a value becomes a comment with an example."""
+    key, sign, value = line.partition(" = ")
+    mark = '"\\u0000"'
+    return f"# {key} = {UNSET.get(key, '...')}{value.removeprefix(mark)}" if sign and value.startswith(mark) else line
+
+
+def _with_paths(job: Job, folder: Path) -> Job:
+    """Return a job whose paths are seen from the present folder, given the folder of its file."""
+
+    def joined(path: str) -> str:
+        return fspath(folder / path)
+
+    body, swatch = job.relax_yarns.body, job.swatch
+    return replace(
+        job,
+        mesh=None if job.mesh is None else joined(job.mesh),
+        recipe=None if job.recipe is None else joined(job.recipe),
+        apply_pattern=patterns_with_paths(job.apply_pattern, joined),
+        apply_edit=edits_with_paths(job.apply_edit, joined),
+        relax_yarns=replace(job.relax_yarns, body=None if body is None else joined(body)),
+        swatch=None if swatch is None else replace(swatch, pattern=pattern_with_path(swatch.pattern, joined)),
+    )

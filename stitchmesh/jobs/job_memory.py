@@ -1,0 +1,90 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Memory that a job needs, estimated before its long stages, and compared with what its device has.
+
+``benchmarks/job_memory.py`` compares the estimates with the largest resident memory of jobs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.errors import ParameterError
+from stitchmesh.jobs.sections import RenderTable, SwatchTable
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.mixed.memory import available_memory
+from stitchmesh.periodic.resolve_pattern import resolve_pattern
+from stitchmesh.periodic.swatch_budget import stitches_of
+from stitchmesh.pipeline import KnitOptions
+from stitchmesh.quality import PRESETS, Quality
+from stitchmesh.recipe.estimate import BASE_MEMORY, bytes_per_point, estimate_garment
+
+GIGABYTE = 1e9
+"""Bytes in the unit of the messages."""
+KEPT, BYTES_PER_KEPT_POINT = 25e6, 540.0
+"""Additional memory of a job, and for each control point in float32, for the results of earlier stages and the states
+of checkpoints [bytes]."""
+RENDERER, BYTES_PER_PIXEL, BYTES_PER_DRAWN_POINT = 680e6, 500.0, 3_100.0
+"""Memory of a job that draws a picture without a GPU: with the renderer, for each pixel, and for each control point
+[bytes]. A part of it takes the place of memory that the relaxation has given back."""
+
+
+def garment_memory(
+    labeled: StitchMesh, options: KnitOptions, quality: Quality, device: str, pictures: Sequence[RenderTable]
+) -> float:
+    """Return the largest memory of a job that makes a garment [bytes]."""
+    estimate = estimate_garment(
+        labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height, counts=options.counts,
+        marked=options.marked, quality=quality, device=device,
+    )  # fmt: skip
+    relaxed = estimate.memory + _kept_memory(estimate.control_points, quality)
+    return max(relaxed, _picture_memory(estimate.control_points, pictures))
+
+
+def swatch_memory(swatch: SwatchTable, quality: Quality, pictures: Sequence[RenderTable]) -> float:
+    """Return the largest memory of a job that relaxes a swatch [bytes]."""
+    free = swatch.relax_cell or swatch.relaxation is not None or swatch.blocked is not None
+    stitches = stitches_of(resolve_pattern(swatch.pattern)) * swatch.columns * swatch.rows
+    points = stitches * quality.control_points_per_stitch * (quality.refinement if free else 1.0)
+    drawn = points * max((picture.tiles[0] * picture.tiles[1] for picture in pictures), default=0)
+    relaxed = BASE_MEMORY + points * bytes_per_point(quality) + _kept_memory(points, quality)
+    return max(relaxed, _picture_memory(drawn, pictures))
+
+
+def _kept_memory(points: float, quality: Quality) -> float:
+    """Return what a job needs beside its stages [bytes]."""
+    return KEPT + BYTES_PER_KEPT_POINT * points * (2.0 if quality.precision == "float64" else 1.0)
+
+
+def _picture_memory(points: float, pictures: Sequence[RenderTable]) -> float:
+    """Return the memory of a job while it draws its largest picture [bytes]; 0 without pictures."""
+    pixels = max((picture.size[0] * picture.size[1] for picture in pictures), default=0)
+    return RENDERER + BYTES_PER_PIXEL * pixels + BYTES_PER_DRAWN_POINT * points if pixels else 0.0
+
+
+def check_memory(
+    memory_at: Callable[[Quality], float], quality: Quality, device: str, smaller: str, available: float | None = None
+) -> dict[str, float]:
+    """Compare the memory of a job with what its device has, and return both for the report [GB].
+
+    Args:
+        memory_at: memory of the job at a quality [bytes].
+        quality: quality of the job.
+        device: Warp's name of the device.
+        smaller: what makes a job smaller if no quality fits, for the message.
+        available: memory that is free [bytes]; by default that of the device.
+
+    Raises:
+        ParameterError: the job does not fit; the message has the memory that it needs, and the quality that would fit.
+    """
+    free = available_memory(device_named(device)) if available is None else available
+    needed = memory_at(quality)
+    if needed <= free:
+        return {"estimate_gb": round(needed / GIGABYTE, 3), "available_gb": round(free / GIGABYTE, 3)}
+    found = f"needs about {needed / GIGABYTE:.3g} GB, and {device} has {free / GIGABYTE:.3g} GB free"
+    fits = [name for name, preset in reversed(PRESETS.items()) if memory_at(preset) <= free]
+    remedy = smaller
+    if fits:
+        remedy = f"quality {fits[0]}, which needs about {memory_at(PRESETS[fits[0]]) / GIGABYTE:.3g} GB"
+    raise ParameterError(f"memory: the job {found}; expected {remedy}")

@@ -1,0 +1,150 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How far a job is, as a file that another process can read at any moment."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Literal
+
+from stitchmesh.errors import FileError, StitchMeshError
+from stitchmesh.io.atomic import write_json
+from stitchmesh.io.checked import check_table
+from stitchmesh.io.contents import read_bytes
+from stitchmesh.io.folder_lock import is_locked
+from stitchmesh.progress import seconds_left
+
+STATUS = "status.json"
+"""Name of the file in the folder of a job."""
+WRITE_SECONDS = 1.0
+"""Shortest time between two writes of the file while a stage runs [s]."""
+State = Literal["running", "finished", "stopped", "failed", "killed"]
+"""State of a job. A job that was killed has left the file of a running one, and holds no lock any more."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StageStatus:
+    """A stage that has ended."""
+
+    name: str
+    """Name of the public function."""
+    key: str
+    """Key of the stage (``kept_stages``)."""
+    kept: bool
+    """Whether an earlier run had finished the stage."""
+    seconds: float
+    """Time that the stage took when it was computed [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class JobStatus:
+    """How far a job is: one report of its progress."""
+
+    time: str
+    """Moment of the report, in UTC."""
+    state: State
+    """State of the job."""
+    stage: str
+    """Name of the present stage, or of the last one."""
+    done: float
+    """Completed part of the stage, from 0 to 1."""
+    seconds: float
+    """Time since the start of the job, with that of the runs which it continues [s]."""
+    seconds_left: float | None = None
+    """Estimate of the remaining time of the stage [s]; None where it is not known."""
+    note: str = ""
+    """What the stage reports, such as iteration and residual."""
+    stages: tuple[StageStatus, ...] = ()
+    """The stages that have ended."""
+    process: int = 0
+    """Number of the process."""
+    host: str = ""
+    """Name of its machine."""
+
+    @property
+    def line(self) -> str:
+        """Return the report in one line."""
+        left = "" if self.seconds_left is None else f", about {self.seconds_left:.0f} s left"
+        note = f" ({self.note})" if self.note else ""
+        return f"{self.stage}: {self.done:.0%}{left}{note}"
+
+
+Listener = Callable[[JobStatus], None]
+"""Function that is called with each report of a job."""
+
+
+class JobLog:
+    """Reports of a running job: to the file, and to a listener."""
+
+    def __init__(self, folder: Path, listener: Listener) -> None:
+        """Begin the reports: to a file in the folder of the job, and to a listener."""
+        self._path, self._listener = folder / STATUS, listener
+        self._began, self._stage_began, self._written = time.monotonic(), 0.0, 0.0
+        self._now = JobStatus(
+            time="", state="running", stage="", done=0.0, seconds=0.0, process=os.getpid(), host=socket.gethostname()
+        )
+
+    @property
+    def stages(self) -> tuple[StageStatus, ...]:
+        """The stages that have ended."""
+        return self._now.stages
+
+    @property
+    def seconds(self) -> float:
+        """Time since the start of the job [s]."""
+        return time.monotonic() - self._began
+
+    def add(self, seconds: float) -> None:
+        """Add the time of the runs that this one continues [s]."""
+        self._began -= seconds
+
+    def begin(self, stage: str) -> None:
+        """Report the start of a stage."""
+        self._stage_began = time.monotonic()
+        self._report(always=True, stage=stage, done=0.0, seconds_left=None, note="")
+
+    def progress(self, stage: str, done: float, note: str) -> None:
+        """Report the progress of the present stage (a ``Progress`` function, which keeps the name of the stage)."""
+        left = seconds_left(time.monotonic() - self._stage_began, done)
+        self._report(done=done, seconds_left=None if left is None else round(left, 1), note=note.replace("\n", "; "))
+
+    def end(self, stage: StageStatus) -> None:
+        """Report the end of a stage."""
+        stages = (*self._now.stages, stage)
+        self._report(always=True, stage=stage.name, done=1.0, seconds_left=None, note="", stages=stages)
+
+    def close(self, state: State, note: str = "") -> None:
+        """Report the end of the job."""
+        self._report(always=True, state=state, seconds_left=None, note=note)
+
+    def _report(self, *, always: bool = False, **changes: object) -> None:
+        now = time.monotonic()
+        stamp = datetime.now(UTC).isoformat(timespec="seconds")
+        self._now = replace(self._now, time=stamp, seconds=round(self.seconds, 2), **changes)  # type: ignore[arg-type]
+        if always or now - self._written >= WRITE_SECONDS:
+            self._written = now
+            write_json(self._path, asdict(self._now))
+        self._listener(self._now)
+
+
+def read_status(folder: Path) -> JobStatus:
+    """Read how far the job in a folder is; a job whose process has ended without a word was killed.
+
+    Raises:
+        FileError: the folder has no job, or its file is damaged.
+    """
+    path = folder / STATUS
+    if not path.is_file():
+        raise FileError(f"{folder}: holds no {STATUS}; expected the folder of a job that `stitchmesh run` has started")
+    try:
+        found = check_table(json.loads(read_bytes(path)), JobStatus)
+    except (StitchMeshError, ValueError) as error:
+        raise FileError(f"{path}: is not the status of a job ({error}); run the job again") from error
+    return replace(found, state="killed") if found.state == "running" and not is_locked(folder) else found

@@ -1,0 +1,164 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The run of a job: the order of operations."""
+
+from __future__ import annotations
+
+import glob
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass, replace
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from stitchmesh import __version__
+from stitchmesh.budget.budget import FILES, START_OF_RENDERER, Budget
+from stitchmesh.budget.plan import limit_of
+from stitchmesh.errors import FileError, StitchMeshError
+from stitchmesh.io.atomic import write_json
+from stitchmesh.io.folder_lock import FolderLock
+from stitchmesh.io.history import write_history
+from stitchmesh.io.yarns import write_yarns
+from stitchmesh.jobs.garment_stages import make_garment
+from stitchmesh.jobs.job import Job
+from stitchmesh.jobs.job_status import STATUS, JobLog, Listener
+from stitchmesh.jobs.kept_stages import KeptStages
+from stitchmesh.jobs.pictures import PLOT, draw_convergence, draw_yarns
+from stitchmesh.jobs.stage_run import JobRun
+from stitchmesh.jobs.stop import JobStopped, StopRequest
+from stitchmesh.jobs.swatch_stages import make_swatch
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.periodic.swatch import Swatch
+from stitchmesh.quality import quality_named
+from stitchmesh.time_limit import limited_to
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.checkpoint import NAME as CHECKPOINT
+from stitchmesh.yarnrelax.relaxation_result import Relaxation
+
+REPORT, HISTORY = "report.json", "convergence.csv"
+BUSY = "another run works in this folder; wait for its end (`stitchmesh status`), or choose another folder"
+"""Message for a folder whose lock another program holds."""
+
+
+@dataclass(frozen=True, eq=False)
+class FinishedJob:
+    """The results of a job."""
+
+    yarns: YarnSet
+    """The relaxed yarns."""
+    fabric: StitchMesh | None
+    """The stitches; None for a weave."""
+    report: dict[str, Any]
+    """Figures of all stages, as in ``report.json``."""
+    drawn: bool
+    """Whether pictures were drawn."""
+
+    def __repr__(self) -> str:
+        """Return one line: the stages that were computed, and the yarns."""
+        computed = sum(not stage["kept"] for stage in self.report["job"]["stages"])
+        return f"FinishedJob({computed} of {len(self.report['job']['stages'])} stages computed, {self.yarns})"
+
+
+def run_job(
+    job: Job, folder: str | PathLike[str], *, resume: bool = False, stop: StopRequest | None = None,
+    listener: Listener = lambda _: None, began: float | None = None,
+) -> FinishedJob:  # fmt: skip
+    """Run a job in its folder; stages that an earlier run has finished are not computed again.
+
+    The function writes the files of the job, ``report.json``, ``convergence.csv``, ``convergence.png``, and
+    ``status.json`` while it runs. Finished stages are kept in ``stages`` (``kept_stages``).
+
+    Args:
+        job: the job (``read_job``).
+        folder: folder of the job, which only one run may use at a time; it is made if it is missing.
+        resume: whether a relaxation of yarns continues from its checkpoint; the result has the bits of a run that was
+            never stopped.
+        stop: a wish to stop, which may be uttered in a signal handler or in another thread.
+        listener: called with each report of the progress.
+        began: reading of ``time.perf_counter`` from which the time of the budget counts [s]; by default the present
+            one.
+
+    Raises:
+        FileError: another run works in the folder, or a file cannot be read or written.
+        ParameterError: an option is not possible, the job does not fit into the memory, its time is over, or there is a
+            checkpoint and ``resume`` is false.
+        JobStopped: the job was stopped; ``resume`` continues it.
+        StitchMeshError: as for the functions of the stages.
+    """
+    target, started = Path(folder), time.perf_counter() if began is None else began
+    lock = FolderLock(target, BUSY)
+    try:
+        _tidy(job, target)
+        log, budget = JobLog(target, listener), _budget(job, started)
+        run = JobRun(job, target, resume, stop or StopRequest(), log, {"stitchmesh": __version__}, budget)
+        with _end_reported(log), limited_to(limit_of(budget)):
+            return _run(run)
+    finally:
+        lock.release()
+
+
+def _run(run: JobRun) -> FinishedJob:
+    """Run the stages and write the results."""
+    job, folder = run.job, run.folder
+    fabric: StitchMesh | None
+    made: Relaxation | Swatch
+    if job.swatch is None:
+        fabric, made = make_garment(run)
+    else:
+        made = make_swatch(run, job.swatch)
+        fabric = made.fabric
+    for name in job.write_yarns:
+        write_yarns(folder / name, made.yarns)
+    draw_convergence(run, made.history, _tolerance(run.report))
+    drawn = _draws(job, run.budget) and draw_yarns(run, fabric, made.yarns)
+    run.report["job"] = {"seconds": round(run.log.seconds, 2), "stages": [asdict(stage) for stage in run.log.stages]}
+    write_json(folder / REPORT, run.report)
+    write_history(folder / HISTORY, made.history)  # Last: a page that follows the folder takes it as the end.
+    return FinishedJob(made.yarns, fabric, run.report, drawn)
+
+
+def _tolerance(report: dict[str, Any]) -> float:
+    """Return the residual at which the relaxation of a report ends."""
+    quality = report["quality"]
+    return float(quality["tolerance"] if isinstance(quality, dict) else quality_named(quality).tolerance)
+
+
+def _budget(job: Job, began: float) -> Budget | None:
+    """Return the budget with the time for the files, and for pictures if they leave half of it."""
+    given = job.budget
+    if given is None:
+        return None
+    after = FILES + START_OF_RENDERER * bool(job.render)
+    draws = given.within is None or given.within >= 2.0 * after
+    return replace(given, began=began, after=after if draws else FILES, chooses=job.quality is None)
+
+
+def _draws(job: Job, budget: Budget | None) -> bool:
+    """Return whether pictures are drawn."""
+    return bool(job.render) and (budget is None or budget.within is None or budget.after > FILES)
+
+
+def _tidy(job: Job, folder: Path) -> None:
+    """Remove what killed runs have left: parts of files, and unfinished stages without a checkpoint."""
+    KeptStages(folder).tidy(CHECKPOINT)
+    pictures = [picture.path for picture in job.render]
+    for name in (*job.write_stitches, *job.write_yarns, *pictures, STATUS, REPORT, HISTORY, PLOT):
+        for part in folder.glob(f".{glob.escape(Path(name).stem)}-*{glob.escape(Path(name).suffix)}"):
+            part.unlink(missing_ok=True)
+
+
+@contextmanager
+def _end_reported(log: JobLog) -> Iterator[None]:
+    """Report how the block ends."""
+    try:
+        yield
+        log.close("finished")
+    except (JobStopped, KeyboardInterrupt):
+        log.close("stopped")
+        raise
+    except StitchMeshError as error:
+        with suppress(FileError):  # A full disk refuses the status too.
+            log.close("failed", str(error))
+        raise

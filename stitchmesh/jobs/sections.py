@@ -1,0 +1,200 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The tables of a job file. A table has the name of a public function, and its keys are arguments of the function.
+
+Values are numbers, texts and lists, as TOML holds them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any, Literal
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.periodic.swatch_options import KnitState, SwatchOptions
+from stitchmesh.quality import Quality, Solver, quality_named, quality_with
+from stitchmesh.recipe.sections import PhysicsSection
+from stitchmesh.render.options import PICTURE_SIZE, PictureOptions
+from stitchmesh.tessellate import STITCH_WIDTH
+from stitchmesh.yarn.rest_length import parse_rest_lengths
+from stitchmesh.yarngen.finish import YarnFinish
+from stitchmesh.yarnrelax.model.material import (
+    DEFAULT_MATERIAL,
+    REFERENCE_RADIUS,
+    YarnMaterial,
+    parse_stiffnesses,
+)
+
+Free = Literal["free"]
+CHECKPOINT_EVERY = 200
+"""Default number of iterations between two checkpoints."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LabelTable:
+    """Arguments of ``label``."""
+
+    borders: tuple[tuple[int, int], ...] = ()
+    """Borders from which rows start, each named by the two vertices of one of its edges."""
+    seeds: tuple[tuple[int, int], ...] = ()
+    """Course edges from which rows start, each named by its two vertices."""
+    flip: tuple[int, ...] = ()
+    """Faces whose rows are reversed."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TessellateTable:
+    """Arguments of ``tessellate``."""
+
+    stitch_width: float = STITCH_WIDTH
+    """Wale spacing [cm]."""
+    stitch_height: float | None = None
+    """Course spacing [cm]; None for 0.77 times the width."""
+    counts: tuple[str, ...] = ()
+    """Numbers of stitches along edges, ``V,W=COUNT``."""
+    marked: tuple[tuple[int, int], ...] = ()
+    """Wale edges at which all increases and decreases of their faces stand, each named by its two vertices."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class GenerateYarnsTable:
+    """Arguments of ``generate_yarns``."""
+
+    yarn_radius: float | None = None
+    """Yarn radius [cm]; None for an eighth of the stitch width."""
+    drawn_radius: float | None = None
+    """Radius of the yarn in pictures and files for renderers [cm]; None for 1.7 yarn radii."""
+    bind_off: str = YarnFinish.bind_off
+    """``drawn`` or ``chain``."""
+    cast_on: str = YarnFinish.cast_on
+    """``backward`` or ``open``."""
+    longest_float: int = YarnFinish.longest_float
+    """Largest number of stitches of other yarns behind which a yarn floats."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RelaxYarnsTable(PhysicsSection):
+    """Arguments of ``relax_yarns``, and the interval of its checkpoints.
+
+    Raises:
+        ParameterError: the interval is less than 1.
+    """
+
+    material: str = DEFAULT_MATERIAL
+    """Name of a material, which is scaled to the radius of the yarn."""
+    stiffness: tuple[str, ...] = ()
+    """New values of the material, ``NAME=VALUE``."""
+    solver: Solver | None = None
+    """``quasistatic`` or ``dynamics``; None for that of the quality."""
+    max_iterations: int | None = None
+    """Largest number of iterations; None for that of the quality."""
+    checkpoint_every: int = CHECKPOINT_EVERY
+    """Iterations between two checkpoints."""
+
+    def __post_init__(self) -> None:
+        if self.checkpoint_every < 1:
+            raise ParameterError(f"relax_yarns.checkpoint_every: got {self.checkpoint_every}; expected at least 1")
+
+    @property
+    def physics(self) -> PhysicsSection:
+        """The additional energies."""
+        return PhysicsSection(**{part.name: getattr(self, part.name) for part in fields(PhysicsSection)})
+
+
+@dataclass(frozen=True, kw_only=True)
+class SwatchTable:
+    """Arguments of ``swatch``."""
+
+    pattern: str
+    """Name of a pattern or weave of the library, or the path of a chart."""
+    yarn_radius: float = SwatchOptions.yarn_radius
+    """Yarn radius [cm]."""
+    drawn_radius: float | None = None
+    """Radius of the yarn in pictures and files for renderers [cm]."""
+    loop_length: float | None = None
+    """Yarn length of a plain stitch [cm]."""
+    spacing: float | tuple[float, float] | None = None
+    """Distance between the yarns of a weave [cm], or of its warps and of its wefts."""
+    rest_lengths: tuple[str, ...] = ()
+    """Factors of rest lengths, ``KEY=FACTOR``."""
+    gamma: float = SwatchOptions.gamma
+    """Tightness: all rest lengths are divided by it."""
+    period: tuple[float | Free, float | Free] = ("free", "free")
+    """Width and height of the repeat [cm], or ``free``."""
+    columns: int = SwatchOptions.columns
+    """Repeats side by side."""
+    rows: int = SwatchOptions.rows
+    """Repeats one above another."""
+    unsupported: bool = SwatchOptions.unsupported
+    """Whether a repeat whose size relaxes lies on nothing."""
+    blocked: float | None = None
+    """Tension with which the repeat is pinned out [dyn/cm]."""
+    longest_float: int = SwatchOptions.longest_float
+    """Largest number of stitches of other yarns behind which a yarn floats."""
+    relax_cell: bool = False
+    """Whether the width and the height relax too."""
+    relaxation: KnitState | None = None
+    """``dry``, ``wet`` or ``full``, off the needles with friction."""
+    friction: float | None = None
+    """Coefficient of friction between yarns, with a relaxation."""
+    material: str = DEFAULT_MATERIAL
+    """Name of a material, which is scaled to the radius of the yarn."""
+    stiffness: tuple[str, ...] = ()
+    """New values of the material, ``NAME=VALUE``."""
+    max_iterations: int | None = None
+    """Largest number of iterations; None for that of the quality."""
+
+    def options(self) -> SwatchOptions:
+        """Return the options of the swatch.
+
+        Raises:
+            ParameterError: a value is out of bounds.
+        """
+        given = {part.name: getattr(self, part.name) for part in fields(SwatchOptions)}
+        period = tuple(None if size == "free" else size for size in self.period)
+        return SwatchOptions(**given | {"rest_lengths": parse_rest_lengths(self.rest_lengths), "period": period})
+
+    def yarn_material(self) -> YarnMaterial:
+        """Return the material of the yarn.
+
+        Raises:
+            ParameterError: the material or a value is unknown, or a value is out of bounds.
+        """
+        named = YarnMaterial.named(self.material, parse_stiffnesses(self.stiffness))
+        return named.scaled(self.yarn_radius / REFERENCE_RADIUS)
+
+    def quality(self, preset: str) -> Quality:
+        """Return the preset with the limit of iterations."""
+        return quality_named(quality_with(preset, max_iterations=self.max_iterations))
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of ``swatch`` except for the pattern, the quality and the device."""
+        options = self.options()
+        own = {"relax_cell": self.relax_cell, "relaxation": self.relaxation, "friction": self.friction}
+        return own | {name: getattr(options, name) for name in options.__dataclass_fields__}
+
+
+@dataclass(frozen=True, kw_only=True)
+class RenderTable:
+    """Arguments of ``render``."""
+
+    path: str = "preview.png"
+    """Picture in the folder of the job."""
+    view: str | None = None
+    """Direction of the camera; None for the front."""
+    size: tuple[int, int] = PICTURE_SIZE
+    """Width and height [pixels]."""
+    colour: str | None = None
+    """``yarn``, ``row``, ``stitch``, ``strain``, ``contact`` or a colour; None for the colours of the yarns."""
+    tiles: tuple[int, int] = (5, 5)
+    """Repeats of a swatch, along the courses and along the wales."""
+
+    def options(self) -> dict[str, Any]:
+        """Return the options of ``render``.
+
+        Raises:
+            ParameterError: a value is not possible.
+        """
+        given: dict[str, Any] = {"view": self.view, "size": self.size, "colour": self.colour}
+        PictureOptions(**given)
+        return given

@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Results of stages as files in the folder of a stage, with all their bits."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from stitchmesh.io.history import read_history, write_history
+from stitchmesh.io.stitches import read_stitches, write_stitches
+from stitchmesh.io.yarns import read_yarns, write_yarns
+from stitchmesh.jobs.kept_stages import Stage
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.periodic.swatch import Swatch
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.relaxation_result import Relaxation
+
+STITCHES, YARNS, HISTORY = "stitches.h5", "yarns.h5", "convergence.csv"
+
+
+def fabric_stage(name: str, key: str) -> Stage[StitchMesh]:
+    """Return a stage whose result is a stitch mesh."""
+    return Stage(name, key, lambda folder, fabric: write_stitches(folder / STITCHES, fabric),
+                 lambda folder, report: read_stitches(folder / STITCHES))  # fmt: skip
+
+
+def yarns_stage(name: str, key: str) -> Stage[YarnSet]:
+    """Return a stage whose result is yarns."""
+    return Stage(name, key, lambda folder, yarns: write_yarns(folder / YARNS, yarns),
+                 lambda folder, report: read_yarns(folder / YARNS))  # fmt: skip
+
+
+def relaxation_stage(name: str, key: str) -> Stage[Relaxation]:
+    """Return a stage whose result is relaxed yarns, with the report of the relaxation as ``yarnrelax``."""
+    return Stage(name, key, _write_relaxation, _read_relaxation)
+
+
+def swatch_stage(name: str, key: str) -> Stage[Swatch]:
+    """Return a stage whose result is a swatch, with its report as ``swatch``."""
+    return Stage(name, key, _write_swatch, _read_swatch)
+
+
+def _write_relaxation(folder: Path, relaxed: Relaxation | Swatch) -> None:
+    write_yarns(folder / YARNS, relaxed.yarns)
+    write_history(folder / HISTORY, relaxed.history)
+
+
+def _read_relaxation(folder: Path, report: dict[str, Any]) -> Relaxation:
+    return Relaxation(read_yarns(folder / YARNS), report["yarnrelax"], read_history(folder / HISTORY))
+
+
+def _write_swatch(folder: Path, swatch: Swatch) -> None:
+    _write_relaxation(folder, swatch)
+    if swatch.fabric is not None:
+        write_stitches(folder / STITCHES, swatch.fabric)
+
+
+def _read_swatch(folder: Path, report: dict[str, Any]) -> Swatch:
+    fabric = read_stitches(folder / STITCHES) if (folder / STITCHES).is_file() else None
+    return Swatch(read_yarns(folder / YARNS), report["swatch"], fabric, read_history(folder / HISTORY))

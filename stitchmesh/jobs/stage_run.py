@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the stages of a running job share, and the way in which each of them is run."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+from stitchmesh.budget.budget import Budget
+from stitchmesh.budget.plan import limit_of
+from stitchmesh.jobs.job import Job
+from stitchmesh.jobs.job_status import JobLog, StageStatus
+from stitchmesh.jobs.kept_stages import KeptStages, Stage, StageRecord
+from stitchmesh.jobs.stop import StopRequest
+from stitchmesh.time_limit import limited_to
+
+T = TypeVar("T")
+Make = Callable[[dict[str, Any]], T]
+"""Function that computes the result of a stage, and adds its entries to a report."""
+
+
+@dataclass(eq=False)
+class JobRun:
+    """A running job."""
+
+    job: Job
+    """What is made."""
+    folder: Path
+    """Folder of the job."""
+    resume: bool
+    """Whether a stage continues from its checkpoint."""
+    stop: StopRequest
+    """The wish to stop."""
+    log: JobLog
+    """Where progress is reported."""
+    report: dict[str, Any]
+    """Entries of ``report.json`` so far."""
+    budget: Budget | None = None
+    """The limits on the time and on the error; None without limits."""
+    kept: KeptStages = field(init=False)
+    """The finished stages."""
+
+    def __post_init__(self) -> None:
+        self.kept = KeptStages(self.folder)
+
+    def progress(self, stage: str, done: float, note: str) -> None:
+        """Report the progress of the present stage (a ``Progress`` function).
+
+        Raises:
+            JobStopped: the user wants the job to stop.
+        """
+        self.log.progress(stage, done, note)
+        self.stop.check()
+
+    def finished(self, stage: Stage[T]) -> StageRecord | None:
+        """Return the record of a stage that an earlier run has finished; None if it has to be computed."""
+        record = self.kept.record(stage)
+        return record if record is None or record.within in (None, self.job.within) else None
+
+    def run(self, stage: Stage[T], make: Make[T]) -> T:
+        """Return the result of a stage: that of an earlier run, or a new one, which is kept.
+
+        Args:
+            stage: the stage.
+            make: computes the result.
+
+        Raises:
+            StitchMeshError: the stage cannot be carried out, or its files cannot be written.
+            JobStopped: the user wants the job to stop.
+        """
+        self.stop.check()
+        record = self.finished(stage)
+        found = None if record is None else self.kept.load(stage, record)
+        if record is not None and found is not None:
+            self._end(stage, record, kept=True)
+            return found
+        self.log.begin(stage.name)
+        began, report = time.perf_counter(), dict[str, Any]()
+        made = make(report)
+        within = self.job.within if _cut_short(report) else None
+        record = StageRecord(seconds=round(time.perf_counter() - began, 4), report=report, within=within)
+        self.kept.keep(stage, made, record)
+        self._end(stage, record, kept=False)
+        return made
+
+    @contextmanager
+    def continued(self, seconds: float) -> Iterator[None]:
+        """Count the time of the stages before, and of the part of a stage that a run continues in the block [s].
+
+        Raises:
+            ParameterError: no time is left.
+        """
+        spent = seconds + sum(stage.seconds for stage in self.log.stages if stage.kept)
+        self.log.add(spent)
+        limited = None if self.budget is None else replace(self.budget, began=self.budget.began - spent)
+        with limited_to(limit_of(limited)):
+            yield
+
+    def _end(self, stage: Stage[T], record: StageRecord, *, kept: bool) -> None:
+        self.report |= record.report
+        self.log.end(StageStatus(name=stage.name, key=stage.key, kept=kept, seconds=record.seconds))
+
+
+def _cut_short(report: dict[str, Any]) -> bool:
+    """Return whether the time has ended a relaxation in the report of a stage."""
+    entries = [entry for entry in report.values() if isinstance(entry, dict)]
+    return any(entry.get("out_of_time") or entry.get("stopped") for entry in entries)

@@ -1,0 +1,31 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The wish that a running job stops, for example because the process got a signal."""
+
+from __future__ import annotations
+
+
+class JobStopped(Exception):
+    """A job has been stopped at the wish of the user; its relaxation has written a checkpoint."""
+
+
+class StopRequest:
+    """A wish to stop. A job looks at it between stages and at each report of its progress."""
+
+    def __init__(self) -> None:
+        """Begin without a wish."""
+        self.asked = False
+        """Whether the job shall stop."""
+
+    def ask(self) -> None:
+        """Ask the job to stop; returns at once, and may be called in a signal handler or in another thread."""
+        self.asked = True
+
+    def check(self) -> None:
+        """Return if nobody has asked.
+
+        Raises:
+            JobStopped: somebody has.
+        """
+        if self.asked:
+            raise JobStopped

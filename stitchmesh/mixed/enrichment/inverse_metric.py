@@ -1,0 +1,183 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Inverse blocks of the metric D of a preconditioner.
+
+Vertices and nodes outside the hybrid region have blocks of 3 x 3. Free nodes with Eulerian coordinates have one of
+5 x 5, kept as a block of 3 x 3, columns, and the Schur complement of the coordinates. In the hybrid region D is one
+number for each vertex and node, the mean of its diagonal. What does not move has a D^-1 of zero.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.thread_block import Slots, sum_over_block
+
+FIXED, FREE, COUPLED = 0, 1, 2
+"""Kinds of vertices and nodes: with a prescribed velocity; outside the constraint E (v, p) = 0; within it."""
+LEAST_NODE, LEAST_VERTEX = 1e-6, 1e-5
+"""Lower bounds of masses in D: of the mean mass of the nodes, and for a vertex of the mass that B'MpB has on it.
+Without mass a vertex moves with the nodes, by the constraint alone, and D^-1 would not be finite."""
+POSITIVE = wp.constant(1.0e-9)
+"""Smallest minor of a block with a unit mean diagonal that is inverted as a block."""
+
+
+@wp.func
+def mean_of_diagonal(block: Any, size: int, smallest: Any) -> Any:
+    """Mean of a diagonal, at least ``smallest``."""
+    total = type(smallest)(0.0)
+    for k in range(size):
+        total += block[k, k]
+    return wp.max(total / type(smallest)(size), smallest)
+
+
+@wp.func
+def scalar_block(block: Any, size: int, value: Any) -> Any:
+    """A multiple of the identity, of the type of ``block``."""
+    result = block - block
+    for k in range(size):
+        result[k, k] = value
+    return result
+
+
+@wp.func
+def inverse_3(block: Any, smallest: Any) -> Any:
+    """Inverse of a block; of its mean where the block is not positive."""
+    one = type(smallest)(1.0)
+    mean = mean_of_diagonal(block, 3, smallest)
+    unit = block * (one / mean)
+    minor = unit[0, 0] * unit[1, 1] - unit[0, 1] * unit[1, 0]
+    determinant = wp.determinant(unit)
+    least = type(smallest)(POSITIVE)
+    result = scalar_block(block, 3, one / mean)
+    if unit[0, 0] > least and minor > least and determinant > least:
+        result = wp.inverse(unit) * (one / mean)
+    return result
+
+
+@wp.func
+def inverse_2(block: Any, smallest: Any) -> Any:
+    """Inverse of a block; of its mean where the block is not positive."""
+    one = type(smallest)(1.0)
+    mean = mean_of_diagonal(block, 2, smallest)
+    unit = block * (one / mean)
+    least = type(smallest)(POSITIVE)
+    result = scalar_block(block, 2, one / mean)
+    if unit[0, 0] > least and wp.determinant(unit) > least:
+        result = wp.inverse(unit) * (one / mean)
+    return result
+
+
+@wp.func
+def inverse_where(block: Any, free: wp.vec2i, smallest: Any) -> Any:
+    """Inverse of the rows and columns of the free coordinates; zero for the others."""
+    one = type(smallest)(1.0)
+    result = block - block
+    if free[0] != 0 and free[1] != 0:
+        result = inverse_2(block, smallest)
+    else:
+        for k in range(2):
+            if free[k] != 0:
+                result[k, k] = one / wp.max(block[k, k], smallest)
+    return result
+
+
+@kernel
+def invert_metric(
+    # model
+    kind: wp.array[wp.int32],
+    least_mass: wp.array[Any],
+    inverse_mass: wp.array[Any],
+    by_masses: int,
+    factor: wp.array[Any],
+    # state in
+    blocks: wp.array[Any],
+    # state out
+    inverse: wp.array[Any],
+    number: wp.array[Any],
+) -> None:
+    """Inverse blocks of D of positions: zero for what is fixed, a number for what is coupled."""
+    i = wp.tid()
+    block, of_mass = blocks[i], factor[0]
+    smallest, of_masses = least_mass[i] * of_mass, inverse_mass[i] / of_mass
+    result = block - block
+    if kind[i] == wp.static(FREE):
+        result = inverse_3(block, smallest)
+    if kind[i] == wp.static(COUPLED):
+        of_block = type(of_mass)(1.0) / mean_of_diagonal(block, 3, smallest)
+        result = scalar_block(block, 3, wp.where(by_masses != 0, of_masses, of_block))
+    inverse[i] = result
+    number[i] = wp.where(kind[i] == wp.static(COUPLED), result[0, 0], of_mass - of_mass)
+
+
+@kernel
+def bound_vertex_inverses(
+    # model
+    start: wp.array[wp.int32],
+    node: wp.array[wp.int32],
+    square: wp.array[wp.float64],
+    # state in
+    node_inverse: wp.array[Any],
+    # state in and out
+    vertex_inverse: wp.array[Any],
+    # state out
+    blocks: wp.array[Any],
+    sums: wp.array2d[wp.float64],
+) -> None:
+    """Bound D^-1 of coupled vertices: D is at least a part of what the nodes have on it, the sum of B^2 over D^-1.
+
+    One block of threads finds the sum of each vertex.
+    """
+    i, lane = wp.tid()
+    zero = wp.float64(0.0)
+    total = Slots()
+    for k in range(start[i] + lane, start[i + 1], wp.block_dim()):
+        number = wp.float64(node_inverse[node[k]])
+        if number > zero:
+            total[0] += square[k] / number
+    sum_over_block(total, sums[i])
+    own = wp.float64(vertex_inverse[i])
+    if lane == 0 and own > zero:
+        if sums[i, 0] > zero:
+            own = wp.min(own, wp.float64(1.0) / (wp.float64(wp.static(LEAST_VERTEX)) * sums[i, 0]))
+        bounded = type(vertex_inverse[i])(own)
+        vertex_inverse[i] = bounded
+        blocks[i] = scalar_block(blocks[i], 3, bounded)
+
+
+@kernel
+def invert_sliding_metric(
+    # model
+    kind: wp.array[wp.int32],
+    slides: wp.array[wp.vec2i],
+    least_mass: wp.array[Any],
+    factor: wp.array[Any],
+    # state in
+    node_inverse: wp.array[Any],
+    blocks: wp.array[Any],
+    coupling_u: wp.array[Any],
+    coupling_v: wp.array[Any],
+    # state out
+    inverse: wp.array[Any],
+    inverse_u: wp.array[Any],
+    inverse_v: wp.array[Any],
+) -> None:
+    """Inverse blocks of the Schur complement of D for the Eulerian coordinates, and D^-1 times their columns."""
+    i = wp.tid()
+    by_u, by_v = node_inverse[i] * coupling_u[i], node_inverse[i] * coupling_v[i]
+    if kind[i] != wp.static(FREE) or slides[i][0] == 0:
+        by_u = by_u - by_u
+    if kind[i] != wp.static(FREE) or slides[i][1] == 0:
+        by_v = by_v - by_v
+    inverse_u[i] = by_u
+    inverse_v[i] = by_v
+    pair = blocks[i]
+    mixed = wp.dot(by_v, coupling_u[i])
+    pair[0, 0] = pair[0, 0] - wp.dot(by_u, coupling_u[i])
+    pair[1, 1] = pair[1, 1] - wp.dot(by_v, coupling_v[i])
+    pair[0, 1] = pair[0, 1] - mixed
+    pair[1, 0] = pair[1, 0] - mixed
+    inverse[i] = inverse_where(pair, slides[i], least_mass[i] * factor[0])

@@ -1,0 +1,113 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Damaged files: each reader returns a value or raises one error of a line; the benchmark finds readers that do not.
+
+``benchmarks/fuzz.py`` damages the files, with seeds, and counts as faults what docs/robustness.md lists.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from stitchmesh.errors import FileError
+from tests.gallery import ROOT
+
+sys.path.insert(0, str(ROOT / "benchmarks"))
+fuzz_run, fuzz_readers = import_module("fuzz_run"), import_module("fuzz_readers")
+
+OFTEN = {
+    "meshes": ["obj mesh", "off", "ply", "stl", "vtp"],
+    "yarns": ["bcc", "obj yarns", "pyp", "usda", "usdc"],
+    "results": ["hdf5 yarns", "smobj", "checkpoint"],
+    "hand-written": ["recipe", "pattern", "chart", "weave", "png chart"],
+}
+"""Readers of files that users exchange, in the groups that are tested together."""
+SELDOM = [name for name in fuzz_readers.READERS if not any(name in names for names in OFTEN.values())]
+
+
+def faults(names: list[str], count: int, folder: Path) -> str:
+    """Return the lines about faults that the benchmark prints, from a process of its own with few modules."""
+    command = [sys.executable, str(ROOT / "benchmarks" / "fuzz.py"), *names, "--inputs", str(count), "--seed", "2026"]
+    ended = subprocess.run(
+        [*command, "-o", str(folder)], env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True
+    )
+    lines = ended.stdout.split("\n| reader", 1)[0]
+    assert ended.stdout.count(f"| {count:,} |") == len(names), ended.stderr[-2000:]
+    assert ended.returncode == bool(lines.strip())
+    return lines
+
+
+@pytest.mark.parametrize("group", OFTEN)
+def test_a_thousand_damaged_files_of_each_reader_cost_an_error_of_one_line(tmp_path, group):
+    assert faults(OFTEN[group], 1000, tmp_path) == ""
+
+
+def test_damaged_files_of_the_other_readers_cost_an_error_of_one_line(tmp_path):
+    assert faults(SELDOM, 60, tmp_path) == ""
+
+
+def aborts(path: Path) -> None:
+    if b"0" not in path.read_bytes():
+        os.abort()
+
+
+def fills_memory(path: Path) -> None:
+    if b"0" not in path.read_bytes():
+        bytearray(2**40)
+
+
+def does_not_end(path: Path) -> None:
+    while b"0" not in path.read_bytes():
+        time.process_time()
+
+
+def raises_another_error(path: Path) -> None:
+    if b"0" not in path.read_bytes():
+        raise KeyError("word")
+
+
+def refuses_in_two_lines(path: Path) -> None:
+    if b"0" not in path.read_bytes():
+        error = FileError("one")
+        error.args = ("one\ntwo",)
+        raise error
+
+
+@pytest.mark.parametrize(
+    ("read", "fault"),
+    [
+        (aborts, "process: SIGABRT"),
+        (fills_memory, "MemoryError"),
+        (does_not_end, "process: no end"),
+        (raises_another_error, "KeyError"),
+        (refuses_in_two_lines, "FileError of 2 lines"),
+    ],
+)
+def test_the_benchmark_finds_a_fault_goes_on_and_keeps_a_small_file(tmp_path, monkeypatch, read, fault):
+    reader = fuzz_readers.Reader(".txt", read, lambda folder: [b"word 0 word\n" * 20, b"0 word"])
+    monkeypatch.setitem(fuzz_readers.READERS, "broken", reader)
+    monkeypatch.setattr(fuzz_run, "CPU_SECONDS", 0.05)
+    count = 10 if read is does_not_end else 40
+    found = fuzz_run.fuzz("broken", count, seed=3, processes=2)
+    assert found.inputs == count and set(found.outcomes) == {"value", "fault"}
+    assert len(found.faults) == 1 and fault in next(iter(found.faults))
+    (line,) = fuzz_run.keep_findings(tmp_path, found, 3)
+    (kept,) = tmp_path.iterdir()
+    assert kept.name in line and "\n" not in line
+    assert fuzz_run.outcome_of(reader, kept.read_bytes()) == f"fault {next(iter(found.faults))}"
+    assert len(kept.read_bytes()) < 50
+
+
+def test_the_same_seed_and_number_give_the_same_file():
+    reader = fuzz_readers.READERS["obj mesh"]
+    seeds = fuzz_run.seeds_of(reader)
+    first = [fuzz_run.damaged(reader, seeds, 5, number) for number in range(50)]
+    assert first == [fuzz_run.damaged(reader, seeds, 5, number) for number in range(50)]
+    assert len(set(first)) > 40 and first != [fuzz_run.damaged(reader, seeds, 6, number) for number in range(50)]

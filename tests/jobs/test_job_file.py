@@ -1,0 +1,149 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Job files: a new one has the defaults, each key is an argument of a public function, and others are refused."""
+
+from __future__ import annotations
+
+import inspect
+import tomllib
+from dataclasses import fields, replace
+
+import pytest
+
+import stitchmesh as sm
+from stitchmesh.cli.main import main
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.jobs.job import Job, recipe_of
+from stitchmesh.jobs.job_file import example_job, job_of_table, read_job
+from stitchmesh.jobs.sections import (
+    GenerateYarnsTable,
+    LabelTable,
+    RelaxYarnsTable,
+    RenderTable,
+    SwatchTable,
+    TessellateTable,
+)
+from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.recipe.recipe import Recipe, recipe_options
+from stitchmesh.recipe.recipe_file import write_recipe
+
+
+def names_of(kind):
+    return {part.name for part in fields(kind)}
+
+
+@pytest.mark.parametrize(
+    "source, job",
+    [
+        ("hat.obj", Job(mesh="hat.obj")),
+        ("parts/garment.toml", Job(recipe="parts/garment.toml")),
+        ("rib2x2", Job(swatch=SwatchTable(pattern="rib2x2"))),
+        ("chart.knit", Job(swatch=SwatchTable(pattern="chart.knit"))),
+    ],
+)
+def test_a_new_file_has_the_defaults(source, job):
+    assert job_of_table(tomllib.loads(example_job(source)), "job.toml") == job
+
+
+def test_every_key_without_a_value_has_a_valid_example():
+    """Without its # a line gives a value that the key accepts, except where two keys exclude each other."""
+    text = example_job("hat.obj").replace("# error", "#error").replace("\n# ", "\n").partition("\n\n")[2]
+    job = job_of_table(tomllib.loads(text), "job.toml")
+    assert job.within == "8h" and job.tessellate.stitch_height == 0.6 and job.render[0].view == "back"
+
+
+@pytest.mark.parametrize(
+    "table, function",
+    [(LabelTable, sm.label), (TessellateTable, sm.tessellate)],
+)
+def test_tables_have_the_arguments_of_their_function(table, function):
+    assert names_of(table) <= set(inspect.signature(function).parameters)
+
+
+def test_tables_of_functions_with_options_have_their_names():
+    swatch = set(inspect.signature(sm.swatch).parameters) | names_of(SwatchOptions)
+    assert names_of(SwatchTable) - {"stiffness", "max_iterations"} <= swatch
+    assert names_of(RenderTable) <= set(inspect.signature(sm.render).parameters) | names_of(sm.PictureOptions)
+    assert names_of(GenerateYarnsTable) <= set(inspect.signature(sm.generate_yarns).parameters)
+    assert {"material"} <= names_of(RelaxYarnsTable) & set(inspect.signature(sm.relax_yarns).parameters)
+
+
+def test_tables_of_jobs_are_public_functions():
+    plain = {"mesh", "unit", "recipe", "quality", "device", "within", "error"}
+    assert all(callable(getattr(sm, name)) for name in names_of(Job) - plain)
+
+
+def test_the_keys_of_a_job_reach_the_options_of_the_stages():
+    table = {
+        "mesh": "hat.obj", "make_spiral": True, "turn_inside_out": True, "quality": "draft",
+        "label": {"seeds": [[0, 1]], "flip": [2]},
+        "tessellate": {"stitch_width": 1.2, "stitch_height": 0.9, "counts": ["3,4=7"]},
+        "apply_pattern": [{"pattern": "rib2x2", "on": "hem 6"}],
+        "apply_edit": [{"edit": "stripe", "on": "hem 2", "yarn": 1}],
+        "relax_mesh": {"alpha": 0.8}, "generate_yarns": {"yarn_radius": 0.14, "cast_on": "open"},
+        "apply_rest_lengths": {"factor": 1.1}, "relax_yarns": {"gravity": [0.0, -981.0, 0.0], "max_iterations": 7},
+    }  # fmt: skip
+    options = recipe_options(recipe_of(job_of_table(table, "job.toml")))
+    assert (options.stitch_width, options.stitch_height, options.counts) == (1.2, 0.9, {(3, 4): 7})
+    assert (options.seeds, options.flip, options.spiral) == (((0, 1),), (2,), True)
+    assert options.patterns[0].pattern.name == "2 x 2 rib" and options.edits[0].name == "stripe"
+    assert (options.mesh_relaxation.alpha, options.yarn_radius, options.finish.cast_on) == (0.8, 0.14, "open")
+    assert options.relaxation.rest_lengths.factor == 1.1 and len(options.relaxation.terms) == 1
+    assert options.quality.max_iterations == 7
+
+
+@pytest.mark.parametrize(
+    "table, message",
+    [
+        ({"mehs": "a.obj"}, "has no key 'mehs'; did you mean 'mesh'?"),
+        ({"mesh": "a.obj", "tessellate": {"stich_width": 1}}, "tessellate has no key 'stich_width'; did you mean"),
+        ({"mesh": "a.obj", "relax_yarns": {"gravty": [0, 1, 2]}}, "did you mean 'gravity'?"),
+        ({"swatch": {"pattern": "rib2x2", "gama": 1.0}}, "did you mean 'gamma'?"),
+        ({"swatch": {"gamma": 1.0}}, "swatch needs 'pattern'"),
+        ({"mesh": "a.obj", "tessellate": {"stitch_width": "wide"}}, 'stitch_width is "wide"; expected a number'),
+        ({}, "got none of them; expected one of mesh, recipe and"),
+        ({"mesh": "a.obj", "recipe": "b.toml"}, "got mesh and recipe"),
+        ({"swatch": {"pattern": "rib2x2"}, "tessellate": {"stitch_width": 1.0}}, "tessellate: is no key of a job"),
+        ({"recipe": "b.toml", "relax_mesh": {"alpha": 0.8}}, "is no key of a job with a recipe; write it into"),
+        ({"mesh": "a.obj", "quality": "fine"}, "quality: got 'fine'; expected one of draft"),
+        ({"mesh": "a.obj", "within": "soon"}, "within: got the text 'soon'"),
+        ({"mesh": "a.obj", "quality": "draft", "error": "1%"}, "error: got a quality"),
+        ({"mesh": "a.obj", "write_yarns": ["../yarns.h5"]}, "got '../yarns.h5'; expected a file in the folder"),
+        ({"mesh": "a.obj", "write_yarns": ["yarns.png"]}, "one of the suffixes .h5"),
+        ({"mesh": "a.obj", "render": [{"path": "/tmp/a.png"}]}, "render: got '/tmp/a.png'"),
+        ({"mesh": "a.obj", "render": [{"view": "abvoe"}]}, "abvoe"),
+        ({"mesh": "a.obj", "relax_yarns": {"checkpoint_every": 0}}, "checkpoint_every: got 0"),
+        ({"mesh": "a.obj", "apply_edit": [{"yarn": 1}]}, "apply_edit[0] needs 'edit'"),
+    ],
+)  # fmt: skip
+def test_what_no_job_has_is_refused(table, message):
+    with pytest.raises(FileError) as caught:
+        job_of_table(table, "job.toml")
+    assert str(caught.value).startswith("job.toml: ") and message in str(caught.value)
+
+
+def test_a_recipe_keeps_its_relaxation(tmp_path):
+    write_recipe(tmp_path / "garment.toml", Recipe(mesh="hat.obj", quality="draft"))
+    job = Job(recipe=str(tmp_path / "garment.toml"), quality="reference")
+    assert recipe_of(replace(job, relax_yarns=RelaxYarnsTable(checkpoint_every=9))).quality == "reference"
+    with pytest.raises(ParameterError, match="relax_yarns: a recipe has all but checkpoint_every"):
+        recipe_of(replace(job, relax_yarns=RelaxYarnsTable(material="leaf")))
+
+
+def test_paths_are_relative_to_the_file(tmp_path):
+    (tmp_path / "job.toml").write_text(
+        'mesh = "hat.obj"\n[relax_yarns]\nbody = "body.obj"\n[[apply_pattern]]\npattern = "a.knit"\n'
+    )
+    job = read_job(tmp_path / "job.toml")
+    assert [job.mesh, job.relax_yarns.body, job.apply_pattern[0].pattern] == [
+        str(tmp_path / name) for name in ("hat.obj", "body.obj", "a.knit")
+    ]
+
+
+def test_init_writes_a_job_that_runs_from_its_folder(tmp_path, capsys):
+    path = tmp_path / "parts" / "job.toml"
+    assert main(["job", "init", str(tmp_path / "hat.obj"), "-o", str(path)]) == 0
+    assert "stitchmesh run" in capsys.readouterr().out
+    assert read_job(path).mesh == str(tmp_path / "parts" / ".." / "hat.obj")
+    assert main(["job", "init", "rib2x2", "-o", str(path)]) == 2
+    assert "is there already" in capsys.readouterr().err

@@ -1,0 +1,283 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Runs of jobs: finished stages are kept, a stopped run continues to the same bits, and folders are not shared."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import stitchmesh as sm
+from stitchmesh.cli.main import main
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.folder_lock import FolderLock
+from stitchmesh.jobs.job import Job, recipe_of
+from stitchmesh.jobs.job_file import job_of_table
+from stitchmesh.jobs.job_memory import check_memory
+from stitchmesh.jobs.job_status import JobLog, read_status
+from stitchmesh.jobs.kept_stages import KeptStages, StageRecord
+from stitchmesh.jobs.run_job import run_job
+from stitchmesh.jobs.sections import GenerateYarnsTable, RelaxYarnsTable, SwatchTable, TessellateTable
+from stitchmesh.jobs.stage_files import yarns_stage
+from stitchmesh.jobs.stage_run import JobRun
+from stitchmesh.jobs.stop import JobStopped, StopRequest
+from stitchmesh.pipeline import knit
+from stitchmesh.quality import PRESETS
+from stitchmesh.recipe.recipe import recipe_options
+from stitchmesh.recipe.recipe_file import write_recipe
+from tests.gallery import ROOT, tube
+
+STAGES = ["label", "tessellate", "relax_mesh", "generate_yarns", "relax_yarns", "plot_convergence"]
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory):
+    """Return a job of a small tube, without a picture."""
+    path = tmp_path_factory.mktemp("mesh") / "tube.obj"
+    sm.write_mesh(path, tube(8, 3, radius=2.0, height=1.2))
+    return Job(
+        mesh=str(path), quality="draft", device="cpu", render=(), tessellate=TessellateTable(stitch_width=0.8),
+        relax_yarns=RelaxYarnsTable(checkpoint_every=20),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def done(job, tmp_path_factory):
+    """Return the folder of the finished job."""
+    folder = tmp_path_factory.mktemp("done")
+    run_job(job, folder)
+    return folder
+
+
+@pytest.fixture
+def copy(done, tmp_path):
+    """Return a copy of the folder of the finished job."""
+    return shutil.copytree(done, tmp_path / "job")
+
+
+def computed(made):
+    return [stage["name"] for stage in made.report["job"]["stages"] if not stage["kept"]]
+
+
+def stopped_at(job, folder, note):
+    """Run a job until a report of the relaxation has a text."""
+    stop = StopRequest()
+
+    def listen(status):
+        if status.stage == "relax_yarns" and note in status.note:
+            stop.ask()
+
+    with pytest.raises(JobStopped):
+        run_job(job, folder, stop=stop, listener=listen)
+
+
+def test_a_job_has_the_bits_of_knit(job, done, tmp_path):
+    recipe = recipe_of(job)
+    knit(recipe.label.read_mesh(recipe.mesh, "cm"), tmp_path, recipe_options(recipe))
+    assert (tmp_path / "yarns.h5").read_bytes() == (done / "yarns.h5").read_bytes()
+    assert json.loads((done / "report.json").read_text())["yarnrelax"]["pull_throughs"] == 0
+
+
+def test_a_second_run_computes_nothing(job, copy):
+    before = (copy / "yarns.h5").read_bytes()
+    assert computed(run_job(job, copy)) == []
+    assert (copy / "yarns.h5").read_bytes() == before
+    assert read_status(copy).state == "finished"
+
+
+def test_the_recipe_of_a_job_is_the_same_job(job, copy, tmp_path):
+    write_recipe(tmp_path / "garment.toml", recipe_of(job))
+    recipe = Job(recipe=str(tmp_path / "garment.toml"), render=())
+    assert computed(run_job(recipe, copy)) == []
+
+
+@pytest.mark.parametrize(
+    "key, value, first",
+    [
+        ("relax_yarns", RelaxYarnsTable(checkpoint_every=20, max_iterations=20), "relax_yarns"),
+        ("relax_yarns", RelaxYarnsTable(checkpoint_every=33), None),
+        ("generate_yarns", GenerateYarnsTable(yarn_radius=0.09), "generate_yarns"),
+        ("tessellate", TessellateTable(stitch_width=1.2), "tessellate"),
+    ],
+)
+def test_a_changed_option_computes_its_stage_and_those_after_it(job, copy, key, value, first):
+    changed = replace(job, **{key: value})
+    if key != "relax_yarns":  # what follows need not come to rest
+        changed = replace(changed, relax_yarns=RelaxYarnsTable(max_iterations=20))
+    expected = [] if first is None else STAGES[STAGES.index(first) :]
+    assert computed(run_job(changed, copy)) == expected
+    assert computed(run_job(job, copy)) == []  # the results of the first options are still there
+
+
+def test_a_damaged_result_is_computed_again(job, copy):
+    path = next(copy.glob("stages/generate_yarns-*/yarns.h5"))
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    assert computed(run_job(job, copy)) == ["generate_yarns"]
+    assert sm.read_yarns(path).yarn_count == sm.read_yarns(copy / "yarns.h5").yarn_count
+
+
+def test_a_stopped_job_continues_to_the_same_bits(job, done, tmp_path, monkeypatch):
+    monkeypatch.setattr("stitchmesh.yarnrelax.observer.PROGRESS_SECONDS", 0.0)
+    stopped_at(job, tmp_path, "iteration 60")
+    assert read_status(tmp_path).state == "stopped"
+    assert list(tmp_path.glob("stages/relax_yarns-*/checkpoint.smc"))
+    with pytest.raises(ParameterError, match="give --resume to continue from its checkpoint"):
+        run_job(job, tmp_path)
+    made = run_job(job, tmp_path, resume=True)
+    assert computed(made) == ["relax_yarns", "plot_convergence"]
+    assert (tmp_path / "yarns.h5").read_bytes() == (done / "yarns.h5").read_bytes()
+    assert not list(tmp_path.glob("stages/*/*.smc"))
+
+
+def test_a_result_that_the_time_cut_short_is_one_of_that_time_only(job, tmp_path):
+    stage, record = yarns_stage("generate_yarns", "0"), StageRecord(seconds=1.0, report={}, within="1s")
+    run = JobRun(replace(job, within="1s"), tmp_path, False, StopRequest(), JobLog(tmp_path, lambda _: None), {})
+    run.kept.keep(stage, sm.YarnSet.from_curves([np.eye(4)[:, :3]], closed=[False], radius=0.1), record)
+    assert run.finished(stage) is not None
+    run.job = replace(job, within="1h")
+    assert run.finished(stage) is None
+
+
+def test_the_time_of_the_parts_before_counts(job, copy, monkeypatch):
+    """A job that continues has the time of its budget less that of the earlier run."""
+    monkeypatch.setattr("stitchmesh.yarnrelax.observer.PROGRESS_SECONDS", 0.0)
+    limited = replace(job, within="10min", quality=None)
+    other = replace(limited, relax_yarns=RelaxYarnsTable(checkpoint_every=20, solver="quasistatic"))
+    stopped_at(other, copy, "iteration 40")
+    checkpoint = next(copy.glob("stages/relax_yarns-*/checkpoint.smc"))
+    found = {}
+
+    def late(path):
+        found["read"] = path
+        return replace(real(path), header={**real(path).header, "seconds": 601.0})
+
+    from stitchmesh.jobs import garment_stages
+
+    real = garment_stages.read_checkpoint
+    monkeypatch.setattr(garment_stages, "read_checkpoint", late)
+    with pytest.raises(ParameterError, match="within: got 10 min, but 60"):
+        run_job(other, copy, resume=True)
+    assert found["read"] == checkpoint
+
+
+def test_two_runs_in_one_folder_are_refused(job, copy):
+    lock = FolderLock(copy, "held")
+    try:
+        with pytest.raises(FileError, match="another run works in this folder"):
+            run_job(job, copy)
+    finally:
+        lock.release()
+
+
+def test_a_job_that_ended_without_a_word_was_killed(tmp_path):
+    lock = FolderLock(tmp_path, "held")
+    JobLog(tmp_path, lambda _: None).begin("label")
+    assert read_status(tmp_path).state == "running"
+    lock.release()
+    assert read_status(tmp_path).state == "killed"
+
+
+def test_what_killed_runs_leave_goes_at_the_next_run(job, copy):
+    label = next(copy.glob("stages/label-*")).name
+    for name in (".yarns-x1.h5", ".status-x1.json", "stages/yarns-0/yarns.h5", f"stages/{label}/.stitches-1.h5"):
+        (copy / name).parent.mkdir(exist_ok=True)
+        (copy / name).write_text("")
+    (copy / ".mine").write_text("")
+    run_job(job, copy)
+    hidden = {path.name for path in copy.glob("**/.*")}
+    assert hidden == {".lock", ".mine"} and not (copy / "stages/yarns-0").exists()
+
+
+def test_folders_that_cannot_be_written_are_one_line(job, tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(FileError, match="cannot be written"):
+        run_job(job, tmp_path / "file")
+
+
+def test_a_full_disk_is_one_line_and_keeps_what_is_whole(job, copy, monkeypatch):
+    def full(path, yarns):
+        raise FileError(f"{path}: cannot be written (No space left on device)")
+
+    monkeypatch.setattr("stitchmesh.jobs.stage_files.write_yarns", full)
+    before = (copy / "yarns.h5").read_bytes()
+    with pytest.raises(FileError, match="No space left"):
+        run_job(replace(job, generate_yarns=GenerateYarnsTable(yarn_radius=0.09)), copy)
+    status = read_status(copy)
+    assert (status.state, status.stage) == ("failed", "generate_yarns") and "No space left" in status.note
+    assert (copy / "yarns.h5").read_bytes() == before
+    monkeypatch.undo()
+    assert computed(run_job(job, copy)) == []
+
+
+def test_a_swatch_is_a_job(tmp_path):
+    job = Job(swatch=SwatchTable(pattern="stockinette", gamma=1.1), quality="draft", device="cpu", render=())
+    made, same = run_job(job, tmp_path), sm.swatch("stockinette", gamma=1.1, quality="draft", device="cpu")
+    np.testing.assert_array_equal(made.yarns.points, same.yarns.points)
+    np.testing.assert_array_equal(sm.read_yarns(tmp_path / "yarns.h5").points, same.yarns.points)
+    assert made.report["wale_spacing"] == same.report["wale_spacing"]
+    assert computed(made) == ["swatch", "plot_convergence"] and computed(run_job(job, tmp_path)) == []
+
+
+def test_what_does_not_fit_is_refused_with_the_quality_that_would():
+    def memory_at(quality):
+        return 1e8 * quality.control_points_per_stitch
+
+    fits = check_memory(memory_at, PRESETS["standard"], "cpu", "wider stitches", available=2.1e9)
+    assert fits == {"estimate_gb": 2.0, "available_gb": 2.1}
+    with pytest.raises(ParameterError, match=r"needs about 2.4 GB, and cpu has 2.1 GB free; expected quality standard"):
+        check_memory(memory_at, PRESETS["reference"], "cpu", "wider stitches", available=2.1e9)
+    with pytest.raises(ParameterError, match="expected wider stitches"):
+        check_memory(memory_at, PRESETS["draft"], "cpu", "wider stitches", available=1e9)
+
+
+def test_a_job_that_does_not_fit_is_refused_before_the_stitches(job, tmp_path, monkeypatch):
+    monkeypatch.setattr("stitchmesh.jobs.job_memory.available_memory", lambda device: 1e6)
+    with pytest.raises(ParameterError, match="memory: the job needs about"):
+        run_job(job, tmp_path)
+    assert [stage.name for stage in read_status(tmp_path).stages] == ["label"]
+
+
+def test_commands_report_lines_of_json_and_the_status(job, copy, tmp_path, capsys):
+    path = tmp_path / "job.toml"
+    path.write_text(
+        f'mesh = "{job.mesh}"\nquality = "draft"\ndevice = "cpu"\nrender = []\n[tessellate]\nstitch_width = 0.8\n'
+    )
+    assert job_of_table({"mesh": job.mesh}, "x/job.toml").mesh == job.mesh
+    assert main(["run", str(path), "-o", str(copy)]) == 0
+    output = capsys.readouterr()
+    lines = [json.loads(line) for line in output.out.splitlines()]
+    assert lines[-1]["state"] == "finished" and lines[-1]["stages"] == STAGES
+    assert "Kept from earlier runs: label" in output.err
+    assert main(["status", str(copy)]) == 0
+    assert "finished after" in capsys.readouterr().out
+    assert main(["status", str(tmp_path)]) == 2
+    assert "holds no status.json" in capsys.readouterr().err
+
+
+def test_a_stage_without_its_record_is_unfinished(copy):
+    (next(copy.glob("stages/label-*")) / "stage.json").unlink()
+    assert [path.name.split("-")[0] for path in KeptStages(copy).unfinished()] == ["label"]
+
+
+def test_sigterm_writes_a_checkpoint_and_ends_the_process(job, tmp_path):
+    path = tmp_path / "job.toml"
+    path.write_text(f'mesh = "{job.mesh}"\nquality = "draft"\ndevice = "cpu"\n[tessellate]\nstitch_width = 0.8\n')
+    words = [sys.executable, "-m", "stitchmesh", "run", str(path)]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT) as process:
+        for line in process.stdout:
+            if json.loads(line)["stage"] == "relax_yarns":
+                process.send_signal(signal.SIGTERM)
+                break
+        rest, errors = process.communicate()
+    assert process.returncode == 143, errors
+    assert "--resume` continues the job" in errors
+    assert json.loads(rest.splitlines()[-1])["state"] == "stopped"
+    assert list((tmp_path / "job").glob("stages/relax_yarns-*/checkpoint.smc"))
