@@ -8,6 +8,7 @@ The fields of a dataclass are the keys of a table. Fields whose value is the def
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import MISSING, fields, is_dataclass
@@ -19,6 +20,10 @@ from stitchmesh.io.checked import check_table
 from stitchmesh.io.contents import FilePath, read_bytes, suffix_of
 
 SUFFIX = ".toml"
+KEY_ENDS = re.compile(r"[,\[\]{}=\n]")
+"""Characters between which a key with dots lies."""
+MOST_PARTS = 1000
+"""Largest number of parts of a key; the memory of ``tomllib`` for a key grows with the square of the number."""
 T = TypeVar("T")
 
 
@@ -31,7 +36,10 @@ def read_table(path: FilePath) -> dict[str, Any]:
     name = fspath(path)
     suffix_of(path, [SUFFIX])
     try:
-        return tomllib.loads(read_bytes(path).decode("utf-8"))
+        text = read_bytes(path).decode("utf-8")
+        if max(piece.count(".") for piece in KEY_ENDS.split(text)) > MOST_PARTS:
+            raise FileError(f"{name}: has a key of more than {MOST_PARTS} parts; expected at most three")
+        return tomllib.loads(text)
     except ValueError as error:  # Of the syntax, of the encoding, or of a number with thousands of digits.
         raise FileError(f"{name}: is no TOML ({error})") from error
     except RecursionError as error:

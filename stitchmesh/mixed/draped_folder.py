@@ -31,7 +31,9 @@ def read_draped(folder: str | PathLike[str]) -> Draped:
     place = Path(folder)
     scene = read_scene(place / SCENE_FILE)
     frames = _frames(place)
-    laid = prepare(replace(scene, region=RegionSection()), folder=place)
+    # The frames hold the places: the cloth need not be put round its bodies, nor have the device of the run.
+    contact = replace(scene.contact, start_outside=False)
+    laid = prepare(replace(scene, region=RegionSection(), contact=contact), folder=place)
     cloth, yarns = laid.fabric.cloth, laid.fabric.yarns
     _check_frame(frames[0], cloth, place)
     displays = Displays(cloth, yarns, laid.region, scene.output.subdivisions)

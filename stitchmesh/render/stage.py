@@ -53,6 +53,9 @@ OVERSIZE = 2
 """Width and height of the window divided by those of the picture; a pixel is the mean of a block of the window."""
 HOLLOW_SAMPLES = 16
 """Samples around each pixel for ambient occlusion; a blur removes the noise of the small number of samples."""
+DEPTH_ROUNDING = 2.0**-10
+"""Rounding of places over their distance from the camera: VTK keeps them in half precision for ambient occlusion. A
+smaller bias would draw the steps of the rounded depth on smooth surfaces, as lines like those of a map."""
 
 
 @contextmanager
@@ -154,8 +157,11 @@ def shade_hollows(plotter: pyvista.Plotter, reach: float, options: PictureOption
 
     Args:
         plotter: the plotter; its active panel is changed.
-        reach: distance up to which surfaces occlude each other [cm].
+        reach: distance up to which surfaces occlude each other [cm]; more where the camera is so far that their places
+            are rounded by as much.
         options: options of the picture.
     """
     if options.occlusion:
-        plotter.enable_ssao(radius=reach, bias=0.05 * reach, kernel_size=HOLLOW_SAMPLES, blur=True)
+        rounding = DEPTH_ROUNDING * float(plotter.camera.distance)
+        reach, bias = max(reach, 4.0 * rounding), max(0.05 * reach, rounding)
+        plotter.enable_ssao(radius=reach, bias=bias, kernel_size=HOLLOW_SAMPLES, blur=True)

@@ -15,7 +15,9 @@ from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
 from stitchmesh.mixed.scene.scene import Scene, SolverSection
+from stitchmesh.mixed.scene.simple_bodies import ball
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
+from stitchmesh.render.camera import camera_around
 from stitchmesh.render.draped.picture import (
     ALPHA_SCALE,
     bodies_at_end,
@@ -23,6 +25,8 @@ from stitchmesh.render.draped.picture import (
     colours_of_runs,
     render_draped,
 )
+from stitchmesh.render.options import PictureOptions
+from stitchmesh.render.stage import add_body, look, picture, shade_hollows
 from tests.render.test_pictures import display  # noqa: F401 - a fixture
 
 SCENE = Scene(
@@ -80,3 +84,20 @@ def test_runs_are_drawn_side_by_side(tmp_path, runs):
     assert image.shape == (120, 320, 3)
     red = image[..., 0] - image[..., 2] > 60
     assert red[:, 160:].sum() > 100 > red[:, :160].sum()  # yarns are simulated on the right only
+
+
+@pytest.mark.usefixtures("display")
+def test_a_ball_far_from_the_camera_has_no_hollows(tmp_path):
+    """Ambient occlusion changes no pixel of a convex body, however short its reach is beside the distance."""
+    body, towards, up = ball(30.0, (0.0, 0.0, 0.0)), np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
+    camera = camera_around(body.vertices, towards, up, 1.0)
+    pictures = []
+    for occlusion in (False, True):
+        options = PictureOptions(size=(160, 160), occlusion=occlusion)
+        with picture(tmp_path / "ball.png", options) as plotter:
+            add_body(plotter, body)
+            look(plotter, camera)
+            shade_hollows(plotter, 0.4, options)
+        pictures.append(np.asarray(Image.open(tmp_path / "ball.png").convert("RGB")).astype(int))
+    inside = pictures[0][40:120, 40:120], pictures[1][40:120, 40:120]
+    assert np.abs(inside[1] - inside[0]).max() <= 3  # the pass blends colours once more: a level and its roundings

@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Blocks hold every segment once, in runs that need no other run; packed positions and colours are as good as promised.
-"""
+"""Blocks hold every segment once, in runs that need no other run; packed places and colours are as good as promised."""
 
 from __future__ import annotations
 

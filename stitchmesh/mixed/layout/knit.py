@@ -26,9 +26,11 @@ knit is laid out without tension.
 
 The panels. Loop (i, j) of a panel lies in the cell from (j, i) to (j + 1, i + 1), in units of wale and course spacing.
 The line through the middle of a course is clipped at the border of the panel, and each of its pieces is one yarn with
-the loops whose cells it passes whole. A stitch contact exists where both of its loops do. On a seam the yarn of a
-course is joined to the rod where it ends, at the head of each loop that no loop is drawn through, and between the feet
-of two loops that are drawn through none.
+the loops of which it passes at least half of the cell. The lines through the nodes P and Q are clipped too, and the
+outermost cells end at the border there: they are narrower or wider than the others, from half a wale spacing to less
+than two, so that the loops leave no opening beside it. A stitch contact exists where both of its loops do. On a seam
+the yarn of a course is joined to the rod where it ends, at the head of each loop that no loop is drawn through, and
+between the feet of two loops that are drawn through none.
 """
 
 from __future__ import annotations
@@ -64,6 +66,8 @@ AS_OLD = np.array([2, 3, 4, 5])
 """Places of the four nodes along the yarn of the old loop."""
 HEAD, FOOT = 3.5, -0.5
 """Places along the yarn at which a loop is joined to a rod: at its head, and before its left foot."""
+NARROWEST = 0.5
+"""Smallest width of a loop beside a border, in wale spacings."""
 FAR = 1e15
 """Order before all loops, if negative, or after all loops of a yarn."""
 REACH = 1.5
@@ -134,10 +138,11 @@ def _checked_spacing(name: str, spacing: float) -> float:
 
 
 def _loops(courses: ClippedLines, width: float) -> _Loops:
-    """The loops whose cells lie within the pieces of the courses."""
-    first = np.ceil(courses.ends[:, 0] / width - 1e-9).astype(np.int64)
-    last = np.floor(courses.ends[:, 1] / width + 1e-9).astype(np.int64)
-    count = np.maximum(last - first, 0)
+    """The loops of which half of the cell or more lies within the pieces of the courses."""
+    ends = courses.ends / width
+    first = np.ceil(ends[:, 0] - 0.5 - 1e-9).astype(np.int64)
+    last = np.floor(ends[:, 1] + 0.5 + 1e-9).astype(np.int64)
+    count = np.where(ends[:, 1] - ends[:, 0] > NARROWEST - 1e-9, np.maximum(last - first, 0), 0)
     yarn = np.repeat(np.arange(len(count)), count)
     wale = first[yarn] + np.arange(len(yarn)) - np.repeat(np.cumsum(count) - count, count)
     course = courses.line[yarn]
@@ -159,8 +164,12 @@ def _nodes(
 ) -> tuple[LaidNodes, IntArray]:
     """The nodes of all stitch contacts of a panel, four for each loop that is drawn through another; these loops."""
     linked = np.flatnonzero(loops.below >= 0)
-    middle = np.stack([loops.wale[linked] + 0.5, loops.course[linked]], axis=1)
-    position = ((middle[:, None] + NODES) * spacing).reshape(-1, 2)
+    cells = {height: _cells(cloth, panel, loops, linked, spacing, height) for height in (P[1], Q[1])}
+    low, high = (np.stack([cells[height][end] for height in NODES[:, 1]], axis=1) for end in (0, 1))
+    wide = (high - low > NARROWEST - 1e-9).all(axis=1)
+    linked, low, high = linked[wide], low[wide], high[wide]
+    along = low + (0.5 + NODES[:, 0]) * (high - low)
+    position = (np.stack([along, loops.course[linked, None] + NODES[:, 1]], axis=-1) * spacing).reshape(-1, 2)
     found = embed_points(cloth, np.full(len(position), panel), position)
     held = (found.triangle != NO_TRIANGLE).reshape(-1, 4).all(axis=1)
     kept = np.repeat(held, 4)
@@ -173,6 +182,25 @@ def _nodes(
         np.zeros((count, 2)),
     )  # fmt: skip
     return laid, linked
+
+
+def _cells(
+    cloth: Cloth, panel: int, loops: _Loops, some: IntArray, spacing: FloatArray, height: float
+) -> tuple[FloatArray, FloatArray]:
+    """Where the cells of loops begin and end along the line at a height over their courses, in wale spacings.
+
+    The outermost cells end at the border of the panel if it is less than one wale spacing beyond them. Cells whose
+    middle lies outside have no width.
+    """
+    course, wale = loops.course[some], loops.wale[some]
+    lines = clipped_lines(cloth, panel, 0, float(spacing[1]), height)
+    piece = lines.piece_at(course, (wale + 0.5) * spacing[0])
+    border = lines.ends[piece] / spacing[0] if len(lines.line) else np.zeros((len(some), 2))
+    beside = (course[1:] == course[:-1]) & (wale[1:] == wale[:-1] + 1)
+    first, last = ~np.concatenate([[False], beside])[: len(some)], ~np.append(beside, False)[: len(some)]
+    low = np.where(first & (wale - border[:, 0] < 1.0), border[:, 0], np.maximum(wale, border[:, 0]))
+    high = np.where(last & (border[:, 1] - wale < 2.0), border[:, 1], np.minimum(wale + 1.0, border[:, 1]))
+    return low, np.where(piece >= 0, high, low)
 
 
 def _passages(loops: _Loops, linked: IntArray, laid: LaidNodes) -> Passages:

@@ -165,7 +165,7 @@ def _outside(prepared: PreparedScene) -> FloatArray:
     worn = [WornBody(one.body, 0.5 * prepared.loads(0.0).thickness + one.thickness) for one in prepared.bodies]
     return dressed_vertices(
         prepared.fabric.cloth, prepared.vertices, worn, thickness=prepared.loads(0.0).thickness,
-        device=device_named("cpu"),
+        device=device_named(prepared.scene.solver.device),
     )  # fmt: skip
 
 

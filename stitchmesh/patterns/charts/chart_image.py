@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import struct
+import warnings
 import zlib
 from io import BytesIO
 from os import fspath
@@ -22,7 +23,9 @@ if TYPE_CHECKING:
 
 MAX_COLOURS = 256
 """Maximum number of colours, the size of a PNG palette."""
-MAX_PIXELS = 4_000_000
+LARGEST_PICTURE = 20_000_000
+"""Maximum number of pixels of a picture that may hold the text of a chart; its pixels are not read."""
+MAX_PIXELS = 1_000_000
 """Maximum number of pixels; an image with more pixels is probably a photograph and not a chart."""
 
 PNG_BEGINS = b"\x89PNG\r\n\x1a\n"
@@ -42,6 +45,7 @@ def open_chart(path: FilePath) -> Image:
     """
     name = fspath(path)
     image = opened_png(name, read_bytes(path))
+    _check_pixels(name, image.width, image.height, MAX_PIXELS)
     try:
         image.load()
     except PNG_DAMAGES as error:
@@ -63,14 +67,22 @@ def opened_png(name: str, content: bytes) -> Image:
     from PIL import Image, UnidentifiedImageError
 
     width, height = (int.from_bytes(content[start : start + 4], "big") for start in PLACE_OF_SIZE)
-    if content.startswith(PNG_BEGINS) and width * height > MAX_PIXELS:
-        found = f"{width} x {height} pixels"
-        raise FileError(f"{name}: has {found}, one for each stitch; expected at most {MAX_PIXELS}, scale it down")
+    _check_pixels(name, width if content.startswith(PNG_BEGINS) else 0, height, LARGEST_PICTURE)
     try:
-        return Image.open(BytesIO(content), formats=["PNG"])
-    except PNG_DAMAGES as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            image = Image.open(BytesIO(content), formats=["PNG"])
+    except (*PNG_DAMAGES, Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
         reason = "the file is not an image" if isinstance(error, UnidentifiedImageError) else error
         raise FileError(f"{name}: is not a whole PNG ({reason}); write it again as PNG") from error
+    _check_pixels(name, image.width, image.height, LARGEST_PICTURE)  # A damaged file can state two sizes.
+    return image
+
+
+def _check_pixels(name: str, width: int, height: int, most: int) -> None:
+    if width * height > most:
+        found = f"{width} x {height} pixels"
+        raise FileError(f"{name}: has {found}, one for each stitch; expected at most {most}, scale it down")
 
 
 def number_pixels(pixels: NDArray, colours: NDArray[np.uint8], name: str) -> NDArray[np.int64]:

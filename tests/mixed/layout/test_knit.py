@@ -130,6 +130,22 @@ def test_lengths_of_yarn_are_those_of_the_polygon_of_a_loop():
     np.testing.assert_allclose(step.sum() + (1 - 2 * P[0]) * WALE, 10 * loop, rtol=1e-12)
 
 
+def test_loops_fill_a_panel_up_to_slanted_borders():
+    """The outermost cells end at the border, less than two wales wide, and Q stands at 0.5 - Q of a cell."""
+    low, high = np.array([[0.1, 5.2], [0.7, 4.3]])  # where the border is at the foot and at the top
+    outline = [(low[0], 0.0), (low[1], 0.0), (high[1], 3.2), (high[0], 3.2)]
+    cloth = cloth_from_panels([Panel(name="slanted", outline=outline)], [], edge_length=1.0)
+    yarns = lay_knit(cloth, [[1]], wale_spacing=WALE, course_spacing=COURSE)
+    check_yarns(cloth, yarns)
+    height = np.rint(yarns.position[:, 1] / COURSE * 1e6)
+    assert len(np.unique(height)) == 2 * 7  # P and Q between eight courses
+    for level in np.unique(height):
+        own = yarns.position[height == level]
+        border = low + (high - low) * own[0, 1] / 3.2
+        gaps = np.array([own[:, 0].min() - border[0], border[1] - own[:, 0].max()])
+        assert (gaps > 0.0).all() and (gaps < 2.0 * (0.5 - Q[0]) * WALE).all()
+
+
 def test_courses_of_a_tube_end_at_its_rod():
     cloth = tube(6.0, 4.0)
     yarns = lay_knit(cloth, [[1]], wale_spacing=WALE, course_spacing=COURSE)

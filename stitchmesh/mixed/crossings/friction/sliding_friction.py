@@ -19,7 +19,13 @@ step a yarn that slipped drags its anchor to the distance e; where it stuck the 
 limit never makes a yarn creep. Work against friction is lost in this move alone, and a yarn that was pulled beyond its
 limits does not return: a snag stays, an elastic mark does not.
 
-Anchors last from step to step. Limits follow from the state at the beginning of a step.
+Anchors last from step to step. Limits follow from the state at the beginning of a step. Where N changes, so do m and e,
+and with them the force at a distance from the anchor: a yarn that a spring holds would be let go in part, slide, and
+change N again. The anchor therefore moves to where the force stays as it was, or is the new limit if that is lower,
+
+    a -> u + sign(F) e x    with  x (2 - x) = min(|F| / m, 1),
+
+so that only yarns beyond their limit slip. Anchors of yarns without a limit stay.
 """
 
 from __future__ import annotations
@@ -153,6 +159,19 @@ def add_friction_blocks(
     blocks[i] += wp.diag(sticking[i])
 
 
+@wp.func
+def anchored_again(place: Any, anchor: Any, length: Any, limit: Any, new_length: Any, new_limit: Any) -> Any:
+    """The anchor [cm] from which a spring of another length and limit has the same force, or the new limit."""
+    one = type(place)(1.0)
+    result = anchor * one
+    if wp.min(limit, new_limit) > one - one:
+        force = friction_force(place - anchor, length, limit)
+        share = wp.min(wp.abs(force) / new_limit, one)
+        x = share / (one + wp.sqrt(one - share))  # x (2 - x) = share
+        result = place + wp.sign(force) * x * new_length
+    return result
+
+
 @kernel
 def find_friction_limits(
     # model
@@ -161,12 +180,15 @@ def find_friction_limits(
     shortest: wp.array[Any],
     # state in
     pressing: wp.array[Any],
-    # state out
+    sliding: wp.array[Any],
+    # state in and out
     length: wp.array[Any],
     limit: wp.array[Any],
+    anchor: wp.array[Any],
 ) -> None:
-    """M = mu N and e of both coordinates; no limit without a spring."""
+    """M = mu N and e of both coordinates, no limit without a spring; anchors move so that the forces stay."""
     i = wp.tid()
+    u, a, e, m = sliding[i], anchor[i], length[i], limit[i]
     k, most, least = stiffness[i], coefficient[i] * pressing[i], shortest[i]
     zero, two = most - most, type(most)(2.0)
     first, second = zero, zero
@@ -177,6 +199,9 @@ def find_friction_limits(
     if k[1] > zero:
         second = most * type(most)(1.0)
         far = wp.max(two * most / k[1], far)
+    own = anchored_again(u[0], a[0], e[0], m[0], near, first)
+    other = anchored_again(u[1], a[1], e[1], m[1], far, second)
+    anchor[i] = type(anchor[0])(own, other)
     limit[i] = type(limit[0])(first, second)
     length[i] = type(length[0])(near, far)
 
@@ -240,8 +265,9 @@ class SlidingFriction(Term):
         """The launches that find the limits at a state, captured for the state that was given last."""
         if self._limits is None or self._limits[0] is not state:
             launcher = partial(prepare, device=self.device)
-            inputs = [self._coefficient, self._stiffness, self._shortest, self.normal_forces.pressing]
-            outputs = [self.slip_length, self.limit]
+            model = [self._coefficient, self._stiffness, self._shortest]
+            inputs = [*model, self.normal_forces.pressing, state.sliding]
+            outputs = [self.slip_length, self.limit, self.anchor]
             launches = [
                 *self.normal_forces.launches(self._yarns.model, self._yarns.turn, state, launcher),
                 launcher(find_friction_limits, self.count, inputs, outputs),
@@ -296,8 +322,8 @@ class SlidingFriction(Term):
         self._outdated = bool(arrays["friction outdated"][0])
 
     def carried_arrays(self) -> dict[str, Any]:
-        """The anchors; limits are found again."""
-        return {"friction anchors": self.anchor}
+        """The anchors, and the limits, with which they stand for the forces."""
+        return {"friction anchors": self.anchor, "friction limits": self.limit, "slip lengths": self.slip_length}
 
     def _inputs(self, state: MixedVector) -> list[Any]:
         return [self.anchor, self.slip_length, self.limit, state.sliding]
