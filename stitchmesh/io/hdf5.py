@@ -87,7 +87,7 @@ def read_dataclass(path: FilePath, kind: type[Data], format_name: str) -> Data:
         raise FileError(f"{name}: the HDF5 file is damaged or cut short; write it again") from error
     try:
         return kind(**fields)
-    except (StitchMeshError, ValueError, IndexError) as error:
+    except (StitchMeshError, ValueError, IndexError, TypeError) as error:
         raise FileError(f"{name}: {error}") from error
 
 

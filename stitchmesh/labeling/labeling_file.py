@@ -69,7 +69,7 @@ def read_labeling(path: FilePath) -> PartialLabeling:
         mesh = Mesh(**{part.name: contents[part.name] for part in fields(Mesh)})
         names = [part.name for part in fields(PartialLabeling) if part.name != "mesh"]
         return PartialLabeling(mesh=mesh, **{name: contents[name] for name in names})
-    except (StitchMeshError, ValueError, IndexError) as error:
+    except (StitchMeshError, ValueError, IndexError, TypeError) as error:
         raise FileError(f"{fspath(path)}: {error}") from error
 
 

@@ -46,6 +46,9 @@ OF_VERTICES = 1e-5
 """Weight of the numbers q, which some vertices with few nodes leave open."""
 MOST_CHANGE = 0.9
 """Largest change of s over 1 - alpha and over alpha: no triangle loses its stiffness."""
+MOST_SEGMENTS = 1000
+"""Segments of a family in the hybrid region above which weights stay those of alpha: the matrix of the balance has
+dense blocks for all segments around a vertex, and takes minutes with some thousands."""
 MOST_ROUNDS = 50
 """Largest number of Newton steps within the bounds."""
 ROUNDING = 1e-9
@@ -95,7 +98,8 @@ def balanced_weights(region: Region, cloth: StretchedCloth) -> StretchWeights:
     for c in range(2):
         own = np.flatnonzero(cloth.family == c)
         balance = _Balance(region, cloth, own, c)
-        segments[own], triangles[:, c] = balance.solve(segments[own], triangles[:, c])
+        if len(balance.segments) <= MOST_SEGMENTS:
+            segments[own], triangles[:, c] = balance.solve(segments[own], triangles[:, c])
     return StretchWeights(segments, triangles)
 
 

@@ -4,13 +4,15 @@
 
 from __future__ import annotations
 
+import itertools
+from contextlib import contextmanager
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
 from stitchmesh.app.controls.chart_editor import ChartEditor
-from stitchmesh.app.pages import all_pages
+from stitchmesh.app.pages import all_pages, navigation
 from stitchmesh.app.pages.page import Page
 from stitchmesh.patterns import parse_pattern, read_pattern
 from stitchmesh.patterns.charts.chart_operations import repeat
@@ -28,6 +30,7 @@ SHOWN = """() => {
   const chart = Object.values(stitchmeshCharts).find((each) => each.root);
   return Array.from(chart.squares, (number) => number === 65535 ? "" : chart.base.words[number]);
 }"""
+NUMBERS = itertools.count(1)
 PENDING = "() => Object.values(stitchmeshCharts).every((chart) => chart.pending.length === 0 && chart.base !== null)"
 
 
@@ -40,13 +43,41 @@ class ChartPage(Page):
 
     def build(self) -> None:
         self.given = []
-        self.editor = ChartEditor(
-            self.app.left_controls, self.source, self.given.append, download=self.app.download
-        )
+        self.editor = ChartEditor(self.app.left_controls, self.source, self.given.append, download=self.app.download)
+
+
+@pytest.fixture(scope="module")
+def shared_rig(browser, tmp_path_factory):
+    """One page of the browser for all charts; to load it takes longer than most tests."""
+    from tests.app.browser import rig_on
+
+    with rig_on(browser, tmp_path_factory.mktemp("charts") / "project", page="Project") as rig:
+        yield rig
 
 
 @pytest.fixture
-def page_with(monkeypatch, app_in_browser):
+def page_with(monkeypatch, shared_rig, capfd):
+    """A function that opens a new page of the application with a chart."""
+
+    @contextmanager
+    def opened(source):
+        name = f"Chart {next(NUMBERS)}"
+        monkeypatch.setitem(navigation.SECTIONS, name, (name,))
+        monkeypatch.setattr(ChartPage, "source", source)
+        monkeypatch.setitem(all_pages.PAGES, name, ChartPage)
+        shared_rig.app.post(shared_rig.app.open_page, name)
+        shared_rig.settle()
+        yield shared_rig
+
+    yield opened
+    printed = capfd.readouterr().err
+    assert "Traceback" not in printed, printed
+
+
+@pytest.fixture
+def page_of_its_own(monkeypatch, app_in_browser):
+    """A function that opens the page Project with a chart, for a test that leaves this page and returns."""
+
     def opened(source):
         monkeypatch.setattr(ChartPage, "source", source)
         monkeypatch.setitem(all_pages.PAGES, "Project", ChartPage)
@@ -226,8 +257,8 @@ def test_a_second_window_and_a_window_that_is_loaded_again_show_the_same_chart(p
         other.close()
 
 
-def test_a_page_that_is_left_in_the_middle_of_a_stroke_and_opened_again_goes_on(page_with):
-    with page_with(PLAIN) as rig:
+def test_a_page_that_is_left_in_the_middle_of_a_stroke_and_opened_again_goes_on(page_of_its_own):
+    with page_of_its_own(PLAIN) as rig:
         left = rig.app.page.editor
         rig.browser_page.mouse.move(*at(rig, 0, 0))
         rig.browser_page.mouse.down()

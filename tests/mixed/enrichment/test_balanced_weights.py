@@ -102,6 +102,13 @@ def test_outside_the_hybrid_region_weights_are_those_of_the_region():
     np.testing.assert_array_equal(found.segments[outside], alpha[outside])
 
 
+def test_regions_of_many_segments_have_the_weights_of_alpha(monkeypatch):
+    monkeypatch.setattr("stitchmesh.mixed.enrichment.balanced_weights.MOST_SEGMENTS", 10)
+    found = balanced_weights(REGIONS[1], stretched_cloth())
+    np.testing.assert_array_equal(found.segments, REGIONS[1].element_alpha(stretched_cloth().segments))
+    np.testing.assert_array_equal(found.triangles[:, 0], 1.0 - REGIONS[1].triangle_alpha)
+
+
 def test_yarns_alone_leave_no_weight_to_triangles():
     found = balanced_weights(enriched_everywhere(*PARTS), stretched_cloth())
     assert not found.triangles.any()
