@@ -119,6 +119,7 @@ def _vtp(points: np.ndarray, cells: str, mode: str) -> bytes:
     blocks: list[bytes] = []
 
     def array(name: str, kind: str, values: np.ndarray, columns: int = 1) -> str:
+        """Return the XML of an array; appended ones go to the blocks."""
         head = f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{columns}"'
         raw = values.tobytes()
         if mode == "ascii":
@@ -230,6 +231,7 @@ def _read_checkpoint_yarns(path: Path) -> object:
 
 def _usd(suffix: str) -> Reader:
     def seeds(folder: Path) -> list[bytes]:
+        """Return yarns in this suffix, and for text also a layer that names files outside its folder."""
         linked = small_yarns(), dataclasses.replace(small_yarns(), colour=[1, 0])
         found = _written(write_yarns, *linked, suffix=suffix)(folder)
         if suffix == ".usda":

@@ -103,6 +103,7 @@ class _Document:
     """Array whose text is being read."""
 
     def begin(self, name: str, attributes: dict[str, str]) -> None:
+        """Take the start of an element."""
         if len(self.path) == 0:
             self.root = {"": name, **attributes}
         elif name == "Piece":
