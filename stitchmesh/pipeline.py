@@ -384,7 +384,7 @@ def spiral_stage(fabric: StitchMesh, options: KnitOptions, report: dict[str, obj
         return fabric
     clock = _Clock()
     spiral = make_spiral(fabric)
-    report["spiral"] = {"spirals": len(fabric.vertices) - len(spiral.vertices), "seconds": clock.lap()}
+    report["spiral"] = {"spirals": len(spiral.vertices) - len(fabric.vertices), "seconds": clock.lap()}
     return spiral
 
 
