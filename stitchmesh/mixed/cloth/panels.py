@@ -35,6 +35,8 @@ SMOOTHINGS = 8
 """How often grid points are moved to the mean of their neighbours; further rounds hardly change the smallest angle."""
 SLIVER = 1e-10
 """Twice the area of a triangle over the squares of two sides, below which the triangle has no area but for rounding."""
+SMALLEST_EDGE = 1e-4
+"""Smallest edge length that can be asked for [cm]."""
 MOST_POINTS = 4_000_000
 """Largest number of points of the grid of a panel."""
 
@@ -108,10 +110,10 @@ def checked_edge_length(edge_length: float) -> float:
     """Return a wanted edge length [cm].
 
     Raises:
-        ParameterError: the length is not a positive number.
+        ParameterError: the length is not a number of at least ``SMALLEST_EDGE``.
     """
-    if not (math.isfinite(edge_length) and edge_length > 0.0):
-        raise ParameterError(f"edge length: got {edge_length}; expected a positive number of cm")
+    if not (math.isfinite(edge_length) and edge_length >= SMALLEST_EDGE):
+        raise ParameterError(f"edge length: got {edge_length}; expected a number of at least {SMALLEST_EDGE:g} cm")
     return edge_length
 
 

@@ -27,8 +27,20 @@ SIDES = 24
 """Number of sides of the tube; its rings are as far apart as its edges are long."""
 ELBOW = 2.6
 """Length of the elbow over the radius."""
+LONGEST = 300.0
+"""Largest length of a part over the radius."""
 LARGEST_BEND = 140.0
 """Largest bend [degrees], somewhat below ``ELBOW``."""
+
+
+def check_bend(bend: float) -> None:
+    """Check the bend of an arm [degrees].
+
+    Raises:
+        ParameterError: the bend is negative or too large.
+    """
+    if not 0.0 <= bend <= LARGEST_BEND:
+        raise ParameterError(f"arm: got a bend of {bend} degrees; expected 0 to {LARGEST_BEND:g}")
 
 
 @dataclass(frozen=True)
@@ -36,7 +48,7 @@ class Arm:
     """The measures of an arm.
 
     Raises:
-        ParameterError: a part is shorter than half of the elbow.
+        ParameterError: a part is shorter than half of the elbow, or longer than ``LONGEST`` radii.
     """
 
     radius: float
@@ -51,6 +63,10 @@ class Arm:
         if min(self.upper, self.forearm) < least:
             found = f"got parts of {self.upper:g} and {self.forearm:g} cm"
             raise ParameterError(f"arm: {found}; expected at least {least:.3g} cm, half of the elbow of this radius")
+        most = LONGEST * self.radius
+        if max(self.upper, self.forearm) > most:
+            found = f"got parts of {self.upper:g} and {self.forearm:g} cm"
+            raise ParameterError(f"arm: {found}; expected at most {most:.3g} cm, {LONGEST:g} times the radius")
 
     def mesh(self) -> Mesh:
         """Return the straight arm as a closed mesh."""
@@ -62,8 +78,7 @@ class Arm:
         Raises:
             ParameterError: the bend is negative or too large.
         """
-        if not 0.0 <= bend <= LARGEST_BEND:
-            raise ParameterError(f"arm: got a bend of {bend} degrees; expected 0 to {LARGEST_BEND:g}")
+        check_bend(bend)
         along, radius = self._rings()
         middle, outwards = self._line(along, np.radians(bend))
         turn = 2.0 * np.pi * np.arange(SIDES) / SIDES

@@ -13,7 +13,7 @@ import numpy as np
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.mixed.contact.motion import RigidMotion, VertexMotion
-from stitchmesh.mixed.scene.bending_arm import Arm
+from stitchmesh.mixed.scene.bending_arm import Arm, check_bend
 from stitchmesh.mixed.scene.region_section import BoxSection
 from stitchmesh.mixed.scene.simple_bodies import ball, box
 
@@ -139,6 +139,8 @@ class BodySection:
         """Places of the vertices of an arm, at times between which its elbow bends little."""
         keys = self.keyframes or (Keyframe(time=0.0),)
         bends = [key.bend for key in keys]
+        for each in bends:
+            check_bend(each)
         steps = max(int(np.ceil(np.abs(np.diff(bends)).max(initial=0.0) / BEND_STEP)), 1)
         part = np.arange(steps * (len(keys) - 1) + 1) / steps
         times = np.interp(part, np.arange(len(keys)), rigid.times)

@@ -21,6 +21,8 @@ from stitchmesh.mixed.scene.yarns_section import YarnsSection
 Triple = tuple[float, float, float]
 YARN_FORMATS = ("bcc", "h5", "usda", "usdc", "vtp", "obj", "glb")
 """Formats of yarns that a scene may write."""
+LARGEST_NUMBER = 1e300
+"""Largest number of a scene; whole numbers in a file may have any number of digits."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -171,7 +173,7 @@ def check_positive(name: str, value: float) -> None:
     """Check that a value is a positive number.
 
     Raises:
-        ParameterError: it is not.
+        ParameterError: it is not, or it is larger than ``LARGEST_NUMBER``.
     """
-    if not (math.isfinite(value) and value > 0):
-        raise ParameterError(f"{name}: got {value}; expected a positive number")
+    if not 0 < value <= LARGEST_NUMBER:
+        raise ParameterError(f"{name}: got {value}; expected a positive number of at most {LARGEST_NUMBER:g}")

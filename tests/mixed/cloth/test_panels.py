@@ -116,7 +116,7 @@ def test_outlines_that_are_refused(message):
 
 @pytest.mark.parametrize("edge_length", [0.0, -1.0, np.nan, np.inf])
 def test_edge_lengths_that_are_refused(edge_length):
-    with pytest.raises(ParameterError, match="expected a positive number of cm"):
+    with pytest.raises(ParameterError, match=r"at least 0\.0001 cm"):
         triangulate(rectangle(1.0, 1.0), edge_length)
 
 

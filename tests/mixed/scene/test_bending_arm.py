@@ -54,6 +54,11 @@ def test_bends_and_measures_that_are_not_possible_are_refused():
         ARM.vertices(200.0)
     with pytest.raises(ParameterError, match=r"expected at least 3\.9 cm"):
         Arm(3.0, 20.0, 1.0)
+    with pytest.raises(ParameterError, match="expected at most 900 cm"):
+        Arm(3.0, 2147483647.0, 15.0)
+    for bend in (-1.0, 99999999999.0, np.inf, np.nan):
+        with pytest.raises(ParameterError, match="expected 0 to 140"):
+            BodySection(shape="arm", size=(3.0, 20.0, 15.0), keyframes=(BEND[0], Keyframe(time=1.0, bend=bend)))
     with pytest.raises(ParameterError, match="expected one of an arm alone"):
         BodySection(shape="ball", size=(1.0,), keyframes=BEND)
     with pytest.raises(ParameterError, match="keyframes of an arm alone"):

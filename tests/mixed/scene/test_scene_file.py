@@ -114,6 +114,8 @@ WRONG = {
         BASE.replace("rectangle = [4, 4]", "panels = [{ name = 'a', outline = [[0,0],[2,2],[2,0],[0,2]] }]"), "cross"
     ),
     "negative duration": ("duration = -1\n" + BASE, "expected a positive number"),
+    "digits without end": (BASE + "[solver]\nmost_iterations = 1" + 400 * "0" + "\n", "at most 1e+300"),
+    "tiny triangles": (BASE.replace("edge_length = 1", "edge_length = 1e-320"), "at least 0.0001 cm"),
     "no TOML": ("duration = \n", "is no TOML"),
 }  # fmt: skip
 
