@@ -84,8 +84,18 @@ class Panel:
         return np.linalg.norm(np.roll(self.corners, -1, axis=0) - self.corners, axis=1)
 
     def even_side_edges(self, edge_length: float) -> IntArray:
-        """Return the number of edges of each side whose length is nearest to the wanted one, at least 1, shape (n,)."""
-        return np.maximum(np.round(self.side_lengths / checked_edge_length(edge_length)), 1).astype(np.int64)
+        """Return the number of edges of each side whose length is nearest to the wanted one, at least 1, shape (n,).
+
+        Raises:
+            ParameterError: the length is too small for a triangulation of at most ``MOST_POINTS`` points.
+        """
+        counts = np.maximum(np.round(self.side_lengths / checked_edge_length(edge_length)), 1)
+        if counts.max() > MOST_POINTS:
+            raise ParameterError(
+                f"panel {self.name!r}: side {int(counts.argmax())}: needs {counts.max():.3g} edges of {edge_length:g} "
+                f"cm; expected at most {MOST_POINTS:,}: choose a larger edge length"
+            )
+        return counts.astype(np.int64)
 
 
 @dataclass(frozen=True, eq=False)
