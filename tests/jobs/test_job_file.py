@@ -147,3 +147,9 @@ def test_init_writes_a_job_that_runs_from_its_folder(tmp_path, capsys):
     assert read_job(path).mesh == str(tmp_path / "parts" / ".." / "hat.obj")
     assert main(["job", "init", "rib2x2", "-o", str(path)]) == 2
     assert "is there already" in capsys.readouterr().err
+
+
+def test_init_refuses_a_folder(tmp_path, capsys):
+    assert main(["job", "init", str(tmp_path), "-o", str(tmp_path / "job.toml")]) == 2
+    assert "is a folder; expected a mesh" in capsys.readouterr().err
+    assert not (tmp_path / "job.toml").exists()

@@ -29,7 +29,7 @@ class Job:
         """Write the file.
 
         Raises:
-            FileError: there is a file of that name, or it cannot be written.
+            FileError: there is a file of that name, it cannot be written, or the job would begin with a folder.
         """
         import os
 
@@ -42,6 +42,8 @@ class Job:
         if Path(self.output).exists():
             raise FileError(f"{self.output}: is there already; choose another name, or remove it")
         named = Path(self.source)
+        if named.is_dir():
+            raise FileError(f"{self.source}: is a folder; expected a mesh, a recipe, or a pattern of the library")
         folder = Path(self.output).resolve().parent
         source = Path(os.path.relpath(named, folder)).as_posix() if named.suffix else self.source
         write_text(self.output, example_job(source))
