@@ -58,6 +58,8 @@ HEAVY = {
     "viser": {"app"},
     "plotly": {"app"},
     "websockets": {"app"},
+    "distributed": {"jobs"},
+    "pyarrow": {"jobs"},
 }
 """Where each heavy package may be imported."""
 VAGUE = {"utils", "util", "helpers", "common", "core", "misc", "tools", "types"}
