@@ -84,6 +84,8 @@ from .periodic.swatch import Swatch as Swatch
 from .periodic.swatch import swatch as swatch
 from .periodic.swatch_design import SwatchDesign as SwatchDesign
 from .periodic.swatch_design import SwatchDials as SwatchDials
+from .periodic.swatches import SwatchRequest as SwatchRequest
+from .periodic.swatches import relax_swatches as relax_swatches
 from .periodic.textures.textures import texture_maps as texture_maps
 from .periodic.weave.library import read_weave as read_weave
 from .periodic.weave.library import weave_names as weave_names

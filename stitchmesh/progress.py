@@ -34,6 +34,7 @@ STAGE_TEXTS = {
     "match": "matching the cloth to its yarns",
     "triangles": "draping triangles alone",
     "drape": "draping",
+    "swatches": "relaxing swatches",
     "picture": "drawing the picture",
 }
 """Text for each stage."""

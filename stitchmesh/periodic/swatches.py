@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Many swatches, as in a sweep over patterns, materials and options."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Any, Literal
+
+from stitchmesh.errors import StitchMeshError
+from stitchmesh.patterns import Pattern
+from stitchmesh.periodic.swatch import Swatch, swatch
+from stitchmesh.periodic.swatch_options import KnitState
+from stitchmesh.periodic.weave.weave import Weave
+from stitchmesh.progress import Progress, shown_progress
+from stitchmesh.quality import DEFAULT_QUALITY, Quality
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
+
+SwatchProgress = Callable[[int, int], None]
+"""Called with the number of swatches that are done, and with that of all swatches."""
+
+
+@dataclass(frozen=True, eq=False)
+class SwatchRequest:
+    """A swatch to be made: the arguments of ``swatch``, without device, budget and progress."""
+
+    pattern: str | Pattern | Weave
+    """A pattern or a weave, the name of one in the library, or the path of a file."""
+    _: KW_ONLY
+    material: YarnMaterial | None = None
+    """Material of the yarn; by default the material ``stitchmesh``, scaled to the radius of the yarn."""
+    quality: str | Quality = DEFAULT_QUALITY
+    """A preset or a ``Quality``."""
+    relax_cell: bool | RelaxCell = False
+    """Whether the width and height of the repeat are relaxed, or the degrees of freedom of a cell."""
+    relaxation: KnitState | None = None
+    """State of a knit that was let go off the needles with friction; None without friction."""
+    friction: float | None = None
+    """Coefficient of friction between yarns, with a relaxation."""
+    options: Mapping[str, Any] = field(default_factory=dict)
+    """Fields of ``SwatchOptions``; they are checked when the swatch is made."""
+
+
+def relax_swatches(
+    requests: Sequence[SwatchRequest],
+    *,
+    device: str | None = None,
+    progress: SwatchProgress | Literal[False] | None = None,
+) -> list[Swatch | StitchMeshError]:
+    """Make swatches, each as ``swatch`` makes it.
+
+    Args:
+        requests: the swatches.
+        device: device of the kernels, for example ``cpu`` or ``cuda:0``; by default the first GPU, or the CPU if there
+            is no GPU.
+        progress: called when a swatch is done; by default a line shows the progress on a terminal or in a notebook, and
+            False shows nothing.
+
+    Returns:
+        The swatches in the order of the requests; in place of one that cannot be made, the error that ``swatch``
+        raises.
+    """
+    made = list[Swatch | StitchMeshError]()
+    with shown_progress(progress, _report_swatches) as report:
+        for request in requests:
+            made.append(_one(request, device))
+            if report is not None:
+                report(len(made), len(requests))
+    return made
+
+
+def _report_swatches(progress: Progress) -> SwatchProgress:
+    """Return a function that reports the number of swatches as the progress of a stage."""
+    return lambda done, count: progress("swatches", done / count, f"{done} of {count}")
+
+
+def _one(request: SwatchRequest, device: str | None) -> Swatch | StitchMeshError:
+    try:
+        return swatch(
+            request.pattern, material=request.material, quality=request.quality, device=device,
+            relax_cell=request.relax_cell, relaxation=request.relaxation, friction=request.friction, progress=False,
+            **request.options,
+        )  # fmt: skip
+    except StitchMeshError as error:
+        return error
