@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from stitchmesh.compute.asking import Asking, answered_alone, ask
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.periodic.fabric_shape import thickness_of
@@ -17,7 +18,7 @@ from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.yarn_presets import Gauge
 from stitchmesh.yarnrelax import YarnMaterial
-from stitchmesh.yarnrelax.cell_stress import cell_stress
+from stitchmesh.yarnrelax.cell_stress import CellStress, cell_stress
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,10 +77,11 @@ def measure_fabric(yarns: YarnSet, fabric: StitchMesh | None, mass_per_length: f
     )  # fmt: skip
 
 
+@answered_alone
 def swatch_report(
     yarns: YarnSet, fabric: StitchMesh | None, material: YarnMaterial, quality: Quality, energy: float,
     device: str | None = None,
-) -> dict[str, Any]:  # fmt: skip
+) -> Asking[dict[str, Any]]:  # fmt: skip
     """Measure a swatch; all values are plain numbers.
 
     Args:
@@ -98,9 +100,9 @@ def swatch_report(
         - warp_crimp and weft_crimp [1] of a weave.
     """
     measures = measure_fabric(yarns, fabric, material.mass_per_length)
-    stress = cell_stress(
-        yarns, material, quadrature_points=quality.quadrature_points, contact_samples=quality.contact_samples,
-        device=device,
+    stress: CellStress = yield ask(
+        cell_stress, yarns, material, quadrature_points=quality.quadrature_points,
+        contact_samples=quality.contact_samples, device=device,
     )  # fmt: skip
     report = asdict(measures) | {
         "course_tension": stress.course,

@@ -17,6 +17,7 @@ from typing import Any, Literal
 
 from stitchmesh.budget.budget import Budget
 from stitchmesh.budget.plan import limit_of
+from stitchmesh.compute.asking import Asking, answered_alone, ask
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import StitchMesh
@@ -113,18 +114,27 @@ def swatch(
     began = time.perf_counter()
     with limited_to(limit_of(budget)):
         plan = plan_swatch(pattern, budget, quality, device, relax_cell, relaxation, **options)
-        prepared = prepare_swatch(
-            pattern, material=material, quality=quality if plan is None else plan.quality, device=device,
+        made = make_swatch(
+            pattern, progress, material=material, quality=quality if plan is None else plan.quality, device=device,
             relax_cell=relax_cell, relaxation=relaxation, friction=friction, **options,
         )  # fmt: skip
-        made = relax_prepared(prepared, prepared.yarns, progress)
     own = {"seconds": time.perf_counter() - began} | ({} if plan is None else {"budget": plan.report()})
     return replace(made, report=made.report | own)
 
 
+@answered_alone
+def make_swatch(
+    pattern: str | Pattern | Weave, progress: Callable[[HistoryEntry], None] | Literal[False] | None, **given: Any
+) -> Asking[Swatch]:
+    """Prepare and relax one repeat of a pattern; arguments as for ``swatch``, errors too."""
+    prepared = yield from prepare_swatch.asking(pattern, **given)
+    return (yield from relax_prepared.asking(prepared, prepared.yarns, progress))
+
+
+@answered_alone
 def relax_prepared(
     prepared: PreparedSwatch, yarns: YarnSet, progress: Callable[[HistoryEntry], None] | Literal[False] | None
-) -> Swatch:
+) -> Asking[Swatch]:
     """Relax a prepared repeat, starting from the prepared yarns or from the same yarns at other places, and measure it.
 
     Raises:
@@ -139,16 +149,16 @@ def relax_prepared(
                 yarns, needles, prepared.release, prepared.similar, prepared.quality, device, prepared.terms, progress
             )
         else:
-            relaxed = relax_along(prepared, yarns, progress)
+            relaxed = yield from relax_along.asking(prepared, yarns, progress)
     own = prepared.smallest
     drawn = prepared.drawn if len(prepared.path) == 1 else sample_evenly(prepared.drawn, relaxed.yarns)
-    refuse_pull_through(drawn, relaxed.yarns, device)
+    yield ask(refuse_pull_through, drawn, relaxed.yarns, device)
     refuse_tearing(relaxed.report["max_strain"], chosen)
     if own.copies > 1:
         like = prepared.drawn_with(prepared.quality)
         drawn, relaxed = own.repeated(drawn, like), whole_repeat(relaxed, own, like)
     result = scale_yarns(relaxed.yarns, 1.0 / chosen.gamma)
-    measures = swatch_report(
+    measures = yield from swatch_report.asking(
         result, prepared.fabric, prepared.material, prepared.quality, relaxed.report["energy"], device
     )
     if isinstance(prepared.source, Weave):

@@ -28,6 +28,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from stitchmesh.compute.asking import Asking, answered_alone, ask
 from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.lattice import Lattice, lattice_frame
@@ -58,10 +59,11 @@ LARGEST_CELL = 600
 """Control points of the largest cell whose balance is examined: eigenvalues take the third power of their number."""
 
 
+@answered_alone
 def relax_to_minimum(
     yarns: YarnSet, *, material: YarnMaterial, quality: Quality, device: str | None, cell: RelaxCell | None,
     terms: Sequence[TermChoice] = (), progress: Progress | Literal[False] | None = None,
-) -> Relaxation:  # fmt: skip
+) -> Asking[Relaxation]:  # fmt: skip
     """Relax yarns as ``relax_yarns``, and again after a move down where they come to rest at an unstable balance.
 
     The report and the history count the iterations and seconds of all relaxations, and so does the limit of iterations.
@@ -70,14 +72,14 @@ def relax_to_minimum(
         SolverError: as for ``relax_yarns``.
     """
     shared: dict[str, Any] = {"material": material, "device": device, "cell": cell, "terms": terms}
-    found = relax_yarns(yarns, quality=quality, progress=progress, **shared)
+    found: Relaxation = yield ask(relax_yarns, yarns, quality=quality, progress=progress, **shared)
     for _move in range(MOST_MOVES):
         left = replace(quality, max_iterations=quality.max_iterations - found.report["iterations"])
         examined = found.report["converged"] and left.max_iterations > 0
-        down = leave_saddle(found.yarns, quality=quality, **shared) if examined else None
+        down = (yield ask(leave_saddle, found.yarns, quality=quality, **shared)) if examined else None
         if down is None:
             break
-        moved = relax_yarns(down, quality=left, progress=progress, **shared)
+        moved: Relaxation = yield ask(relax_yarns, down, quality=left, progress=progress, **shared)
         if moved.report["iterations"] == 0:  # a limit on the time: the state is that of as many iterations
             break
         before, found = found, continued(moved, found)

@@ -15,6 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stitchmesh.compute.asking import Asking, answered_alone, ask
 from stitchmesh.errors import SolverError
 from stitchmesh.lattice import Lattice, lattice_frame
 from stitchmesh.mesh import FloatArray
@@ -41,9 +42,10 @@ TOO_STRETCHED = (
 )
 
 
+@answered_alone
 def change_radius(
     yarns: YarnSet, factor: float, material: YarnMaterial, quality: Quality, device: str | None = None
-) -> YarnSet:
+) -> Asking[YarnSet]:
     """Multiply the radius of yarns by a factor: in one step if the radius becomes smaller, otherwise in several steps.
 
     Args:
@@ -59,15 +61,18 @@ def change_radius(
     steps = _steps(factor, GROWTH) if factor > 1.0 else [factor]
     for step in steps:
         if len(steps) > 1:
-            yarns = _relax_between_steps(yarns, material, quality, device, TOO_THICK)
+            yarns = yield from _relax_between_steps(yarns, material, quality, device, TOO_THICK)
         yarns = yarns.with_radius(yarns.radius * step)
-    return yarns if len(steps) == 1 else _relax_between_steps(yarns, material, quality, device, TOO_THICK)
+    if len(steps) == 1:
+        return yarns
+    return (yield from _relax_between_steps(yarns, material, quality, device, TOO_THICK))
 
 
+@answered_alone
 def change_rest_length(
     yarns: YarnSet, rest_length: FloatArray, material: YarnMaterial, quality: Quality, device: str | None = None,
     cell: RelaxCell | None = None, terms: Sequence[TermChoice] = (),
-) -> YarnSet:  # fmt: skip
+) -> Asking[YarnSet]:  # fmt: skip
     """Change the rest lengths of yarns in steps.
 
     Args:
@@ -89,13 +94,14 @@ def change_rest_length(
     count = max(len(_steps(factor, LENGTHENING)) for factor in (float(ratio.min()), float(ratio.max())))
     for number in range(count + 1):
         yarns = replace(yarns, rest_length=first * ratio ** (number / count))
-        yarns = _relax_between_steps(yarns, material, quality, device, TOO_SHORT, cell, terms)
+        yarns = yield from _relax_between_steps(yarns, material, quality, device, TOO_SHORT, cell, terms)
     return replace(yarns, rest_length=rest_length)
 
 
+@answered_alone
 def change_period(
     yarns: YarnSet, size: Sequence[float | None], material: YarnMaterial, quality: Quality, device: str | None = None
-) -> YarnSet:
+) -> Asking[YarnSet]:
     """Change the periods of yarns on a lattice in steps.
 
     Args:
@@ -114,9 +120,11 @@ def change_period(
     step = [factor ** (1.0 / count) for factor in factors]
     for number in range(count if factors != [1.0, 1.0] else 0):
         if number:
-            yarns = _relax_between_steps(yarns, material, quality, device, TOO_STRETCHED)
+            yarns = yield from _relax_between_steps(yarns, material, quality, device, TOO_STRETCHED)
         yarns = stretch_cell(yarns, *step)
-    return yarns if count == 1 else _relax_between_steps(yarns, material, quality, device, TOO_STRETCHED)
+    if count == 1:
+        return yarns
+    return (yield from _relax_between_steps(yarns, material, quality, device, TOO_STRETCHED))
 
 
 def stretch_cell(yarns: YarnSet, along: float, across: float) -> YarnSet:
@@ -142,15 +150,17 @@ def _steps(factor: float, largest: float) -> list[float]:
 def _relax_between_steps(
     yarns: YarnSet, material: YarnMaterial, quality: Quality, device: str | None, reason: str,
     cell: RelaxCell | None = None, terms: Sequence[TermChoice] = (),
-) -> YarnSet:  # fmt: skip
+) -> Asking[YarnSet]:  # fmt: skip
     """Relax yarns for the iterations between two steps.
 
     If the yarns cannot be separated, the error gives ``reason``: the change of this step is too large, because the
     yarns were separated before it.
     """
     try:
-        return relax_partly(
-            yarns, material=material, quality=quality, device=device, iterations=ITERATIONS, cell=cell, terms=terms
-        )
+        relaxed: YarnSet = yield ask(
+            relax_partly, yarns, material=material, quality=quality, device=device, iterations=ITERATIONS, cell=cell,
+            terms=terms,
+        )  # fmt: skip
     except SolverError as error:
         raise SolverError(f"{str(error).partition(':')[0]}: {reason}") from error
+    return relaxed

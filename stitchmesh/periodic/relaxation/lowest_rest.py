@@ -16,12 +16,14 @@ is held, here as in every relaxation of a swatch: with it, ribs would lie on the
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from stitchmesh.errors import SolverError
+from stitchmesh.compute.asking import Asking, Several, answered_alone, ask
+from stitchmesh.errors import SolverError, StitchMeshError
 from stitchmesh.periodic.relaxation.perturbation import perturb
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch
 from stitchmesh.time_limit import seconds_left
@@ -40,18 +42,20 @@ KICKS = 3
 BETWEEN = 20
 """Iterations between two displacements."""
 
-Relax = Callable[[YarnSet, int], Relaxation]
+Relax = Callable[[YarnSet, int], Asking[Relaxation]]
 """A relaxation of yarns, after a number of iterations that count for a limit of all of them."""
 
 logger = logging.getLogger(__name__)
 
 
-def lowest_rest(prepared: PreparedSwatch, yarns: YarnSet, relax: Relax) -> Relaxation:
+@answered_alone
+def lowest_rest(prepared: PreparedSwatch, yarns: YarnSet, relax: Relax) -> Asking[Relaxation]:
     """Relax yarns, and displaced starts too if the repeat has states; return the way to the lowest state.
 
     The report has ``starts``, the number of starts that came to rest, and the iterations and seconds of all of them,
     which also number the entries of the history. Displaced starts are left out if the yarns themselves do not come to
-    rest, or where a limit on the time is reached.
+    rest, or where a limit on the time is reached. They do not depend on each other, unless they share a number of
+    iterations.
 
     Args:
         prepared: the prepared repeat.
@@ -61,14 +65,17 @@ def lowest_rest(prepared: PreparedSwatch, yarns: YarnSet, relax: Relax) -> Relax
     Raises:
         SolverError: the yarns cannot be relaxed.
     """
-    last = relax(yarns, 0)
+    last = yield from relax(yarns, 0)
     found = [last]
-    if prepared.has_states and last.report["converged"]:
-        for number in range(STARTS):
-            if seconds_left() <= 0.0:
-                break
-            other = _from_start(prepared, yarns, number, relax, last.report["iterations"])
-            if other is not None:
+    for some in _independent_starts(prepared) if prepared.has_states and last.report["converged"] else ():
+        done = last.report["iterations"]
+        others = yield Several([_from_start(prepared, yarns, number, relax, done) for number in some])
+        for number, other in zip(some, others, strict=True):
+            if isinstance(other, SolverError):
+                logger.info("start %d of the search for the lowest state: %s", number + 1, other)
+            elif isinstance(other, StitchMeshError):
+                raise other
+            elif other is not None:
                 last = continued(other, Relaxation(last.yarns, last.report, []))
                 found.append(last)
     rested = [each for each in found if each.report["converged"]] or found
@@ -78,7 +85,8 @@ def lowest_rest(prepared: PreparedSwatch, yarns: YarnSet, relax: Relax) -> Relax
     return replace(kept, report=kept.report | spent | {"starts": len(rested)})
 
 
-def perturbed_start(prepared: PreparedSwatch, yarns: YarnSet, random: np.random.Generator) -> YarnSet:
+@answered_alone
+def perturbed_start(prepared: PreparedSwatch, yarns: YarnSet, random: np.random.Generator) -> Asking[YarnSet]:
     """Return yarns of a prepared repeat after ``KICKS`` equal displacements, separated after each of them.
 
     Raises:
@@ -88,19 +96,32 @@ def perturbed_start(prepared: PreparedSwatch, yarns: YarnSet, random: np.random.
     state = random.bit_generator.state
     for _kick in range(KICKS):
         random.bit_generator.state = state
-        yarns = relax_partly(
-            perturb(yarns, random, prepared.cell.free), material=prepared.similar, quality=prepared.path[0],
-            iterations=BETWEEN, device=prepared.device, cell=prepared.cell, terms=prepared.terms,
+        yarns = yield ask(
+            relax_partly, perturb(yarns, random, prepared.cell.free), material=prepared.similar,
+            quality=prepared.path[0], iterations=BETWEEN, device=prepared.device, cell=prepared.cell,
+            terms=prepared.terms,
         )  # fmt: skip
     return yarns
 
 
-def _from_start(prepared: PreparedSwatch, yarns: YarnSet, number: int, relax: Relax, done: int) -> Relaxation | None:
-    """Relax from a displaced start; None, with a message, if this is not possible."""
-    try:
-        other = relax(perturbed_start(prepared, yarns, np.random.default_rng(number)), done)
-        refuse_pull_through(prepared.drawn, other.yarns, prepared.device)
-    except SolverError as error:
-        logger.info("start %d of the search for the lowest state: %s", number + 1, error)
+def _independent_starts(prepared: PreparedSwatch) -> list[range]:
+    """Return the numbers of the displaced starts in groups that do not depend on each other."""
+    if prepared.most_iterations == math.inf:
+        return [range(STARTS)]
+    return [range(number, number + 1) for number in range(STARTS)]
+
+
+def _from_start(
+    prepared: PreparedSwatch, yarns: YarnSet, number: int, relax: Relax, done: int
+) -> Asking[Relaxation | None]:  # fmt: skip
+    """Relax from a displaced start; None where no time is left for it.
+
+    Raises:
+        SolverError: this is not possible.
+    """
+    if seconds_left() <= 0.0:
         return None
+    start = yield from perturbed_start.asking(prepared, yarns, np.random.default_rng(number))
+    other = yield from relax(start, done)
+    yield ask(refuse_pull_through, prepared.drawn, other.yarns, prepared.device)
     return other

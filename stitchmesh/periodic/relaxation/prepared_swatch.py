@@ -10,12 +10,14 @@ it is at rest: the yarn keeps its radius, and the fabric has 1 / gamma of its ya
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from stitchmesh.compute.asking import Asking, answered_alone
 from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.patterns import Pattern
@@ -31,7 +33,7 @@ from stitchmesh.periodic.sampling.even_sampling import even_lengths, sample_even
 from stitchmesh.periodic.sampling.sampling import GENERATED, path_to
 from stitchmesh.periodic.swatch_options import TAKE_UP, KnitState, SwatchOptions
 from stitchmesh.periodic.weave.weave import Weave
-from stitchmesh.quality import Quality, quality_named
+from stitchmesh.quality import PRESETS, Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import apply_rest_lengths
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial
@@ -86,6 +88,12 @@ class PreparedSwatch:
         return self.path[-1]
 
     @property
+    def most_iterations(self) -> float:
+        """The largest number of iterations of all relaxations together; infinite with the limit of a preset."""
+        limit = self.quality.max_iterations
+        return math.inf if limit in {preset.max_iterations for preset in PRESETS.values()} else limit
+
+    @property
     def similar(self) -> YarnMaterial:
         """The material scaled by gamma."""
         return self.material.scaled(self.options.gamma)
@@ -95,6 +103,7 @@ class PreparedSwatch:
         return draw_swatch(self.source, self.options, quality)[1]
 
 
+@answered_alone
 def prepare_swatch(
     pattern: str | Pattern | Weave,
     *,
@@ -106,7 +115,7 @@ def prepare_swatch(
     friction: float | None = None,
     smallest: bool = True,
     **options: Any,
-) -> PreparedSwatch:
+) -> Asking[PreparedSwatch]:
     """Generate a repeat, and change its radii, lengths and size to those asked for; arguments as for ``swatch``.
 
     Whether a free repeat comes to rest in its smallest cell is given by ``smallest``.
@@ -142,10 +151,10 @@ def prepare_swatch(
     path = tuple(with_contacts(step, chosen, fabric, own, cell if release is None else None) for step in steps)
     quality = path[0]
     cell = None if cell is None else own.cell_of(cell)
-    yarns = change_radius(own.part_of(natural), thicker, similar, quality, device)
+    yarns = yield from change_radius.asking(own.part_of(natural), thicker, similar, quality, device)
     lengths = own.part_of(replace(first, rest_length=wanted)).rest_length
-    yarns = change_rest_length(yarns, lengths, similar, quality, device, cell, terms)
-    yarns = change_period(yarns, own.period_of(period), similar, quality, device)
+    yarns = yield from change_rest_length.asking(yarns, lengths, similar, quality, device, cell, terms)
+    yarns = yield from change_period.asking(yarns, own.period_of(period), similar, quality, device)
     drawn, searched = own.part_of(first), lies_alike and is_small(fabric, own)
     return PreparedSwatch(
         source, chosen, material, path, device, fabric, own, drawn, yarns, cell, flat, terms, release, searched

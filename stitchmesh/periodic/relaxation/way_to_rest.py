@@ -4,26 +4,27 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Literal
+from typing import Any, Literal
 
+from stitchmesh.compute.asking import Asking, answered_alone, ask
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.periodic.relaxation.lowest_rest import lowest_rest
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
-from stitchmesh.quality import PRESETS, Quality
+from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
 from stitchmesh.yarnrelax.saddle import continued, relax_to_minimum
 
 
+@answered_alone
 def relax_along(
     prepared: PreparedSwatch, yarns: YarnSet, progress: Callable[[HistoryEntry], None] | Literal[False] | None
-) -> Relaxation:
+) -> Asking[Relaxation]:
     """Relax yarns through the samplings of their path; the iterations are those of all relaxations, one after another.
 
     The first sampling goes to the lowest state (``lowest_rest``), from which the others continue. The history is that
@@ -33,32 +34,30 @@ def relax_along(
     Raises:
         SolverError: the yarns cannot be relaxed, or a yarn passed through another one.
     """
-    most, found = iterations_of(prepared.path), None
+    found: Relaxation | None = None
     for step in prepared.path:
-        relax = partial(_relax, prepared, step, most, progress)
+        relax = partial(_relax, prepared, step, progress)
         if found is None:
-            found = lowest_rest(prepared, yarns, relax)
+            found = yield from lowest_rest.asking(prepared, yarns, relax)
         else:
             yarns = sample_evenly(found.yarns, prepared.smallest.part_of(prepared.drawn_with(step)))
-            found = continued(relax(yarns, found.report["iterations"]), found)
+            relaxed = yield from relax(yarns, found.report["iterations"])
+            found = continued(relaxed, found)
     assert found is not None
     return found
 
 
-def iterations_of(path: Sequence[Quality]) -> float:
-    """Return the largest number of iterations of all relaxations together; infinite with the limit of a preset."""
-    limit = path[-1].max_iterations
-    return math.inf if limit in {preset.max_iterations for preset in PRESETS.values()} else limit
-
-
 def _relax(
-    prepared: PreparedSwatch, step: Quality, most: float,
-    progress: Callable[[HistoryEntry], None] | Literal[False] | None, yarns: YarnSet, done: int,
-) -> Relaxation:  # fmt: skip
+    prepared: PreparedSwatch, step: Quality, progress: Callable[[HistoryEntry], None] | Literal[False] | None,
+    yarns: YarnSet, done: int,
+) -> Asking[Relaxation]:  # fmt: skip
     """Relax yarns with a sampling, after a number of iterations that count for the limit of all together."""
-    relax = relax_yarns if prepared.cell is None else relax_to_minimum
-    quality = replace(step, max_iterations=int(min(step.max_iterations, max(most - done, 0))))
-    return relax(
-        yarns, material=prepared.similar, quality=quality, device=prepared.device, cell=prepared.cell,
-        terms=prepared.terms, progress=progress,
-    )  # fmt: skip
+    quality = replace(step, max_iterations=int(min(step.max_iterations, max(prepared.most_iterations - done, 0))))
+    given: dict[str, Any] = {
+        "material": prepared.similar, "quality": quality, "device": prepared.device, "cell": prepared.cell,
+        "terms": prepared.terms, "progress": progress,
+    }  # fmt: skip
+    if prepared.cell is None:
+        relaxed: Relaxation = yield ask(relax_yarns, yarns, **given)
+        return relaxed
+    return (yield from relax_to_minimum.asking(yarns, **given))
