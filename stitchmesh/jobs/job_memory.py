@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from stitchmesh.compute.device import device_named
+from stitchmesh.compute.free_memory import available_memory
 from stitchmesh.errors import ParameterError
 from stitchmesh.jobs.sections import RenderTable, SwatchTable
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.mixed.memory import available_memory
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_budget import stitches_of
 from stitchmesh.pipeline import KnitOptions

@@ -21,6 +21,7 @@ import warp as wp
 
 from stitchmesh import __version__
 from stitchmesh.compute.device import alone, device_named, others_may_launch
+from stitchmesh.compute.free_memory import available_memory
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.atomic import write_json
@@ -31,7 +32,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.dynamics.equilibrium import AfterIteration
 from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.measured_budget import node_budget
-from stitchmesh.mixed.memory import available_memory, check_memory
+from stitchmesh.mixed.memory import check_memory
 from stitchmesh.mixed.output.display import Display, Shown
 from stitchmesh.mixed.output.displays import Displays
 from stitchmesh.mixed.output.files import RunFiles

@@ -9,11 +9,9 @@ maps for display, and rounded up.
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 
 import numpy as np
-import warp as wp
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.enrichment.region import HYBRID, Region
@@ -58,21 +56,6 @@ def estimate_memory(region: Region, *, contact: bool, may_grow_to: int = 0) -> M
     of_vertices = vertices * (PER_VERTEX + PER_VERTEX_IN_CONTACT * contact)
     total = BASE + PER_LAID_NODE * laid + each * nodes + of_vertices + PER_PAIR * hybrid**2
     return MemoryEstimate(total, each)
-
-
-def available_memory(device: wp.Device) -> float:
-    """Return the memory that is free on a device [bytes]."""
-    return float(device.free_memory) if device.is_cuda else host_memory()
-
-
-def host_memory() -> float:
-    """Return the memory that is free beside the processor [bytes]; layouts are made there, whatever simulates them."""
-    try:
-        with open("/proc/meminfo", encoding="ascii") as file:
-            lines = dict(line.split(":", 1) for line in file)
-        return 1024.0 * float(lines["MemAvailable"].split()[0])
-    except (OSError, KeyError, ValueError):
-        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
 
 
 def check_layout_memory(nodes: float, available: float) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from stitchmesh.compute.device import device_named
+from stitchmesh.compute.free_memory import host_memory
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mixed.assembly import LoadedBody, Loads, MixedFabric
@@ -24,7 +25,7 @@ from stitchmesh.mixed.layout.crossing_yarns import ROD
 from stitchmesh.mixed.layout.from_stitches import lay_stitches
 from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
-from stitchmesh.mixed.memory import check_layout_memory, host_memory
+from stitchmesh.mixed.memory import check_layout_memory
 from stitchmesh.mixed.output.display import vertex_normals
 from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_knit, cloth_of_weave
 from stitchmesh.mixed.scene.matched_cloth import MATCHED, cell_of_scene, matched_cloth

@@ -11,11 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from stitchmesh.compute.device import device_named
+from stitchmesh.compute.free_memory import available_memory
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.mesh import IntArray, Mesh, StitchMesh
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.region import Region
-from stitchmesh.mixed.memory import available_memory, estimate_memory
+from stitchmesh.mixed.memory import estimate_memory
 from stitchmesh.mixed.output.report import region_counts
 from stitchmesh.mixed.scene.cloth_section import STITCH_SUFFIXES
 from stitchmesh.mixed.scene.painted_region import marked_triangles
