@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import MISSING, fields, is_dataclass, replace
 from os import fspath
 from pathlib import Path
@@ -14,9 +15,10 @@ from stitchmesh.io.checked import check_table
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.toml_file import SUFFIX, read_table, table_lines
 from stitchmesh.jobs.job import OF_GARMENTS, OF_MESHES, Job
+from stitchmesh.jobs.job_paths import check_job_paths, job_with_paths
 from stitchmesh.jobs.sections import SwatchTable
 from stitchmesh.periodic.charts.chart_files import CHART_SUFFIXES
-from stitchmesh.recipe.recipe_file import edits_with_paths, pattern_with_path, patterns_with_paths, pop_edits
+from stitchmesh.recipe.recipe_file import pop_edits
 
 EDITS = "apply_edit"
 HEADER = """\
@@ -66,18 +68,25 @@ COMMENTS = {
 """Comments beside keys of a new file, each at the first place of its key."""
 
 
-def read_job(path: FilePath) -> Job:
+def read_job(path: FilePath, *, allow_paths: Sequence[FilePath] = ()) -> Job:
     """Read a job from a TOML file.
+
+    Args:
+        path: the file.
+        allow_paths: folders in which files may be that the job names, besides the folder of the file and the present
+            one (``job_paths``).
 
     Raises:
         FileError: the file cannot be read, is not TOML, or has a key or a value that no job has; the message names the
-            key and, for an unknown key, the nearest known one.
+            key and, for an unknown key, the nearest known one. Or the job names a file in another folder.
     """
-    return job_of_table(read_table(path), fspath(path))
+    job = job_of_table(read_table(path), fspath(path))
+    check_job_paths(job, path, allow_paths)
+    return job
 
 
 def job_of_table(table: dict[str, Any], name: str) -> Job:
-    """Return the job of a table.
+    """Return the job of a table; where its files are is not checked (``check_job_paths``).
 
     Args:
         table: the table of a job file, in which paths are relative to the folder of the file.
@@ -87,8 +96,9 @@ def job_of_table(table: dict[str, Any], name: str) -> Job:
         FileError: the table has a key or a value that no job has.
     """
     try:
-        edits = pop_edits(table, EDITS)
-        return _with_paths(replace(check_table(table, Job), apply_edit=edits), Path(name).parent)
+        edits, folder = pop_edits(table, EDITS), Path(name).parent
+        job = replace(check_table(table, Job), apply_edit=edits)
+        return job_with_paths(job, lambda path: fspath(folder / path))
     except ParameterError as error:
         raise FileError(f"{name}: {error}") from error
 
@@ -136,21 +146,3 @@ def _with_unset(line: str) -> str:
     key, sign, value = line.partition(" = ")
     mark = '"\\u0000"'
     return f"# {key} = {UNSET.get(key, '...')}{value.removeprefix(mark)}" if sign and value.startswith(mark) else line
-
-
-def _with_paths(job: Job, folder: Path) -> Job:
-    """Return a job whose paths are seen from the present folder, given the folder of its file."""
-
-    def joined(path: str) -> str:
-        return fspath(folder / path)
-
-    body, swatch = job.relax_yarns.body, job.swatch
-    return replace(
-        job,
-        mesh=None if job.mesh is None else joined(job.mesh),
-        recipe=None if job.recipe is None else joined(job.recipe),
-        apply_pattern=patterns_with_paths(job.apply_pattern, joined),
-        apply_edit=edits_with_paths(job.apply_edit, joined),
-        relax_yarns=replace(job.relax_yarns, body=None if body is None else joined(body)),
-        swatch=None if swatch is None else replace(swatch, pattern=pattern_with_path(swatch.pattern, joined)),
-    )

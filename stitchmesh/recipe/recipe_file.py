@@ -51,7 +51,7 @@ def read_recipe(path: FilePath) -> Recipe:
     """
     table = read_table(path)
     try:
-        return _with_paths(_recipe(table), lambda inside: _joined(Path(path).parent, inside))
+        return recipe_with_paths(_recipe(table), lambda inside: _joined(Path(path).parent, inside))
     except ParameterError as error:
         raise FileError(f"{fspath(path)}: {error}") from error
 
@@ -64,7 +64,7 @@ def write_recipe(path: FilePath, recipe: Recipe) -> None:
     """
     suffix_of(path, [SUFFIX])
     folder = Path(path).resolve().parent
-    moved = _with_paths(recipe, lambda inside: Path(os.path.relpath(inside, folder)).as_posix())
+    moved = recipe_with_paths(recipe, lambda inside: Path(os.path.relpath(inside, folder)).as_posix())
     write_text(path, HEADER + "\n" + "\n".join(table_lines(_table_of(moved), comments=COMMENTS)) + "\n")
 
 
@@ -104,7 +104,7 @@ def _edit(table: dict[str, Any], place: str) -> Edit:
     return edit
 
 
-def _with_paths(recipe: Recipe, change: Callable[[str], str]) -> Recipe:
+def recipe_with_paths(recipe: Recipe, change: Callable[[str], str]) -> Recipe:
     """Return a recipe with all paths changed: those of files, and those in selections."""
     edges, body = recipe.stitches.edges, recipe.physics.body
     return replace(

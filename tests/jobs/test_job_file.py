@@ -140,7 +140,50 @@ def test_paths_are_relative_to_the_file(tmp_path):
     ]
 
 
-def test_init_writes_a_job_that_runs_from_its_folder(tmp_path, capsys):
+PROJECTS = {
+    "mesh": 'mesh = "{}.obj"\n',
+    "body": 'mesh = "own.obj"\n[relax_yarns]\nbody = "{}.obj"\n',
+    "pattern": 'mesh = "own.obj"\n[[apply_pattern]]\npattern = "{}.knit"\n',
+    "selection": 'mesh = "own.obj"\n[[apply_pattern]]\npattern = "rib2x2"\non = \'hem 2 and file "{}.txt"\'\n',
+    "edit": 'mesh = "own.obj"\n[[apply_edit]]\nedit = "stripe"\nyarn = 1\non = \'file "{}.txt"\'\n',
+    "chart": '[swatch]\npattern = "{}.png"\n',
+    "recipe": 'recipe = "{}.toml"\n',
+}
+"""Jobs with one place for the path of a file without its suffix."""
+
+
+@pytest.mark.parametrize("text", PROJECTS.values(), ids=PROJECTS)
+def test_files_outside_the_project_are_refused(text, tmp_path):
+    """Files are in the folder of the job, in the present one or in an allowed one; links count as their target."""
+    project, other = tmp_path / "project", tmp_path / "other"
+    for folder in (project / "parts", other):
+        folder.mkdir(parents=True)
+        write_recipe(folder / "file.toml", Recipe(mesh="assets/meshes/hat.obj"))  # in the present folder
+    (project / "link").symlink_to(other)
+    job = project / "job.toml"
+    for outside in ("../other/file", "link/file", str(other / "file"), "parts/../../other/file"):
+        job.write_text(text.format(outside))
+        with pytest.raises(FileError, match="outside the project") as caught:
+            read_job(job)
+        message = str(caught.value)
+        assert message.startswith(f"{job}: names {other}/file.") and message.endswith(f"--allow-paths {other}")
+        read_job(job, allow_paths=[other])
+    for inside in ("parts/file", "../project/parts/file", str(project / "parts" / "file")):
+        job.write_text(text.format(inside))
+        read_job(job)
+
+
+def test_files_that_a_recipe_of_a_job_names_are_in_the_project_too(tmp_path):
+    (tmp_path / "project").mkdir()
+    write_recipe(tmp_path / "project" / "garment.toml", Recipe(mesh=str(tmp_path / "hat.obj")))
+    (tmp_path / "project" / "job.toml").write_text('recipe = "garment.toml"\n')
+    with pytest.raises(FileError, match=r"garment.toml: names .*/hat.obj, which is outside the project"):
+        read_job(tmp_path / "project" / "job.toml")
+    assert read_job(tmp_path / "project" / "job.toml", allow_paths=[tmp_path]).recipe is not None
+
+
+def test_init_writes_a_job_that_runs_from_its_folder(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # the mesh is above the folder of the job, and so has to be in the present one
     path = tmp_path / "parts" / "job.toml"
     assert main(["job", "init", str(tmp_path / "hat.obj"), "-o", str(path)]) == 0
     assert "stitchmesh run" in capsys.readouterr().out

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -163,7 +164,7 @@ def test_the_time_of_the_parts_before_counts(job, copy, monkeypatch):
 
     real = garment_stages.read_checkpoint
     monkeypatch.setattr(garment_stages, "read_checkpoint", late)
-    with pytest.raises(ParameterError, match="within: got 10 min, but 60"):
+    with pytest.raises(ParameterError, match=r"within: got 10 min, but 6\d\d"):
         run_job(other, copy, resume=True)
     assert found["read"] == checkpoint
 
@@ -251,7 +252,7 @@ def test_commands_report_lines_of_json_and_the_status(job, copy, tmp_path, capsy
         f'mesh = "{job.mesh}"\nquality = "draft"\ndevice = "cpu"\nrender = []\n[tessellate]\nstitch_width = 0.8\n'
     )
     assert job_of_table({"mesh": job.mesh}, "x/job.toml").mesh == job.mesh
-    assert main(["run", str(path), "-o", str(copy)]) == 0
+    assert main(["run", str(path), "-o", str(copy), "--allow-paths", str(Path(job.mesh).parent)]) == 0
     output = capsys.readouterr()
     lines = [json.loads(line) for line in output.out.splitlines()]
     assert lines[-1]["state"] == "finished" and lines[-1]["stages"] == STAGES
@@ -270,7 +271,7 @@ def test_a_stage_without_its_record_is_unfinished(copy):
 def test_sigterm_writes_a_checkpoint_and_ends_the_process(job, tmp_path):
     path = tmp_path / "job.toml"
     path.write_text(f'mesh = "{job.mesh}"\nquality = "draft"\ndevice = "cpu"\n[tessellate]\nstitch_width = 0.8\n')
-    words = [sys.executable, "-m", "stitchmesh", "run", str(path)]
+    words = [sys.executable, "-m", "stitchmesh", "run", str(path), "--allow-paths", str(Path(job.mesh).parent)]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT) as process:
         for line in process.stdout:
             if json.loads(line)["stage"] == "relax_yarns":

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from tyro.conf import Positional
+from tyro.conf import Positional, UseAppendAction
 
 from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.budget_options import exit_status, start_of_command
@@ -37,6 +37,8 @@ class Run:
     """folder of the job, for its results, its kept stages and its status"""
     resume: Flag = False
     """continue a relaxation from its checkpoint"""
+    allow_paths: Annotated[UseAppendAction[tuple[str, ...]], help_entry("DIR", "none")] = ()
+    """a further folder in which files may be that the job names, besides that of the job and the present one"""
     threads: Threads = None
 
     def run(self) -> int | None:
@@ -50,7 +52,7 @@ class Run:
         from stitchmesh.jobs.run_job import run_job
         from stitchmesh.jobs.stop import JobStopped
 
-        job = read_job(self.job)
+        job = read_job(self.job, allow_paths=self.allow_paths)
         folder = Path(self.job).with_suffix("") if self.output is None else Path(self.output)
         try:
             with _stopped_by_signal() as stop, show_reports() as listener:
