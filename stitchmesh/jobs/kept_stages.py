@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -46,7 +46,12 @@ class Stage(Generic[T]):
     @property
     def folder(self) -> str:
         """Name of the folder of the stage."""
-        return f"{self.name}-{self.key}"
+        return stage_folder(self.name, self.key)
+
+
+def stage_folder(name: str, key: str) -> str:
+    """Return the name of the folder of a stage."""
+    return f"{name}-{key}"
 
 
 def stage_key(name: str, *inputs: Any) -> str:
@@ -107,10 +112,33 @@ class KeptStages:
         stage.write(folder, result)
         write_json(folder / RECORD, asdict(record))
 
+    def folders(self) -> list[Path]:
+        """Return the folders of all stages, finished or not, in the order of their names."""
+        inside = sorted(self.folder.iterdir()) if self.folder.is_dir() else []
+        return [path for path in inside if path.is_dir() and not path.is_symlink()]
+
     def unfinished(self) -> Iterator[Path]:
         """Yield the folders of stages that are not finished."""
-        if self.folder.is_dir():
-            yield from (path for path in sorted(self.folder.iterdir()) if not (path / RECORD).is_file())
+        yield from (path for path in self.folders() if not (path / RECORD).is_file())
+
+    def remove_others(self, names: Collection[str]) -> tuple[tuple[str, ...], int]:
+        """Remove the folders of all stages except for some, and return their names and their size [bytes].
+
+        The record of a stage goes first: a stage that is only partly removed is unfinished.
+
+        Raises:
+            FileError: a file cannot be removed.
+        """
+        others, freed = [path for path in self.folders() if path.name not in names], 0
+        for path in others:
+            size = sum(file.lstat().st_size for file in path.rglob("*") if file.is_file())
+            try:
+                (path / RECORD).unlink(missing_ok=True)
+                shutil.rmtree(path)
+            except OSError as error:
+                raise FileError(f"{path}: cannot be removed ({error.strerror or error}); remove it by hand") from error
+            freed += size
+        return tuple(path.name for path in others), freed
 
     def tidy(self, checkpoint: str) -> None:
         """Remove what killed runs have left: hidden parts of files, and unfinished stages without a checkpoint."""

@@ -19,6 +19,7 @@ import stitchmesh as sm
 from stitchmesh.cli.main import main
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.folder_lock import FolderLock
+from stitchmesh.jobs.clean_job import clean_job
 from stitchmesh.jobs.job import Job, recipe_of
 from stitchmesh.jobs.job_file import job_of_table
 from stitchmesh.jobs.job_memory import check_memory
@@ -195,6 +196,36 @@ def test_what_killed_runs_leave_goes_at_the_next_run(job, copy):
     run_job(job, copy)
     hidden = {path.name for path in copy.glob("**/.*")}
     assert hidden == {".lock", ".mine"} and not (copy / "stages/yarns-0").exists()
+
+
+def test_clean_removes_the_stages_that_the_last_run_has_not_used(job, copy, capsys):
+    used = {path.name for path in copy.glob("stages/*")}
+    run_job(replace(job, relax_yarns=RelaxYarnsTable(max_iterations=20)), copy)
+    run_job(job, copy)
+    other = {path.name for path in copy.glob("stages/*")} - used
+    assert {name.partition("-")[0] for name in other} == {"relax_yarns", "plot_convergence"}
+    size = sum(path.stat().st_size for name in other for path in (copy / "stages" / name).iterdir())
+    assert main(["job", "clean", str(copy)]) == 0
+    assert capsys.readouterr().out == f"Removed 2 stages ({size / 1e6:.1f} MB), kept the {len(used)} of the last run.\n"
+    assert {path.name for path in copy.glob("stages/*")} == used
+    assert computed(run_job(job, copy)) == []
+
+
+def test_clean_refuses_a_folder_in_which_stages_may_be_needed(job, copy, tmp_path):
+    before = sorted(copy.rglob("*"))
+    lock = FolderLock(copy, "held")
+    try:
+        with pytest.raises(FileError, match="another run works in this folder"):
+            clean_job(copy)
+    finally:
+        lock.release()
+    JobLog(copy, lambda _: None).close("stopped")
+    with pytest.raises(FileError, match=r"the last run in it was stopped, .* run the job to its end first"):
+        clean_job(copy)
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(FileError, match=r"holds no status\.json"):
+        clean_job(tmp_path / "empty")
+    assert sorted(copy.rglob("*")) == before and not list((tmp_path / "empty").iterdir())
 
 
 def test_folders_that_cannot_be_written_are_one_line(job, tmp_path, capsys):
