@@ -16,12 +16,12 @@ from stitchmesh.errors import FileError, ParameterError
 
 @dataclass(frozen=True)
 class Job:
-    """Write a new job file with all keys and their defaults, or clean the folder of a job."""
+    """Write a new job file with all keys, or clean the folder of a job."""
 
     action: Annotated[Positional[Literal["init", "clean"]], help_entry("init|clean")]
     """what to do: init writes a new file, clean removes the kept stages that the last run has not used"""
-    source: Annotated[Positional[str], help_entry("MESH|RECIPE|PATTERN|DIR")]
-    """a mesh, a recipe (.toml), a chart or a pattern of the library that a new job begins with; or the folder to clean"""
+    source: Annotated[Positional[str], help_entry("SOURCE|DIR")]
+    """init: a mesh, a recipe (.toml), a chart or a pattern of the library; clean: the folder of a job"""
     output: Annotated[str | None, help_entry("FILE", "job.toml", short="-o")] = None
     """the new file"""
 
