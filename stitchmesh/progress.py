@@ -36,6 +36,7 @@ STAGE_TEXTS = {
     "drape": "draping",
     "swatches": "relaxing swatches",
     "picture": "drawing the picture",
+    "sweep": "running the sweep",
 }
 """Text for each stage."""
 SMALLEST_PART = 0.05

@@ -56,7 +56,7 @@ HEAVY = {
     "trimesh": {"io"},
     "matplotlib": {"render"},
     "viser": {"app"},
-    "plotly": {"app"},
+    "plotly": {"app", "jobs"},
     "websockets": {"app"},
     "distributed": {"jobs"},
     "pyarrow": {"jobs"},

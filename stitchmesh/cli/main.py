@@ -14,6 +14,7 @@ from stitchmesh import __version__
 from stitchmesh.cli.arguments import BAD_INPUT, parse
 from stitchmesh.cli.budget_options import mark_start
 from stitchmesh.cli.commands.app import App
+from stitchmesh.cli.commands.batch import Batch
 from stitchmesh.cli.commands.check import Check
 from stitchmesh.cli.commands.convert import Convert
 from stitchmesh.cli.commands.drape import Drape
@@ -45,7 +46,7 @@ INTERRUPTED = 130
 DESCRIPTION = "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --version` prints the version."
 COMMANDS = (
     Knit, Label, Tessellate, Pattern, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Swatch, Stretch, Drape,
-    Run, Job, Status,
+    Run, Job, Status, Batch,
     Info, Select, Check, Patterns, Instructions, Convert, Render, View, App,
 )  # fmt: skip
 """The commands, in the order in which the help lists them."""

@@ -93,7 +93,7 @@ def run_job(
         _tidy(job, target)
         log, budget = JobLog(target, listener), _budget(job, started)
         run = JobRun(job, target, resume, stop or StopRequest(), log, {"stitchmesh": __version__}, budget)
-        with _end_reported(log), limited_to(limit_of(budget)):
+        with end_reported(log), limited_to(limit_of(budget)):
             return _run(run)
     finally:
         lock.release()
@@ -150,7 +150,7 @@ def _tidy(job: Job, folder: Path) -> None:
 
 
 @contextmanager
-def _end_reported(log: JobLog) -> Iterator[None]:
+def end_reported(log: JobLog) -> Iterator[None]:
     """Report how the block ends."""
     try:
         yield

@@ -4,10 +4,7 @@
 
 from __future__ import annotations
 
-import signal
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -17,14 +14,11 @@ from tyro.conf import Positional, UseAppendAction
 from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.budget_options import exit_status, start_of_command
 from stitchmesh.cli.options import Threads
+from stitchmesh.cli.stop_signal import TERMINATED, stopped_by_signal
 from stitchmesh.cli.summary import files_to_open, knit_summary, swatch_summary
 
 if TYPE_CHECKING:
     from stitchmesh.jobs.run_job import FinishedJob
-    from stitchmesh.jobs.stop import StopRequest
-
-TERMINATED = 143
-"""Exit status of a job that a signal has stopped, as a shell gives it for SIGTERM."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +49,7 @@ class Run:
         job = read_job(self.job, allow_paths=self.allow_paths)
         folder = Path(self.job).with_suffix("") if self.output is None else Path(self.output)
         try:
-            with _stopped_by_signal() as stop, show_reports() as listener:
+            with stopped_by_signal() as stop, show_reports() as listener:
                 made = run_job(job, folder, resume=self.resume, stop=stop, listener=listener, began=start_of_command())
         except JobStopped:
             _print(f"stopped; `stitchmesh run {self.job} -o {folder} --resume` continues the job")
@@ -79,16 +73,3 @@ def _summary(made: FinishedJob) -> list[str]:
     if "yarnrelax" in made.report and made.fabric is not None:
         return lines + knit_summary(made.fabric, made.yarns, made.report, None)
     return lines + swatch_summary(Swatch(made.yarns, made.report, made.fabric, []), made.report["name"], None)
-
-
-@contextmanager
-def _stopped_by_signal() -> Iterator[StopRequest]:
-    """Provide the wish to stop, which SIGTERM utters within the block."""
-    from stitchmesh.jobs.stop import StopRequest
-
-    stop = StopRequest()
-    before = signal.signal(signal.SIGTERM, lambda number, frame: stop.ask())
-    try:
-        yield stop
-    finally:
-        signal.signal(signal.SIGTERM, before)

@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page of a sweep: a sortable table with pictures, and a plot of two columns, as HTML without a server.
+
+The page holds the columns that differ from job to job. Plotly draws the plot; its script lies beside the page, so that
+nothing is loaded from other hosts.
+"""
+
+from __future__ import annotations
+
+import html
+import json
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from stitchmesh.io.atomic import write_text
+from stitchmesh.jobs.sweep.result_table import JOB, KEY, read_table
+from stitchmesh.jobs.sweep.row import ERROR, PICTURE, YARNS
+
+PAGE, SCRIPT = "report.html", "plotly.min.js"
+MOST_ROWS = 20_000
+"""Largest number of rows of a page; a larger sweep shows rows at even distances."""
+FIRST = (JOB, PICTURE, ERROR)
+"""Columns on the left of the page."""
+DIGITS = 6
+"""Digits of the numbers of a page; the table on disk has all of them."""
+
+
+def write_report_page(folder: Path) -> Path:
+    """Write the page of a sweep into its folder, and return its path.
+
+    Raises:
+        FileError: the folder holds no sweep, or the page cannot be written.
+        ParameterError: pyarrow is not installed.
+    """
+    from plotly.offline import get_plotlyjs
+
+    columns = read_table(folder)
+    count = len(columns[JOB])
+    shown = range(0, count, -(-count // MOST_ROWS) or 1)
+    failed = sum(error is not None for error in columns[ERROR])
+    same: dict[str, Any] = {name: values[0] for name, values in columns.items() if _is_constant(name, values, count)}
+    content = {
+        "columns": {
+            name: [_shortened(columns[name][k]) for k in shown]
+            for name in (*FIRST, *(name for name in columns if name not in (*FIRST, KEY, *same)))
+            if name in columns and name not in same
+        },
+        "picture": PICTURE, "yarns": YARNS, "error": ERROR, "job": JOB,
+    }  # fmt: skip
+    left_out = "" if len(shown) == count else f" The page shows {len(shown)} of them, at even distances."
+    template = files(__package__).joinpath("page.html").read_text(encoding="utf-8")
+    page = template.replace("{{title}}", html.escape(folder.resolve().name))
+    page = page.replace("{{summary}}", html.escape(f"{count} jobs, {failed} failed.{left_out}"))
+    page = page.replace("{{same}}", "".join(map(_same_row, same.items())))
+    page = page.replace("{{content}}", json.dumps(content, separators=(",", ":")).replace("<", "\\u003c"))
+    write_text(folder / SCRIPT, get_plotlyjs())
+    write_text(folder / PAGE, page)
+    return folder / PAGE
+
+
+def _is_constant(name: str, values: list[Any], count: int) -> bool:
+    """Whether a column has one value in all rows, or nothing in the only one."""
+    return name != JOB and (count > 1 or values[0] is None) and all(value == values[0] for value in values)
+
+
+def _same_row(pair: tuple[str, Any]) -> str:
+    name, value = pair
+    shown = "" if value is None else html.escape(str(_shortened(value)))
+    return f"<tr><th scope='row'>{html.escape(name)}</th><td>{shown}</td></tr>"
+
+
+def _shortened(value: Any) -> Any:
+    """Return a value with as many digits as the page shows."""
+    if isinstance(value, float):
+        return float(f"{value:.{DIGITS}g}")
+    return [_shortened(part) for part in value] if isinstance(value, list) else value

@@ -1,0 +1,123 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The results of a sweep on disk: a file for each finished task, and one Parquet table of all rows.
+
+``tasks/KEY.json`` holds the rows of a task by the keys of its jobs. It is written last, so that a task with this file
+is finished, whatever happens to a worker. ``rows.parquet`` has one row for each job of the sweep, in their order.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from stitchmesh.errors import FileError, ParameterError, StitchMeshError
+from stitchmesh.io.atomic import atomic_path, write_json
+from stitchmesh.io.checked import check_value
+from stitchmesh.io.contents import read_bytes
+from stitchmesh.jobs.sweep.row import ERROR, Row
+from stitchmesh.jobs.sweep.task import SweptJob, Task
+
+TASKS, TABLE = "tasks", "rows.parquet"
+"""Folder of the files of finished tasks, and name of the table, in the folder of a sweep."""
+JOB, KEY = "job_number", "job_key"
+"""The first two columns: the number of the job, from 0, and its key."""
+REMEDY = "install it by `pip install stitchmesh[sweeps]`"
+
+
+def task_path(folder: Path, task: Task) -> Path:
+    """Return the path of the file of a task."""
+    return folder / TASKS / f"{task.key}.json"
+
+
+def write_rows(folder: Path, task: Task, rows: Mapping[str, Row]) -> None:
+    """Write the rows of a finished task, by the keys of its jobs.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    write_json(task_path(folder, task), rows)
+
+
+def read_rows(folder: Path, task: Task) -> dict[str, Row] | None:
+    """Return the rows of a task; None if the task is not finished, or its file is damaged."""
+    path = task_path(folder, task)
+    if not path.is_file():
+        return None
+    try:
+        rows = check_value(json.loads(read_bytes(path)), dict[str, dict[str, Any]])
+    except (StitchMeshError, ValueError):
+        return None
+    return rows if rows.keys() == {one.key for one in task.jobs} else None
+
+
+def write_table(folder: Path, jobs: Sequence[SweptJob], rows: Mapping[str, Row]) -> None:
+    """Write the table of all rows that there are.
+
+    A column holds numbers, texts, truth values or lists of numbers. A measure that a job does not have is missing
+    there.
+
+    Args:
+        folder: folder of the sweep.
+        jobs: the jobs, in their order.
+        rows: the rows by the keys of the jobs.
+
+    Raises:
+        FileError: the table cannot be written.
+        ParameterError: pyarrow is not installed.
+    """
+    import_pyarrow()
+    import pyarrow
+    from pyarrow import parquet
+
+    full = [{JOB: number, KEY: one.key, **rows[one.key]} for number, one in enumerate(jobs) if one.key in rows]
+    names = list(dict.fromkeys(name for row in full for name in row)) or [JOB, KEY, ERROR]
+    columns = {name: _column([row.get(name) for row in full]) for name in names}
+    with atomic_path(folder / TABLE) as temporary:
+        parquet.write_table(pyarrow.table(columns), temporary)
+
+
+def read_table(folder: Path) -> dict[str, list[Any]]:
+    """Read the table of a sweep, by columns.
+
+    Raises:
+        FileError: the folder has no table, or the table is damaged.
+        ParameterError: pyarrow is not installed.
+    """
+    import_pyarrow()
+    import pyarrow
+    from pyarrow import parquet
+
+    path = folder / TABLE
+    if not path.is_file():
+        raise FileError(f"{folder}: holds no {TABLE}; expected the folder of a sweep, from `stitchmesh batch`")
+    try:
+        found: dict[str, list[Any]] = parquet.read_table(path).to_pydict()
+    except (pyarrow.ArrowException, OSError, ValueError) as error:
+        raise FileError(f"{path}: is not the table of a sweep ({error}); run the sweep again") from error
+    return found
+
+
+def import_pyarrow() -> None:
+    """Import pyarrow.
+
+    Raises:
+        ParameterError: it is not installed.
+    """
+    try:
+        import pyarrow  # noqa: F401
+    except ImportError as error:
+        raise ParameterError(f"sweeps: the package pyarrow is missing; {REMEDY}") from error
+
+
+def _column(values: Iterable[Any]) -> list[Any]:
+    """Return the values of a column as one kind: whole numbers become numbers, and other mixtures become texts."""
+    found = list(values)
+    kinds = {type(value) for value in found if value is not None}
+    if kinds == {int, float}:
+        return [None if value is None else float(value) for value in found]
+    if len(kinds) > 1:
+        return [None if value is None else value if isinstance(value, str) else json.dumps(value) for value in found]
+    return found

@@ -1,0 +1,59 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The row of a job: its inputs and its measures under short names, as plain numbers, texts and lists of numbers.
+
+An input has the name of its key in a job file, such as ``swatch.gamma``; a measure has its name in ``report.json``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, is_dataclass
+from typing import Any
+
+from stitchmesh.jobs.job import OF_GARMENTS, OF_MESHES, Job
+
+ERROR, SECONDS, WORKER, PICTURE, YARNS = "error_text", "job_seconds", "worker", "picture_file", "yarns_file"
+"""Columns of every row: the error or None, the time, the process, and files in the folder of the sweep or None."""
+OUTPUTS = ("write_stitches", "write_yarns", "render")
+"""Keys of a job that decide no measure."""
+NOT_MEASURES = ("stitchmesh", "device", "quality", "options", "job", "budget", "history", "memory")
+"""Entries of reports that are inputs, or say how the work went."""
+Row = dict[str, Any]
+
+
+def inputs_of(job: Job) -> Row:
+    """Return the inputs of a job: all keys that a job of its kind has, defaults too."""
+    own = {"recipe": OF_MESHES, "mesh": (), None: (*OF_MESHES, *OF_GARMENTS)}
+    source = "mesh" if job.mesh else "recipe" if job.recipe else None
+    without = {*own[source], *OUTPUTS, *({"mesh", "recipe"} if source is None else {"swatch"})}
+    table = {name: getattr(job, name) for name in job.__dataclass_fields__ if name not in without}
+    return dict(_flat({name: _plain(part) for name, part in table.items()}))
+
+
+def _plain(value: Any) -> Any:
+    """Return a table of a job as a dictionary."""
+    return asdict(value) if is_dataclass(value) and not isinstance(value, type) else value
+
+
+def measures_of(report: Mapping[str, Any]) -> Row:
+    """Return the measures of a report."""
+    return dict(_flat({name: value for name, value in report.items() if name not in NOT_MEASURES}))
+
+
+def is_of_the_run(column: str) -> bool:
+    """Whether a column says how the work went, and so differs from run to run: times, and who worked."""
+    return column == WORKER or column.endswith("seconds")
+
+
+def _flat(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the numbers and texts of nested tables; other values become JSON."""
+    for key, value in table.items():
+        name = f"{above}{key}"
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{name}.")
+        elif value is None or isinstance(value, bool | int | float | str):
+            yield name, value
+        else:
+            yield name, json.dumps(value, default=str)

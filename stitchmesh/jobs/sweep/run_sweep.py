@@ -1,0 +1,159 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The run of a sweep: the order of operations.
+
+Finished tasks are files, so a sweep that was interrupted continues where it was, by whatever workers there are then.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from os import PathLike, fspath
+from pathlib import Path
+
+from stitchmesh.compute.threads import core_count
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.folder_lock import FolderLock
+from stitchmesh.jobs.job_status import JobLog, Listener
+from stitchmesh.jobs.run_job import BUSY, end_reported
+from stitchmesh.jobs.stop import StopRequest
+from stitchmesh.jobs.sweep.result_table import import_pyarrow, read_rows, write_rows, write_table
+from stitchmesh.jobs.sweep.row import ERROR, Row
+from stitchmesh.jobs.sweep.scheduling import Ended, work_with
+from stitchmesh.jobs.sweep.sweep import Sweep
+from stitchmesh.jobs.sweep.task import SweptJob, Task, jobs_of, tasks_of
+from stitchmesh.jobs.sweep.work import error_row, work
+from stitchmesh.jobs.sweep.workers import local_workers, offers_gpu, standing_workers
+
+STAGE = "sweep"
+DIED = "the processes that worked on it died; it may need more memory than a worker has"
+"""Error of a job of which several workers died."""
+TABLE_SECONDS = 60.0
+"""Time between two writes of the table while tasks are done [s]."""
+
+
+@dataclass(frozen=True)
+class FinishedSweep:
+    """How a sweep has ended."""
+
+    jobs: int
+    """Number of jobs."""
+    failed: int
+    """Number of jobs whose row holds an error."""
+    kept: int
+    """Number of jobs that earlier runs had done."""
+
+
+def run_sweep(
+    sweep: Sweep, folder: str | PathLike[str], *, workers: int | None = None, scheduler: str | None = None,
+    stop: StopRequest | None = None, listener: Listener = lambda _: None,
+) -> FinishedSweep:  # fmt: skip
+    """Do all jobs of a sweep, and write their table.
+
+    The folder gets ``rows.parquet``, a row for each job (``read_table``), ``status.json`` while it runs, and what the
+    sweep keeps of each job. Jobs that an earlier run has done are not done again.
+
+    Args:
+        sweep: the sweep (``read_sweep``).
+        folder: folder of the sweep, which only one run may use at a time and all workers share.
+        workers: number of processes on this machine; 0 works in this process, and None takes one for each GPU, or one
+            for each core of a machine without a GPU.
+        scheduler: address of a standing scheduler of Dask, whose workers do the jobs.
+        stop: a wish to stop, which may be uttered in a signal handler or in another thread.
+        listener: called with each report of the progress.
+
+    Raises:
+        FileError: another run works in the folder, a job of the sweep cannot be read, the scheduler does not answer, or
+            files cannot be written.
+        ParameterError: the number of workers is not possible, or a package is missing.
+        JobStopped: the sweep was stopped; the same call continues it.
+    """
+    if workers is not None and (workers < 0 or scheduler is not None):
+        expected = "0 or more" if scheduler is None else "no number with a scheduler, which has workers of its own"
+        raise ParameterError(f"workers: got {workers}; expected {expected}")
+    import_pyarrow()
+    target = Path(folder).resolve()
+    lock = FolderLock(target, BUSY)
+    try:
+        log = JobLog(target, listener)
+        with end_reported(log), _doing(target, workers, scheduler, sweep) as (device, do):
+            return _run(jobs_of(sweep, device), sweep, target, log, stop or StopRequest(), do)
+    finally:
+        lock.release()
+
+
+Do = Callable[[list[Task], StopRequest], Iterator[Ended]]
+"""Function that has tasks done, and yields each when it has ended."""
+
+
+@contextmanager
+def _doing(folder: Path, workers: int | None, scheduler: str | None, sweep: Sweep) -> Iterator[tuple[str, Do]]:
+    """Provide the device of jobs that name none, and a function that has tasks done."""
+    if scheduler is not None:
+        with standing_workers(scheduler) as client:
+            device = "cuda:0" if offers_gpu(client) else "cpu"
+        yield device, lambda tasks, stop: work_with(lambda: standing_workers(scheduler), tasks, folder, stop)
+        return
+    from stitchmesh.compute.device import device_named, device_names
+
+    device = str(device_named(sweep.job.get("device")))
+    if workers == 0:
+        yield device, lambda tasks, stop: _work_here(tasks, folder, stop)
+        return
+    devices = 0 if device == "cpu" else sum(name.startswith("cuda") for name in device_names())
+    gpus = min(devices, workers or devices)
+    count = workers or core_count()
+    yield device, lambda tasks, stop: work_with(lambda: local_workers(count, gpus), tasks, folder, stop)
+
+
+def _work_here(tasks: list[Task], folder: Path, stop: StopRequest) -> Iterator[Ended]:
+    """Do tasks one after another in this process."""
+    for task in tasks:
+        stop.check()
+        work(task, fspath(folder))
+        yield Ended(task)
+
+
+def _run(jobs: list[SweptJob], sweep: Sweep, folder: Path, log: JobLog, stop: StopRequest, do: Do) -> FinishedSweep:
+    """Do the tasks that are not finished, and write the table."""
+    tasks = tasks_of(jobs, sweep)
+    found = {task.key: read_rows(folder, task) for task in tasks}
+    rows = {key: row for own in found.values() if own is not None for key, row in own.items()}
+    kept, written = sum(one.key in rows for one in jobs), time.monotonic()
+    missing = [task for task in tasks if found[task.key] is None]
+    different = sum(len(task.jobs) for task in tasks)
+    log.begin(STAGE)
+    try:
+        for ended in do(missing, stop):
+            rows |= _rows_of(ended, folder)
+            log.progress(STAGE, len(rows) / different, _note(rows, different))
+            if time.monotonic() - written > TABLE_SECONDS:
+                write_table(folder, jobs, rows)
+                written = time.monotonic()
+        for task in missing:  # A task that was divided has a file too, so that the next run finds it finished.
+            if read_rows(folder, task) is None:
+                write_rows(folder, task, {one.key: rows[one.key] for one in task.jobs})
+    finally:
+        write_table(folder, jobs, rows)
+    return FinishedSweep(len(jobs), sum(rows[one.key][ERROR] is not None for one in jobs), kept)
+
+
+def _rows_of(ended: Ended, folder: Path) -> dict[str, Row]:
+    """Return the rows of a task; a job of which its workers died has an error."""
+    if ended.died:
+        (one,) = ended.task.jobs
+        rows = {one.key: error_row(one, DIED)}
+        write_rows(folder, ended.task, rows)
+        return rows
+    found = read_rows(folder, ended.task)
+    if found is None:
+        raise FileError(f"{folder}: the rows of a finished task are missing; all workers need the same folder")
+    return found
+
+
+def _note(rows: Mapping[str, Row], jobs: int) -> str:
+    failed = sum(row[ERROR] is not None for row in rows.values())
+    return f"{len(rows)} of {jobs} jobs" + (f", {failed} failed" if failed else "")

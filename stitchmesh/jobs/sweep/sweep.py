@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A sweep as a value: the table of a job, what differs from job to job, and what is kept of each.
+
+The jobs are numbered. For each row of a list there are all random samples, and for each of these all combinations of
+the grid, in which the last option changes fastest.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.jobs.sweep.axis import MOST_DRAWS, Axis, Choices, leaves, with_option
+
+MOST_JOBS = 10_000_000
+"""Largest number of jobs of a sweep."""
+SWATCHES_PER_TASK = 64
+"""Default number of swatches that a task relaxes together."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StretchMeasure:
+    """A stretch test of each swatch (``stretch_test``), whose curve is kept with the results."""
+
+    direction: Literal["course", "wale"]
+    """Direction of the stretch."""
+    strains: tuple[float, float] = (0.0, 0.3)
+    """First and last strain."""
+    steps: int = 5
+    """Number of strains."""
+    other: Literal["free", "held"] = "free"
+    """What the size across the stretch direction does."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kept:
+    """What a sweep keeps of each job besides its row."""
+
+    write_yarns: bool = False
+    """Whether relaxed yarns are kept, as HDF5 files."""
+    picture: tuple[int, int] | None = (240, 180)
+    """Width and height of a picture of each job [pixels]; None for no picture."""
+    stretch: tuple[StretchMeasure, ...] = ()
+    """Stretch tests of each swatch."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sweep:
+    """Many jobs that differ in some options.
+
+    Raises:
+        ParameterError: a number is out of bounds, or two parts of the sweep set one option.
+    """
+
+    job: Mapping[str, Any]
+    """Table of a job file with what all jobs have in common; paths are relative to the folder of ``name``."""
+    name: str = "sweep.toml"
+    """Path of the file, for messages and for relative paths."""
+    grid: tuple[Axis, ...] = ()
+    """Options whose values are combined in all ways."""
+    rows: tuple[Mapping[str, Any], ...] = ()
+    """A list of tables, each with the options of one job."""
+    random: tuple[Axis, ...] = ()
+    """Options that are drawn at random."""
+    samples: int = 1
+    """Number of random samples."""
+    seed: int = 0
+    """Seed of the random samples; each sample follows from the seed and its number."""
+    swatches_per_task: int = SWATCHES_PER_TASK
+    """Number of swatches that are relaxed together."""
+    kept: Kept = field(default_factory=Kept)
+    """What is kept of each job besides its row."""
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.samples <= MOST_DRAWS:
+            raise ParameterError(f"random.samples: got {self.samples}; expected 1 to {MOST_DRAWS}")
+        if self.seed < 0:
+            raise ParameterError(f"random.seed: got {self.seed}; expected 0 or more")
+        if self.swatches_per_task < 1:
+            raise ParameterError(f"swatches_per_task: got {self.swatches_per_task}; expected at least 1")
+        if self.job_count > MOST_JOBS:
+            raise ParameterError(f"the sweep has {self.job_count} jobs; expected at most {MOST_JOBS}")
+        self._refuse_options_of_two_parts()
+
+    @property
+    def job_count(self) -> int:
+        """Number of jobs."""
+        return max(len(self.rows), 1) * self.samples * math.prod(self.shape)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Numbers of values of the options of the grid."""
+        return tuple(len(axis.values.values) for axis in self.grid if isinstance(axis.values, Choices))
+
+    def changes(self, number: int) -> list[tuple[tuple[str, ...], Any]]:
+        """Return the options of one job that differ from job to job, with their values."""
+        rest, place = divmod(number, math.prod(self.shape))
+        row, sample = divmod(rest, self.samples)
+        listed = list(leaves(self.rows[row])) if self.rows else []
+        generator = np.random.default_rng([self.seed, sample])
+        drawn = [(axis.keys, axis.values.draw(generator)) for axis in self.random]
+        places = np.unravel_index(place, self.shape) if self.grid else ()
+        combined = [
+            (axis.keys, axis.values.values[int(k)])
+            for axis, k in zip(self.grid, places, strict=True)
+            if isinstance(axis.values, Choices)
+        ]
+        return [*listed, *drawn, *combined]
+
+    def table(self, number: int) -> dict[str, Any]:
+        """Return the table of one job.
+
+        Raises:
+            ParameterError: an option would have to lie in a key that holds no table.
+        """
+        table = dict(self.job)
+        for keys, value in self.changes(number):
+            table = with_option(table, keys, value)
+        return table
+
+    def _refuse_options_of_two_parts(self) -> None:
+        parts = {"grid": {axis.name for axis in self.grid}, "random": {axis.name for axis in self.random},
+                 "list": {".".join(keys) for row in self.rows for keys, _value in leaves(row)}}  # fmt: skip
+        for first, second in (("grid", "random"), ("grid", "list"), ("random", "list")):
+            for name in sorted(parts[first] & parts[second]):
+                raise ParameterError(f"{name}: is set by {first} and by {second}; keep one of them")

@@ -1,0 +1,67 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Sweeps as files: TOML. Paths in a file are relative to its folder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from os import fspath
+from typing import Any
+
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.checked import check_table
+from stitchmesh.io.contents import FilePath
+from stitchmesh.io.toml_file import read_table
+from stitchmesh.jobs.sweep.axis import grid_axes, random_axes
+from stitchmesh.jobs.sweep.sweep import SWATCHES_PER_TASK, Kept, StretchMeasure, Sweep
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Random:
+    """How many random samples there are."""
+
+    samples: int = 1
+    seed: int = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class _SweepTable:
+    """The keys of a sweep file, except for the tables of options."""
+
+    write_yarns: bool = False
+    picture: tuple[int, int] | bool = True
+    stretch: tuple[StretchMeasure, ...] = ()
+    swatches_per_task: int = SWATCHES_PER_TASK
+    job: dict[str, Any] = field(default_factory=dict)
+    grid: dict[str, Any] = field(default_factory=dict)
+    random: dict[str, Any] = field(default_factory=dict)
+    list: tuple[dict[str, Any], ...] = ()
+
+    def kept(self) -> Kept:
+        """Return what is kept of each job."""
+        size = self.picture if not isinstance(self.picture, bool) else Kept.picture if self.picture else None
+        return Kept(write_yarns=self.write_yarns, picture=size, stretch=self.stretch)
+
+
+def read_sweep(path: FilePath) -> Sweep:
+    """Read a sweep from a TOML file. Its jobs are checked when they are made (``tasks_of``).
+
+    Raises:
+        FileError: the file cannot be read, is not TOML, or has a key or a value that no sweep has; the message names
+            the key and, for an unknown key, the nearest known one.
+    """
+    name = fspath(path)
+    try:
+        return _sweep(check_table(read_table(path), _SweepTable), name)
+    except ParameterError as error:
+        raise FileError(f"{name}: {error}") from error
+
+
+def _sweep(table: _SweepTable, name: str) -> Sweep:
+    own = {"samples", "seed"}
+    numbers = check_table({key: value for key, value in table.random.items() if key in own}, _Random)
+    drawn = {key: value for key, value in table.random.items() if key not in own}
+    return Sweep(
+        job=table.job, name=name, grid=grid_axes(table.grid), rows=table.list, random=random_axes(drawn),
+        samples=numbers.samples, seed=numbers.seed, swatches_per_task=table.swatches_per_task, kept=table.kept(),
+    )  # fmt: skip

@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The tasks of a sweep: what one worker does at a time.
+
+A task is one garment, or some swatches that are relaxed together. Which swatches these are follows from the sweep
+alone, so that results depend neither on the workers nor on interruptions. Keys are checksums of everything that decides
+a result; a task whose key is that of a finished one is not computed again.
+"""
+
+from __future__ import annotations
+
+import copy
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from stitchmesh import __version__
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.contents import read_bytes
+from stitchmesh.io.toml_file import SUFFIX, read_table
+from stitchmesh.jobs.job import Job
+from stitchmesh.jobs.job_file import job_of_table
+from stitchmesh.jobs.sweep.sweep import Kept, Sweep
+from stitchmesh.yarnrelax.fingerprint import checksum
+
+QUOTED = re.compile(r'"([^"]+)"')
+"""A path in the text of a selection."""
+
+
+@dataclass(frozen=True)
+class SweptJob:
+    """One job of a sweep."""
+
+    key: str
+    """Checksum of everything that decides its result."""
+    job: Job
+    """The job, with absolute paths."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """Jobs that one worker does together."""
+
+    jobs: tuple[SweptJob, ...]
+    """The jobs."""
+    kept: Kept
+    """What is kept of each job besides its row."""
+
+    @property
+    def key(self) -> str:
+        """Checksum of everything that decides the results."""
+        return checksum("task", [one.key for one in self.jobs])
+
+    @property
+    def needs_gpu(self) -> bool:
+        """Whether the jobs run on a GPU."""
+        return self.jobs[0].job.device != "cpu"
+
+    def alone(self) -> list[Task]:
+        """Return a task for each of the jobs."""
+        return [Task((one,), self.kept) for one in self.jobs]
+
+
+def jobs_of(sweep: Sweep, device: str) -> list[SweptJob]:
+    """Return the jobs of a sweep, in their order.
+
+    Args:
+        sweep: the sweep.
+        device: device of jobs that name none.
+
+    Raises:
+        FileError: a job has a key or a value that no job has, or a file that a job reads is missing; the message says
+            which job it is.
+    """
+    return [_swept_job(sweep, number, device) for number in range(sweep.job_count)]
+
+
+def tasks_of(jobs: list[SweptJob], sweep: Sweep) -> list[Task]:
+    """Return the tasks for jobs, without those that occur twice."""
+    different = {one.key: one for one in jobs}.values()
+    together = [one for one in different if is_small(one.job)]
+    alone = [one for one in different if not is_small(one.job)]
+    groups: list[tuple[SweptJob, ...]] = [(one,) for one in alone]
+    count = sweep.swatches_per_task
+    for device in ("gpu", "cpu"):  # No task may need two kinds of workers.
+        of_device = [one for one in together if (one.job.device != "cpu") == (device == "gpu")]
+        groups += [tuple(of_device[k : k + count]) for k in range(0, len(of_device), count)]
+    return [Task(tuple(group), sweep.kept) for group in groups]
+
+
+def is_small(job: Job) -> bool:
+    """Whether a job is a swatch that can be relaxed together with others: one without a limit on time or error."""
+    return job.swatch is not None and job.budget is None
+
+
+def _swept_job(sweep: Sweep, number: int, device: str) -> SweptJob:
+    path = Path(sweep.name).resolve()
+    try:
+        table = sweep.table(number)
+        made = job_of_table(copy.deepcopy(table), str(path))
+        job = replace(made, device=made.device or device)
+        files = [file_checksum(found) for found in files_of(table, path.parent)]
+    except (FileError, ParameterError) as error:
+        changes = ", ".join(f"{'.'.join(keys)} = {value!r}" for keys, value in sweep.changes(number))
+        what = str(error).removeprefix(f"{path}: ")
+        raise FileError(f"{sweep.name}: job {number}{f' ({changes})' if changes else ''}: {what}") from error
+    kind = "cpu" if job.device == "cpu" else "cuda"
+    key = checksum("job", (__version__, table, files, kind, sweep.kept))
+    return SweptJob(key, job)
+
+
+def files_of(value: Any, folder: Path) -> Iterator[Path]:
+    """Yield the files that the texts of a table name, and those that a recipe among them names."""
+    if isinstance(value, dict | list):
+        for part in value.values() if isinstance(value, dict) else value:
+            yield from files_of(part, folder)
+    elif isinstance(value, str):
+        for name in (value, *QUOTED.findall(value)):
+            path = folder / name
+            if path.suffix and len(name) < 1000 and "\0" not in name and path.is_file():
+                yield path
+                if path.suffix == SUFFIX:
+                    yield from files_of(read_table(path), path.parent)
+
+
+@cache
+def file_checksum(path: Path) -> str:
+    """Return the checksum of the content of a file."""
+    return checksum("file", read_bytes(path).hex())

@@ -1,0 +1,187 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a worker does with a task. The function runs in a process of its own, on this machine or on another one.
+
+Workers share the folder of the sweep. Pictures, yarns and the folders of garments have the keys of their jobs as names,
+and the rows of the task are written last. A task that was begun by a worker that has died is done again by another one:
+swatches to the same bits, and a garment from its checkpoint.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import socket
+import time
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from stitchmesh.errors import DisplayError, FileError, StitchMeshError
+from stitchmesh.io.atomic import write_text
+from stitchmesh.io.folder_lock import is_locked
+from stitchmesh.io.yarns import write_yarns
+from stitchmesh.jobs.job import Job
+from stitchmesh.jobs.sweep.result_table import read_rows, write_rows
+from stitchmesh.jobs.sweep.row import ERROR, PICTURE, SECONDS, WORKER, YARNS, Row, inputs_of, measures_of
+from stitchmesh.jobs.sweep.sweep import Kept, StretchMeasure
+from stitchmesh.jobs.sweep.task import SweptJob, Task, is_small
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.yarn import YarnSet
+
+PICTURES, YARN_FILES, GARMENTS, FAULTS = "pictures", "yarns", "jobs", "faults"
+"""Folders in the folder of a sweep: pictures, yarns, the folders of garments, and tracebacks of unexpected errors."""
+OF_THE_MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ESTALE, errno.EMFILE, errno.ENFILE}
+"""Errors of the operating system that are no fault of a job, such as a full disk."""
+WAIT_SECONDS = 1.0
+"""Time between two looks at the folder of a garment on which another process still works [s]."""
+
+
+def work(task: Task, folder: str) -> int:
+    """Do the jobs of a task, and write their rows; nothing is done if the task is finished.
+
+    Args:
+        task: the task.
+        folder: folder of the sweep, which all workers share.
+
+    Returns:
+        The number of jobs that failed. Their rows hold the error.
+
+    Raises:
+        FileError: the disk is full, or the folder cannot be written.
+    """
+    target = Path(folder)
+    rows = read_rows(target, task)
+    if rows is None:
+        rows = _swatches(task, target) if is_small(task.jobs[0].job) else _garment(task, target)
+        write_rows(target, task, rows)
+    return sum(row[ERROR] is not None for row in rows.values())
+
+
+def error_row(one: SweptJob, error: str, seconds: float = 0.0) -> Row:
+    """Return the row of a job that failed."""
+    return inputs_of(one.job) | {ERROR: error} | _of_the_run(seconds)
+
+
+def _swatches(task: Task, folder: Path) -> dict[str, Row]:
+    """Relax swatches together, and return their rows."""
+    began = time.perf_counter()
+    made = _relaxed_together(task)
+    seconds = (time.perf_counter() - began) / len(made)
+    return {
+        one.key: _row_of(one, found, task.kept, folder, seconds) for one, found in zip(task.jobs, made, strict=True)
+    }
+
+
+def _relaxed_together(task: Task) -> Sequence[Any]:
+    """Return the swatches of a task, or the error in the place of one that cannot be relaxed."""
+    from stitchmesh.periodic.swatch import swatch
+
+    made: list[Any] = []
+    for one in task.jobs:
+        table, device = one.job.swatch, one.job.device
+        assert table is not None
+        try:
+            quality = table.quality(one.job.quality or "standard")
+            made.append(swatch(table.pattern, material=table.yarn_material(), quality=quality, device=device,
+                               progress=False, **table.arguments()))  # fmt: skip
+        except StitchMeshError as error:
+            made.append(error)
+    return made
+
+
+def _row_of(one: SweptJob, found: Any, kept: Kept, folder: Path, seconds: float) -> Row:
+    """Return the row of a swatch, and keep what is asked for."""
+    if isinstance(found, StitchMeshError):
+        return error_row(one, _text_of(found), seconds)
+    began = time.perf_counter()
+    try:
+        own = measures_of(found.report) | _files(one, found.yarns, found.fabric, kept, folder)
+        for measure in kept.stretch:
+            own |= _stretched(one.job, measure)
+    except Exception as error:
+        _raise_if_of_the_machine(error)
+        return error_row(one, _kept_fault(error, one, folder), seconds)
+    return inputs_of(one.job) | {ERROR: None} | own | _of_the_run(seconds + time.perf_counter() - began)
+
+
+def _garment(task: Task, folder: Path) -> dict[str, Row]:
+    """Run a job in a folder of its own, from its checkpoint if there is one, and return its row."""
+    from stitchmesh.jobs.run_job import run_job
+
+    (one,), began = task.jobs, time.perf_counter()
+    own = folder / GARMENTS / one.key
+    while is_locked(own):  # A worker that the scheduler has lost still works on it.
+        time.sleep(WAIT_SECONDS)
+    try:
+        made = run_job(one.job, own, resume=True)
+        row = inputs_of(one.job) | {ERROR: None} | measures_of(made.report)
+        row |= _files(one, made.yarns, made.fabric, task.kept, folder)
+    except Exception as error:
+        _raise_if_of_the_machine(error)
+        return {one.key: error_row(one, _kept_fault(error, one, folder), time.perf_counter() - began)}
+    return {one.key: row | _of_the_run(time.perf_counter() - began)}
+
+
+def _files(one: SweptJob, yarns: YarnSet, fabric: StitchMesh | None, kept: Kept, folder: Path) -> Row:
+    """Write the picture and the yarns of a job, where the sweep keeps them; returns their columns."""
+    row: Row = {PICTURE: None, YARNS: None}
+    if kept.write_yarns:
+        row[YARNS] = f"{YARN_FILES}/{one.key}.h5"
+        write_yarns(folder / row[YARNS], yarns)
+    if kept.picture is not None:
+        from stitchmesh.render import render
+
+        name = f"{PICTURES}/{one.key}.png"
+        tiles = None if yarns.lattice is None else (4, 4)
+        try:
+            render(yarns, folder / name, fabric=fabric, size=kept.picture, tiles=tiles)
+            row[PICTURE] = name
+        except DisplayError:  # A machine without a renderer makes rows too.
+            pass
+    return row
+
+
+def _stretched(job: Job, measure: StretchMeasure) -> Row:
+    """Return the columns of a stretch test: the strains and the tensions [dyn/cm]."""
+    from stitchmesh.periodic.stretch import stretch_test
+
+    assert job.swatch is not None
+    options = {name: value for name, value in vars(job.swatch.options()).items() if name not in ("period", "blocked")}
+    course, wale = (measure.strains if measure.direction == name else None for name in ("course", "wale"))
+    curve = stretch_test(
+        job.swatch.pattern, course=course, wale=wale, steps=measure.steps, other=measure.other,
+        material=job.swatch.yarn_material(), quality=job.swatch.quality(job.quality or "standard"), device=job.device,
+        progress=False, **options,
+    )  # fmt: skip
+    name = f"stretch_{measure.direction}"
+    return {f"{name}.strain": curve.column("strain").tolist(), f"{name}.tension": curve.tension.tolist()}
+
+
+def _of_the_run(seconds: float) -> Row:
+    return {SECONDS: round(seconds, 4), WORKER: f"{socket.gethostname()}:{os.getpid()}"}
+
+
+def _text_of(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}"
+
+
+def _kept_fault(error: Exception, one: SweptJob, folder: Path) -> str:
+    """Return the text of an error; the traceback of an unexpected one is kept in a file."""
+    if isinstance(error, StitchMeshError):
+        return _text_of(error)
+    path = folder / FAULTS / f"{one.key}.txt"
+    write_text(path, traceback.format_exc())
+    return f"{_text_of(error)} (unexpected; {FAULTS}/{path.name} has the traceback)"
+
+
+def _raise_if_of_the_machine(error: Exception) -> None:
+    """Return unless a job failed because of the machine, for example because its disk is full.
+
+    Raises:
+        FileError: it did.
+    """
+    cause = error.__cause__ if isinstance(error, FileError) else error
+    if isinstance(cause, OSError) and cause.errno in OF_THE_MACHINE:
+        raise error if isinstance(error, FileError) else FileError(_text_of(error))
