@@ -43,7 +43,8 @@ class Batch:
             The exit status if a signal stopped the sweep, otherwise None.
         """
         if self.sweep == REPORT:
-            return self._report()
+            self._report()
+            return None
         if self.folder is not None:
             raise ParameterError(f"batch: got the folder {self.folder!r} beside a sweep; give it as -o {self.folder}")
         from stitchmesh.cli.job_progress import show_reports

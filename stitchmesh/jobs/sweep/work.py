@@ -14,9 +14,8 @@ import os
 import socket
 import time
 import traceback
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from stitchmesh.errors import DisplayError, FileError, StitchMeshError
 from stitchmesh.io.atomic import write_text
@@ -28,7 +27,12 @@ from stitchmesh.jobs.sweep.row import ERROR, PICTURE, SECONDS, WORKER, YARNS, Ro
 from stitchmesh.jobs.sweep.sweep import Kept, StretchMeasure
 from stitchmesh.jobs.sweep.task import SweptJob, Task, is_small
 from stitchmesh.mesh import StitchMesh
+from stitchmesh.quality import DEFAULT_QUALITY
 from stitchmesh.yarn import YarnSet
+
+if TYPE_CHECKING:
+    from stitchmesh.periodic.swatch import Swatch
+    from stitchmesh.periodic.swatches import SwatchRequest
 
 PICTURES, YARN_FILES, GARMENTS, FAULTS = "pictures", "yarns", "jobs", "faults"
 """Folders in the folder of a sweep: pictures, yarns, the folders of garments, and tracebacks of unexpected errors."""
@@ -67,42 +71,64 @@ def error_row(one: SweptJob, error: str, seconds: float = 0.0) -> Row:
 def _swatches(task: Task, folder: Path) -> dict[str, Row]:
     """Relax swatches together, and return their rows."""
     began = time.perf_counter()
-    made = _relaxed_together(task)
-    seconds = (time.perf_counter() - began) / len(made)
+    made = _relaxed(task, folder)
+    seconds = (time.perf_counter() - began) / len(task.jobs)
     return {
-        one.key: _row_of(one, found, task.kept, folder, seconds) for one, found in zip(task.jobs, made, strict=True)
-    }
+        one.key: error_row(one, found, seconds) if isinstance(found, str)
+        else _row_of(one, found, task.kept, folder, seconds)
+        for one, found in zip(task.jobs, made, strict=True)
+    }  # fmt: skip
 
 
-def _relaxed_together(task: Task) -> Sequence[Any]:
-    """Return the swatches of a task, or the error in the place of one that cannot be relaxed."""
-    from stitchmesh.periodic.swatch import swatch
+def _relaxed(task: Task, folder: Path) -> list[Swatch | str]:
+    """Return the swatches of a task, or the text of the error in the place of one that cannot be relaxed."""
+    from stitchmesh.periodic.swatches import relax_swatches
 
-    made: list[Any] = []
-    for one in task.jobs:
-        table, device = one.job.swatch, one.job.device
-        assert table is not None
-        try:
-            quality = table.quality(one.job.quality or "standard")
-            made.append(swatch(table.pattern, material=table.yarn_material(), quality=quality, device=device,
-                               progress=False, **table.arguments()))  # fmt: skip
-        except StitchMeshError as error:
-            made.append(error)
-    return made
+    asked = [_request_or_fault(one, folder) for one in task.jobs]
+    requests = [one for one in asked if not isinstance(one, str)]
+    try:
+        made = iter(relax_swatches(requests, device=task.jobs[0].job.device, progress=False))
+    except Exception as error:
+        if len(task.jobs) == 1:
+            return [_fault_of(error, task.jobs[0], folder)]
+        return [one for alone in task.alone() for one in _relaxed(alone, folder)]
+    found = [one if isinstance(one, str) else next(made) for one in asked]
+    return [_text_of(one) if isinstance(one, StitchMeshError) else one for one in found]
 
 
-def _row_of(one: SweptJob, found: Any, kept: Kept, folder: Path, seconds: float) -> Row:
+def _request_or_fault(one: SweptJob, folder: Path) -> SwatchRequest | str:
+    try:
+        return _request(one.job)
+    except Exception as error:
+        return _fault_of(error, one, folder)
+
+
+def _request(job: Job) -> SwatchRequest:
+    """Return what a job asks for.
+
+    Raises:
+        ParameterError: an option is out of bounds.
+    """
+    from stitchmesh.periodic.swatches import SwatchRequest
+
+    table = job.swatch
+    assert table is not None
+    return SwatchRequest(
+        table.pattern, material=table.yarn_material(), quality=table.quality(job.quality or DEFAULT_QUALITY),
+        relax_cell=table.relax_cell, relaxation=table.relaxation, friction=table.friction,
+        options=vars(table.options()),
+    )  # fmt: skip
+
+
+def _row_of(one: SweptJob, found: Swatch, kept: Kept, folder: Path, seconds: float) -> Row:
     """Return the row of a swatch, and keep what is asked for."""
-    if isinstance(found, StitchMeshError):
-        return error_row(one, _text_of(found), seconds)
     began = time.perf_counter()
     try:
         own = measures_of(found.report) | _files(one, found.yarns, found.fabric, kept, folder)
         for measure in kept.stretch:
             own |= _stretched(one.job, measure)
     except Exception as error:
-        _raise_if_of_the_machine(error)
-        return error_row(one, _kept_fault(error, one, folder), seconds)
+        return error_row(one, _fault_of(error, one, folder), seconds)
     return inputs_of(one.job) | {ERROR: None} | own | _of_the_run(seconds + time.perf_counter() - began)
 
 
@@ -119,8 +145,7 @@ def _garment(task: Task, folder: Path) -> dict[str, Row]:
         row = inputs_of(one.job) | {ERROR: None} | measures_of(made.report)
         row |= _files(one, made.yarns, made.fabric, task.kept, folder)
     except Exception as error:
-        _raise_if_of_the_machine(error)
-        return {one.key: error_row(one, _kept_fault(error, one, folder), time.perf_counter() - began)}
+        return {one.key: error_row(one, _fault_of(error, one, folder), time.perf_counter() - began)}
     return {one.key: row | _of_the_run(time.perf_counter() - began)}
 
 
@@ -149,10 +174,11 @@ def _stretched(job: Job, measure: StretchMeasure) -> Row:
 
     assert job.swatch is not None
     options = {name: value for name, value in vars(job.swatch.options()).items() if name not in ("period", "blocked")}
+    table = job.swatch
     course, wale = (measure.strains if measure.direction == name else None for name in ("course", "wale"))
     curve = stretch_test(
-        job.swatch.pattern, course=course, wale=wale, steps=measure.steps, other=measure.other,
-        material=job.swatch.yarn_material(), quality=job.swatch.quality(job.quality or "standard"), device=job.device,
+        table.pattern, course=course, wale=wale, steps=measure.steps, other=measure.other,
+        material=table.yarn_material(), quality=table.quality(job.quality or DEFAULT_QUALITY), device=job.device,
         progress=False, **options,
     )  # fmt: skip
     name = f"stretch_{measure.direction}"
@@ -167,21 +193,17 @@ def _text_of(error: Exception) -> str:
     return f"{type(error).__name__}: {error}"
 
 
-def _kept_fault(error: Exception, one: SweptJob, folder: Path) -> str:
-    """Return the text of an error; the traceback of an unexpected one is kept in a file."""
+def _fault_of(error: Exception, one: SweptJob, folder: Path) -> str:
+    """Return the text of an error of a job; the traceback of an unexpected one is kept in a file.
+
+    Raises:
+        FileError: the job failed because of the machine, for example because its disk is full.
+    """
+    cause = error.__cause__ if isinstance(error, FileError) else error
+    if isinstance(cause, OSError) and cause.errno in OF_THE_MACHINE:
+        raise error if isinstance(error, FileError) else FileError(_text_of(error)) from cause
     if isinstance(error, StitchMeshError):
         return _text_of(error)
     path = folder / FAULTS / f"{one.key}.txt"
     write_text(path, traceback.format_exc())
     return f"{_text_of(error)} (unexpected; {FAULTS}/{path.name} has the traceback)"
-
-
-def _raise_if_of_the_machine(error: Exception) -> None:
-    """Return unless a job failed because of the machine, for example because its disk is full.
-
-    Raises:
-        FileError: it did.
-    """
-    cause = error.__cause__ if isinstance(error, FileError) else error
-    if isinstance(cause, OSError) and cause.errno in OF_THE_MACHINE:
-        raise error if isinstance(error, FileError) else FileError(_text_of(error))
