@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from tyro.conf import Positional
+from tyro.conf import Positional, UseAppendAction
 
 from stitchmesh.cli.arguments import help_entry
 from stitchmesh.errors import ParameterError
@@ -23,7 +23,7 @@ REPORT = "report"
 
 @dataclass(frozen=True)
 class Batch:
-    """Run the jobs of a sweep, on all cores and GPUs or on a cluster; or make the page of its results."""
+    """Run the jobs of a sweep on all cores, GPUs or a cluster, or make its page."""
 
     sweep: Annotated[Positional[str], help_entry("SWEEP|report")]
     """sweep: TOML (docs/how-to/sweeps.md); or the word report"""
@@ -35,6 +35,9 @@ class Batch:
     """processes on this machine; 0 runs the jobs in this process"""
     scheduler: Annotated[str | None, help_entry("ADDRESS", "processes on this machine")] = None
     """a standing scheduler of Dask, such as tcp://10.0.0.5:8786, whose workers run the jobs"""
+
+    allow_paths: Annotated[UseAppendAction[tuple[str, ...]], help_entry("DIR", "none")] = ()
+    """a further folder with files that the jobs name, besides that of the sweep and the present one"""
 
     def run(self) -> int | None:
         """Run the sweep, or write the page.
@@ -53,7 +56,7 @@ class Batch:
         from stitchmesh.jobs.sweep.run_sweep import run_sweep
         from stitchmesh.jobs.sweep.sweep_file import read_sweep
 
-        sweep = read_sweep(self.sweep)
+        sweep = read_sweep(self.sweep, allow_paths=self.allow_paths)
         folder = Path(self.sweep).with_suffix("") if self.output is None else Path(self.output)
         try:
             with stopped_by_signal() as stop, show_reports() as listener:

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tasks given to workers a few at a time, and given again if a worker or the scheduler was lost.
 
-A scheduler of Dask gives a task to another worker if its worker has died. A task of which several workers died is
-divided: its jobs are done alone, and the one of which workers die again is a job that failed. If the scheduler is
-lost, its tasks are given to the one that answers next at the same address.
+A scheduler of Dask gives a task to another worker if its worker has died. Of a task that several workers have died of,
+the jobs are done alone. A job that they have died of is done once more at the end, while nothing else is done, because
+Dask also suspects tasks that only waited at a worker; if the worker dies again, the job has failed. If the scheduler
+is lost, its tasks are given to the one that answers next at the same address.
 """
 
 from __future__ import annotations
@@ -22,13 +23,14 @@ from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.jobs.stop import StopRequest
 from stitchmesh.jobs.sweep.task import Task
 from stitchmesh.jobs.sweep.work import work
+from stitchmesh.jobs.sweep.workers import GPU
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
 Connect = Callable[[], AbstractContextManager["Client"]]
-LEAST_GIVEN, GIVEN_PER_WORKER = 16, 4
-"""Tasks that lie at the scheduler at a time, at least and for each thread of a worker."""
+ALONE = "stitchmesh-alone"
+"""Start of the keys of tasks that are done while nothing else is done."""
 TICK_SECONDS = 0.5
 """Time between two looks at the wish to stop and at the scheduler [s]."""
 RETURN_SECONDS = 600.0
@@ -62,17 +64,20 @@ def work_with(connect: Connect, tasks: Sequence[Task], folder: Path, stop: StopR
         JobStopped: the user wants to stop.
         StitchMeshError: a worker does not work as this version does.
     """
-    left, lost = {task.key: task for task in tasks}, None
+    left = {task.key: task for task in tasks}
+    last_seen: float | None = None
     while left:
+        connected = False
         try:
             with connect() as client:
-                lost = None
+                connected = True
                 yield from _Given(client, left, folder, stop).all_ended()
-        except (_SchedulerLostError, FileError) as error:
-            first = time.monotonic() if lost is None else lost
-            if isinstance(error, FileError) and (lost is None or time.monotonic() - lost > RETURN_SECONDS):
+        except (_SchedulerLostError, OSError, FileError) as error:  # Broken connections of Dask are OSErrors.
+            if connected and isinstance(error, FileError):
                 raise
-            lost = first
+            last_seen = time.monotonic() if connected else last_seen
+            if last_seen is None or time.monotonic() - last_seen > RETURN_SECONDS:
+                raise _as_own(error) from error
             stop.check()
             time.sleep(TICK_SECONDS)
 
@@ -84,12 +89,13 @@ class _Given:
         """Begin; tasks are taken out of ``left`` when they have ended."""
         self._client, self._left, self._folder, self._stop = client, left, fspath(folder), stop
         self._waiting = list(reversed(left.values()))
+        self._suspected: list[Task] = []
         self._given: dict[str, Future] = {}
         self._ended: queue.SimpleQueue[str] = queue.SimpleQueue()
 
     def all_ended(self) -> Iterator[Ended]:
         """Yield each task when it has ended."""
-        while self._waiting or self._given:
+        while self._waiting or self._given or self._suspected:
             self._give()
             try:
                 key = self._ended.get(timeout=TICK_SECONDS)
@@ -97,20 +103,28 @@ class _Given:
                 self._check()
                 continue
             future, task = self._given.pop(key, None), self._left.get(key)
-            if future is not None and task is not None and (ended := self._end(task, future)) is not None:
+            if future is None or task is None:
+                continue
+            if (ended := self._end(task, future)) is not None:
+                del self._left[key]
                 yield ended
 
     def _give(self) -> None:
-        """Give tasks to the scheduler, as many as its workers need."""
-        most = max(LEAST_GIVEN, GIVEN_PER_WORKER * sum(self._client.nthreads().values())) if self._waiting else 0
-        while self._waiting and len(self._given) < most:
-            task = self._waiting.pop()
-            future = self._client.submit(
-                work, task, self._folder, key=f"stitchmesh-{task.key}", pure=False,
-                resources={"GPU": 1} if task.needs_gpu else None,
-            )  # fmt: skip
-            self._given[task.key] = future
-            future.add_done_callback(lambda _done, key=task.key: self._ended.put(key))
+        """Give tasks to the scheduler, one for each thread of its workers; suspected ones at the end, one at a time."""
+        if self._waiting:
+            most = max(sum(self._client.nthreads().values()), 1)
+            while self._waiting and len(self._given) < most:
+                self._submit(self._waiting.pop(), "stitchmesh")
+        elif self._suspected and not self._given:
+            self._submit(self._suspected.pop(), ALONE)
+
+    def _submit(self, task: Task, name: str) -> None:
+        future = self._client.submit(
+            work, task, self._folder, key=f"{name}-{task.key}", pure=False,
+            resources={GPU: 1} if task.needs_gpu else None,
+        )  # fmt: skip
+        self._given[task.key] = future
+        future.add_done_callback(lambda _done, key=task.key: self._ended.put(key))
 
     def _check(self) -> None:
         """Return unless the user wants to stop, or the scheduler is lost."""
@@ -120,22 +134,24 @@ class _Given:
             raise _SchedulerLostError
 
     def _end(self, task: Task, future: Future) -> Ended | None:
-        """Return a task that has ended; None if its jobs have to be done alone."""
-        from distributed.scheduler import KilledWorker
+        """Return a task that has ended; None if it has to be done again, or its jobs alone."""
+        from distributed import KilledWorker
 
         if future.status not in ("finished", "error"):
             raise _SchedulerLostError
         error = future.exception() if future.status == "error" else None
         if error is not None and not isinstance(error, KilledWorker):
             raise _as_own(error)
-        del self._left[task.key]
         if error is None:
             return Ended(task)
-        if len(task.jobs) == 1:
+        if len(task.jobs) > 1:
+            del self._left[task.key]
+            self._left |= {one.key: one for one in task.alone()}
+            self._waiting += task.alone()
+            return None
+        if str(future.key).startswith(ALONE):
             return Ended(task, died=True)
-        for one in task.alone():
-            self._left[one.key] = one
-            self._waiting.append(one)
+        self._suspected.append(task)
         return None
 
 

@@ -74,6 +74,8 @@ class Sweep:
     """Seed of the random samples; each sample follows from the seed and its number."""
     swatches_per_task: int = SWATCHES_PER_TASK
     """Number of swatches that are relaxed together."""
+    allow_paths: tuple[str, ...] = ()
+    """Folders in which files may be that the jobs read, besides that of the sweep and the present one."""
     kept: Kept = field(default_factory=Kept)
     """What is kept of each job besides its row."""
 

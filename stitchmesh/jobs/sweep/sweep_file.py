@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from os import fspath
 from typing import Any
 
@@ -43,8 +44,13 @@ class _SweepTable:
         return Kept(write_yarns=self.write_yarns, picture=size, stretch=self.stretch)
 
 
-def read_sweep(path: FilePath) -> Sweep:
-    """Read a sweep from a TOML file. Its jobs are checked when they are made (``tasks_of``).
+def read_sweep(path: FilePath, *, allow_paths: Sequence[FilePath] = ()) -> Sweep:
+    """Read a sweep from a TOML file. Its jobs are checked when they are made (``jobs_of``).
+
+    Args:
+        path: the file.
+        allow_paths: folders in which files may be that the jobs read, besides that of the file and the present one
+            (``job_paths``).
 
     Raises:
         FileError: the file cannot be read, is not TOML, or has a key or a value that no sweep has; the message names
@@ -52,7 +58,8 @@ def read_sweep(path: FilePath) -> Sweep:
     """
     name = fspath(path)
     try:
-        return _sweep(check_table(read_table(path), _SweepTable), name)
+        sweep = _sweep(check_table(read_table(path), _SweepTable), name)
+        return replace(sweep, allow_paths=tuple(fspath(folder) for folder in allow_paths))
     except ParameterError as error:
         raise FileError(f"{name}: {error}") from error
 

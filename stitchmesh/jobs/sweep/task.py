@@ -10,24 +10,19 @@ a result; a task whose key is that of a finished one is not computed again.
 from __future__ import annotations
 
 import copy
-import re
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from stitchmesh import __version__
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.contents import read_bytes
-from stitchmesh.io.toml_file import SUFFIX, read_table
 from stitchmesh.jobs.job import Job
 from stitchmesh.jobs.job_file import job_of_table
+from stitchmesh.jobs.job_paths import check_job_paths, job_with_paths
 from stitchmesh.jobs.sweep.sweep import Kept, Sweep
+from stitchmesh.recipe.recipe_file import read_recipe, recipe_with_paths
 from stitchmesh.yarnrelax.fingerprint import checksum
-
-QUOTED = re.compile(r'"([^"]+)"')
-"""A path in the text of a selection."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +97,8 @@ def _swept_job(sweep: Sweep, number: int, device: str) -> SweptJob:
         table = sweep.table(number)
         made = job_of_table(copy.deepcopy(table), str(path))
         job = replace(made, device=made.device or device)
-        files = [file_checksum(found) for found in files_of(table, path.parent)]
+        check_job_paths(job, path, sweep.allow_paths)
+        files = [file_checksum(found) for found in _files_of(job)]
     except (FileError, ParameterError) as error:
         changes = ", ".join(f"{'.'.join(keys)} = {value!r}" for keys, value in sweep.changes(number))
         what = str(error).removeprefix(f"{path}: ")
@@ -112,21 +108,21 @@ def _swept_job(sweep: Sweep, number: int, device: str) -> SweptJob:
     return SweptJob(key, job)
 
 
-def files_of(value: Any, folder: Path) -> Iterator[Path]:
-    """Yield the files that the texts of a table name, and those that a recipe among them names."""
-    if isinstance(value, dict | list):
-        for part in value.values() if isinstance(value, dict) else value:
-            yield from files_of(part, folder)
-    elif isinstance(value, str):
-        for name in (value, *QUOTED.findall(value)):
-            path = folder / name
-            if path.suffix and len(name) < 1000 and "\0" not in name and path.is_file():
-                yield path
-                if path.suffix == SUFFIX:
-                    yield from files_of(read_table(path), path.parent)
+def _files_of(job: Job) -> list[str]:
+    """Return the paths of all files that a job reads, with those that its recipe names."""
+    found: list[str] = []
+
+    def note(path: str) -> str:
+        found.append(path)
+        return path
+
+    job_with_paths(job, note)
+    if job.recipe is not None:
+        recipe_with_paths(read_recipe(job.recipe), note)
+    return found
 
 
 @cache
-def file_checksum(path: Path) -> str:
+def file_checksum(path: str) -> str:
     """Return the checksum of the content of a file."""
     return checksum("file", read_bytes(path).hex())

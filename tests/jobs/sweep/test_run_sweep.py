@@ -1,0 +1,226 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Sweeps with real schedulers and workers, which are killed: each job is done once, with the results of one process."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+
+import stitchmesh as sm
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.jobs.stop import JobStopped, StopRequest
+from stitchmesh.jobs.sweep.axis import Axis, Choices
+from stitchmesh.jobs.sweep.result_table import TASKS, read_table
+from stitchmesh.jobs.sweep.row import is_of_the_run
+from stitchmesh.jobs.sweep.run_sweep import run_sweep
+from stitchmesh.jobs.sweep.sweep import Kept, Sweep
+from stitchmesh.jobs.sweep.sweep_file import read_sweep
+from stitchmesh.jobs.sweep.workers import local_workers
+from tests.gallery import tube
+from tests.jobs.sweep.cluster import Cluster, wait_until
+from tests.jobs.sweep.quick_worker import FILLS, KILLS, SWALLOWS
+
+QUICK = Path(__file__).with_name("quick_worker.py")
+SWEEP = """
+write_yarns = true
+picture = false
+swatches_per_task = 1
+[job]
+device = "cpu"
+quality = "draft"
+[[list]]
+swatch = { pattern = "stockinette", relax_cell = true }
+[[list]]
+swatch = { pattern = "seed", relax_cell = true, gamma = 1.1 }
+[[list]]
+mesh = "tube.obj"
+tessellate.stitch_width = 0.8
+relax_yarns.checkpoint_every = 5
+render = []
+"""
+"""Two swatches, and a garment with many checkpoints."""
+
+
+@pytest.fixture(scope="module")
+def serial(tmp_path_factory):
+    """Return the folder of a real sweep that was done in one process; the file of the sweep is beside it."""
+    folder = tmp_path_factory.mktemp("real")
+    sm.write_mesh(folder / "tube.obj", tube(8, 3, radius=2.0, height=1.2))
+    (folder / "sweep.toml").write_text(SWEEP)
+    run_sweep(read_sweep(folder / "sweep.toml", allow_paths=[folder]), folder / "serial", workers=0)
+    return folder / "serial"
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """Return a scheduler without workers."""
+    made = Cluster(tmp_path)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def quick(tmp_path):
+    """Return a scheduler with two quick workers."""
+    made = Cluster(tmp_path, preload=QUICK, memory="500MB", deaths=0)
+    made.start_worker()
+    made.start_worker()
+    yield made
+    made.close()
+
+
+def quick_sweep(gammas, *, together=1):
+    """Return a sweep of jobs whose tightness says what a quick worker does (``quick_worker``)."""
+    return Sweep(
+        job={"device": "cpu", "swatch": {"pattern": "stockinette"}}, swatches_per_task=together,
+        grid=(Axis(("swatch", "gamma"), Choices(tuple(gammas))),), kept=Kept(picture=None),
+    )  # fmt: skip
+
+
+def harmless(count):
+    """Return values of the tightness with which a quick worker does nothing special."""
+    return [2.0 + number / count for number in range(count)]
+
+
+def begun(folder):
+    """Return how often each task was begun."""
+    return Counter((folder / "begun.txt").read_text().split())
+
+
+def assert_same_results(first, second):
+    """Compare all that does not tell how the work went: rows, and yarns to the bit."""
+    one, two = read_table(first), read_table(second)
+    assert one.keys() == two.keys()
+    assert [name for name in one if not is_of_the_run(name) and one[name] != two[name]] == []
+    for name in one["yarns_file"]:
+        assert np.array_equal(sm.read_yarns(first / name).points, sm.read_yarns(second / name).points)
+
+
+def test_a_garment_goes_on_elsewhere_when_its_worker_is_killed_and_all_results_are_those_of_a_serial_run(
+    serial, cluster, tmp_path
+):
+    groups = {worker.pid: worker for worker in (cluster.start_worker(), cluster.start_worker())}
+    target, sweep = tmp_path / "sweep", read_sweep(serial.parent / "sweep.toml", allow_paths=[serial.parent])
+    with ThreadPoolExecutor() as pool:
+        ended = pool.submit(run_sweep, sweep, target, scheduler=cluster.address)
+        wait_until(lambda: list(target.glob("jobs/*/stages/relax_yarns-*/checkpoint.smc")))
+        (status,) = target.glob("jobs/*/status.json")
+        group = os.getpgid(json.loads(status.read_text())["process"])
+        cluster.kill(groups[group])
+        assert ended.result().failed == 0
+    assert json.loads(status.read_text())["process"] not in groups
+    assert_same_results(serial, target)
+
+
+def test_workers_of_this_machine_have_the_results_of_a_serial_run_and_a_second_run_does_nothing(serial, tmp_path):
+    sweep = read_sweep(serial.parent / "sweep.toml", allow_paths=[serial.parent])
+    assert run_sweep(sweep, tmp_path, workers=1).kept == 0
+    assert_same_results(serial, tmp_path)
+    before = {path: path.stat().st_mtime_ns for path in tmp_path.glob(f"{TASKS}/*")}
+    assert run_sweep(sweep, tmp_path, workers=0).kept == 3
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.glob(f"{TASKS}/*")} == before
+
+
+def test_everything_that_is_started_listens_on_the_loopback_address_only():
+    with local_workers(1, 0):
+        own = psutil.Process()
+        found = [one for process in (own, *own.children(recursive=True)) for one in process.net_connections("inet")]
+    listening = {one.laddr.ip for one in found if one.status == psutil.CONN_LISTEN}
+    assert listening == {"127.0.0.1"}
+
+
+def test_jobs_of_which_workers_die_are_rows_with_an_error_and_the_jobs_beside_them_are_done(quick, tmp_path):
+    sweep = quick_sweep([2.0, KILLS, 2.5, SWALLOWS], together=2)
+    target = tmp_path / "sweep"
+    ended = run_sweep(sweep, target, scheduler=quick.address)
+    table = read_table(target)
+    assert (ended.jobs, ended.failed) == (4, 2)
+    assert table["measure"] == [2.0, None, 2.5, None]
+    assert [error is not None and "died" in error for error in table["error_text"]] == [False, True, False, True]
+    assert run_sweep(sweep, target, workers=0).kept == 4
+
+
+def test_a_killed_client_is_followed_by_one_that_does_what_is_left(quick, tmp_path):
+    target, gammas = tmp_path / "sweep", harmless(40)
+    target.mkdir()
+    script = (
+        "import sys\nfrom tests.jobs.sweep.test_run_sweep import *\n"
+        "run_sweep(quick_sweep(harmless(40)), sys.argv[1], scheduler=sys.argv[2])\n"
+    )
+    client = subprocess.Popen([sys.executable, "-c", script, str(target), quick.address])
+    wait_until(lambda: len(list(target.glob(f"{TASKS}/*.json"))) >= 3)
+    client.send_signal(signal.SIGKILL)
+    client.wait()
+    (target / "hold").touch()  # What the killed client gave last is still at work when the next one comes.
+    kept = len(list(target.glob(f"{TASKS}/*.json")))
+    with ThreadPoolExecutor() as pool:
+        ended = pool.submit(run_sweep, quick_sweep(gammas), target, scheduler=quick.address)
+        (target / "hold").unlink()
+        assert ended.result().kept >= kept
+    assert read_table(target)["measure"] == gammas
+    assert set(begun(target).values()) == {1}
+
+
+def test_a_scheduler_that_is_killed_and_started_again_gets_what_is_left(quick, tmp_path):
+    target, gammas = tmp_path / "sweep", harmless(60)
+    with ThreadPoolExecutor() as pool:
+        ended = pool.submit(run_sweep, quick_sweep(gammas), target, scheduler=quick.address)
+        wait_until(lambda: list(target.glob(f"{TASKS}/*.json")))
+        (target / "hold").touch()
+        quick.kill(quick.scheduler)
+        for worker in quick.workers:
+            quick.kill(worker)
+        (target / "hold").unlink()
+        quick.start_scheduler()
+        quick.start_worker()
+        assert ended.result().failed == 0
+    assert read_table(target)["measure"] == gammas
+    assert begun(target).total() <= len(gammas) + 2  # Only what the two workers held was begun twice.
+
+
+def test_a_full_disk_ends_a_sweep_in_one_line_and_the_next_run_does_what_is_left(quick, tmp_path):
+    target, sweep = tmp_path / "sweep", quick_sweep([2.0, 2.5, FILLS, 3.0])
+    target.mkdir()
+    (target / "full").touch()
+    with pytest.raises(FileError, match="cannot be written"):
+        run_sweep(sweep, target, scheduler=quick.address)
+    assert json.loads((target / "status.json").read_text())["state"] == "failed"
+    (target / "full").unlink()
+    assert run_sweep(sweep, target, scheduler=quick.address).failed == 0
+    assert read_table(target)["measure"] == [2.0, 2.5, FILLS, 3.0]
+
+
+def test_a_job_with_an_impossible_value_is_a_row_with_its_error(tmp_path):
+    ended = run_sweep(quick_sweep([20.0, 30.0], together=2), tmp_path, workers=0)
+    assert (ended.jobs, ended.failed) == (2, 2)
+    first, second = read_table(tmp_path)["error_text"]
+    assert first == "ParameterError: gamma: got 20.0; expected 0.1 to 10" and "30.0" in second
+
+
+def test_a_wish_to_stop_ends_a_sweep_between_two_tasks(tmp_path):
+    stop = StopRequest()
+    stop.ask()
+    with pytest.raises(JobStopped):
+        run_sweep(quick_sweep([20.0]), tmp_path, workers=0, stop=stop)
+    assert json.loads((tmp_path / "status.json").read_text())["state"] == "stopped"
+
+
+def test_a_scheduler_that_does_not_answer_and_a_wrong_number_of_workers_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("stitchmesh.jobs.sweep.workers.CONNECT_SECONDS", 1)
+    with pytest.raises(FileError, match="no scheduler answers"):
+        run_sweep(quick_sweep([1.0]), tmp_path, scheduler="tcp://127.0.0.1:9")
+    with pytest.raises(ParameterError, match="workers: got -1; expected 0 or more"):
+        run_sweep(quick_sweep([1.0]), tmp_path, workers=-1)
+    with pytest.raises(ParameterError, match="no number with a scheduler"):
+        run_sweep(quick_sweep([1.0]), tmp_path, workers=1, scheduler="tcp://127.0.0.1:9")
