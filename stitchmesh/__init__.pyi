@@ -21,6 +21,9 @@ from .io import write_yarns as write_yarns
 from .jobs.job import Job as Job
 from .jobs.job_file import read_job as read_job
 from .jobs.run_job import run_job as run_job
+from .jobs.sweep.run_sweep import run_sweep as run_sweep
+from .jobs.sweep.sweep import Sweep as Sweep
+from .jobs.sweep.sweep_file import read_sweep as read_sweep
 from .labeling import LabelingFault as LabelingFault
 from .labeling import PartialLabeling as PartialLabeling
 from .labeling import label as label
