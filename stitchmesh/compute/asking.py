@@ -56,13 +56,18 @@ def ask(function: Callable[..., Any], *positional: Any, **named: Any) -> Ask:
     return Ask(function, positional, named)
 
 
-def answer_alone(computation: Asking[T]) -> T:
-    """Do the work that a computation asks for, one piece after another, and return its result."""
+def answer_alone(computation: Asking[T], do: Callable[[Ask], Any] = Ask.answer) -> T:
+    """Do the work that a computation asks for, one piece after another, and return its result.
+
+    Args:
+        computation: the computation, not yet begun.
+        do: does one piece of work, for example with checkpoints.
+    """
     try:
         asked = next(computation)
         while True:
             try:
-                answer = _answer(asked)
+                answer = _answer(asked, do)
             except StitchMeshError as error:
                 asked = computation.throw(error)
             else:
@@ -72,15 +77,15 @@ def answer_alone(computation: Asking[T]) -> T:
         return result
 
 
-def _answer(asked: Ask | Several) -> Any:
+def _answer(asked: Ask | Several, do: Callable[[Ask], Any]) -> Any:
     if isinstance(asked, Ask):
-        return asked.answer()
-    return [_result_or_error(computation) for computation in asked.computations]
+        return do(asked)
+    return [_result_or_error(computation, do) for computation in asked.computations]
 
 
-def _result_or_error(computation: Asking[T]) -> T | StitchMeshError:
+def _result_or_error(computation: Asking[T], do: Callable[[Ask], Any]) -> T | StitchMeshError:
     try:
-        return answer_alone(computation)
+        return answer_alone(computation, do)
     except StitchMeshError as error:
         return error
 

@@ -7,23 +7,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import asdict, replace
-from pathlib import Path
 from typing import Any
 
 from stitchmesh.budget.expectation import BudgetScene
 from stitchmesh.budget.plan import make_plan
 from stitchmesh.compute.device import device_named
 from stitchmesh.editing.edit import Edit
-from stitchmesh.errors import ParameterError
-from stitchmesh.io.atomic import write_json
-from stitchmesh.io.checked import check_table, parse_json
 from stitchmesh.io.checkpoint_file import previous_path, read_checkpoint
 from stitchmesh.io.contents import read_bytes
 from stitchmesh.io.state_saver import StateSaver
 from stitchmesh.io.stitches import write_stitches
+from stitchmesh.jobs.budget_stage import chosen_quality
 from stitchmesh.jobs.job import recipe_of
 from stitchmesh.jobs.job_memory import check_memory, garment_memory
-from stitchmesh.jobs.kept_stages import Stage, stage_key
+from stitchmesh.jobs.kept_stages import stage_key
 from stitchmesh.jobs.stage_files import fabric_stage, relaxation_stage, yarns_stage
 from stitchmesh.jobs.stage_run import JobRun
 from stitchmesh.mesh import Mesh, StitchMesh
@@ -46,9 +43,6 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import NAME as CHECKPOINT
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
-
-PLAN = "plan.json"
-"""File of the quality that a budget has chosen, and of the reasons."""
 
 
 def make_garment(run: JobRun) -> tuple[StitchMesh, Relaxation]:
@@ -74,7 +68,11 @@ def make_garment(run: JobRun) -> tuple[StitchMesh, Relaxation]:
     fabric = _fabric(run, mesh, labeled, options, device)
     for name in run.job.write_stitches:
         write_stitches(run.folder / name, fabric)
-    quality = _quality(run, fabric, options, device)
+    scene = BudgetScene(kind="garment", stitches=fabric.face_count)
+    quality = chosen_quality(
+        run, quality_named(options.quality), lambda budget: make_plan(budget, scene, options.quality, device),
+        fabric, device,
+    )  # fmt: skip
     sampling = quality.control_points_per_stitch
     key = stage_key("generate_yarns", fabric, options.yarn_radius, options.drawn_radius, options.finish, sampling)
     yarns = run.run(
@@ -137,31 +135,6 @@ def _processor(device: str) -> str:
     return device.partition(":")[0]
 
 
-def _quality(run: JobRun, fabric: StitchMesh, options: KnitOptions, device: str) -> Quality:
-    """Return the quality that the budget chooses; a choice is kept, because a calibration is not repeatable."""
-    given, budget = quality_named(options.quality), run.budget
-    if budget is None:
-        return given
-
-    def choose(report: dict[str, Any]) -> Quality:
-        scene = BudgetScene(kind="garment", stitches=fabric.face_count)
-        plan = make_plan(budget, scene, options.quality, device)
-        report["budget"] = plan.report()
-        report["quality"] = plan.report()["quality"] or run.report["quality"]
-        return plan.quality
-
-    key = stage_key("budget", fabric, given, device, run.job.within, run.job.error)
-    return run.run(Stage("budget", key, _write_quality, _read_quality), choose)
-
-
-def _write_quality(folder: Path, quality: Quality) -> None:
-    write_json(folder / PLAN, asdict(quality))
-
-
-def _read_quality(folder: Path, _report: dict[str, Any]) -> Quality:
-    return check_table(parse_json(read_bytes(folder / PLAN).decode("utf-8")), Quality)
-
-
 def _relaxed(
     run: JobRun, fabric: StitchMesh, yarns: YarnSet, options: KnitOptions, quality: Quality, device: str
 ) -> Relaxation:
@@ -171,11 +144,7 @@ def _relaxed(
     stage = relaxation_stage("relax_yarns", stage_key("relax_yarns", fabric, yarns, given, quality, _processor(device)))
     folder = run.kept.folder_of(stage)
     checkpoint = folder / CHECKPOINT
-    if run.finished(stage) is None and checkpoint.is_file() and not run.resume:
-        raise ParameterError(
-            f"{run.folder}: a run was stopped in relax_yarns; give --resume to continue from its checkpoint, or remove "
-            f"{folder} to begin that stage again"
-        )
+    run.check_resume(stage, stopped=checkpoint.is_file())
 
     def relax(report: dict[str, Any]) -> Relaxation:
         """Relax the yarns from their beginning or from the checkpoint."""

@@ -143,7 +143,7 @@ class KeptStages:
     def tidy(self, checkpoint: str) -> None:
         """Remove what killed runs have left: hidden parts of files, and unfinished stages without a checkpoint."""
         for path in list(self.unfinished()):
-            if not (path / checkpoint).is_file():
+            if not any(path.rglob(checkpoint)):
                 shutil.rmtree(path, ignore_errors=True)
-        for part in self.folder.glob("*/.*"):
+        for part in self.folder.glob("**/.*"):
             part.unlink(missing_ok=True)

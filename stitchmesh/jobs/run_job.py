@@ -28,7 +28,7 @@ from stitchmesh.jobs.kept_stages import KeptStages
 from stitchmesh.jobs.pictures import PLOT, draw_convergence, draw_yarns
 from stitchmesh.jobs.stage_run import JobRun
 from stitchmesh.jobs.stop import JobStopped, StopRequest
-from stitchmesh.jobs.swatch_stages import make_swatch
+from stitchmesh.jobs.swatch_stages import relax_swatch
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.periodic.swatch import Swatch
 from stitchmesh.quality import quality_named
@@ -107,7 +107,7 @@ def _run(run: JobRun) -> FinishedJob:
     if job.swatch is None:
         fabric, made = make_garment(run)
     else:
-        made = make_swatch(run, job.swatch)
+        made = relax_swatch(run, job.swatch)
         fabric = made.fabric
     for name in job.write_yarns:
         write_yarns(folder / name, made.yarns)

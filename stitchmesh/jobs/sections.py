@@ -26,8 +26,13 @@ from stitchmesh.yarnrelax.model.material import (
 )
 
 Free = Literal["free"]
-CHECKPOINT_EVERY = 200
-"""Default number of iterations between two checkpoints."""
+CHECKPOINT_EVERY, CHECKPOINT_OF_SWATCH = 200, 1000
+"""Default number of iterations between two checkpoints of a garment, and of a swatch, whose iterations are faster."""
+
+
+def _check_interval(table: str, every: int) -> None:
+    if every < 1:
+        raise ParameterError(f"{table}.checkpoint_every: got {every}; expected at least 1")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,8 +97,7 @@ class RelaxYarnsTable(PhysicsSection):
     """Iterations between two checkpoints."""
 
     def __post_init__(self) -> None:
-        if self.checkpoint_every < 1:
-            raise ParameterError(f"relax_yarns.checkpoint_every: got {self.checkpoint_every}; expected at least 1")
+        _check_interval("relax_yarns", self.checkpoint_every)
 
     @property
     def physics(self) -> PhysicsSection:
@@ -103,7 +107,11 @@ class RelaxYarnsTable(PhysicsSection):
 
 @dataclass(frozen=True, kw_only=True)
 class SwatchTable:
-    """Arguments of ``swatch``."""
+    """Arguments of ``swatch``, and the interval of its checkpoints.
+
+    Raises:
+        ParameterError: the interval is less than 1.
+    """
 
     pattern: str
     """Name of a pattern or weave of the library, or the path of a chart."""
@@ -143,6 +151,11 @@ class SwatchTable:
     """New values of the material, ``NAME=VALUE``."""
     max_iterations: int | None = None
     """Largest number of iterations; None for that of the quality."""
+    checkpoint_every: int = CHECKPOINT_OF_SWATCH
+    """Iterations between two checkpoints."""
+
+    def __post_init__(self) -> None:
+        _check_interval("swatch", self.checkpoint_every)
 
     def options(self) -> SwatchOptions:
         """Return the options of the swatch.

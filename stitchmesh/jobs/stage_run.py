@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 from stitchmesh.budget.budget import Budget
 from stitchmesh.budget.plan import limit_of
+from stitchmesh.errors import ParameterError
 from stitchmesh.jobs.job import Job
 from stitchmesh.jobs.job_status import JobLog, StageStatus
 from stitchmesh.jobs.kept_stages import KeptStages, Stage, StageRecord
@@ -61,6 +62,22 @@ class JobRun:
         """Return the record of a stage that an earlier run has finished; None if it has to be computed."""
         record = self.kept.record(stage)
         return record if record is None or record.within in (None, self.job.within) else None
+
+    def check_resume(self, stage: Stage[Any], *, stopped: bool) -> None:
+        """Refuse to lose the work of a run that was stopped in a stage.
+
+        Args:
+            stage: the stage.
+            stopped: whether there is a checkpoint of it.
+
+        Raises:
+            ParameterError: there is one, and the job shall not continue.
+        """
+        if stopped and not self.resume and self.finished(stage) is None:
+            raise ParameterError(
+                f"{self.folder}: a run was stopped in {stage.name}; give --resume to continue from its checkpoint, or "
+                f"remove {self.kept.folder_of(stage)} to begin that stage again"
+            )
 
     def run(self, stage: Stage[T], make: Make[T]) -> T:
         """Return the result of a stage: that of an earlier run, or a new one, which is kept.

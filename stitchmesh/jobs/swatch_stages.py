@@ -1,61 +1,87 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The stage of a job that relaxes one repeat of a pattern."""
+"""The stages of a job that relaxes one repeat of a pattern."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
+import time
+from contextlib import nullcontext
+from dataclasses import asdict, replace
 from typing import Any
 
+from stitchmesh.compute.asking import answer_alone
 from stitchmesh.compute.device import device_named
 from stitchmesh.io.stitches import write_stitches
+from stitchmesh.jobs.budget_stage import chosen_quality
 from stitchmesh.jobs.job_memory import check_memory, swatch_memory
+from stitchmesh.jobs.kept_relaxations import KeptRelaxations
 from stitchmesh.jobs.kept_stages import stage_key
 from stitchmesh.jobs.sections import SwatchTable
 from stitchmesh.jobs.stage_files import swatch_stage
 from stitchmesh.jobs.stage_run import JobRun
-from stitchmesh.periodic.resolve_pattern import resolve_pattern
-from stitchmesh.periodic.swatch import Swatch, swatch
+from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
+from stitchmesh.periodic.swatch import Swatch, make_swatch
+from stitchmesh.periodic.swatch_budget import plan_swatch
 from stitchmesh.progress import relaxing_progress
-from stitchmesh.quality import DEFAULT_QUALITY
+from stitchmesh.quality import DEFAULT_QUALITY, Quality
 
 
-def make_swatch(run: JobRun, table: SwatchTable) -> Swatch:
+def relax_swatch(run: JobRun, table: SwatchTable) -> Swatch:
     """Relax the repeat.
 
     Raises:
-        StitchMeshError: the repeat cannot be relaxed, or does not fit into the memory.
+        StitchMeshError: the repeat cannot be relaxed, or does not fit into the memory, or there is a checkpoint and
+            the job shall not continue from it.
         JobStopped: the user wants the job to stop.
     """
-    name, budget = run.job.quality or DEFAULT_QUALITY, run.budget
-    source, material, quality = resolve_pattern(table.pattern), table.yarn_material(), table.quality(name)
-    device, arguments = str(device_named(run.job.device)), table.arguments()
+    name = run.job.quality or DEFAULT_QUALITY
+    source, given, device = resolve_pattern(table.pattern), table.quality(name), str(device_named(run.job.device))
+    arguments = table.arguments()
     head = {"pattern": table.pattern, "name": source.name, "source": source.source}
     options = {"quality": name, "material": table.material, "stiffness": list(table.stiffness)}
     run.report |= head | {"options": options | arguments | {"rest_lengths": asdict(arguments["rest_lengths"])}}
+    run.report |= {"quality": asdict(given)}
     run.report["memory"] = check_memory(
-        lambda quality: swatch_memory(table, quality, run.job.render), quality, device,
+        lambda quality: swatch_memory(table, quality, run.job.render), given, device,
         "fewer repeats, or no pictures (render = [])",
     )  # fmt: skip
-    report_progress = relaxing_progress(
-        "swatch", quality.tolerance, run.progress, max_iterations=quality.max_iterations
-    )
+    planned = {name: value for name, value in arguments.items() if name != "friction"}
+    quality = chosen_quality(
+        run, given, lambda budget: plan_swatch(source, budget, given, device, **planned),
+        source, sorted(planned.items()), device,
+    )  # fmt: skip
+    made = _relaxed(run, table, source, quality, device)
+    if made.fabric is not None:
+        for path in run.job.write_stitches:
+            write_stitches(run.folder / path, made.fabric)
+    run.report |= run.report.pop("swatch")
+    return made
+
+
+def _relaxed(run: JobRun, table: SwatchTable, source: Source, quality: Quality, device: str) -> Swatch:
+    """Relax the repeat, with checkpoints in the folder of the stage."""
+    arguments, material = table.arguments(), table.yarn_material()
+    key = stage_key("swatch", source, material, quality, sorted(arguments.items()), device.partition(":")[0])
+    stage = swatch_stage("swatch", key)
+    relaxations = KeptRelaxations(run.kept.folder_of(stage), table.checkpoint_every, run.stop.check)
+    run.check_resume(stage, stopped=relaxations.exist())
+    shown = relaxing_progress("swatch", quality.tolerance, run.progress, max_iterations=quality.max_iterations)
 
     def relax(report: dict[str, Any]) -> Swatch:
-        made = swatch(
-            source, material=material, quality=quality, device=device, budget=budget,
-            progress=lambda entry: report_progress(entry["iteration"], entry["residual"], entry["energies"]),
-            **arguments,
+        """Relax the repeat from its beginning or from the checkpoints."""
+        began, before = time.perf_counter(), relaxations.seconds()
+        computation = make_swatch.asking(
+            source, lambda entry: shown(entry["iteration"], entry["residual"], entry["energies"]), material=material,
+            quality=quality, device=device, **arguments,
         )  # fmt: skip
+        with run.continued(before) if before else nullcontext():
+            made = answer_alone(computation, relaxations.do)
+        own = {"seconds": before + time.perf_counter() - began}
+        made = replace(made, report=made.report | own)
         report["swatch"] = made.report
         return made
 
-    amounts = None if budget is None else (budget.error, budget.chooses)
-    key = stage_key("swatch", source, material, quality, sorted(arguments.items()), device.partition(":")[0], amounts)
-    made = run.run(swatch_stage("swatch", key), relax)
-    if made.fabric is not None:
-        for name in run.job.write_stitches:
-            write_stitches(run.folder / name, made.fabric)
-    run.report |= run.report.pop("swatch")
-    run.report["quality"] = run.report.get("budget", {}).get("quality") or asdict(quality)
+    made = run.run(stage, relax)
+    if not made.report["out_of_time"]:
+        relaxations.remove()
     return made

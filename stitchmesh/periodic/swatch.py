@@ -113,7 +113,9 @@ def swatch(
     """
     began = time.perf_counter()
     with limited_to(limit_of(budget)):
-        plan = plan_swatch(pattern, budget, quality, device, relax_cell, relaxation, **options)
+        plan = None
+        if budget is not None:
+            plan = plan_swatch(pattern, budget, quality, device, relax_cell, relaxation, **options)
         made = make_swatch(
             pattern, progress, material=material, quality=quality if plan is None else plan.quality, device=device,
             relax_cell=relax_cell, relaxation=relaxation, friction=friction, **options,

@@ -21,16 +21,14 @@ RELAXATIONS = {"dry": 14, "wet": 18, "full": 23}
 
 
 def plan_swatch(
-    pattern: str | Pattern | Weave, budget: Budget | None, quality: str | Quality, device: str | None,
+    pattern: str | Pattern | Weave, budget: Budget, quality: str | Quality, device: str | None,
     relax_cell: bool | RelaxCell, relaxation: KnitState | None, **options: Any,
-) -> Plan | None:  # fmt: skip
-    """Return the plan of a swatch for a budget, or None without one; arguments as for ``swatch``.
+) -> Plan:  # fmt: skip
+    """Return the plan of a swatch for a budget; arguments as for ``swatch``.
 
     Raises:
         StitchMeshError: as for ``swatch``, or a quality beside an error.
     """
-    if budget is None:
-        return None
     chosen, source = SwatchOptions(**options), resolve_pattern(pattern)
     free = bool(relax_cell) or relaxation is not None or chosen.blocked is not None
     scene = BudgetScene(

@@ -62,7 +62,7 @@ def test_tables_have_the_arguments_of_their_function(table, function):
 
 def test_tables_of_functions_with_options_have_their_names():
     swatch = set(inspect.signature(sm.swatch).parameters) | names_of(SwatchOptions)
-    assert names_of(SwatchTable) - {"stiffness", "max_iterations"} <= swatch
+    assert names_of(SwatchTable) - {"stiffness", "max_iterations", "checkpoint_every"} <= swatch
     assert names_of(RenderTable) <= set(inspect.signature(sm.render).parameters) | names_of(sm.PictureOptions)
     assert names_of(GenerateYarnsTable) <= set(inspect.signature(sm.generate_yarns).parameters)
     assert {"material"} <= names_of(RelaxYarnsTable) & set(inspect.signature(sm.relax_yarns).parameters)
@@ -112,7 +112,8 @@ def test_the_keys_of_a_job_reach_the_options_of_the_stages():
         ({"mesh": "a.obj", "write_yarns": ["yarns.png"]}, "one of the suffixes .h5"),
         ({"mesh": "a.obj", "render": [{"path": "/tmp/a.png"}]}, "render: got '/tmp/a.png'"),
         ({"mesh": "a.obj", "render": [{"view": "abvoe"}]}, "abvoe"),
-        ({"mesh": "a.obj", "relax_yarns": {"checkpoint_every": 0}}, "checkpoint_every: got 0"),
+        ({"mesh": "a.obj", "relax_yarns": {"checkpoint_every": 0}}, "relax_yarns.checkpoint_every: got 0"),
+        ({"swatch": {"pattern": "rib2x2", "checkpoint_every": 0}}, "swatch.checkpoint_every: got 0; expected at least"),
         ({"mesh": "a.obj", "apply_edit": [{"yarn": 1}]}, "apply_edit[0] needs 'edit'"),
     ],
 )  # fmt: skip

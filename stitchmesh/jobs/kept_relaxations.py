@@ -1,0 +1,74 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Checkpoints of a computation that relaxes yarns several times, such as a swatch that searches its lowest state.
+
+Each relaxation that the computation asks for has a folder of checkpoints, with the checksum of its inputs as name. The
+last checkpoint is written at its end, and a relaxation that continues from its end gives the same result without an
+iteration. A computation that begins again therefore passes through the relaxations that had ended, continues the one
+that was stopped, and ends with the same bits as one that was never stopped. The short work between the relaxations is
+done again.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from stitchmesh.compute.asking import Ask
+from stitchmesh.io.checkpoint_file import read_checkpoint
+from stitchmesh.yarnrelax import relax_yarns
+from stitchmesh.yarnrelax.checkpoint import NAME, Checkpoints
+from stitchmesh.yarnrelax.fingerprint import checksum
+from stitchmesh.yarnrelax.relaxation_result import Relaxation
+
+FOLDER = "relaxations"
+"""Folder of the folders of the relaxations."""
+NO_INPUTS = ("progress", "device")
+"""Arguments of ``relax_yarns`` that decide no bit; the kind of the device is a part of each checkpoint."""
+
+
+@dataclass(frozen=True)
+class KeptRelaxations:
+    """The relaxations of one computation in a folder, and how each is continued."""
+
+    folder: Path
+    """Folder of the computation."""
+    every: int
+    """Iterations between two checkpoints of a relaxation."""
+    check: Callable[[], None]
+    """Called before each piece of work; it raises an exception if the computation is to stop."""
+
+    def do(self, asked: Ask) -> Any:
+        """Do one piece of work; a relaxation of yarns writes checkpoints, and continues from one if there is one."""
+        self.check()
+        return self._relax(asked) if asked.function is relax_yarns else asked.answer()
+
+    def exist(self) -> bool:
+        """Return whether an earlier run has begun a relaxation."""
+        return any(True for _ in self._checkpoints())
+
+    def seconds(self) -> float:
+        """Return the time that earlier runs have spent on relaxations [s].
+
+        Raises:
+            FileError: a checkpoint is damaged.
+        """
+        return sum(read_checkpoint(path).header["seconds"] for path in self._checkpoints())
+
+    def remove(self) -> None:
+        """Remove all checkpoints, because the result of the computation is kept."""
+        shutil.rmtree(self.folder / FOLDER, ignore_errors=True)
+
+    def _relax(self, asked: Ask) -> Relaxation:
+        given = {name: value for name, value in sorted(asked.named.items()) if name not in NO_INPUTS}
+        key = checksum("relaxation", (asked.positional, given))
+        checkpoints = Checkpoints(self.folder / FOLDER / key, self.every)
+        resume = checkpoints.path if checkpoints.path.is_file() else None
+        return relax_yarns(*asked.positional, **asked.named, checkpoint=checkpoints, resume=resume)
+
+    def _checkpoints(self) -> Iterator[Path]:
+        """Yield the newest checkpoint of each relaxation."""
+        yield from (self.folder / FOLDER).glob(f"*/{NAME}")
