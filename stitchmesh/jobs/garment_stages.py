@@ -22,7 +22,7 @@ from stitchmesh.jobs.job import recipe_of
 from stitchmesh.jobs.job_memory import check_memory, garment_memory
 from stitchmesh.jobs.kept_stages import stage_key
 from stitchmesh.jobs.stage_files import fabric_stage, relaxation_stage, yarns_stage
-from stitchmesh.jobs.stage_run import JobRun
+from stitchmesh.jobs.stage_run import JobRun, cut_short
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.pipeline import (
     KnitOptions,
@@ -161,7 +161,7 @@ def _relaxed(
         return relaxed
 
     relaxed = run.run(stage, relax)
-    if not relaxed.report["out_of_time"]:
+    if not cut_short(relaxed.report):
         for path in (checkpoint, previous_path(checkpoint)):
             path.unlink(missing_ok=True)
     return relaxed

@@ -99,7 +99,8 @@ class JobRun:
         self.log.begin(stage.name)
         began, report = time.perf_counter(), dict[str, Any]()
         made = make(report)
-        within = self.job.within if _cut_short(report) else None
+        late = any(cut_short(entry) for entry in report.values() if isinstance(entry, dict))
+        within = self.job.within if late else None
         record = StageRecord(seconds=round(time.perf_counter() - began, 4), report=report, within=within)
         self.kept.keep(stage, made, record)
         self._end(stage, record, kept=False)
@@ -123,7 +124,6 @@ class JobRun:
         self.log.end(StageStatus(name=stage.name, key=stage.key, kept=kept, seconds=record.seconds))
 
 
-def _cut_short(report: dict[str, Any]) -> bool:
-    """Return whether the time has ended a relaxation in the report of a stage."""
-    entries = [entry for entry in report.values() if isinstance(entry, dict)]
-    return any(entry.get("out_of_time") or entry.get("stopped") for entry in entries)
+def cut_short(entry: dict[str, Any]) -> bool:
+    """Return whether the time has ended a relaxation, given its report."""
+    return any(entry.get(name) for name in ("out_of_time", "stopped", "search_out_of_time"))

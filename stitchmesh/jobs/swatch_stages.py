@@ -18,12 +18,13 @@ from stitchmesh.jobs.kept_relaxations import KeptRelaxations
 from stitchmesh.jobs.kept_stages import stage_key
 from stitchmesh.jobs.sections import SwatchTable
 from stitchmesh.jobs.stage_files import swatch_stage
-from stitchmesh.jobs.stage_run import JobRun
+from stitchmesh.jobs.stage_run import JobRun, cut_short
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.swatch import Swatch, make_swatch
 from stitchmesh.periodic.swatch_budget import plan_swatch
 from stitchmesh.progress import relaxing_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
+from stitchmesh.time_limit import seconds_left
 
 
 def relax_swatch(run: JobRun, table: SwatchTable) -> Swatch:
@@ -76,12 +77,13 @@ def _relaxed(run: JobRun, table: SwatchTable, source: Source, quality: Quality, 
         )  # fmt: skip
         with run.continued(before) if before else nullcontext():
             made = answer_alone(computation, relaxations.do)
-        own = {"seconds": before + time.perf_counter() - began}
+            late = seconds_left() <= 0.0  # starts of the search for the lowest state may be left out
+        own = {"seconds": before + time.perf_counter() - began, "search_out_of_time": late}
         made = replace(made, report=made.report | own)
         report["swatch"] = made.report
         return made
 
     made = run.run(stage, relax)
-    if not made.report["out_of_time"]:
+    if not cut_short(made.report):
         relaxations.remove()
     return made

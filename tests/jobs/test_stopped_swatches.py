@@ -21,7 +21,7 @@ import pytest
 from stitchmesh.cli.main import main
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.history import read_history
-from stitchmesh.jobs import job_status
+from stitchmesh.jobs import job_status, swatch_stages
 from stitchmesh.jobs.job import Job
 from stitchmesh.jobs.run_job import run_job
 from stitchmesh.jobs.sections import SwatchTable
@@ -114,3 +114,17 @@ def test_a_stopped_swatch_is_not_begun_again_without_a_word(tmp_path, monkeypatc
     assert list(tmp_path.glob("stages/swatch-*/relaxations/*/checkpoint.smc"))
     run_job(job, tmp_path, resume=True)
     assert not list(tmp_path.rglob("*.smc"))
+
+
+def test_a_search_that_the_time_ended_goes_on_with_more_time(tmp_path, monkeypatch):
+    """All yarns are at rest, but displaced starts were left out: the swatch is finished for that time only."""
+    monkeypatch.setattr(lowest_rest, "STARTS", STARTS)
+    table = SwatchTable(pattern="stockinette", relax_cell=True)
+    job = Job(swatch=table, quality="draft", device="cpu", render=(), within="1h")
+    with monkeypatch.context() as patch:
+        for module in (lowest_rest, swatch_stages):
+            patch.setattr(module, "seconds_left", lambda: -1.0)
+        first = run_job(job, tmp_path).report
+    assert first["converged"] and first["starts"] == 1 and first["search_out_of_time"]
+    second = run_job(replace(job, within="2h"), tmp_path, resume=True).report
+    assert second["starts"] == 1 + STARTS and not second["search_out_of_time"]
