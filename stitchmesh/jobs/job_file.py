@@ -97,7 +97,8 @@ def job_of_table(table: dict[str, Any], name: str) -> Job:
     """
     try:
         edits, folder = pop_edits(table, EDITS), Path(name).parent
-        job = replace(check_table(table, Job), apply_edit=edits)
+        job = check_table(table, Job)
+        job = replace(job, apply_edit=edits) if edits else job
         return job_with_paths(job, lambda path: fspath(folder / path))
     except ParameterError as error:
         raise FileError(f"{name}: {error}") from error

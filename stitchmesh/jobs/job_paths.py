@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from os import fspath
 from pathlib import Path
+from typing import Any
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath
@@ -26,8 +27,8 @@ from stitchmesh.recipe.recipe_file import (
 )
 
 
-def check_job_paths(job: Job, file: FilePath, allowed: Sequence[FilePath] = ()) -> None:
-    """Check that all files that a job reads are in the project, those too that its recipe names.
+def check_job_paths(job: Job, file: FilePath, allowed: Sequence[FilePath] = ()) -> list[str]:
+    """Return the paths of all files that a job reads, those too that its recipe names, if all are in the project.
 
     Args:
         job: the job, whose paths are relative to the present folder.
@@ -37,37 +38,42 @@ def check_job_paths(job: Job, file: FilePath, allowed: Sequence[FilePath] = ()) 
     Raises:
         FileError: a file is outside the project, or the recipe cannot be read.
     """
-    folders = [Path(file).parent, Path(), *allowed]
-    job_with_paths(job, _checked(file, folders))
+    folders, found = [Path(file).parent, Path(), *allowed], list[str]()
+    job_with_paths(job, _checked(file, folders, found))
     if job.recipe is not None:
-        recipe_with_paths(read_recipe(job.recipe), _checked(job.recipe, folders))
+        recipe_with_paths(read_recipe(job.recipe), _checked(job.recipe, folders, found))
+    return found
 
 
 def job_with_paths(job: Job, change: Callable[[str], str]) -> Job:
     """Return a job with all paths of what it reads changed, those in selections too."""
-    body, swatch = job.relax_yarns.body, job.swatch
-    return replace(
-        job,
-        mesh=None if job.mesh is None else change(job.mesh),
-        recipe=None if job.recipe is None else change(job.recipe),
-        apply_pattern=patterns_with_paths(job.apply_pattern, change),
-        apply_edit=edits_with_paths(job.apply_edit, change),
-        relax_yarns=replace(job.relax_yarns, body=None if body is None else change(body)),
-        swatch=None if swatch is None else replace(swatch, pattern=pattern_with_path(swatch.pattern, change)),
-    )
+    body, swatch, changes = job.relax_yarns.body, job.swatch, dict[str, Any]()
+    if swatch is not None:  # The jobs of a sweep are many, and most of them are swatches of the library.
+        pattern = pattern_with_path(swatch.pattern, change)
+        changes |= {} if pattern == swatch.pattern else {"swatch": replace(swatch, pattern=pattern)}
+    if job.mesh is not None:
+        changes |= {"mesh": change(job.mesh)}
+    if job.recipe is not None:
+        changes |= {"recipe": change(job.recipe)}
+    if job.apply_pattern or job.apply_edit:
+        changes |= {"apply_pattern": patterns_with_paths(job.apply_pattern, change)}
+        changes |= {"apply_edit": edits_with_paths(job.apply_edit, change)}
+    if body is not None:
+        changes |= {"relax_yarns": replace(job.relax_yarns, body=change(body))}
+    return replace(job, **changes) if changes else job
 
 
-def _checked(file: FilePath, folders: Sequence[FilePath]) -> Callable[[str], str]:
-    """Return a function that returns a path that a file names, if it leads into one of the folders."""
-    roots = [Path(folder).resolve() for folder in folders]
+def _checked(file: FilePath, folders: Sequence[FilePath], seen: list[str]) -> Callable[[str], str]:
+    """Return a function that notes a path that a file names, if it leads into one of the folders, and returns it."""
 
     def check(path: str) -> str:
-        found = Path(path).resolve()
+        found, roots = Path(path).resolve(), [Path(folder).resolve() for folder in folders]
         if not any(found.is_relative_to(root) for root in roots):
             raise FileError(
                 f"{fspath(file)}: names {found}, which is outside the project; expected a file in {roots[0]} or in the "
                 f"present folder; if it may be read, add --allow-paths {found.parent}"
             )
+        seen.append(path)
         return path
 
     return check

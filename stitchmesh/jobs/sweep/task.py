@@ -10,7 +10,8 @@ a result; a task whose key is that of a finished one is not computed again.
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -19,9 +20,8 @@ from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.contents import read_bytes
 from stitchmesh.jobs.job import Job
 from stitchmesh.jobs.job_file import job_of_table
-from stitchmesh.jobs.job_paths import check_job_paths, job_with_paths
+from stitchmesh.jobs.job_paths import check_job_paths
 from stitchmesh.jobs.sweep.sweep import Kept, Sweep
-from stitchmesh.recipe.recipe_file import read_recipe, recipe_with_paths
 from stitchmesh.yarnrelax.fingerprint import checksum
 
 
@@ -70,7 +70,8 @@ def jobs_of(sweep: Sweep, device: str) -> list[SweptJob]:
         FileError: a job has a key or a value that no job has, or a file that a job reads is missing; the message says
             which job it is.
     """
-    return [_swept_job(sweep, number, device) for number in range(sweep.job_count)]
+    checksum_of = cache(_file_checksum)  # Of one call: a file may have changed before the next one.
+    return [_swept_job(sweep, number, device, checksum_of) for number in range(sweep.job_count)]
 
 
 def tasks_of(jobs: list[SweptJob], sweep: Sweep) -> list[Task]:
@@ -91,14 +92,12 @@ def is_small(job: Job) -> bool:
     return job.swatch is not None and job.budget is None
 
 
-def _swept_job(sweep: Sweep, number: int, device: str) -> SweptJob:
+def _swept_job(sweep: Sweep, number: int, device: str, checksum_of: Callable[[str], str]) -> SweptJob:
     path = Path(sweep.name).resolve()
     try:
         table = sweep.table(number)
-        made = job_of_table(copy.deepcopy(table), str(path))
-        job = replace(made, device=made.device or device)
-        check_job_paths(job, path, sweep.allow_paths)
-        files = [file_checksum(found) for found in _files_of(job)]
+        job = job_of_table(copy.deepcopy({"device": device} | table), str(path))
+        files = [checksum_of(found) for found in check_job_paths(job, path, sweep.allow_paths)]
     except (FileError, ParameterError) as error:
         changes = ", ".join(f"{'.'.join(keys)} = {value!r}" for keys, value in sweep.changes(number))
         what = str(error).removeprefix(f"{path}: ")
@@ -108,21 +107,6 @@ def _swept_job(sweep: Sweep, number: int, device: str) -> SweptJob:
     return SweptJob(key, job)
 
 
-def _files_of(job: Job) -> list[str]:
-    """Return the paths of all files that a job reads, with those that its recipe names."""
-    found: list[str] = []
-
-    def note(path: str) -> str:
-        found.append(path)
-        return path
-
-    job_with_paths(job, note)
-    if job.recipe is not None:
-        recipe_with_paths(read_recipe(job.recipe), note)
-    return found
-
-
-@cache
-def file_checksum(path: str) -> str:
+def _file_checksum(path: str) -> str:
     """Return the checksum of the content of a file."""
     return checksum("file", read_bytes(path).hex())

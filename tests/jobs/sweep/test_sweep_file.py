@@ -67,6 +67,10 @@ def test_keys_follow_the_inputs_the_files_and_the_kind_of_device(tmp_path):
 
     first = key()
     assert key() == first != key("cuda:0") == key("cuda:1")
+    chart.write_text("row: purl\n")
+    assert key() != first
+    chart.write_text("row: knit\n")
+    assert key() == first
     file.write_text(file.read_text() + "columns = 2\n")
     assert key() != first
 
