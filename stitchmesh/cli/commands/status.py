@@ -17,20 +17,23 @@ from stitchmesh.cli.summary import AsJson
 if TYPE_CHECKING:
     from stitchmesh.jobs.job_status import JobStatus
 
+SWEEP = "sweep"
+"""Stage of a sweep, which continues by itself."""
+
 
 @dataclass(frozen=True)
 class Status:
-    """Print how far a job is that runs in another process."""
+    """Print how far a job or a sweep is that runs in another process."""
 
     folder: Annotated[Positional[str], help_entry("DIR")]
-    """folder of the job"""
+    """folder of the job or of the sweep"""
     json: AsJson = False
 
     def run(self) -> None:
         """Print the status.
 
         Raises:
-            FileError: the folder has no job.
+            FileError: the folder has neither.
         """
         from stitchmesh.jobs.job_status import read_status
 
@@ -45,6 +48,8 @@ def status_lines(status: JobStatus) -> list[str]:
     spent = f"after {status.seconds:.0f} s"
     if status.state == "running":
         return [*ended, status.line, f"running {spent} (process {status.process} on {status.host}), seen {status.time}"]
-    remedy = {"stopped": "; run it with --resume to continue", "killed": "; run it with --resume to continue"}
+    if status.state in ("stopped", "killed"):
+        remedy = "run it again to continue" if status.stage == SWEEP else "run it with --resume to continue"
+        return [*ended, f"{status.state} {spent}; {remedy}"]
     note = f": {status.note}" if status.note and status.state == "failed" else ""
-    return [*ended, f"{status.state} {spent}{note}{remedy.get(status.state, '')}"]
+    return [*ended, f"{status.state} {spent}{note}"]
