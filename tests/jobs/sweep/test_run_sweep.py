@@ -26,7 +26,7 @@ from stitchmesh.jobs.sweep.row import is_of_the_run
 from stitchmesh.jobs.sweep.run_sweep import run_sweep
 from stitchmesh.jobs.sweep.sweep import Kept, Sweep
 from stitchmesh.jobs.sweep.sweep_file import read_sweep
-from stitchmesh.jobs.sweep.workers import local_workers
+from stitchmesh.jobs.sweep.workers import local_workers, offers_gpu
 from tests.gallery import tube
 from tests.jobs.sweep.cluster import Cluster, wait_until
 from tests.jobs.sweep.quick_worker import FILLS, KILLS, SWALLOWS
@@ -132,12 +132,15 @@ def test_workers_of_this_machine_have_the_results_of_a_serial_run_and_a_second_r
     assert {path: path.stat().st_mtime_ns for path in tmp_path.glob(f"{TASKS}/*")} == before
 
 
-def test_everything_that_is_started_listens_on_the_loopback_address_only():
-    with local_workers(1, 0):
+def test_each_gpu_has_one_worker_that_sees_no_other_and_all_processes_listen_on_the_loopback_address_only():
+    with local_workers(4, 2) as client:
         own = psutil.Process()
         found = [one for process in (own, *own.children(recursive=True)) for one in process.net_connections("inet")]
-    listening = {one.laddr.ip for one in found if one.status == psutil.CONN_LISTEN}
-    assert listening == {"127.0.0.1"}
+        seen = client.run(os.environ.get, "CUDA_VISIBLE_DEVICES")
+        threads = client.nthreads()
+        assert offers_gpu(client)
+    assert {one.laddr.ip for one in found if one.status == psutil.CONN_LISTEN} == {"127.0.0.1"}
+    assert sorted(seen.values()) == ["0", "1"] and list(threads.values()) == [1, 1]
 
 
 def test_jobs_of_which_workers_die_are_rows_with_an_error_and_the_jobs_beside_them_are_done(quick, tmp_path):
