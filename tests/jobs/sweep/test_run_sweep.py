@@ -136,7 +136,7 @@ def test_each_gpu_has_one_worker_that_sees_no_other_and_all_processes_listen_on_
     with local_workers(4, 2) as client:
         own = psutil.Process()
         found = [one for process in (own, *own.children(recursive=True)) for one in process.net_connections("inet")]
-        seen = client.run(os.environ.get, "CUDA_VISIBLE_DEVICES")
+        seen = client.run(os.getenv, "CUDA_VISIBLE_DEVICES")
         threads = client.nthreads()
         assert offers_gpu(client)
     assert {one.laddr.ip for one in found if one.status == psutil.CONN_LISTEN} == {"127.0.0.1"}
