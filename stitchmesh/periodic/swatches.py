@@ -4,18 +4,22 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass, field, replace
 from typing import Any, Literal
 
+from stitchmesh.compute.asking import Asking
+from stitchmesh.compute.asking_together import answer_together
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.patterns import Pattern
-from stitchmesh.periodic.swatch import Swatch, swatch
+from stitchmesh.periodic.swatch import Swatch, make_swatch
 from stitchmesh.periodic.swatch_options import KnitState
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.progress import Progress, shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
+from stitchmesh.yarnrelax.relax_together import TOGETHER
 
 SwatchProgress = Callable[[int, int], None]
 """Called with the number of swatches that are done, and with that of all swatches."""
@@ -61,13 +65,15 @@ def relax_swatches(
         The swatches in the order of the requests; in place of one that cannot be made, the error that ``swatch``
         raises.
     """
-    made = list[Swatch | StitchMeshError]()
+    began = time.perf_counter()
     with shown_progress(progress, _report_swatches) as report:
-        for request in requests:
-            made.append(_one(request, device))
+        computations = [_making(request, device, began) for request in requests]
+
+        def on_done(done: int) -> None:
             if report is not None:
-                report(len(made), len(requests))
-    return made
+                report(done, len(requests))
+
+        return answer_together(computations, TOGETHER, on_done)
 
 
 def _report_swatches(progress: Progress) -> SwatchProgress:
@@ -75,12 +81,10 @@ def _report_swatches(progress: Progress) -> SwatchProgress:
     return lambda done, count: progress("swatches", done / count, f"{done} of {count}")
 
 
-def _one(request: SwatchRequest, device: str | None) -> Swatch | StitchMeshError:
-    try:
-        return swatch(
-            request.pattern, material=request.material, quality=request.quality, device=device,
-            relax_cell=request.relax_cell, relaxation=request.relaxation, friction=request.friction, progress=False,
-            **request.options,
-        )  # fmt: skip
-    except StitchMeshError as error:
-        return error
+def _making(request: SwatchRequest, device: str | None, began: float) -> Asking[Swatch]:
+    """Make a swatch; its report says how long this took with all other swatches."""
+    made = yield from make_swatch.asking(
+        request.pattern, False, material=request.material, quality=request.quality, device=device,
+        relax_cell=request.relax_cell, relaxation=request.relaxation, friction=request.friction, **request.options,
+    )  # fmt: skip
+    return replace(made, report=made.report | {"seconds": time.perf_counter() - began})

@@ -1,0 +1,228 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A batch of cells on its way to rest: which cells take part in the next launches, and when the rest goes on alone.
+
+Cells at rest stay still, but launches still pass over them. Once the cells that are not at rest are a small part of all
+(``SMALL_PART``), they go on as a batch of their own.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.errors import OverloadError
+from stitchmesh.io.history import HistoryEntry
+from stitchmesh.quality import Quality
+from stitchmesh.time_limit import OutOfTime, without_limit
+from stitchmesh.yarn import YarnSet, segment_lengths
+from stitchmesh.yarnrelax.convergence import rest_text
+from stitchmesh.yarnrelax.energies.confinement import CellConfinements, Confinement, height_of_middle
+from stitchmesh.yarnrelax.model.cells import PeriodicCell
+from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
+from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
+
+CellProgress = Callable[[int, int], None]
+"""Called with the number of cells at rest and the number of iterations."""
+SMALL_PART = 0.25
+"""Part of all contact samples below which the cells that are not at rest continue without the others."""
+ENOUGH, LONGEST_WAIT = 0.5, 4
+"""Part of the cells that are not at rest that is enough for a Newton step, and the most assessment intervals for which
+cells wait until there are so many."""
+
+
+@dataclass(frozen=True, eq=False)
+class RelaxedCell:
+    """One of the cells."""
+
+    yarns: YarnSet
+    """The yarns at rest, or in their last accepted state."""
+    report: dict[str, Any]
+    """iterations, tenth_iterations (iterations to a tenth of the first gradient, None where it was never reached),
+    gradient (the last gradient over the first), converged, residual, remaining_change (as in ``Relaxation.report``),
+    energy [erg], energies [erg], max_strain, min_distance_over_radius, and error, None or why the cell could not go
+    on."""
+    history: list[HistoryEntry]
+    """The result of each assessment in which the cell took part."""
+
+    def __repr__(self) -> str:
+        """Return one line: whether the yarns are at rest, and the yarns."""
+        return f"RelaxedCell({rest_text(self.report)}, {self.yarns})"
+
+
+@dataclass(frozen=True, eq=False)
+class CellBatch:
+    """Cells that are relaxed together, with what was chosen for each."""
+
+    given: Sequence[tuple[YarnSet, YarnMaterial]]
+    free: Sequence[RelaxCell] | None
+    planes: Sequence[Confinement | None] | None
+    quality: Quality
+    device: wp.Device
+    most: NDArray[np.int64]
+    """Largest number of iterations of each cell, shape (C,)."""
+    heights: Sequence[float | None] | None = None
+    """Heights of the middle planes [cm]; None for those of the yarns as given."""
+
+    def simulation(self) -> YarnSimulation:
+        """The cells on the device."""
+        terms = []
+        if self.planes is not None:
+            terms = [CellConfinements(tuple(self.planes), tuple(self.heights or [None] * len(self.given)))]
+        return YarnSimulation(self.given, self.quality, self.device, terms, cells=self.free)
+
+    def part(self, cells: NDArray[np.bool_], yarns: Sequence[YarnSet]) -> CellBatch:
+        """Some of the cells, with their yarns in their present state; ``yarns`` are those of all cells."""
+        given = [(now, material) for now, (_, material) in zip(yarns, self.given, strict=True)]
+        heights = self.heights or [height_of_middle(PeriodicCell(*each)) for each in self.given]
+        return replace(self, given=_some(given, cells), free=_some(self.free, cells), most=self.most[cells],
+                       planes=_some(self.planes, cells), heights=_some(heights, cells))  # fmt: skip
+
+
+def _some(each: Sequence[Any] | None, cells: NDArray[np.bool_]) -> Any:
+    """What belongs to some of the cells; None where nothing was chosen."""
+    return None if each is None else [own for own, chosen in zip(each, cells.tolist(), strict=True) if chosen]
+
+
+def relax_batch(batch: CellBatch, progress: CellProgress | None) -> tuple[list[RelaxedCell], int]:
+    """Relax all cells of a batch; return them in their order, and the iterations of the cell that did most."""
+    found: dict[int, RelaxedCell] = {}
+    numbers, launched = np.arange(len(batch.given)), 0
+    before: tuple[_Run, NDArray[np.bool_]] | None = None
+    while len(numbers):
+        run = _Run(batch.simulation(), batch, before)
+        while run.active.any() and not run.is_mostly_done:
+            try:
+                run.advance()
+            except OutOfTime:
+                run.active[:] = False  # all cells end with their last accepted states
+            if progress is not None:
+                progress(len(found) + int((~run.active).sum()), run.loop.iteration)
+        launched, remaining = max(launched, run.loop.iteration), run.active
+        yarns = run.simulation.good_cells()
+        found |= {int(numbers[k]): cell for k, cell in run.relaxed(yarns, np.flatnonzero(~remaining)).items()}
+        numbers, batch, before = numbers[remaining], batch.part(remaining, yarns), (run, remaining)
+    return [found[number] for number in sorted(found)], launched
+
+
+def relax_batch_partly(batch: CellBatch, iterations: int) -> list[YarnSet | str]:
+    """Yarns of each cell after some iterations towards rest, as ``relax_partly``; or why the cell cannot go on."""
+    simulation = batch.simulation()
+    simulation.newton = None
+    loop = RelaxationLoop(simulation, batch.quality.tolerance, batch.quality.largest_change)
+    loop.start()
+    active = ~loop.failed
+    with without_limit():
+        while active.any():
+            loop.advance(active)
+            active &= ~(loop.at_rest | loop.failed) & (loop.iterations < iterations)
+    return [loop.errors.get(cell, yarns) for cell, yarns in enumerate(simulation.good_cells())]
+
+
+class _Run:
+    """Cells on their way to rest, until only a small part of them is not at rest."""
+
+    def __init__(
+        self, simulation: YarnSimulation, batch: CellBatch, before: tuple[_Run, NDArray[np.bool_]] | None
+    ) -> None:
+        """Assess the cells as they were given; ``before`` is a run of more cells, and which of them these are."""
+        self.simulation, self.most = simulation, batch.most
+        self.loop = RelaxationLoop(simulation, batch.quality.tolerance, batch.quality.largest_change)
+        self.loop.start()
+        self.began = time.perf_counter()
+        self.history: list[list[HistoryEntry]] = [[] for _ in batch.given]
+        if before is not None:
+            self._continue_from(*before)
+        else:
+            self._note(~self.loop.failed)
+        self.active = ~self.loop.failed & (self.loop.iterations < self.most)
+        self._intervals = 0
+        """Intervals for which cells have waited to take a Newton step together."""
+
+    def _continue_from(self, before: _Run, cells: NDArray[np.bool_]) -> None:
+        """Count the iterations of the cells on, and end the relaxation of those that Newton's method was ending."""
+        own, earlier = self.simulation, before.simulation
+        assert isinstance(own.solver, LBFGS) and isinstance(earlier.solver, LBFGS)
+        own.solver.continue_gradients(earlier.solver, cells)
+        assert own.newton is not None and earlier.newton is not None
+        own.newton.continue_from(earlier.newton, cells)
+        self.loop.iterations, self.loop.ending = before.loop.iterations[cells], before.loop.ending[cells]
+        self.loop.alternation.continue_from(before.loop.alternation, cells)
+        self.began, self.history = before.began, [before.history[cell] for cell in np.flatnonzero(cells)]
+
+    def advance(self) -> None:
+        """Iterate and assess cells that are not at rest; those that take a Newton step next may wait for others.
+
+        A Newton step of all cells takes hardly longer than that of one cell, and cells take it at different times.
+        """
+        loop = self.loop
+        stepping = self.active & loop.takes_newton_step
+        few = stepping.sum() < ENOUGH * self.active.sum() and self._intervals < LONGEST_WAIT
+        self._intervals = self._intervals + 1 if few and stepping.any() else 0
+        chosen = self.active & ~stepping if few else self.active
+        try:
+            loop.advance(chosen)
+        except OverloadError:  # the only cell, whose error the loop keeps
+            chosen = ~loop.failed
+        self._note(chosen & ~loop.failed)
+        self.active = self.active & ~(loop.at_rest | loop.failed | loop.stalled) & (loop.iterations < self.most)
+
+    def _note(self, cells: NDArray[np.bool_]) -> None:
+        """Add the last assessments of some cells to their histories."""
+        seconds = time.perf_counter() - self.began
+        for cell in np.flatnonzero(cells).tolist():
+            last, count = self.loop.last[cell], int(self.loop.iterations[cell])
+            entry = HistoryEntry(iteration=count, seconds=seconds, residual=last.residual, energies=last.energies)
+            self.history[cell].append(entry)
+
+    @property
+    def is_mostly_done(self) -> bool:
+        """Whether the remaining cells are so small a part that they are faster without the others."""
+        samples = np.diff(self.simulation.model.sample_start[self.simulation.model.segment_start])
+        return bool(samples[self.active].sum() < SMALL_PART * samples.sum())
+
+    def relaxed(self, yarns: Sequence[YarnSet], cells: NDArray[np.int64]) -> dict[int, RelaxedCell]:
+        """Some of the cells with their reports; ``yarns`` are those of all cells."""
+        solver = self.simulation.solver
+        assert isinstance(solver, LBFGS)
+        tenth, gradient = solver.gradients()
+        last, at_rest, left = self.loop.last, self.loop.at_rest, self.loop.remaining
+        distance, strain = self.simulation.smallest_distances(), self._largest_strains()
+        return {
+            cell: RelaxedCell(yarns[cell], {
+                "iterations": int(self.loop.iterations[cell]),
+                "tenth_iterations": tenth[cell],
+                "gradient": gradient[cell],
+                "converged": bool(at_rest[cell]),
+                "residual": last[cell].residual,
+                "remaining_change": None if left[cell] is None else asdict(left[cell]),
+                "energy": last[cell].energy,
+                "energies": last[cell].energies,
+                "max_strain": float(strain[cell]),
+                "min_distance_over_radius": float(distance[cell]),
+                "error": self.loop.errors.get(cell),
+            }, self.history[cell])
+            for cell in cells.tolist()
+        }  # fmt: skip
+
+    def _largest_strains(self) -> NDArray[np.float64]:
+        """Largest strain of the segments of each cell in its last accepted state, shape (C,)."""
+        model, points = self.simulation.model, self.simulation.model.from_device(self.simulation.good_points)
+        assert self.simulation.good_periods is not None
+        periods = self.simulation.good_periods.numpy().astype(np.float64).reshape(-1, 2, 3)
+        segment, slot, image = model.wrapped
+        cell = np.searchsorted(model.segment_start, segment, side="right") - 1
+        shift = np.zeros((model.segment_count, 4, 3))
+        shift[segment, slot] = np.einsum("ea,ead->ed", image, (periods * model.units[:, None, None])[cell])
+        length = segment_lengths(points, model.yarns.segment_points, shift)
+        strain = np.abs(length / model.yarns.rest_length - 1.0)
+        return np.maximum.reduceat(strain, model.segment_start[:-1])

@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Relaxations that many computations ask for (``asking_together``), done together in batches of cells.
+
+A batch has one sampling and one precision. Its cells come to the states that ``relax_yarns`` finds within the
+tolerance, but with other roundings: candidate lists and Newton steps serve all cells of a batch, so that the bits
+depend on which cells are in it. What cells of a batch cannot do is done alone: yarns without a lattice, another solver,
+further terms, and yarns that cannot take their load at once (``load_path``).
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from stitchmesh.compute.asking import Ask
+from stitchmesh.compute.asking_together import Together
+from stitchmesh.compute.device import alone, device_named
+from stitchmesh.errors import SolverError, StitchMeshError
+from stitchmesh.time_limit import seconds_left
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.cell_batch import CellBatch, RelaxedCell, relax_batch, relax_batch_partly
+from stitchmesh.yarnrelax.convergence import rest_text
+from stitchmesh.yarnrelax.energies.confinement import Confinement
+from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking, refuse_changed_linking
+from stitchmesh.yarnrelax.relax import relax_yarns
+from stitchmesh.yarnrelax.relax_partly import relax_partly
+from stitchmesh.yarnrelax.relaxation_result import Relaxation
+
+IN_CELLS = {"material", "quality", "device", "cell", "terms", "progress", "iterations"}
+"""Arguments of relaxations that cells of a batch have."""
+
+logger = logging.getLogger(__name__)
+
+
+@alone()
+def relax_together(asks: Sequence[Ask]) -> list[Relaxation | StitchMeshError]:
+    """Answer calls of ``relax_yarns``: those of one sampling in one batch of cells each."""
+    return _in_groups(asks, _relax_group)
+
+
+@alone()
+def relax_partly_together(asks: Sequence[Ask]) -> list[YarnSet | StitchMeshError]:
+    """Answer calls of ``relax_partly``: those of one sampling and as many iterations in one batch of cells each."""
+    return _in_groups(asks, _relax_group_partly)
+
+
+def _in_groups(asks: Sequence[Ask], relax: Any) -> list[Any]:
+    """Answer the calls of each group together, and those of a group of their own alone."""
+    groups: dict[Hashable, list[int]] = {}
+    for number, ask in enumerate(asks):
+        groups.setdefault(_group_of(ask, number), []).append(number)
+    answers: dict[int, Any] = {}
+    for numbers in groups.values():
+        some = [asks[number] for number in numbers]
+        answers |= zip(numbers, relax(some) if len(some) > 1 else [_alone(some[0])], strict=True)
+    return [answers[number] for number in range(len(asks))]
+
+
+def _group_of(ask: Ask, number: int) -> Hashable:
+    """What cells of a batch have in common; the number of the call if it belongs to no batch."""
+    yarns, named = ask.positional[0], ask.named
+    terms = named.get("terms", ())
+    lies = len(terms) == 1 and isinstance(terms[0], Confinement)
+    suits = named.keys() <= IN_CELLS and yarns.lattice is not None and named["quality"].solver == "quasistatic"
+    if not suits or not (lies or len(terms) == 0):
+        return number
+    quality = replace(named["quality"], max_iterations=0)
+    return quality, named.get("device"), named.get("cell") is None, lies, named.get("iterations")
+
+
+def _alone(ask: Ask) -> Any:
+    try:
+        return ask.answer()
+    except StitchMeshError as error:
+        return error
+
+
+def _batch(asks: Sequence[Ask]) -> CellBatch:
+    """The batch of a group of calls."""
+    given = [(ask.positional[0], ask.named["material"]) for ask in asks]
+    free = [ask.named["cell"] for ask in asks if ask.named.get("cell") is not None]
+    terms = [ask.named.get("terms", ()) for ask in asks]
+    first = asks[0].named
+    return CellBatch(
+        given, free or None, [own[0] for own in terms] if terms[0] else None, first["quality"],
+        device_named(first.get("device")), np.array([ask.named["quality"].max_iterations for ask in asks]),
+    )  # fmt: skip
+
+
+def _relax_group(asks: Sequence[Ask]) -> list[Relaxation | StitchMeshError]:
+    began, device = time.perf_counter(), asks[0].named.get("device")
+    cells, _launched = relax_batch(_batch(asks), None)
+    out_of_time, seconds = seconds_left() <= 0.0, time.perf_counter() - began
+    return [
+        _alone(ask) if cell.report["error"] else _relaxation(ask, cell, seconds, device, out_of_time=out_of_time)
+        for ask, cell in zip(asks, cells, strict=True)
+    ]
+
+
+def _relaxation(
+    ask: Ask, cell: RelaxedCell, seconds: float, device: str | None, *, out_of_time: bool
+) -> Relaxation | StitchMeshError:
+    """The relaxation of a cell of a batch, if no yarn passed through another."""
+    yarns, own = ask.positional[0], cell.report
+    try:
+        linking = (doubled_linking(each, device=device) for each in (yarns, cell.yarns))
+        refuse_changed_linking(yarns, changed_pairs(*linking))
+    except SolverError as error:
+        return error
+    if not own["converged"]:
+        logger.warning("yarns are not at rest: %s", rest_text(own))
+    names = ("iterations", "converged", "residual", "remaining_change", "energy", "energies", "max_strain",
+             "min_distance_over_radius")  # fmt: skip
+    report = {
+        "seconds": seconds, **{name: own[name] for name in names}, "stopped": False,
+        "out_of_time": out_of_time and not own["converged"], "pull_throughs": 0, "certificate": "unchanged",
+        "load_steps": None, "solver": ask.named["quality"].solver, "device": str(device_named(device)),
+    }  # fmt: skip
+    return Relaxation(cell.yarns, report, cell.history)
+
+
+def _relax_group_partly(asks: Sequence[Ask]) -> list[YarnSet | StitchMeshError]:
+    found = relax_batch_partly(_batch(asks), asks[0].named["iterations"])
+    return [_alone(ask) if isinstance(each, str) else each for ask, each in zip(asks, found, strict=True)]
+
+
+TOGETHER: dict[Callable[..., Any], Together] = {relax_partly: relax_partly_together, relax_yarns: relax_together}
+"""How calls are answered together, the shortest work first."""
