@@ -19,7 +19,7 @@ from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.progress import Progress, shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
-from stitchmesh.yarnrelax.relax_together import TOGETHER
+from stitchmesh.yarnrelax.ways_together import ways_together
 
 SwatchProgress = Callable[[int, int], None]
 """Called with the number of swatches that are done, and with that of all swatches."""
@@ -73,7 +73,7 @@ def relax_swatches(
             if report is not None:
                 report(done, len(requests))
 
-        return answer_together(computations, TOGETHER, on_done)
+        return answer_together(computations, ways_together(), on_done)
 
 
 def _report_swatches(progress: Progress) -> SwatchProgress:

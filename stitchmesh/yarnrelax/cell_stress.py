@@ -21,11 +21,13 @@ normal, the right side. Under tension it depends on the plane in which z is zero
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from stitchmesh.compute.device import alone
 from stitchmesh.compute.kernel import kernel
@@ -34,8 +36,9 @@ from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.energies import evaluation
 from stitchmesh.yarnrelax.energies.contact import contact_force_scale
-from stitchmesh.yarnrelax.evaluate import put_evaluation
-from stitchmesh.yarnrelax.model.lattice_images import sample_number
+from stitchmesh.yarnrelax.evaluate import put_evaluations
+from stitchmesh.yarnrelax.model.cells import PeriodicCell
+from stitchmesh.yarnrelax.model.lattice_images import cell_of, cell_of_sample, sample_number
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.spline import from_entry, segment_corners
 
@@ -75,7 +78,7 @@ def with_element(share: Any, frame: wp.mat33d, offset: wp.vec3d, middle: wp.vec3
 def segment_shares(
     # model
     model: Any,
-    frame: wp.mat33d,
+    frames: wp.array[wp.mat33d],
     # state in
     points: wp.array[wp.vec3d],
     leg_force: wp.array2d[wp.vec3d],
@@ -84,6 +87,7 @@ def segment_shares(
 ) -> None:
     """Contribution of each segment to the sums."""
     s = wp.tid()
+    frame = frames[cell_of(model.images, s)]
     q0, q1, q2, q3 = segment_corners(model, points, s)
     half = wp.float64(0.5)
     centre = (q1 + q2) * half
@@ -99,7 +103,7 @@ def segment_shares(
 def contact_shares(
     # model
     model: Any,
-    frame: wp.mat33d,
+    frames: wp.array[wp.mat33d],
     # state in
     samples: wp.array[wp.vec4d],
     candidate_count: wp.array[wp.int32],
@@ -109,6 +113,7 @@ def contact_shares(
 ) -> None:
     """Half of the contribution of each pair in contact, at both of its samples."""
     p = wp.tid()
+    frame = frames[cell_of_sample(model.images, p)]
     here = samples[p]
     half = wp.float64(0.5)
     stiffness = model.sample_stiffness[p] * half
@@ -143,24 +148,39 @@ def cell_stress(
     Raises:
         ParameterError: the yarns have no lattice.
     """
-    if yarns.lattice is None:
+    return cell_stresses([(yarns, material)], quadrature_points, contact_samples, device)[0]
+
+
+@alone()
+def cell_stresses(
+    given: Sequence[tuple[YarnSet, YarnMaterial]], quadrature_points: int, contact_samples: int, device: str | None
+) -> list[CellStress]:
+    """The stress and bending moment of many cells in the same launches; errors as for ``cell_stress``."""
+    if any(yarns.lattice is None for yarns, _material in given):
         raise ParameterError("cell stress: the yarns repeat on no lattice")
-    model, state, candidates = put_evaluation(yarns, material, "float64", quadrature_points, contact_samples, device)
+    model, state, candidates = put_evaluations(given, "float64", quadrature_points, contact_samples, device)
     no_stiffness = model.empty(model.point_count)
     evaluation.force_launches(model, state, candidates, (), no_stiffness, model.launch)
-    along, across, normal = lattice_frame(yarns.lattice.periods)
-    middle = np.array([np.concatenate(yarns.sampled(4)).mean(axis=0)])
-    shift = model.to_device(middle)[0] @ normal
-    frame = wp.mat33d(*np.concatenate([along, across, normal]))
+    own = [lattice_frame(yarns.lattice.periods) for yarns, _material in given if yarns.lattice is not None]
+    frames = wp.array(np.array(own), dtype=wp.mat33d, device=model.device)
     of_segments = wp.zeros((SUMS, model.segment_count), dtype=wp.float64, device=model.device)
     of_contacts = wp.zeros((SUMS, model.sample_count), dtype=wp.float64, device=model.device)
-    model.launch(
-        segment_shares, model.segment_count, [model.constants, frame, state.points, state.leg_force], [of_segments]
-    )
-    inputs = [model.constants, frame, state.samples, candidates.count, candidates.lists]
+    inputs = [model.constants, frames, state.points, state.leg_force]
+    model.launch(segment_shares, model.segment_count, inputs, [of_segments])
+    inputs = [model.constants, frames, state.samples, candidates.count, candidates.lists]
     model.launch(contact_shares, model.sample_count, inputs, [of_contacts])
-    w11, w22, w12, first, second = of_segments.numpy().sum(axis=1) + of_contacts.numpy().sum(axis=1)
-    area = yarns.lattice.area
+    first = model.segment_start[:-1]
+    sums = np.add.reduceat(of_segments.numpy(), first, axis=1)
+    sums += np.add.reduceat(of_contacts.numpy(), model.sample_start[first], axis=1)
+    return [_stress(cell, frame[2], total) for cell, frame, total in zip(model.cells, own, sums.T, strict=True)]
+
+
+def _stress(cell: PeriodicCell, normal: NDArray[np.float64], sums: NDArray[np.float64]) -> CellStress:
+    """The stress of a cell from its sums."""
+    assert cell.yarns.lattice is not None
+    w11, w22, w12, first, second = sums.tolist()
+    middle = np.concatenate(cell.yarns.sampled(4)).mean(axis=0)
+    shift, area = float((middle - cell.origin) / cell.unit @ normal), cell.yarns.lattice.area
     # forces are in erg per unit: the moment's lever is in units too
-    moments = (first + shift * w11) * model.unit / area, (second + shift * w22) * model.unit / area
-    return CellStress(-float(w11) / area, -float(w22) / area, -float(w12) / area, float(moments[0]), float(moments[1]))
+    moments = (first + shift * w11) * cell.unit / area, (second + shift * w22) * cell.unit / area
+    return CellStress(-w11 / area, -w22 / area, -w12 / area, *moments)

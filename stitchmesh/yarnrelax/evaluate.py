@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +19,7 @@ from stitchmesh.yarnrelax.energies import by_term, evaluation
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.state import State, make_state
-from stitchmesh.yarnrelax.model.upload import put_model
+from stitchmesh.yarnrelax.model.upload import put_cells
 
 SMALLEST_MARGIN = 1e-4
 """Margin of the candidate lists, in mean radii; the result does not depend on it."""
@@ -83,11 +85,22 @@ def put_evaluation(
     device: str | None,
 ) -> tuple[Model, State, Candidates]:
     """A model, and a state with samples placed and candidates listed, for an evaluation."""
-    check_kind("yarn_energies", yarns, YarnSet)
-    check_kind("yarn_energies, material", material, YarnMaterial)
-    model = put_model(
-        yarns,
-        material,
+    return put_evaluations([(yarns, material)], precision, quadrature_points, contact_samples, device)
+
+
+def put_evaluations(
+    given: Sequence[tuple[YarnSet, YarnMaterial]],
+    precision: str,
+    quadrature_points: int,
+    contact_samples: int,
+    device: str | None,
+) -> tuple[Model, State, Candidates]:
+    """The same for several cells on lattices, or for one piece."""
+    for yarns, material in given:
+        check_kind("yarn_energies", yarns, YarnSet)
+        check_kind("yarn_energies, material", material, YarnMaterial)
+    model = put_cells(
+        given,
         quadrature_points=quadrature_points,
         contact_samples=contact_samples,
         scalar=scalar_named(precision),

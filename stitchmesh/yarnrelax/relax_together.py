@@ -12,25 +12,24 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from stitchmesh.compute.asking import Ask
-from stitchmesh.compute.asking_together import Together
 from stitchmesh.compute.device import alone, device_named
-from stitchmesh.errors import SolverError, StitchMeshError
+from stitchmesh.errors import StitchMeshError
 from stitchmesh.time_limit import seconds_left
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.cell_batch import CellBatch, RelaxedCell, relax_batch, relax_batch_partly
+from stitchmesh.yarnrelax.cell_stress import CellStress, cell_stresses
 from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.energies.confinement import Confinement
-from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking, refuse_changed_linking
-from stitchmesh.yarnrelax.relax import relax_yarns
-from stitchmesh.yarnrelax.relax_partly import relax_partly
+from stitchmesh.yarnrelax.linking.certificate import pull_throughs_together
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
+from stitchmesh.yarnrelax.saddles_together import leave_saddles
 
 IN_CELLS = {"material", "quality", "device", "cell", "terms", "progress", "iterations"}
 """Arguments of relaxations that cells of a batch have."""
@@ -97,22 +96,22 @@ def _relax_group(asks: Sequence[Ask]) -> list[Relaxation | StitchMeshError]:
     began, device = time.perf_counter(), asks[0].named.get("device")
     cells, _launched = relax_batch(_batch(asks), None)
     out_of_time, seconds = seconds_left() <= 0.0, time.perf_counter() - began
-    return [
-        _alone(ask) if cell.report["error"] else _relaxation(ask, cell, seconds, device, out_of_time=out_of_time)
-        for ask, cell in zip(asks, cells, strict=True)
-    ]
+    passes = pull_throughs_together([(ask.positional[0], cell.yarns) for ask, cell in zip(asks, cells, strict=True)],
+                                    device)  # fmt: skip
+    answers = list[Relaxation | StitchMeshError]()
+    for ask, cell, error in zip(asks, cells, passes, strict=True):
+        if cell.report["error"]:
+            answers.append(_alone(ask))
+        else:
+            answers.append(error or _relaxation(ask, cell, seconds, device, out_of_time=out_of_time))
+    return answers
 
 
 def _relaxation(
     ask: Ask, cell: RelaxedCell, seconds: float, device: str | None, *, out_of_time: bool
-) -> Relaxation | StitchMeshError:
-    """The relaxation of a cell of a batch, if no yarn passed through another."""
-    yarns, own = ask.positional[0], cell.report
-    try:
-        linking = (doubled_linking(each, device=device) for each in (yarns, cell.yarns))
-        refuse_changed_linking(yarns, changed_pairs(*linking))
-    except SolverError as error:
-        return error
+) -> Relaxation:
+    """The relaxation of a cell of a batch."""
+    own = cell.report
     if not own["converged"]:
         logger.warning("yarns are not at rest: %s", rest_text(own))
     names = ("iterations", "converged", "residual", "remaining_change", "energy", "energies", "max_strain",
@@ -130,5 +129,35 @@ def _relax_group_partly(asks: Sequence[Ask]) -> list[YarnSet | StitchMeshError]:
     return [_alone(ask) if isinstance(each, str) else each for ask, each in zip(asks, found, strict=True)]
 
 
-TOGETHER: dict[Callable[..., Any], Together] = {relax_partly: relax_partly_together, relax_yarns: relax_together}
-"""How calls are answered together, the shortest work first."""
+@alone()
+def leave_saddles_together(asks: Sequence[Ask]) -> list[YarnSet | StitchMeshError | None]:
+    """Answer calls of ``leave_saddle``: those of one sampling together."""
+    return _in_groups(asks, lambda some: leave_saddles(_batch(some)))
+
+
+@alone()
+def cell_stresses_together(asks: Sequence[Ask]) -> list[CellStress | StitchMeshError]:
+    """Answer calls of ``cell_stress``: those of one sampling together."""
+    groups: dict[Hashable, list[int]] = {}
+    for number, ask in enumerate(asks):
+        groups.setdefault(tuple(sorted(ask.named.items())), []).append(number)
+    answers: dict[int, CellStress | StitchMeshError] = {}
+    for numbers in groups.values():
+        named = asks[numbers[0]].named
+        given = [(asks[number].positional[0], asks[number].positional[1]) for number in numbers]
+        found = cell_stresses(given, named["quadrature_points"], named["contact_samples"], named["device"])
+        answers |= zip(numbers, found, strict=True)
+    return [answers[number] for number in range(len(asks))]
+
+
+@alone()
+def refuse_pull_through_together(asks: Sequence[Ask]) -> list[StitchMeshError | None]:
+    """Answer calls of ``refuse_pull_through``: those of one device in the same launches."""
+    devices: dict[str | None, list[int]] = {}
+    for number, ask in enumerate(asks):
+        devices.setdefault(ask.positional[2], []).append(number)
+    answers: dict[int, StitchMeshError | None] = {}
+    for device, numbers in devices.items():
+        pairs = [(asks[number].positional[0], asks[number].positional[1]) for number in numbers]
+        answers |= zip(numbers, pull_throughs_together(pairs, device), strict=True)
+    return [answers[number] for number in range(len(asks))]

@@ -124,10 +124,22 @@ def leave_saddle(
         return None
     free = np.ones((len(yarns.points) + 1, 3), dtype=bool)
     free[-1] = False if cell is None else cell.free
-    values, vectors = np.linalg.eigh(hessian_matrix(simulation, free))
-    down = values < -SIGNIFICANT * np.median(values)
-    if not down.any():
+    return moved_down(yarns, hessian_matrix(simulation, free), free)
+
+
+def moved_down(yarns: YarnSet, matrix: FloatArray, free: NDArray[np.bool_]) -> YarnSet | None:
+    """Return yarns after a move along the directions of an exact Hessian that lead down; None where none does.
+
+    Args:
+        yarns: the yarns, on a lattice.
+        matrix: the Hessian of the free coordinates, shape (F, F).
+        free: which coordinates are free, those of the control points and then the strains, shape (N + 1, 3).
+    """
+    values = np.linalg.eigvalsh(matrix)
+    if values[0] >= -SIGNIFICANT * np.median(values):  # eigenvectors take three times as long
         return None
+    values, vectors = np.linalg.eigh(matrix)
+    down = values < -SIGNIFICANT * np.median(values)
     random = np.random.default_rng(0).normal(size=len(values))
     move = np.zeros(free.shape)
     move[free] = vectors[:, down] @ (vectors[:, down].T @ random)

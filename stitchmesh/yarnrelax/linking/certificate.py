@@ -31,6 +31,7 @@ lattice are not closed: their sums describe how they lie.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,9 +96,24 @@ def doubled_linking(yarns: YarnSet, *, device: str | None = None) -> DoubledLink
     Raises:
         ParameterError: as for ``linking_certificate``.
     """
-    projection = project_yarns(yarns, device_named(device))
+    return linkings_together([yarns], device=device)[0]
+
+
+@alone()
+def linkings_together(sets: Sequence[YarnSet], *, device: str | None = None) -> list[DoubledLinking]:
+    """Sums of crossing signs as ``doubled_linking``, of many sets of yarns in the same launches.
+
+    Args:
+        sets: sets of yarns on lattices, or one set.
+        device: as for ``linking_certificate``.
+
+    Raises:
+        ParameterError: as for ``linking_certificate``.
+    """
+    projection = project_yarns(sets, device_named(device))
     codes = edge_crossings(projection)
     arcs, arc_signs = np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64)
+    yarns = sets[0]
     if yarns.lattice is None and not yarns.closed.all():
         line_codes, arcs, arc_signs = open_yarn_crossings(projection, yarns.closed)
         codes = np.concatenate([codes, line_codes])
@@ -106,7 +122,12 @@ def doubled_linking(yarns: YarnSet, *, device: str | None = None) -> DoubledLink
     pairs = np.concatenate([pairs, arcs])
     images = np.concatenate([_representative(images, pairs[: len(images)], projection.step.numpy()), 0 * arcs])
     rows, doubled = _summed(np.concatenate([pairs, images], axis=1), np.concatenate([counts * signs, arc_signs]))
-    return DoubledLinking(yarns.yarn_count, rows[:, :2], rows[:, 2:], doubled)
+    linkings, first = list[DoubledLinking](), 0
+    for own in sets:
+        part = slice(*np.searchsorted(rows[:, 0], [first, first + own.yarn_count]).tolist())
+        linkings.append(DoubledLinking(own.yarn_count, rows[part, :2] - first, rows[part, 2:], doubled[part]))
+        first += own.yarn_count
+    return linkings
 
 
 def changed_pairs(before: DoubledLinking | csr_array, after: DoubledLinking | csr_array) -> IntArray:
@@ -130,6 +151,23 @@ def refuse_pull_through(drawn: YarnSet, relaxed: YarnSet, device: str | None = N
     """
     changed = changed_pairs(doubled_linking(drawn, device=device), doubled_linking(relaxed, device=device))
     refuse_changed_linking(drawn, changed)
+
+
+@alone()
+def pull_throughs_together(
+    pairs: Sequence[tuple[YarnSet, YarnSet]], device: str | None = None
+) -> list[SolverError | None]:
+    """The error of ``refuse_pull_through`` for each pair of drawn and relaxed yarns on lattices, or None."""
+    every = list({id(yarns): yarns for pair in pairs for yarns in pair}.values())
+    linking = dict(zip(map(id, every), linkings_together(every, device=device), strict=True))
+    errors = list[SolverError | None]()
+    for drawn, relaxed in pairs:
+        try:
+            refuse_changed_linking(drawn, changed_pairs(linking[id(drawn)], linking[id(relaxed)]))
+            errors.append(None)
+        except SolverError as error:
+            errors.append(error)
+    return errors
 
 
 def refuse_changed_linking(yarns: YarnSet, changed: IntArray) -> None:

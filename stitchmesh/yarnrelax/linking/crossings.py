@@ -69,7 +69,8 @@ def period_of(value: wp.float64, cell: wp.float64, cells: wp.int64) -> wp.int64:
 @kernel
 def place_edges(
     # model
-    grid: Grid,
+    grids: wp.array[Grid],
+    yarn_set: wp.array[wp.int32],
     # state in
     vertices: wp.array[wp.vec3d],
     edge_yarn: wp.array[wp.int32],
@@ -79,19 +80,21 @@ def place_edges(
 ) -> None:
     """Number of the cell where each edge's box begins."""
     e = wp.tid()
+    grid = grids[yarn_set[edge_yarn[e]]]
     low = box_of(vertices[e + edge_yarn[e]], vertices[e + edge_yarn[e] + 1])
     column = wp.int64(wp.floor(low[0] / grid.cell[0]))
     row = wp.int64(wp.floor(low[1] / grid.cell[1]))
     column -= period_of(low[0], grid.cell[0], grid.columns) * grid.columns
     row -= period_of(low[1], grid.cell[1], grid.rows) * grid.rows
-    key[e] = row * grid.columns + column
+    key[e] = grid.first + row * grid.columns + column
     edge[e] = e
 
 
 @kernel
 def order_edges(
     # model
-    grid: Grid,
+    grids: wp.array[Grid],
+    yarn_set: wp.array[wp.int32],
     # state in
     vertices: wp.array[wp.vec3d],
     edge_yarn: wp.array[wp.int32],
@@ -102,6 +105,7 @@ def order_edges(
     """Copy edges in the order of their cells."""
     i = wp.tid()
     yarn = edge_yarn[edge[i]]
+    grid = grids[yarn_set[yarn]]
     tail, head = vertices[edge[i] + yarn], vertices[edge[i] + yarn + 1]
     low = box_of(tail, head)
     x = period_of(low[0], grid.cell[0], grid.columns)
@@ -199,7 +203,8 @@ def cross_pair(edges: Edges, grid: Grid, step: wp.array[wp.vec2i], i: int, j: in
 @kernel
 def find_crossings(
     # model
-    grid: Grid,
+    grids: wp.array[Grid],
+    yarn_set: wp.array[wp.int32],
     step: wp.array[wp.vec2i],
     # state in
     edges: Edges,
@@ -209,8 +214,9 @@ def find_crossings(
     """Crossings of each edge with later ones of its cell, and with those of half of the neighbouring cells."""
     i = wp.tid()
     box, count = edges.box[i], edges.yarn.shape[0]
-    row = edges.key[i] / grid.columns
-    column = edges.key[i] - row * grid.columns
+    grid = grids[yarn_set[edges.yarn[i]]]
+    row = (edges.key[i] - grid.first) / grid.columns
+    column = edges.key[i] - grid.first - row * grid.columns
     right = box[2] >= wp.float64(column + wp.int64(1)) * grid.cell[0]
     above = box[3] >= wp.float64(row + wp.int64(1)) * grid.cell[1]
     for neighbour in range(5):  # its own, to the right, and above from left to right
@@ -221,7 +227,7 @@ def find_crossings(
             x += wp.int64(wp.where(neighbour == 1, 1, neighbour - 3))
             y += wp.where(neighbour == 1, wp.int64(0), wp.int64(1))
         wrap = wp.vec2i(periods_on(x, grid.columns), periods_on(y, grid.rows))
-        key = (y - wp.int64(wrap[1]) * grid.rows) * grid.columns + x - wp.int64(wrap[0]) * grid.columns
+        key = grid.first + (y - wp.int64(wrap[1]) * grid.rows) * grid.columns + x - wp.int64(wrap[0]) * grid.columns
         back_x, back_y = wp.float64(wrap[0]) * grid.period[0], wp.float64(wrap[1]) * grid.period[1]
         seen = wp.vec4d(box[0] - back_x, box[1] - back_y, box[2] - back_x, box[3] - back_y)
         j = i + 1
@@ -239,7 +245,7 @@ def edge_crossings(projection: Projection) -> IntArray:
     edges = _sorted_edges(projection)
 
     def find(crossings: Any) -> None:
-        inputs = [projection.grid, projection.step, edges]
+        inputs = [projection.grids, projection.yarn_set, projection.step, edges]
         launch(find_crossings, count, inputs, [crossings], device)
 
     return collected(projection, find)
@@ -247,16 +253,16 @@ def edge_crossings(projection: Projection) -> IntArray:
 
 def _sorted_edges(projection: Projection) -> Any:
     count, device = projection.edge_yarn.shape[0], projection.vertices.device
-    polylines = [projection.vertices, projection.edge_yarn]
+    polylines = [projection.grids, projection.yarn_set, projection.vertices, projection.edge_yarn]
     edges = Edges()
     edges.key = wp.empty(2 * count, dtype=wp.int64, device=device)
     order = wp.empty(2 * count, dtype=wp.int32, device=device)
-    launch(place_edges, count, [projection.grid, *polylines], [edges.key, order], device)
-    bits = (int(projection.grid.columns) * int(projection.grid.rows)).bit_length()
+    launch(place_edges, count, polylines, [edges.key, order], device)
+    bits = projection.cell_count.bit_length()
     wp.utils.radix_sort_pairs(edges.key, order, count, end_bit=bits)
     edges.tail, edges.head = (wp.empty(count, dtype=wp.vec3d, device=device) for _ in range(2))
     edges.box = wp.empty(count, dtype=wp.vec4d, device=device)
     edges.yarn = wp.empty(count, dtype=wp.int32, device=device)
     edges.image = wp.empty(count, dtype=wp.vec2i, device=device)
-    launch(order_edges, count, [projection.grid, *polylines, order], [edges], device)
+    launch(order_edges, count, [*polylines, order], [edges], device)
     return edges

@@ -21,6 +21,8 @@ class Curves:
     """Where each yarn's segments start, shape (Y + 1,)."""
     shift: wp.array[wp.vec3d]
     """From each yarn's first control point to the one that follows its last, zero without a lattice [cm]."""
+    scale: wp.array[wp.vec3d]
+    """Units per cm along each axis in the projection of each yarn, shape (Y,)."""
 
 
 @wp.func
@@ -32,14 +34,14 @@ def corner(curves: Curves, yarn: int, place: int) -> wp.vec3d:
 
 
 @wp.func
-def whole_point(curves: Curves, scale: wp.vec3d, yarn: int, place: int, s: wp.float64) -> wp.vec3d:
+def whole_point(curves: Curves, yarn: int, place: int, s: wp.float64) -> wp.vec3d:
     """Point at parameter s of the segment at a place along a yarn, rounded to whole units."""
     one, three, four, t = wp.float64(1.0), wp.float64(3.0), wp.float64(4.0), wp.float64(1.0) - s
     point = t * t * t * corner(curves, yarn, place)
     point += (three * s * s * (s - wp.float64(2.0)) + four) * corner(curves, yarn, place + 1)
     point += (three * s * (one + s * t) + one) * corner(curves, yarn, place + 2)
     point += s * s * s * corner(curves, yarn, place + 3)
-    point = wp.cw_mul(point, scale) / wp.float64(6.0)
+    point = wp.cw_mul(point, curves.scale[yarn]) / wp.float64(6.0)
     return wp.vec3d(wp.rint(point[0]), wp.rint(point[1]), wp.rint(point[2]))
 
 
@@ -65,7 +67,6 @@ def measure_segments(
 def sample_segments(
     # model
     segment_edge: wp.array[wp.int32],
-    scale: wp.vec3d,
     # state in
     curves: Curves,
     # state out
@@ -79,7 +80,7 @@ def sample_segments(
     count = segment_edge[s + 1] - first
     for k in range(count):
         along = wp.float64(k) / wp.float64(count)
-        vertices[first + k + yarn] = whole_point(curves, scale, yarn, s - curves.segment_start[yarn], along)
+        vertices[first + k + yarn] = whole_point(curves, yarn, s - curves.segment_start[yarn], along)
         edge_yarn[first + k] = yarn
 
 
@@ -89,8 +90,7 @@ def end_yarns(
     yarn_edge: wp.array[wp.int32],
     closed: wp.array[wp.bool],
     step: wp.array[wp.vec2i],
-    period: wp.vec2d,
-    scale: wp.vec3d,
+    period: wp.array[wp.vec2d],
     # state in
     curves: Curves,
     # state out
@@ -100,9 +100,9 @@ def end_yarns(
     yarn = wp.tid()
     last = yarn_edge[yarn + 1] + yarn
     if closed[yarn]:
-        x = period[0] * wp.float64(step[yarn][0])
-        y = period[1] * wp.float64(step[yarn][1])
+        x = period[yarn][0] * wp.float64(step[yarn][0])
+        y = period[yarn][1] * wp.float64(step[yarn][1])
         vertices[last] = vertices[yarn_edge[yarn] + yarn] + wp.vec3d(x, y, wp.float64(0.0))
     else:
         final = curves.segment_start[yarn + 1] - curves.segment_start[yarn] - 1
-        vertices[last] = whole_point(curves, scale, yarn, final, wp.float64(1.0))
+        vertices[last] = whole_point(curves, yarn, final, wp.float64(1.0))

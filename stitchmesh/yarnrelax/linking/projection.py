@@ -12,17 +12,20 @@ that a copy of a yarn is the yarn displaced along x and y only.
 
 Each segment becomes SAMPLES edges, and more where the segment is longer than the others. Vertices are rounded to whole
 units, a unit being some millionths of the longest edge, and a period is a whole number of units. Every question about
-these polylines can therefore be answered without rounding. The polylines lie a few hundredths of a yarn radius from the
+these polylines can therefore be answered without rounding. Several sets of yarns are projected together, each in units
+and cells of its own, and no cell holds edges of two sets. The polylines lie a few hundredths of a yarn radius from the
 curves; nearly all of this distance is the sag of the chords.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from stitchmesh.compute.launch import launch
 from stitchmesh.mesh import FloatArray, IntArray
@@ -55,6 +58,8 @@ class Grid:
     """Cells along x in a period."""
     rows: wp.int64
     """Cells along y in a period."""
+    first: wp.int64
+    """Number of the first cell; cells of several sets of yarns have numbers of their own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,52 +74,108 @@ class Projection:
     """Where each yarn's edges start, shape (Y + 1,)."""
     step: wp.array[Any]
     """Lattice step of each yarn, shape (Y,)."""
-    grid: Any
-    """Cells and periods."""
+    yarn_set: wp.array[Any]
+    """The set of each yarn, shape (Y,)."""
+    grids: wp.array[Any]
+    """Cells and periods of each set."""
+    cell_count: int
+    """Number of cells of all sets."""
     middle: FloatArray
-    """Middle of all yarns [units], shape (3,)."""
+    """Middle of the yarns of the first set [units], shape (3,)."""
     reach: IntArray
     """Bound of the difference of the images of two edges, zero without a lattice, shape (2,)."""
 
 
-def project_yarns(yarns: YarnSet, device: wp.Device) -> Projection:
-    """The projection of yarns in their current positions."""
-    view = np.linalg.inv(_axes(yarns))
-    seen = yarns.points @ view
-    origin = seen.min(axis=0)
-    seen -= origin
-    periods = None if yarns.lattice is None else np.linalg.norm(yarns.lattice.periods, axis=1)
-    step, shift = _steps(yarns, periods)
-    curves = _put_curves(yarns, seen, shift, device)
-    segment_edge, longest = _cut(_measured(curves, int(yarns.segment_start[-1]), device), periods)
-    room = seen.max(axis=0) + 2.0 * np.abs(shift).max(axis=0)
-    grid, scale = _fit(longest, room, periods)
-    middle = (yarns.points.min(axis=0) + yarns.points.max(axis=0)) / 2 @ view - origin
-    reach = np.zeros(2) if periods is None else np.ceil(room[:2] / periods) + 2
-    yarn_edge = segment_edge[yarns.segment_start]
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """A set of yarns in its projection, before it is cut into edges."""
+
+    yarns: YarnSet
+    points: FloatArray
+    """Control points [cm], the least coordinate along each axis zero, shape (N, 3)."""
+    middle: FloatArray
+    """Middle of the yarns [cm], shape (3,)."""
+    periods: FloatArray | None
+    """Lengths of the periods [cm], shape (2,); None without a lattice."""
+    step: IntArray
+    """Lattice step of each yarn, shape (Y, 2)."""
+    shift: FloatArray
+    """The same as a displacement [cm], shape (Y, 3)."""
+
+    @classmethod
+    def of(cls, yarns: YarnSet) -> _Seen:
+        """Project the control points of yarns."""
+        view = np.linalg.inv(_axes(yarns))
+        seen = yarns.points @ view
+        origin = seen.min(axis=0)
+        middle = (yarns.points.min(axis=0) + yarns.points.max(axis=0)) / 2 @ view - origin
+        periods = None if yarns.lattice is None else np.linalg.norm(yarns.lattice.periods, axis=1)
+        return cls(yarns, seen - origin, middle, periods, *_steps(yarns, periods))
+
+    @property
+    def room(self) -> FloatArray:
+        """Extent along each axis, with copies by the lattice steps [cm], shape (3,)."""
+        room: FloatArray = self.points.max(axis=0) + 2.0 * np.abs(self.shift).max(axis=0)
+        return room
+
+    @property
+    def reach(self) -> FloatArray:
+        """Bound of the difference of the images of two edges, shape (2,)."""
+        return np.zeros(2) if self.periods is None else np.ceil(self.room[:2] / self.periods) + 2
+
+
+def project_yarns(sets: Sequence[YarnSet], device: wp.Device) -> Projection:
+    """The projections of sets of yarns in their current positions."""
+    seen = [_Seen.of(yarns) for yarns in sets]
+    curves = _put_curves(seen, device)
+    segment_start = _starts([len(yarns.rest_length) for yarns in sets])
+    size = _measured(curves, int(segment_start[-1]), device)
+    pieces, grids, scales, cells = [], list[Any](), [], 0
+    for own, first, last in zip(seen, segment_start[:-1], segment_start[1:], strict=True):
+        count, longest = _cut(size[first:last], own.periods)
+        grid, scale = _fit(longest, own.room, own.periods)
+        grid.first = wp.int64(cells)
+        cells += int(grid.columns) * int(grid.rows)
+        pieces.append(count)
+        grids.append(grid)
+        scales.append(scale)
+    segment_edge = _starts(np.concatenate(pieces))
+    counts = [yarns.yarn_count for yarns in sets]
+    yarn_edge = segment_edge[_starts(np.concatenate([np.diff(yarns.segment_start) for yarns in sets]))]
+    curves.scale = wp.array(np.repeat(scales, counts, axis=0), dtype=wp.vec3d, device=device)
     projection = Projection(
-        vertices=wp.empty(int(yarn_edge[-1]) + yarns.yarn_count, dtype=wp.vec3d, device=device),
+        vertices=wp.empty(int(yarn_edge[-1]) + sum(counts), dtype=wp.vec3d, device=device),
         edge_yarn=wp.empty(int(yarn_edge[-1]), dtype=wp.int32, device=device),
         yarn_edge=yarn_edge,
-        step=wp.array(step, dtype=wp.vec2i, device=device),
-        grid=grid,
-        middle=np.rint(middle * scale),
-        reach=reach.astype(np.int64),
+        step=wp.array(np.concatenate([own.step for own in seen]), dtype=wp.vec2i, device=device),
+        yarn_set=wp.array(np.repeat(np.arange(len(sets)), counts), dtype=wp.int32, device=device),
+        grids=wp.array(grids, dtype=Grid, device=device),
+        cell_count=cells,
+        middle=np.rint(seen[0].middle * scales[0]),
+        reach=np.max([own.reach for own in seen], axis=0).astype(np.int64),
     )
-    _sample(projection, curves, segment_edge, yarns, scale)
+    closed = np.concatenate([yarns.closed for yarns in sets])
+    periods = np.repeat([list(grid.period) for grid in grids], counts, axis=0)
+    _sample(projection, curves, segment_edge, closed, periods)
     return projection
 
 
-def _sample(projection: Projection, curves: Any, segment_edge: IntArray, yarns: YarnSet, scale: FloatArray) -> None:
-    """Fill in vertices and yarns of edges."""
-    device, units = projection.vertices.device, wp.vec3d(*scale)
+def _starts(counts: Sequence[int] | IntArray) -> IntArray:
+    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+
+
+def _sample(
+    projection: Projection, curves: Any, segment_edge: IntArray, closed: NDArray[np.bool_], periods: FloatArray
+) -> None:
+    """Fill in vertices and yarns of edges; ``periods`` are those of the projection of each yarn [units]."""
+    device = projection.vertices.device
     bounds = wp.array(segment_edge, dtype=wp.int32, device=device)
     outputs = [projection.vertices, projection.edge_yarn]
-    launch(sample_segments, len(segment_edge) - 1, [bounds, units, curves], outputs, device)
+    launch(sample_segments, len(segment_edge) - 1, [bounds, curves], outputs, device)
     ends = wp.array(projection.yarn_edge, dtype=wp.int32, device=device)
-    closed = wp.array(yarns.closed, dtype=wp.bool, device=device)
-    inputs = [ends, closed, projection.step, projection.grid.period, units, curves]
-    launch(end_yarns, yarns.yarn_count, inputs, [projection.vertices], device)
+    is_closed = wp.array(closed, dtype=wp.bool, device=device)
+    inputs = [ends, is_closed, projection.step, wp.array(periods, dtype=wp.vec2d, device=device), curves]
+    launch(end_yarns, len(closed), inputs, [projection.vertices], device)
 
 
 def _steps(yarns: YarnSet, periods: FloatArray | None) -> tuple[IntArray, FloatArray]:
@@ -140,12 +201,15 @@ def _axes(yarns: YarnSet) -> FloatArray:
     return np.stack([first, second, towards @ np.stack([first, np.cross(normal, first), normal])])
 
 
-def _put_curves(yarns: YarnSet, seen: FloatArray, shift: FloatArray, device: wp.Device) -> Any:
+def _put_curves(seen: Sequence[_Seen], device: wp.Device) -> Any:
+    """The curves of all sets, one after another; the scales of their projections follow later."""
+    yarns = [own.yarns for own in seen]
     curves = Curves()
-    curves.points = wp.array(seen, dtype=wp.vec3d, device=device)
-    curves.start = wp.array(yarns.start, dtype=wp.int32, device=device)
-    curves.segment_start = wp.array(yarns.segment_start, dtype=wp.int32, device=device)
-    curves.shift = wp.array(shift, dtype=wp.vec3d, device=device)
+    curves.points = wp.array(np.concatenate([own.points for own in seen]), dtype=wp.vec3d, device=device)
+    for name in ("start", "segment_start"):
+        starts = _starts(np.concatenate([np.diff(getattr(own, name)) for own in yarns]))
+        setattr(curves, name, wp.array(starts, dtype=wp.int32, device=device))
+    curves.shift = wp.array(np.concatenate([own.shift for own in seen]), dtype=wp.vec3d, device=device)
     return curves
 
 
@@ -156,12 +220,12 @@ def _measured(curves: Any, count: int, device: wp.Device) -> FloatArray:
 
 
 def _cut(size: FloatArray, periods: FloatArray | None) -> tuple[IntArray, float]:
-    """Where each segment's edges start, and a bound of their extent along an axis [cm]."""
+    """Number of edges of each segment, and a bound of their extent along an axis [cm]."""
     usual = LONG * float(size.mean())
     if periods is not None:
         usual = min(usual, SAMPLES / 2 * float(periods.min()))  # no edge longer than half a period
     pieces = SAMPLES * np.maximum(np.ceil(size / usual if usual > 0.0 else size), 1.0)
-    return np.concatenate([[0], np.cumsum(pieces.astype(np.int64))]), float((size / pieces).max())
+    return pieces.astype(np.int64), float((size / pieces).max())
 
 
 def _fit(longest: float, room: FloatArray, periods: FloatArray | None) -> tuple[Any, FloatArray]:
