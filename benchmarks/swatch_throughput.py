@@ -4,8 +4,8 @@
 
     python benchmarks/swatch_throughput.py [--device cuda:0] [--quality draft] [--variants 1000] [--alone 50]
 
-All variants are made together by ``sm.relax_swatches``, and some of them one after another by ``sm.swatch``. The kernels
-are compiled, and the states and sizes of the swatches that were made both ways are compared.
+All variants are made together by ``sm.relax_swatches``, and some of them one after another by ``sm.swatch``. The
+kernels are compiled, and the sizes of the swatches that were made both ways are compared.
 """
 
 from __future__ import annotations

@@ -11,12 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stitchmesh.compute.asking import ask
 from stitchmesh.lattice import Lattice
 from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
+from stitchmesh.yarnrelax.relax_together import leave_saddles_together
 from stitchmesh.yarnrelax.saddle import GRID, MOVE, STRAIN, leave_saddle, moved, relax_to_minimum
 
 
@@ -57,6 +59,11 @@ def test_equal_balances_are_left_in_equal_bits() -> None:
     first, second = (leave_saddle(balance, **shared) for _ in range(2))
     assert first is not None and second is not None
     np.testing.assert_array_equal(first.points, second.points)
+    together = leave_saddles_together([ask(leave_saddle, yarns, **shared) for yarns in (balance, first, balance)])
+    assert isinstance(together[0], YarnSet) and isinstance(together[2], YarnSet)
+    # rounding may move a coordinate to the next place of the grid
+    np.testing.assert_allclose(together[0].points, first.points, rtol=0, atol=1.01 * GRID * first.radius[0])
+    np.testing.assert_allclose(together[2].points, first.points, rtol=0, atol=1.01 * GRID * first.radius[0])
 
 
 def test_a_compressed_yarn_buckles() -> None:
@@ -77,7 +84,10 @@ def test_a_compressed_yarn_buckles() -> None:
     assert bent is not None
     assert np.ptp(bent.points[:, 1:], axis=0).max() > 0.0
     # a longer yarn than its period is unstable; a taut one is not
-    assert leave_saddle(YarnSet(**{**vars_of(yarns), "rest_length": 0.98 * yarns.lengths}), **shared) is None
+    taut = YarnSet(**{**vars_of(yarns), "rest_length": 0.98 * yarns.lengths})
+    assert leave_saddle(taut, **shared) is None
+    together = leave_saddles_together([ask(leave_saddle, each, **shared) for each in (taut, yarns)])
+    assert together[0] is None and isinstance(together[1], YarnSet)
 
 
 def vars_of(yarns: YarnSet) -> dict[str, Any]:

@@ -15,11 +15,19 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import linking_certificate
 from stitchmesh.yarnrelax.linking import projection
-from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
+from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking, linkings_together
 from stitchmesh.yarnrelax.linking.open_yarns import _interleaved
 from tests.meshrelax.fabrics import rotation
 from tests.shaking import shaken
-from tests.yarnrelax.stockinette import ROW_HEIGHT, STITCH_WIDTH, flat_patch, loop_curve, tube
+from tests.yarnrelax.stockinette import (
+    ROW_HEIGHT,
+    STITCH_WIDTH,
+    flat_patch,
+    loop_curve,
+    periodic_patch,
+    tube,
+    woven_cell,
+)
 
 pytestmark = pytest.mark.decides
 
@@ -387,3 +395,13 @@ def test_a_large_lattice_does_not_change_the_linking_of_a_finite_tangle() -> Non
 def test_an_unknown_device_is_refused() -> None:
     with pytest.raises(ParameterError, match="device"):
         linking_certificate(torus_link(1), device="tpu")
+
+
+def test_the_linking_of_many_sets_of_yarns_is_that_of_each() -> None:
+    sets = [periodic_patch(1, 1), woven_cell(), periodic_patch(3, 2)]
+    assert len(doubled_linking(woven_cell()).doubled) > 0
+    for yarns, found in zip(sets, linkings_together(sets), strict=True):
+        alone = doubled_linking(yarns)
+        assert found.yarn_count == alone.yarn_count
+        for name in ("yarns", "image", "doubled"):
+            np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))

@@ -15,7 +15,7 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns, yarn_energies
-from stitchmesh.yarnrelax.cell_stress import cell_stress
+from stitchmesh.yarnrelax.cell_stress import cell_stress, cell_stresses
 from stitchmesh.yarnrelax.checkpoint import NAME, Checkpoints
 from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.simulation import YarnSimulation
@@ -236,6 +236,13 @@ def test_stress_is_the_derivative_of_the_energy_and_equal_for_every_tiling() -> 
     assert (found.course, found.wale, found.shear) == pytest.approx(tuple(tension), rel=1e-9)
     tiles = cell_stress(sheared(periodic_patch(2, 3), 0.1), KALDOR, quadrature_points=3, contact_samples=3)
     assert astuple(tiles) == pytest.approx(astuple(found), rel=1e-9, abs=1e-9)  # rounding of sums
+
+
+def test_the_stress_of_many_cells_is_that_of_each() -> None:
+    cells = [sheared(periodic_patch(1, 1), 0.1), woven_cell(), periodic_patch(2, 3)]
+    for own, found in zip(cells, cell_stresses([(yarns, KALDOR) for yarns in cells], 3, 3, "cpu"), strict=True):
+        alone = cell_stress(own, KALDOR, quadrature_points=3, contact_samples=3, device="cpu")
+        assert astuple(found) == pytest.approx(astuple(alone), rel=1e-9, abs=1e-9)  # rounding of sums
 
 
 def test_stress_needs_a_lattice() -> None:
