@@ -67,8 +67,10 @@ class PreparedSwatch:
     """The stitch mesh; None for a weave."""
     smallest: SmallestCell
     """The cell that comes to rest, of which the repeat is made."""
+    repeat: YarnSet
+    """The yarns of the whole repeat as they are generated, with the first resolution of the path."""
     drawn: YarnSet
-    """The yarns as they are generated, with the first resolution of the path."""
+    """Those of the smallest cell, with control points at equal distances if there is no friction."""
     yarns: YarnSet
     """The yarns from which the relaxation starts, with the first resolution of the path."""
     cell: RelaxCell | None
@@ -99,8 +101,8 @@ class PreparedSwatch:
         return self.material.scaled(self.options.gamma)
 
     def drawn_with(self, quality: Quality) -> YarnSet:
-        """The yarns of the whole repeat as they are generated with a resolution."""
-        return draw_swatch(self.source, self.options, quality)[1]
+        """The yarns of the whole repeat as they are generated with a resolution of the path."""
+        return self.repeat if quality is self.path[0] else draw_swatch(self.source, self.options, quality)[1]
 
 
 @answered_alone
@@ -132,7 +134,7 @@ def prepare_swatch(
     fabric, generated = draw_swatch(source, chosen, GENERATED)
     cell, flat = free_cell(relax_cell, chosen, generated, material), FlatFabric.of(generated, fabric, source)
     steps = path_to(quality, cell if release is None else None)
-    first = draw_swatch(source, chosen, steps[0])[1]
+    repeat = first = draw_swatch(source, chosen, steps[0])[1]
     # friction holds the yarn of a stitch in its place
     wanted = take_up_rest_lengths(first if release is not None else generated, fabric, chosen)
     if release is None:
@@ -157,7 +159,7 @@ def prepare_swatch(
     yarns = yield from change_period.asking(yarns, own.period_of(period), similar, quality, device)
     drawn, searched = own.part_of(first), lies_alike and is_small(fabric, own)
     return PreparedSwatch(
-        source, chosen, material, path, device, fabric, own, drawn, yarns, cell, flat, terms, release, searched
+        source, chosen, material, path, device, fabric, own, repeat, drawn, yarns, cell, flat, terms, release, searched
     )
 
 

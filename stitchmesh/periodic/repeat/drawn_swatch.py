@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -28,6 +30,11 @@ LOOP_OVER_WIDTH = 4.07
 LARGEST_RADIUS_OVER_WIDTH = 0.16
 """Largest yarn radius over the stitch width for which loops are generated; thicker yarn grows from this radius."""
 
+WITHOUT_EFFECT = {"rest_lengths", "gamma", "period", "unsupported", "blocked"}
+"""Options that do not change the yarns as they are generated."""
+KEPT = 16
+"""Number of repeats that are kept: variants of one repeat often differ in the material alone."""
+
 
 def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tuple[StitchMesh | None, YarnSet]:
     """Generate the yarns of a repeat, with a radius that the loops can hold; return the stitch mesh (if any) first.
@@ -36,6 +43,17 @@ def draw_swatch(source: Source, options: SwatchOptions, quality: Quality) -> tup
         ParameterError: an option does not apply to the pattern.
         PatternError: the pattern does not repeat, a loop is slipped in every row, or a float is too long.
     """
+    given = {name: value for name, value in vars(options).items() if name not in WITHOUT_EFFECT}
+    spacing = tuple(given["spacing"]) if isinstance(given["spacing"], list) else given["spacing"]
+    return _draw(source, tuple((given | {"spacing": spacing}).items()), quality)
+
+
+@functools.lru_cache(KEPT)
+def _draw(
+    source: Source, given: tuple[tuple[str, Any], ...], quality: Quality
+) -> tuple[StitchMesh | None, YarnSet]:  # fmt: skip
+    """Generate the yarns with the options that have an effect."""
+    options = SwatchOptions(**dict(given))
     drawn = options.drawn_over_contact(APPARENT_OVER_CONTACT if isinstance(source, Pattern) else 1.0)
     if isinstance(source, Weave):
         if options.loop_length is not None:
