@@ -1,6 +1,10 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Many swatches, as in a sweep over patterns, materials and options."""
+"""Many swatches, as in a sweep over patterns, materials and options.
+
+How one swatch is made is written once (``swatch.make_swatch``). Its relaxations and examinations are done together with
+those of the other swatches (``compute.asking_together``), in batches of cells (``yarnrelax.relax_together``).
+"""
 
 from __future__ import annotations
 
@@ -52,7 +56,13 @@ def relax_swatches(
     device: str | None = None,
     progress: SwatchProgress | Literal[False] | None = None,
 ) -> list[Swatch | StitchMeshError]:
-    """Make swatches, each as ``swatch`` makes it.
+    """Make swatches together, each as ``swatch`` makes it.
+
+    On a GPU a launch costs more than the work of a small cell, so hundreds of swatches take little longer than one. Each
+    has the state of ``swatch`` within the tolerance, but with other roundings: cells of a batch share candidate lists
+    and Newton steps. The bits of a result depend on all requests of the call and on the device; the same call gives the
+    same bits. In the reports, ``seconds`` is the time since the begin of the call, and ``solver_seconds`` counts the
+    batches in which a swatch took part.
 
     Args:
         requests: the swatches.
