@@ -64,9 +64,7 @@ class DrapedView:
         self.frame: Frame = draped.frames[-1 if frame is None else frame]
         self.shown: Shown = draped.shown_at(self.frame)
         self.display: Display = draped.display_of(self.frame)
-        self.yarns: YarnSet = self.display.curves(
-            self.shown, draped.prepared.fabric.yarn_radius, measured=False
-        )
+        self.yarns: YarnSet = self.display.curves(self.shown, draped.prepared.fabric.yarn_radius, measured=False)
         self._of_yarns, self.coloured_count = len(self.yarns.points), len(self.yarns.points) + len(self.shown.surface)
         known = before if isinstance(before, DrapedView) and before.display is self.display else None
         self.node: IntArray = nodes_at_points(draped, self.frame, self.yarns) if known is None else known.node

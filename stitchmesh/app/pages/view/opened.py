@@ -9,11 +9,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from stitchmesh.app.pages.view.folder_watch import FolderWatch
-from stitchmesh.app.pages.view.job_folder import JobFiles, job_files, read_job
+from stitchmesh.app.pages.view.job_folder import WAITING, JobFiles, job_files, read_job
 from stitchmesh.app.pages.view.viewed import Viewed, read_viewed
 from stitchmesh.errors import FileError, StitchMeshError
-
-WAITING = "Waiting for the first result: the folder holds no stitches.h5, no yarns.h5 and no frames yet."
 
 
 class Opened:
@@ -44,7 +42,7 @@ class Opened:
             self.viewed = read_viewed(path)
             return
         files = job_files(path)
-        self.viewed = self._read(files) if files.times else Viewed(path.name, text=WAITING)
+        self.viewed = self._read(files) if files.times or files.status else Viewed(path.name, text=WAITING)
         self.watch = FolderWatch(path, lambda now: self._post(self.take_state, now))
 
     def receive(self, name: str, content: bytes) -> None:

@@ -18,6 +18,7 @@ from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.view.clip_box import SIDES, Box, box_of_shares
 from stitchmesh.app.pages.view.draped_view import DrapedView
 from stitchmesh.app.pages.view.frame_panel import FramePanel
+from stitchmesh.app.pages.view.job_progress import job_html
 from stitchmesh.app.pages.view.measurement import Measurement
 from stitchmesh.app.pages.view.opened import Opened, read_upload
 from stitchmesh.app.pages.view.picture_panel import PicturePanel
@@ -153,6 +154,7 @@ class ViewPage(Page):
                 "Open a body", "Open the mesh of a body, from which distances are measured.", SUFFIXES,
                 self._body_received,
             )  # fmt: skip
+        self._job = controls.html("")
         self._picture = controls.html("")
 
     def _make_colours(self) -> None:
@@ -271,6 +273,7 @@ class ViewPage(Page):
         title = "" if viewed is None else viewed.name
         self._facts = figures(rows, title) if rows else f"<strong>{escape(title)}</strong>"
         self._say("" if viewed is None or self._view is None else viewed.text)
+        self._job.content = "" if viewed is None else job_html(viewed.job)
         self._picture.content = "" if viewed is None else shown_in_panel(viewed)
         report = viewed.thing.report if viewed is not None and isinstance(viewed.thing, Draped) else {}
         self._report.content = report_html(report)
@@ -373,8 +376,14 @@ class ViewPage(Page):
         self._colour()
 
     def _job_changed(self) -> None:
-        """Show the newest state of the job that is followed."""
-        if self.app.page is self:
+        """Show the newest state of the job that is followed; often only its status is newer."""
+        before, now = self._viewed, self._opened.viewed
+        if self.app.page is not self:
+            return
+        if before is not None and now is not None and before.thing is now.thing and before.history is now.history:
+            self._viewed = now
+            self._job.content = job_html(now.job)
+        else:
             self.refresh()
 
     def _recolour(self, setting: str, word: str) -> None:

@@ -17,6 +17,7 @@ from stitchmesh.io.hdf5 import stored_format
 from stitchmesh.io.history import HistoryEntry, read_history
 from stitchmesh.io.stitches import read_stitches
 from stitchmesh.io.yarns import read_yarns
+from stitchmesh.jobs.job_status import JobStatus
 from stitchmesh.labeling.labeling_file import FORMAT as LABELING
 from stitchmesh.labeling.labeling_file import read_labeling
 from stitchmesh.mesh import Mesh, StitchMesh
@@ -55,6 +56,8 @@ class Viewed:
     """A PNG file."""
     text: str = ""
     """Text of a file, or a line about a running job."""
+    job: JobStatus | None = None
+    """How far the job is that makes it; None for anything else."""
 
 
 def project_results(project: Project) -> dict[str, Viewed]:

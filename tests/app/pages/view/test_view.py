@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,12 +23,17 @@ from stitchmesh.app.pages.view.job_folder import job_files
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.drawing import Colours, Surface, YarnTubes
 from stitchmesh.errors import ParameterError
+from stitchmesh.io.folder_lock import FolderLock
 from stitchmesh.io.history import write_history
 from stitchmesh.io.meshes import write_mesh
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.io.yarns import write_yarns
+from stitchmesh.jobs.job_status import JobLog, StageStatus
 from stitchmesh.labeling import start_labeling, write_labeling
 from stitchmesh.mesh import Mesh
+from stitchmesh.quality import PRESETS
+from stitchmesh.yarnrelax import relax_yarns
+from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from tests.app.pages.headless import Headless, face_middle, headless
 from tests.app.project.projects import relaxed_project
 from tests.gallery import tube
@@ -359,6 +366,46 @@ def test_a_job_is_followed(view, tmp_path):
     assert "is finished" in view.controls.text_shown()
 
 
+def test_the_stages_of_a_job_are_followed(view, tmp_path):
+    """Before there are stitches too; a newer status alone draws nothing again."""
+    lock, log = FolderLock(tmp_path, "held"), JobLog(tmp_path, lambda _: None)
+    log.begin("label")
+    opened(view, tmp_path)
+    assert "The job is running after" in words(view) and "Waiting for" in words(view)
+    log.end(StageStatus(name="label", key="0", kept=False, seconds=1.5))
+    write_yarns(tmp_path / "yarns.h5", lines(0.0, 1.0))
+    log.begin("relax_yarns")
+    job_changed(view, tmp_path)
+    drawn = view.scene.drawings["viewed"]
+    assert "label 1.5 s relax_yarns 0%" in words(view) and "Waiting for" not in words(view)
+    status = tmp_path / "status.json"
+    found = json.loads(status.read_text()) | {"seconds_left": 90.0, "note": "iteration 20"}
+    for done, shown in ((0.25, "25%, about 90 s left"), (1.0, "99%")):  # yarns may creep to rest for a while
+        status.write_text(json.dumps(found | {"done": done}))
+        job_changed(view, tmp_path)
+        assert f"relax_yarns {shown} iteration 20" in words(view)
+    assert view.scene.drawings["viewed"] is drawn
+    lock.release()  # as the system does when a process is killed
+    job_changed(view, tmp_path)
+    assert "The job was killed after" in words(view)
+
+
+def test_the_newest_checkpoint_of_a_job_is_shown(view, tmp_path):
+    """A checkpoint of other yarns, as one of other options, does not stand in the way of the yarns."""
+    yarns, quality = yarn_tube(4, 6), replace(PRESETS["draft"], max_iterations=20)
+    write_yarns(tmp_path / "yarns.h5", yarns)
+    stage = tmp_path / "stages" / "relax_yarns-0"
+    relaxed = relax_yarns(yarns, quality=quality, device="cpu", checkpoint=Checkpoints(stage, 20), progress=False)
+    opened(view, tmp_path)
+    # a checkpoint holds positions in float32, from the middle of the yarns
+    moved = yarns_drawn(view).points - relaxed.yarns.points
+    np.testing.assert_allclose(moved - moved.mean(axis=0), 0.0, atol=1e-6)
+    write_yarns(tmp_path / "yarns.h5", lines(0.0))
+    os.utime(stage / "checkpoint.smc")
+    job_changed(view, tmp_path)
+    np.testing.assert_array_equal(yarns_drawn(view).points, lines(0.0).points)
+
+
 def test_a_watch_tells_each_change_once(tmp_path):
     told: list[tuple[str, ...]] = []
     heard = threading.Event()
@@ -376,6 +423,11 @@ def test_a_watch_tells_each_change_once(tmp_path):
     assert heard.wait(60)
     watch.stop()
     assert told[0] == ("report.json",) and set(told[-1]) == {"stitches.h5", "report.json"}
+
+
+def words(view: Headless) -> str:
+    """Return the words that the page shows, with single spaces between them."""
+    return " ".join(re.sub(r"<[^>]*>", " ", view.controls.text_shown()).split())
 
 
 def job_changed(view: Headless, job: Path) -> None:

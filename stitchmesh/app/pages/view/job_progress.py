@@ -1,0 +1,34 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How far a job is, as a table: the stages that have ended, and the present one with its remaining time."""
+
+from __future__ import annotations
+
+from html import escape
+
+from stitchmesh.app.controls.html_pieces import SMALL, figures
+from stitchmesh.jobs.job_status import JobStatus
+
+MOST = 0.99
+"""Largest part of a stage that is shown as completed while it runs: yarns whose residual is small may still creep."""
+
+
+def job_html(status: JobStatus | None) -> str:
+    """Return the state of a job; an empty text for what is no job."""
+    if status is None:
+        return ""
+    rows = [(one.name, "kept" if one.kept else f"{one.seconds:.1f} s") for one in status.stages]
+    title, bar = f"The job {_state(status)} after {status.seconds:,.0f} s", ""
+    if status.state == "running" and (status.done < 1.0 or status.note):
+        done = min(status.done, MOST)
+        left = f", about {status.seconds_left:,.0f} s left" if status.seconds_left and done < MOST else ""
+        rows.append((status.stage, f"{done:.0%}{left}"))
+        bar = f'<progress value="{done:.3f}" aria-label="{escape(status.stage)}" style="width:100%"></progress>'
+    note = f'<p style="{SMALL};margin:.2em 0">{escape(status.note)}</p>' if status.note else ""
+    return figures(rows, title) + bar + note
+
+
+def _state(status: JobStatus) -> str:
+    """Return the state as a verb."""
+    verbs = {"running": "is running", "finished": "has finished", "stopped": "was stopped", "failed": "has failed"}
+    return verbs.get(status.state, "was killed")
