@@ -52,8 +52,8 @@ LARGEST = 50_000
 def mutated(random: Random, content: bytes, kinds: Sequence[Mutation]) -> bytes:
     """Return a content with one to four changes; one is the most frequent number."""
     for _ in range(random.choice((1, 1, 1, 2, 2, 3, 4))):
-        content = random.choice(kinds)(random, content)
-    return content[:LARGEST]
+        content = random.choice(kinds)(random, content)[:LARGEST]
+    return content
 
 
 def _place(random: Random, content: bytes) -> int:

@@ -10,87 +10,28 @@ import io
 import struct
 import zlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import fuzz_mutations as damage
 import numpy as np
+from fuzz_kept_readers import KEPT_READERS
+from fuzz_reader import Reader, Seeds, cube, files, joined, small_fabric, small_yarns, written
 
 import stitchmesh as sm
+from stitchmesh.budget.budget import parse_error, parse_time
 from stitchmesh.errors import FileError, MeshError, ParameterError, PatternError, YarnError
 from stitchmesh.io import read_mesh, read_stitches, read_yarns, write_mesh, write_stitches, write_yarns
 from stitchmesh.io.any_file import read_any
 from stitchmesh.io.yarns import BCC_CURVES
-from stitchmesh.lattice import Lattice
-from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh.palette import parse_colour, parse_yarn_colours
+from stitchmesh.patterns.charts.leaf_chart import write_leaf_chart
+from stitchmesh.render.close_up import place_of
+from stitchmesh.selection.parse import parse_selection
+from stitchmesh.tessellate.edge_file import parse_edge, parse_edge_counts
 from stitchmesh.yarn import YarnSet
-
-Seeds = Callable[[Path], Sequence[bytes]]
-"""Function that returns undamaged files; it may write into the folder that it gets."""
-ROOT = Path(__file__).resolve().parent.parent
-
-
-@dataclass(frozen=True)
-class Reader:
-    """A function that reads files, and what is needed to damage its files."""
-
-    suffix: str
-    read: Callable[[Path], Any]
-    seeds: Seeds
-    kinds: Sequence[damage.Mutation] = damage.TEXT
-    """Changes of the files."""
-    errors: tuple[type[Exception], ...] = (FileError,)
-    """Errors that the reader may raise for a damaged file."""
-    has_own_process: bool = False
-    """Whether the library reads in a process of its own, so that its end is a ``FileError``; ``read`` does not."""
-    may_reserve: bool = False
-    """Whether memory may be reserved that is never written, so that a system that refuses it makes a ``FileError``."""
-
-
-def cube() -> Mesh:
-    """Return a cube with an open side, of quads and two triangles."""
-    vertices = [[x, y, z + x / 3] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
-    return Mesh.from_polygons(np.array(vertices), [[0, 1, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6]])
-
-
-def small_yarns(periodic: bool = False) -> YarnSet:
-    """Return a closed and an open yarn, or a closed yarn on a lattice."""
-    angle = np.linspace(0, 2 * np.pi, 7)[:-1]
-    ring = np.stack([np.cos(angle), np.sin(angle), 0.1 * np.cos(2 * angle)], axis=1)
-    if periodic:
-        yarns = YarnSet.from_curves([ring, ring + np.array([0, 0, 3])], closed=[True, True], radius=0.1)
-        lattice = Lattice([[5.0, 0, 0], [0, 4.0, 0]])
-        return dataclasses.replace(yarns, lattice=lattice, lattice_step=np.zeros((2, 2), int))
-    return YarnSet.from_curves([ring, ring[:4] * 1.5], closed=[True, False], radius=[0.1, 0.2])
-
-
-def small_fabric() -> StitchMesh:
-    """Return a flat fabric of six stitches above a cast-on row."""
-    return sm.pattern_mesh(sm.read_pattern("rib1x1"), 2, 1, stitch_width=0.8, stitch_height=0.5)
-
-
-def _written(write: Callable[..., None], *values: Any, suffix: str, **options: Any) -> Callable[[Path], list[bytes]]:
-    """Return a function that writes each value to a file and returns the contents."""
-
-    def contents(folder: Path) -> list[bytes]:
-        found = []
-        for value in values:
-            path = folder / f"seed{suffix}"
-            write(path, value() if callable(value) else value, **options)
-            found.append(path.read_bytes())
-            path.unlink()
-        return found
-
-    return contents
-
-
-def _files(*names: str) -> Callable[[Path], list[bytes]]:
-    return lambda folder: [(ROOT / name).read_bytes() for name in names]
-
-
-def _joined(*parts: Callable[[Path], Sequence[bytes]]) -> Callable[[Path], list[bytes]]:
-    return lambda folder: [content for part in parts for content in part(folder)]
+from stitchmesh.yarn.rest_length import parse_rest_lengths
+from stitchmesh.yarn.yarn_presets import parse_gauge
+from stitchmesh.yarnrelax.model.material import parse_stiffnesses
 
 
 def _ascii_ply(folder: Path) -> list[bytes]:
@@ -180,7 +121,7 @@ def _hdf5_links(folder: Path) -> list[bytes]:
 
 
 def _labeling(folder: Path) -> list[bytes]:
-    return _written(sm.write_labeling, lambda: sm.start_labeling(cube()), suffix=".h5")(folder)
+    return written(sm.write_labeling, lambda: sm.start_labeling(cube()), suffix=".h5")(folder)
 
 
 def _read_labeling(path: Path) -> object:
@@ -199,7 +140,7 @@ def _checkpoint(folder: Path) -> list[bytes]:
     last = Assessment(0.5, {"stretch": 1.0})
     entry = {"iteration": 1, "seconds": 0.1, "residual": 0.5, "energies": {"stretch": 1.0}}
     state = CheckpointState(5, 0.5, last, [entry], 0.1, 3, 1.0, np.inf, {"good_points": Held()})  # type: ignore[list-item]
-    return _written(lambda path, value: write_state(path, {"yarns": "1"}, value), state, suffix=".smc")(folder)
+    return written(lambda path, value: write_state(path, {"yarns": "1"}, value), state, suffix=".smc")(folder)
 
 
 def _read_state(path: Path) -> object:
@@ -233,7 +174,7 @@ def _usd(suffix: str) -> Reader:
     def seeds(folder: Path) -> list[bytes]:
         """Return yarns in this suffix, and for text also a layer that names files outside its folder."""
         linked = small_yarns(), dataclasses.replace(small_yarns(), colour=[1, 0])
-        found = _written(write_yarns, *linked, suffix=suffix)(folder)
+        found = written(write_yarns, *linked, suffix=suffix)(folder)
         if suffix == ".usda":
             head = b"#usda 1.0\n(\n    subLayers = [@../../../../etc/passwd@, @/dev/zero@]\n)\n"
             prim = b'def Xform "yarns"'
@@ -272,6 +213,12 @@ def _png(folder: Path) -> list[bytes]:
     return found
 
 
+def _leaf_png(folder: Path) -> list[bytes]:
+    """Return tile codes as a picture."""
+    pattern = sm.resolve_pattern("rib2x2")
+    return written(write_leaf_chart, pattern, suffix=".png")(folder)
+
+
 def _read_chart(name: str) -> Callable[[Path], object]:
     def read(path: Path) -> object:
         return sm.read_chart(name, path.read_bytes())
@@ -281,6 +228,33 @@ def _read_chart(name: str) -> Callable[[Path], object]:
 
 def _resolved(path: Path) -> object:
     return sm.resolve_pattern(path)
+
+
+def _parse_selection(path: Path) -> object:
+    return parse_selection(path.read_text(encoding="utf-8", errors="replace"))
+
+
+def _parse_short_texts(path: Path) -> object:
+    """Read each line as each short text that files hold; a line that is none of them is an error."""
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+        errors = [error for parse in SHORT_TEXTS if (error := _error_of(parse, line)) is not None]
+        if len(errors) == len(SHORT_TEXTS):
+            raise max(errors, key=lambda error: len(str(error)))
+    return None
+
+
+def _error_of(parse: Callable[[str], object], text: str) -> ParameterError | None:
+    try:
+        parse(text)
+    except ParameterError as error:
+        return error
+    return None
+
+
+def _read_viewed(path: Path) -> object:
+    from stitchmesh.app.pages.view.viewed import read_viewed
+
+    return read_viewed(path)
 
 
 def _read_recipe(path: Path) -> object:
@@ -354,10 +328,16 @@ def _read_edge_settings(path: Path) -> object:
 
 
 def _meshes(suffix: str, kinds: Sequence[damage.Mutation], *seeds: Seeds, may_reserve: bool = False) -> Reader:
-    own = _written(write_mesh, cube, suffix=suffix)
-    return Reader(suffix, read_mesh, _joined(own, *seeds), kinds, (FileError, MeshError), may_reserve=may_reserve)
+    own = written(write_mesh, cube, suffix=suffix)
+    return Reader(suffix, read_mesh, joined(own, *seeds), kinds, (FileError, MeshError), may_reserve=may_reserve)
 
 
+SHORT_TEXTS: Sequence[Callable[[str], object]] = (
+    parse_gauge, parse_time, parse_error, parse_colour, parse_edge, place_of, lambda text: parse_yarn_colours([text]),
+    lambda text: parse_stiffnesses([text]), lambda text: parse_rest_lengths([text]),
+    lambda text: parse_edge_counts([text]),
+)  # fmt: skip
+"""Readers of texts of a few words."""
 XML = (*damage.MIXED, *[damage.inside_base64] * 4)
 CHECKPOINT = (*damage.BINARY, *[damage.inside_checkpoint] * 20)
 PNG = (*damage.BINARY, *[damage.inside_png] * 14)
@@ -377,41 +357,41 @@ READERS: dict[str, Reader] = {
     "off": _meshes(".off", damage.TEXT),
     "ply": _meshes(".ply", damage.MIXED, _ascii_ply),
     "stl": _meshes(".stl", damage.MIXED, _ascii_stl),
-    "vtp": Reader(".vtp", read_any, _joined(_written(write_yarns, small_yarns, suffix=".vtp"), _vtp_variants),
+    "vtp": Reader(".vtp", read_any, joined(written(write_yarns, small_yarns, suffix=".vtp"), _vtp_variants),
                   XML, (FileError, MeshError, ParameterError)),
     "vtk": _meshes(".vtk", damage.MIXED, may_reserve=True),
     "vtu": _meshes(".vtu", XML),
     "msh": _meshes(".msh", damage.MIXED, may_reserve=True),
     "medit": _meshes(".mesh", damage.TEXT),
     "glb": _meshes(".glb", damage.MIXED),
-    "bcc": Reader(".bcc", read_yarns, _joined(*(_written(write_yarns, small_yarns, suffix=".bcc", curve=curve)
+    "bcc": Reader(".bcc", read_yarns, joined(*(written(write_yarns, small_yarns, suffix=".bcc", curve=curve)
                                                 for curve in BCC_CURVES)), damage.BINARY, YARN_ERRORS),
-    "obj yarns": Reader(".obj", read_yarns, _written(write_yarns, small_yarns, suffix=".obj"), errors=YARN_ERRORS),
-    "pyp": Reader(".pyp", read_yarns, _written(write_yarns, small_yarns(True), suffix=".pyp"), errors=YARN_ERRORS),
+    "obj yarns": Reader(".obj", read_yarns, written(write_yarns, small_yarns, suffix=".obj"), errors=YARN_ERRORS),
+    "pyp": Reader(".pyp", read_yarns, written(write_yarns, small_yarns(True), suffix=".pyp"), errors=YARN_ERRORS),
     "usda": _usd(".usda"),
     "usdc": _usd(".usdc"),
-    "hdf5 yarns": Reader(".h5", read_yarns, _joined(
-        _written(write_yarns, small_yarns, small_yarns(True), suffix=".h5"), _hdf5_links), damage.BINARY),
-    "hdf5 stitches": Reader(".h5", read_stitches, _written(write_stitches, small_fabric, suffix=".h5"), damage.BINARY),
+    "hdf5 yarns": Reader(".h5", read_yarns, joined(
+        written(write_yarns, small_yarns, small_yarns(True), suffix=".h5"), _hdf5_links), damage.BINARY),
+    "hdf5 stitches": Reader(".h5", read_stitches, written(write_stitches, small_fabric, suffix=".h5"), damage.BINARY),
     "hdf5 labels": Reader(".h5", _read_labeling, _labeling, damage.BINARY),
-    "smobj": Reader(".smobj", read_stitches, _written(write_stitches, small_fabric, suffix=".smobj")),
+    "smobj": Reader(".smobj", read_stitches, written(write_stitches, small_fabric, suffix=".smobj")),
     "checkpoint": Reader(".smc", _read_state, _checkpoint, CHECKPOINT, (FileError, ParameterError)),
     "checkpoint yarns": Reader(".smc", _read_checkpoint_yarns, _checkpoint, CHECKPOINT),
     "frame": Reader(".smc", _read_frame, _frame, CHECKPOINT),
-    "recipe": Reader(".toml", _read_recipe, _files(*RECIPES)),
-    "scene": Reader(".toml", _read_scene, _files(*SCENES)),
-    "panels": Reader(".toml", _read_panels, _files("examples/mixed/panels/sleeve.toml")),
-    "cloth material": Reader(".toml", _read_cloth_material, _files(*CLOTH_MATERIALS)),
-    "yarn materials": Reader(".toml", _read_crossing_materials, _files(*YARN_MATERIALS),
+    "recipe": Reader(".toml", _read_recipe, files(*RECIPES)),
+    "scene": Reader(".toml", _read_scene, files(*SCENES)),
+    "panels": Reader(".toml", _read_panels, files("examples/mixed/panels/sleeve.toml")),
+    "cloth material": Reader(".toml", _read_cloth_material, files(*CLOTH_MATERIALS)),
+    "yarn materials": Reader(".toml", _read_crossing_materials, files(*YARN_MATERIALS),
                              errors=(FileError, ParameterError)),
     "textured obj": Reader(".obj", _read_textured, lambda folder: [
         b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"]),
-    "pattern": Reader(".knit", _resolved, _files(*PATTERNS), errors=PATTERN_ERRORS),
-    "chart": Reader(".knit", _read_chart("chart.knit"), _files(*PATTERNS), errors=PATTERN_ERRORS),
+    "pattern": Reader(".knit", _resolved, files(*PATTERNS), errors=PATTERN_ERRORS),
+    "chart": Reader(".knit", _read_chart("chart.knit"), files(*PATTERNS), errors=PATTERN_ERRORS),
     "chart text": Reader(".txt", _read_chart("chart.txt"), lambda folder: [b"KPKP\nPKPK\n", b"0011\n1100\n"],
                          errors=PATTERN_ERRORS),
-    "weave": Reader(".weave", _resolved, _files(*WEAVES), errors=PATTERN_ERRORS),
-    "weave chart": Reader(".weave", _read_chart("chart.weave"), _files(*WEAVES), errors=PATTERN_ERRORS),
+    "weave": Reader(".weave", _resolved, files(*WEAVES), errors=PATTERN_ERRORS),
+    "weave chart": Reader(".weave", _read_chart("chart.weave"), files(*WEAVES), errors=PATTERN_ERRORS),
     "png chart": Reader(".png", _read_chart("chart.png"), _png, PNG, PATTERN_ERRORS),
     "png weave": Reader(".weave.png", _resolved, _png, PNG, PATTERN_ERRORS),
     "edits": Reader(".jsonl", _read_edits, _edits),
@@ -420,5 +400,21 @@ READERS: dict[str, Reader] = {
     "faces": Reader(".txt", _read_faces, lambda folder: [b"1, 2, 3 # faces\n7 8\n"]),
     "edges": Reader(".txt", _read_edge_settings, lambda folder: [b"4,7=12\n3, 8\n# marked\n5,6 = 3\n"],
                     errors=(FileError, ParameterError)),
+    "tile codes": Reader(".leaf", _resolved, lambda folder: [b"KPKP\nPKPK\n", b"Y3YK\n2UYS\n"], errors=PATTERN_ERRORS),
+    "digits": Reader(".txt", _resolved, lambda folder: [b"0011\n1100\n"], errors=PATTERN_ERRORS),
+    "png tile codes": Reader(".leaf.png", _resolved, _leaf_png, PNG, PATTERN_ERRORS),
+    "selection": Reader(".txt", _parse_selection, lambda folder: [
+        b"hem 6", b"front and rows 20-40", b"(not left tip 3 or stitch K) and wale 3 to 9", b'file "faces.txt"'],
+        errors=(ParameterError,)),
+    "short texts": Reader(".txt", _parse_short_texts, lambda folder: [
+        b"22x30", b"0.5h", b"1%", b"#aa2233", b"1=cream", b"k_bend=2.5", b"row:3=0.9", b"k=1.1", b"4,7=12", b"4,7",
+        b"share 0.2 0.5", b"face 120"],
+        errors=(ParameterError,)),
+    "viewed": Reader(".h5", _read_viewed, joined(
+        _labeling, written(write_stitches, small_fabric, suffix=".h5"),
+        written(write_yarns, small_yarns, suffix=".h5")),
+        damage.BINARY),
+    "viewed table": Reader(".csv", _read_viewed, lambda folder: [b"iteration,seconds,residual\n1,0.5,0.1\n"]),
+    **KEPT_READERS,
 }  # fmt: skip
 """Readers by name."""

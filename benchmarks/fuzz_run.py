@@ -85,12 +85,15 @@ def outcome(reader: Reader, path: Path) -> str:
             reader.read(path)
     except reader.errors as error:
         text = str(error)
-        if not reader.may_reserve and any(isinstance(cause, MemoryError) for cause in _causes(error)):
+        is_bounded = reader.may_reserve or reader.has_own_process
+        if not is_bounded and any(isinstance(cause, MemoryError) for cause in _causes(error)):
             return f"fault MemoryError behind a {type(error).__name__} {_place(error)}"
         if len(text.splitlines()) != 1 or len(text) > LONGEST_MESSAGE:
             return f"fault {type(error).__name__} of {len(text.splitlines())} lines {_place(error)}"
         return type(error).__name__
     except BaseException as error:
+        if reader.has_own_process and isinstance(error, MemoryError):
+            return "FileError"  # The process of the reader has a limit of its own.
         return f"fault {type(error).__name__} {_place(error)}"
     return "value"
 

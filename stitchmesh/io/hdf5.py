@@ -113,7 +113,8 @@ def _check_heaps(name: str, content: bytes) -> None:
     A heap begins with the letters ``GCOL``, its version, three zeros, and its size in eight bytes. Each object in it
     has a head of 16 bytes, of which the first two are its number and the last eight are its size. The size of the
     object of number 0, the free space, contains its head. The contents of the other objects are filled up to eight
-    bytes.
+    bytes. They must be texts: the other use of heaps, lists of the parts of virtual datasets, begins with a version
+    that is no letter, and the library ends the process where such a list is damaged.
     """
     heap = content.find(HEAP)
     while heap >= 0:
@@ -127,6 +128,8 @@ def _check_heaps(name: str, content: bytes) -> None:
             if not HEAP_HEAD <= step <= end - place:
                 found = f"an object of {size} bytes in a heap"
                 raise FileError(f"{name}: the HDF5 file is damaged ({found}); write it again")
+            if not is_free and size and content[place + HEAP_HEAD] < ord(" "):
+                raise FileError(f"{name}: holds virtual datasets or other data than texts in a heap; write it again")
             place += step
         heap = content.find(HEAP, heap + len(HEAP))
 

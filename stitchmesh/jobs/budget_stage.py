@@ -5,21 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 from stitchmesh.budget.budget import Budget
 from stitchmesh.budget.plan import Plan
-from stitchmesh.io.atomic import write_json
-from stitchmesh.io.checked import check_table, parse_json
-from stitchmesh.io.contents import read_bytes
-from stitchmesh.jobs.kept_stages import Stage, stage_key
+from stitchmesh.jobs.kept_stages import stage_key
+from stitchmesh.jobs.stage_files import quality_stage
 from stitchmesh.jobs.stage_run import JobRun
 from stitchmesh.quality import Quality
-
-PLAN = "plan.json"
-"""File of the quality that a budget has chosen."""
 
 
 def chosen_quality(run: JobRun, given: Quality, plan: Callable[[Budget], Plan], *inputs: Any) -> Quality:
@@ -45,12 +38,4 @@ def chosen_quality(run: JobRun, given: Quality, plan: Callable[[Budget], Plan], 
         return made.quality
 
     key = stage_key("budget", *inputs, given, run.job.within, run.job.error)
-    return run.run(Stage("budget", key, _write_quality, _read_quality), choose)
-
-
-def _write_quality(folder: Path, quality: Quality) -> None:
-    write_json(folder / PLAN, asdict(quality))
-
-
-def _read_quality(folder: Path, _report: dict[str, Any]) -> Quality:
-    return check_table(parse_json(read_bytes(folder / PLAN).decode("utf-8")), Quality)
+    return run.run(quality_stage("budget", key), choose)

@@ -13,7 +13,7 @@ from stitchmesh.budget.expectation import BudgetScene
 from stitchmesh.budget.plan import make_plan
 from stitchmesh.compute.device import device_named
 from stitchmesh.editing.edit import Edit
-from stitchmesh.io.checkpoint_file import previous_path, read_checkpoint
+from stitchmesh.io.checkpoint_file import previous_path
 from stitchmesh.io.contents import read_bytes
 from stitchmesh.io.state_saver import StateSaver
 from stitchmesh.io.stitches import write_stitches
@@ -41,7 +41,7 @@ from stitchmesh.recipe.recipe_file import edits_with_paths
 from stitchmesh.selection.selection import Selection, with_paths
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import NAME as CHECKPOINT
-from stitchmesh.yarnrelax.checkpoint import Checkpoints
+from stitchmesh.yarnrelax.checkpoint import Checkpoints, seconds_of
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
 
 
@@ -151,7 +151,7 @@ def _relaxed(
         saver, continues = StateSaver(run.folder, run.report, yarns), checkpoint.is_file()
         checkpoints = Checkpoints(folder, run.job.relax_yarns.checkpoint_every)
         relaxation = replace(chosen, checkpoint=checkpoints, resume=checkpoint if continues else None)
-        before = read_checkpoint(checkpoint).header["seconds"] if continues else 0.0
+        before = seconds_of(checkpoint) if continues else 0.0
         with run.continued(before) if continues else nullcontext():
             relaxed = relax_with_options(
                 yarns, relaxation, quality=quality, device=device, fabric=fabric, keep_shape=True,

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import socket
 import time
@@ -17,8 +16,8 @@ from typing import Literal
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.checked import check_table
-from stitchmesh.io.contents import read_bytes
 from stitchmesh.io.folder_lock import is_locked
+from stitchmesh.io.json_file import read_json
 from stitchmesh.progress import seconds_left
 
 STATUS = "status.json"
@@ -144,7 +143,7 @@ def read_status(folder: Path) -> JobStatus:
     if not path.is_file():
         raise FileError(f"{folder}: holds no {STATUS}; expected the folder of a job that `stitchmesh run` has started")
     try:
-        found = check_table(json.loads(read_bytes(path)), JobStatus)
-    except (StitchMeshError, ValueError) as error:
+        found = check_table(read_json(path), JobStatus)
+    except StitchMeshError as error:
         raise FileError(f"{path}: is not the status of a job ({error}); run the job again") from error
     return replace(found, state="killed") if found.state == "running" and not is_locked(folder) else found

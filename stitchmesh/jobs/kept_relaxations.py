@@ -18,9 +18,8 @@ from pathlib import Path
 from typing import Any
 
 from stitchmesh.compute.asking import Ask
-from stitchmesh.io.checkpoint_file import read_checkpoint
 from stitchmesh.yarnrelax import relax_yarns
-from stitchmesh.yarnrelax.checkpoint import NAME, Checkpoints
+from stitchmesh.yarnrelax.checkpoint import NAME, Checkpoints, seconds_of
 from stitchmesh.yarnrelax.fingerprint import checksum
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
 
@@ -56,7 +55,7 @@ class KeptRelaxations:
         Raises:
             FileError: a checkpoint is damaged.
         """
-        return sum(read_checkpoint(path).header["seconds"] for path in self._checkpoints())
+        return sum(seconds_of(path) for path in self._checkpoints())
 
     def remove(self) -> None:
         """Remove all checkpoints, because the result of the computation is kept."""

@@ -4,11 +4,13 @@
 
 Each stage has a folder ``stages/NAME-KEY`` in the folder of the job. The key is the checksum of the version of
 StitchMesh, the name of the stage, its inputs with all their bits, and its options. ``stage.json`` is written last, so
-that a folder with it is complete.
+that a folder with it is complete; it holds a checksum of itself, so that a stage with a damaged report is computed
+again.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 from collections.abc import Callable, Collection, Iterator
@@ -20,7 +22,7 @@ from stitchmesh import __version__
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.checked import check_table
-from stitchmesh.io.contents import read_bytes
+from stitchmesh.io.json_file import read_json
 from stitchmesh.yarnrelax.fingerprint import checksum
 
 STAGES = "stages"
@@ -76,6 +78,19 @@ class StageRecord:
     """Time of the whole job, if it cut the stage short; the stage is finished for jobs with the same time only."""
 
 
+@dataclass(frozen=True)
+class _RecordFile:
+    """The content of ``stage.json``."""
+
+    checksum: str
+    record: StageRecord
+
+
+def _checksum(record: StageRecord) -> str:
+    """Return the SHA-256 checksum of a record, also of one that JSON has turned from tuples to lists."""
+    return hashlib.sha256(json.dumps(asdict(record)).encode()).hexdigest()
+
+
 class KeptStages:
     """The finished stages in the folder of a job."""
 
@@ -91,15 +106,16 @@ class KeptStages:
         """Return the record of a stage; None if the stage is not finished, or its record is damaged."""
         path = self.folder_of(stage) / RECORD
         try:
-            return check_table(json.loads(read_bytes(path)), StageRecord) if path.is_file() else None
-        except (StitchMeshError, ValueError):
+            read = check_table(read_json(path), _RecordFile) if path.is_file() else None
+        except StitchMeshError:
             return None
+        return read.record if read is not None and read.checksum == _checksum(read.record) else None
 
     def load(self, stage: Stage[T], record: StageRecord) -> T | None:
-        """Return the result of a finished stage; None if a file is missing or damaged."""
+        """Return the result of a finished stage; None if a file is missing or damaged, or its record was altered."""
         try:
             return stage.read(self.folder_of(stage), record.report)
-        except FileError:
+        except StitchMeshError:
             return None
 
     def keep(self, stage: Stage[T], result: T, record: StageRecord) -> None:
@@ -110,7 +126,7 @@ class KeptStages:
         """
         folder = self.folder_of(stage)
         stage.write(folder, result)
-        write_json(folder / RECORD, asdict(record))
+        write_json(folder / RECORD, asdict(_RecordFile(_checksum(record), record)))
 
     def folders(self) -> list[Path]:
         """Return the folders of all stages, finished or not, in the order of their names."""

@@ -4,19 +4,27 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from stitchmesh.errors import FileError
+from stitchmesh.io.atomic import write_json
+from stitchmesh.io.checked import check_table
 from stitchmesh.io.history import read_history, write_history
+from stitchmesh.io.json_file import read_json
 from stitchmesh.io.stitches import read_stitches, write_stitches
 from stitchmesh.io.yarns import read_yarns, write_yarns
 from stitchmesh.jobs.kept_stages import Stage
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.periodic.swatch import Swatch
+from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
 
 STITCHES, YARNS, HISTORY = "stitches.h5", "yarns.h5", "convergence.csv"
+PLAN = "plan.json"
+"""File of the quality that a budget has chosen."""
 
 
 def fabric_stage(name: str, key: str) -> Stage[StitchMesh]:
@@ -41,13 +49,19 @@ def swatch_stage(name: str, key: str) -> Stage[Swatch]:
     return Stage(name, key, _write_swatch, _read_swatch)
 
 
+def quality_stage(name: str, key: str) -> Stage[Quality]:
+    """Return a stage whose result is a quality."""
+    return Stage(name, key, lambda folder, quality: write_json(folder / PLAN, asdict(quality)),
+                 lambda folder, report: check_table(read_json(folder / PLAN), Quality))  # fmt: skip
+
+
 def _write_relaxation(folder: Path, relaxed: Relaxation | Swatch) -> None:
     write_yarns(folder / YARNS, relaxed.yarns)
     write_history(folder / HISTORY, relaxed.history)
 
 
 def _read_relaxation(folder: Path, report: dict[str, Any]) -> Relaxation:
-    return Relaxation(read_yarns(folder / YARNS), report["yarnrelax"], read_history(folder / HISTORY))
+    return Relaxation(read_yarns(folder / YARNS), _entry(report, "yarnrelax"), read_history(folder / HISTORY))
 
 
 def _write_swatch(folder: Path, swatch: Swatch) -> None:
@@ -58,4 +72,15 @@ def _write_swatch(folder: Path, swatch: Swatch) -> None:
 
 def _read_swatch(folder: Path, report: dict[str, Any]) -> Swatch:
     fabric = read_stitches(folder / STITCHES) if (folder / STITCHES).is_file() else None
-    return Swatch(read_yarns(folder / YARNS), report["swatch"], fabric, read_history(folder / HISTORY))
+    return Swatch(read_yarns(folder / YARNS), _entry(report, "swatch"), fabric, read_history(folder / HISTORY))
+
+
+def _entry(report: dict[str, Any], name: str) -> dict[str, Any]:
+    """Return an entry of the report of a stage.
+
+    Raises:
+        FileError: the report has no such entry, because it is that of another stage.
+    """
+    if not isinstance(report.get(name), dict):
+        raise FileError(f"report of a stage: has no entry {name!r}; the stage is computed again")
+    return dict(report[name])

@@ -32,6 +32,8 @@ STOCK = np.array(list(WOOLS.values())[:7], dtype=np.uint8)
 
 LAST_YARN = 255
 """Largest yarn number that can be given a colour; a palette has a colour for every number below it."""
+LONGEST_NUMBER = 20
+"""Largest number of digits of a yarn number in a text."""
 
 
 def parse_colour(text: str) -> NDArray[np.uint8]:
@@ -77,8 +79,9 @@ def parse_yarn_colours(texts: Sequence[str]) -> dict[int, NDArray[np.uint8]]:
     colours: dict[int, NDArray[np.uint8]] = {}
     for text in texts:
         number, equals, name = text.partition("=")
-        if not (equals and number.strip().isdecimal()):
-            raise ParameterError(f"colour: got {text!r}; expected the number of a yarn and its colour, such as 0=navy")
+        if not (equals and number.strip().isdecimal() and len(number.strip()) <= LONGEST_NUMBER):
+            expected = "the number of a yarn and its colour, such as 0=navy"
+            raise ParameterError(f"colour: got {text[:40]!r}; expected {expected}")
         yarn = check_yarn_number(int(number))
         if yarn in colours:
             raise ParameterError(f"colour: got yarn {yarn} twice; expected each yarn once")

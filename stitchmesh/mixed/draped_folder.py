@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from stitchmesh.errors import FileError, ParameterError
-from stitchmesh.io.checked import check_value, parse_json
-from stitchmesh.io.contents import read_bytes
+from stitchmesh.io.checked import check_value
+from stitchmesh.io.json_file import read_json
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.drape import REPORT, SCENE_FILE, Draped
 from stitchmesh.mixed.output.displays import Displays
@@ -74,6 +74,6 @@ def _report(folder: Path) -> dict[str, Any]:
     if not path.is_file() or path.stat().st_mtime_ns < began:
         return {}  # There is none yet, or an earlier run has left it.
     try:
-        return check_value(parse_json(read_bytes(path).decode("utf-8")), dict[str, Any])
-    except (ValueError, ParameterError) as error:
+        return check_value(read_json(path), dict[str, Any])
+    except ParameterError as error:
         raise FileError(f"{fspath(path)}: is no report ({error})") from error

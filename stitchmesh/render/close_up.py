@@ -74,7 +74,7 @@ def _parsed(text: str) -> Place:
         numbers = tuple(float(word) for word in words)
     except ValueError:
         numbers = ()
-    whole = kind not in ("face", "row") or all(number == round(number) for number in numbers)
+    whole = kind not in ("face", "row") or all(number.is_integer() for number in numbers)
     if len(numbers) != KINDS.get(kind, -1) or not whole or not np.isfinite(numbers).all():
         near = difflib.get_close_matches(kind, KINDS, n=1, cutoff=0.5)
         hint = f"; did you mean {near[0]!r}?" if near and near[0] != kind else ""

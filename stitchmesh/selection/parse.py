@@ -60,6 +60,10 @@ FIRST_WORDS = (
 SIDES = ("front", "back", "left", "right")
 LARGEST = 2**31 - 1
 """Largest number in a selection."""
+MOST_PARTS = 100
+"""Largest number of parts that ``and``, ``or``, ``not`` and parentheses join: selections are nested values."""
+MOST_CHARACTERS = 200
+"""Number of characters of a text that a message shows."""
 
 
 def parse_selection(text: str) -> Selection:
@@ -79,6 +83,7 @@ class _Parser:
         self._text = text
         self._words = self._tokens()
         self._next = 0
+        self._parts = 0
 
     def _tokens(self) -> list[str]:
         """Split the text into words; a word in quotation marks begins with one."""
@@ -95,7 +100,7 @@ class _Parser:
         return words
 
     def _error(self, reason: str) -> ParameterError:
-        return ParameterError(f"selection {self._text!r}: {reason}")
+        return ParameterError(f"selection {_shown(self._text)!r}: {reason}")
 
     def whole(self) -> Selection:
         """Return the selection; nothing may follow it."""
@@ -105,7 +110,7 @@ class _Parser:
         if self._peek():
             near = difflib.get_close_matches(self._peek(), ("and", "or", "panel", *SIDED.values()), n=1)
             hint = f"did you mean {near[0]!r}?" if near else "expected 'and', 'or' or the end"
-            raise self._error(f"got {self._peek()!r} after {str(selection)!r}; {hint}")
+            raise self._error(f"got {_shown(self._peek())!r} after {_shown(str(selection))!r}; {hint}")
         return selection
 
     def _peek(self) -> str:
@@ -134,6 +139,9 @@ class _Parser:
         return left
 
     def _single(self) -> Selection:
+        self._parts += 1
+        if self._parts > MOST_PARTS:
+            raise self._error(f"has more than {MOST_PARTS} parts; write the faces into a file")
         if self._take("not"):
             return Without(self._single())
         if self._take("("):
@@ -164,7 +172,7 @@ class _Parser:
             return f"ends too early; expected one of {', '.join(known)}"
         near = difflib.get_close_matches(word, [*known, *(one for one in SINGULARS if SINGULARS[one] in known)], n=1)
         hint = f"did you mean {near[0]!r}?" if near else f"expected one of {', '.join(known)}"
-        return f"{word!r} is unknown; {hint}"
+        return f"{_shown(word)!r} is unknown; {hint}"
 
     def _of_side(self, side: str) -> Selection:
         """Return the selection that begins with front, back, left or right."""
@@ -245,8 +253,8 @@ class _Parser:
 
     def _number(self, what: str, *, least: int = 0) -> int:
         word = self._peek()
-        if not word.isdigit() or not least <= int(word) <= LARGEST:
-            raise self._error(f"got {word or 'the end'!r}; expected {what}, a whole number from {least}")
+        if not word.isdigit() or len(word) > len(str(LARGEST)) or not least <= int(word) <= LARGEST:
+            raise self._error(f"got {_shown(word) or 'the end'!r}; expected {what}, a whole number from {least}")
         self._next += 1
         return int(word)
 
@@ -267,3 +275,8 @@ class _Parser:
         step = self._number("a step", least=1) if self._take("step") else 1
         height = self._number("a height", least=1) if self._take("height") else 1
         return Span(first, last, step, height)
+
+
+def _shown(text: str) -> str:
+    """Return the start of a text for a message."""
+    return text if len(text) <= MOST_CHARACTERS else f"{text[:MOST_CHARACTERS]} ..."

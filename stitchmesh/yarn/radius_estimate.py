@@ -15,12 +15,16 @@ smaller distances.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn.yarn_set import YarnSet
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 SAMPLES_PER_SEGMENT = 4
 """Samples per segment; for a loop of 16 segments the chords between samples deviate by 1 % of the radius."""
@@ -32,6 +36,8 @@ SEED = 20_240_607
 """Seed of the random choice of windows."""
 NEIGHBOURS = 64
 """Number of nearest samples that are searched around each sample."""
+BLOCK = 4096
+"""Number of samples that are searched at once: each takes about 3 kB."""
 STRIDES = (1, 4, 16, 64)
 """Strides of the samples to search. If all nearest samples belong to the same strand, the next stride is tried."""
 MIN_DETOUR = 3.0
@@ -124,20 +130,28 @@ def _nearest_strand(samples: _Samples, queries: IntArray) -> FloatArray:
 
 
 def _nearest_among(others: _Samples, samples: _Samples, queries: IntArray) -> FloatArray:
+    """Distance from each queried sample to the nearest other strand [cm], shape (q,)."""
+    from scipy.spatial import cKDTree
+
+    tree, starts = cKDTree(others.points), range(0, len(queries), BLOCK)
+    blocks = [_nearest_of_block(tree, others, samples, queries[start : start + BLOCK]) for start in starts]
+    return np.concatenate(blocks) if blocks else np.zeros(0)
+
+
+def _nearest_of_block(tree: cKDTree, others: _Samples, samples: _Samples, queries: IntArray) -> FloatArray:
     """Distance from each queried sample to the nearest other strand [cm], shape (q,).
 
     Args:
-        others: samples that are searched.
+        tree: the points of the samples that are searched.
+        others: these samples.
         samples: all samples.
         queries: indices of the queried samples in ``samples``, shape (q,).
 
     Returns:
         The distances; infinite if all nearest samples belong to the strand of the queried sample.
     """
-    from scipy.spatial import cKDTree
-
     here = samples.points[queries]
-    across, found = cKDTree(others.points).query(here, k=min(NEIGHBOURS, len(others.points)))
+    across, found = tree.query(here, k=min(NEIGHBOURS, len(others.points)))
     along = np.abs(others.arc_length[found] - samples.arc_length[queries][:, None])
     along = np.minimum(along, samples.circumference[samples.yarn[queries]][:, None] - along)
     is_other = (others.yarn[found] != samples.yarn[queries][:, None]) | (along > MIN_DETOUR * across)

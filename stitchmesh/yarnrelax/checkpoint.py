@@ -212,6 +212,15 @@ def read_state(path: FilePath, inputs: Mapping[str, str]) -> CheckpointState:
     return CheckpointState(**header | {"arrays": arrays, "position": position, "energy_fall": energy_fall})
 
 
+def seconds_of(path: FilePath) -> float:
+    """Return the time that a relaxation had taken until it wrote a checkpoint [s].
+
+    Raises:
+        FileError: as for ``read_state``.
+    """
+    return checked_header(path, read_checkpoint(path), _Header)["seconds"]
+
+
 def _refuse_other(name: str, written: Mapping[str, str], inputs: Mapping[str, str]) -> None:
     differing = [key for key in {**written, **inputs} if written.get(key) != inputs.get(key)]
     if differing:

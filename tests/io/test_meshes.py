@@ -414,6 +414,7 @@ def test_a_binary_stl_with_a_wrong_count_is_an_error(tmp_path):
 
 
 @pytest.mark.parametrize(("suffix", "text"), [(".vtk", "POINTS 99999999999 double"), (".mesh", "Vertices 99999999999"),
+                                              (".mesh", "Vertices Vertices\n99999999999"),
                                               (".msh", "$Nodes\n99999999999")])  # fmt: skip
 def test_a_number_of_elements_that_the_file_cannot_hold_is_an_error(tmp_path, suffix, text):
     (tmp_path / f"m{suffix}").write_text(f"# a file\n{text}\n0 0 0\n")

@@ -27,7 +27,7 @@ from stitchmesh.jobs.job_status import JobLog, read_status
 from stitchmesh.jobs.kept_stages import KeptStages, StageRecord
 from stitchmesh.jobs.run_job import run_job
 from stitchmesh.jobs.sections import GenerateYarnsTable, RelaxYarnsTable, SwatchTable, TessellateTable
-from stitchmesh.jobs.stage_files import yarns_stage
+from stitchmesh.jobs.stage_files import quality_stage, yarns_stage
 from stitchmesh.jobs.stage_run import JobRun
 from stitchmesh.jobs.stop import JobStopped, StopRequest
 from stitchmesh.pipeline import knit
@@ -126,6 +126,24 @@ def test_a_damaged_result_is_computed_again(job, copy):
     assert sm.read_yarns(path).yarn_count == sm.read_yarns(copy / "yarns.h5").yarn_count
 
 
+def test_a_stage_with_a_damaged_report_is_computed_again(job, copy):
+    path = next(copy.glob("stages/label-*/stage.json"))
+    record = json.loads(path.read_text())
+    record["record"]["report"] |= {"one": 1}
+    path.write_text(json.dumps(record))
+    assert computed(run_job(job, copy)) == ["label"]
+
+
+@pytest.mark.parametrize("content", [b"[" * 10_000, b"\xff", b'{"quality": NaN}', b"{}"])
+def test_a_damaged_plan_is_chosen_again(tmp_path, content):
+    kept, stage = KeptStages(tmp_path), quality_stage("budget", "1")
+    record = StageRecord(seconds=0.1, report={})
+    kept.keep(stage, PRESETS["draft"], record)
+    assert kept.load(stage, record) == PRESETS["draft"]
+    (kept.folder_of(stage) / "plan.json").write_bytes(content)
+    assert kept.load(stage, record) is None
+
+
 def test_a_stopped_job_continues_to_the_same_bits(job, done, tmp_path, monkeypatch):
     monkeypatch.setattr("stitchmesh.yarnrelax.observer.PROGRESS_SECONDS", 0.0)
     stopped_at(job, tmp_path, "iteration 60")
@@ -159,12 +177,9 @@ def test_the_time_of_the_parts_before_counts(job, copy, monkeypatch):
 
     def late(path):
         found["read"] = path
-        return replace(real(path), header={**real(path).header, "seconds": 601.0})
+        return 601.0
 
-    from stitchmesh.jobs import garment_stages
-
-    real = garment_stages.read_checkpoint
-    monkeypatch.setattr(garment_stages, "read_checkpoint", late)
+    monkeypatch.setattr("stitchmesh.jobs.garment_stages.seconds_of", late)
     with pytest.raises(ParameterError, match=r"within: got 10 min, but 6\d\d"):
         run_job(other, copy, resume=True)
     assert found["read"] == checkpoint
@@ -185,6 +200,9 @@ def test_a_job_that_ended_without_a_word_was_killed(tmp_path):
     assert read_status(tmp_path).state == "running"
     lock.release()
     assert read_status(tmp_path).state == "killed"
+    (tmp_path / "status.json").write_bytes(b"[" * 10_000)
+    with pytest.raises(FileError, match=r"is not the status of a job .*nested too deeply.*; run the job again"):
+        read_status(tmp_path)
 
 
 def test_what_killed_runs_leave_goes_at_the_next_run(job, copy):

@@ -99,6 +99,7 @@ def test_colours_of_yarn_numbers_are_read_and_fill_a_palette():
     ("texts", "message"),
     [
         (["navy"], "colour: got 'navy'; expected the number of a yarn and its colour, such as 0=navy"),
+        (["9" * 5000 + "=navy"], f"colour: got '{'9' * 40}'; expected the number of a yarn"),
         (["a=navy"], "colour: got 'a=navy'; expected the number of a yarn"),
         (["300=navy"], "colour: got yarn 300; expected 0 to 255"),
         (["1=navy", "1=red"], "colour: got yarn 1 twice; expected each yarn once"),

@@ -82,6 +82,12 @@ def test_a_close_up_finds_its_place_and_looks_at_it_from_outside(place, expected
     assert normal @ outward > 0.97  # the patch is a cap of 2 cm of a tube of 5 cm, so its normal is that of the middle
 
 
+@pytest.mark.parametrize("text", ["face 1e400", "row nan", "face 1.5", "point 0 0 inf"])
+def test_places_that_are_no_numbers_are_refused(text):
+    with pytest.raises(ParameterError, match="close-up: got"):
+        place_of(text)
+
+
 def test_pictures_differ_by_view_colour_place_and_strands(display, tmp_path):  # noqa: F811
     yarns = replace(rings(), palette=make_palette(["navy"]))
     choices = {

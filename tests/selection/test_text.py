@@ -92,3 +92,16 @@ def test_a_text_that_is_no_selection_is_refused_in_one_line(text, message):
     with pytest.raises(ParameterError, match=message) as refused:
         parse_selection(text)
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [("not " * 3000 + "hem", "more than 100 parts"), ("(" * 3000 + "hem", "more than 100 parts"),
+     ("hem" + " or hem" * 3000, "more than 100 parts"), ("rows " + "9" * 5000, "a whole number from 0"),
+     ("x" * 5000, "expected one of all")],
+)  # fmt: skip
+def test_long_and_nested_texts_are_one_short_line(text, reason):
+    with pytest.raises(ParameterError, match=reason) as refused:
+        parse_selection(text)
+    assert len(str(refused.value)) < 2000 and "\n" not in str(refused.value)
+    assert parse_selection("hem" + " or hem" * 99)

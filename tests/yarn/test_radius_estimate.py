@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -120,3 +121,15 @@ def test_the_radius_of_yarns_in_the_same_place_cannot_be_estimated():
     twice = YarnSet.from_curves([ring([0, 0, 0])] * 2, closed=[True] * 2, radius=1.0)
     with pytest.raises(ParameterError, match="never come close"):
         estimate_radius(twice)
+
+
+def test_the_memory_of_the_estimate_has_a_bound():
+    rings = [ring([3.0 * column, 0, 0.3 * k]) for column in range(60) for k in range(12)]
+    yarns = YarnSet.from_curves(rings, closed=[True] * len(rings), radius=1.0)
+    tracemalloc.start()
+    estimate_radius(yarns)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    # 4,096 samples with 64 neighbours each take about 15 MB at once, the samples themselves a few; all samples of all
+    # windows at once took 150 MB.
+    assert most < 40e6

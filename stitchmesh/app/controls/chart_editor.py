@@ -9,7 +9,6 @@ and the editor answers with the chart as it is then. What a chart allows is deci
 from __future__ import annotations
 
 import html
-import json
 import secrets
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -25,6 +24,7 @@ from stitchmesh.app.controls.chart_palette import (
     tool_buttons,
 )
 from stitchmesh.errors import ParameterError, PatternError
+from stitchmesh.io.checked import check_value, parse_json
 from stitchmesh.mesh.palette import check_yarn_number
 from stitchmesh.patterns.charts.grid import LONGEST_SIDE, Box, Brush
 from stitchmesh.periodic.charts.chart_drawing import ChartDrawing, draw_chart, palette_of
@@ -409,12 +409,9 @@ def _corners(box: Box | None) -> list[int] | None:
 
 def _values(message: str) -> dict[str, Any]:
     try:
-        values = json.loads(message)
-    except ValueError:
-        values = None
-    if not isinstance(values, dict):
-        raise ParameterError("chart: got a message of the browser that cannot be read; reload the page")
-    return values
+        return check_value(parse_json(message), dict[str, Any])
+    except ParameterError as error:
+        raise ParameterError("chart: got a message of the browser that cannot be read; reload the page") from error
 
 
 def _integers(values: dict[str, Any], *names: str) -> list[int]:

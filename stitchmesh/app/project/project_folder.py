@@ -22,9 +22,10 @@ from stitchmesh.app.project.state import NO_RESULTS, ProjectState, Results
 from stitchmesh.app.project.tables import FORMAT, VERSION, ProjectTable, SourceTable, WorkTable, work_fields, work_table
 from stitchmesh.errors import FileError, ParameterError, StitchMeshError
 from stitchmesh.io.atomic import write_bytes, write_text
-from stitchmesh.io.checked import check_value, parse_json
+from stitchmesh.io.checked import check_value
 from stitchmesh.io.contents import read_bytes
 from stitchmesh.io.history import HistoryEntry
+from stitchmesh.io.json_file import read_json
 from stitchmesh.io.stitches import read_stitches, write_stitches
 from stitchmesh.io.yarns import read_yarns, write_yarns
 
@@ -47,19 +48,15 @@ def _write_plain(path: Path, value: object) -> None:
     write_text(path, json.dumps(value, indent=2) + "\n")
 
 
-def _read_plain(path: Path) -> object:
-    return parse_json(read_bytes(path).decode("utf-8"))
-
-
 def _read_history(path: Path) -> list[HistoryEntry]:
-    return check_value(_read_plain(path), list[HistoryEntry])
+    return check_value(read_json(path), list[HistoryEntry])
 
 
 RESULT_FORMATS: Mapping[str, ResultFormat] = {
     "evened": ResultFormat(".h5", write_stitches, read_stitches),
     "yarns": ResultFormat(".h5", write_yarns, read_yarns),
     "relaxed": ResultFormat(".h5", write_yarns, read_yarns),
-    "report": ResultFormat(".json", _write_plain, _read_plain),
+    "report": ResultFormat(".json", _write_plain, read_json),
     "history": ResultFormat(".json", _write_plain, _read_history),
 }
 """Formats of the results that have files of their own, by field of ``Results``."""
@@ -120,8 +117,8 @@ class ProjectFolder:
 
     def _table(self) -> ProjectTable:
         try:
-            table = check_value(parse_json(read_bytes(self.table_path).decode("utf-8")), ProjectTable)
-        except (ParameterError, UnicodeDecodeError) as error:
+            table = check_value(read_json(self.table_path), ProjectTable)
+        except ParameterError as error:
             raise FileError(f"{self.table_path}: {error}; expected the table of a project") from error
         if table.format != FORMAT or not 1 <= table.version <= VERSION:
             found = f"{table.format!r}, version {table.version}"
@@ -170,7 +167,7 @@ class ProjectFolder:
                 raise ParameterError(f"files has no key {field!r}; the keys are {', '.join(RESULT_FORMATS)}")
             try:
                 values[field] = self._read_result(name, RESULT_FORMATS[field])
-            except (StitchMeshError, UnicodeDecodeError) as error:
+            except StitchMeshError as error:
                 notes.append(f"{field} left out: {error}")
         if table.yarn_settings is not None:
             values["yarn_settings"] = table.yarn_settings

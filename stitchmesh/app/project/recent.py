@@ -14,6 +14,8 @@ from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.project_folder import TABLE_NAME
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io.atomic import write_text
+from stitchmesh.io.checked import check_value
+from stitchmesh.io.json_file import read_json
 
 MOST_RECENT = 12
 """Number of projects that are remembered."""
@@ -57,11 +59,11 @@ def new_project_folder(name: str) -> Path:
 def recent_projects() -> list[RecentProject]:
     """Return the projects that were open, the last one first; projects whose folders are gone are left out."""
     try:
-        entries = json.loads(_list_path().read_text(encoding="utf-8"))
-        found = [RecentProject(Path(entry["folder"]), str(entry["name"])) for entry in entries]
-    except (OSError, ValueError, TypeError, KeyError):
+        entries = check_value(read_json(_list_path()), list[dict[str, str]])
+        found = [RecentProject(Path(entry["folder"]), entry["name"]) for entry in entries]
+        return [project for project in found if (project.folder / TABLE_NAME).is_file()]
+    except (StitchMeshError, OSError, KeyError):
         return []  # The list is a convenience: a damaged one is made anew.
-    return [project for project in found if (project.folder / TABLE_NAME).is_file()]
 
 
 def remember(project: Project) -> None:

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Annotated
 
@@ -94,7 +93,9 @@ class Edit:
 
 def _value(text: str) -> object:
     """Return a value that JSON can read, such as a number or a list, and any other text as it is."""
+    from stitchmesh.io.checked import parse_json
+
     try:
-        return json.loads(text)
-    except ValueError:
+        return parse_json(text)
+    except ParameterError:
         return text

@@ -33,7 +33,7 @@ OPTIONS: dict[str, dict[str, Any]] = {".stl": {"binary": True}, ".msh": {"file_f
 COUNTS = {
     ".vtk": re.compile(rb"(?m)^[A-Za-z_]+[ \t]+(\d+)(?:[ \t]+(\d+))?"),
     ".msh": re.compile(rb"(?m)^\$[A-Za-z]+\s+(\d+)(?:[ \t]+(\d+))?"),
-    ".mesh": re.compile(rb"(?m)^[ \t]*[A-Z][A-Za-z]+\s+(\d+)()"),
+    ".mesh": re.compile(rb"(?m)^[ \t]*[A-Z][A-Za-z]+(?:[ \t]+(\d+))?[^\n]*(?:\n\s*(\d+)[ \t\r]*$)?"),
 }
 """Numbers of points, cells and other elements in files of the formats that meshio reads, by suffix."""
 SURFACE_CELLS = ("triangle", "quad", "polygon")
@@ -115,7 +115,7 @@ def weld(points: NDArray[np.float64], faces: list[list[int]]) -> tuple[NDArray[n
 def _check_counts(name: str, suffix: str, content: bytes) -> None:
     """Refuse a number of elements that the file cannot hold, because meshio would ask for memory for them."""
     for found in COUNTS[suffix].finditer(content):
-        largest = max((digits for digits in found.groups() if digits), key=len)
+        largest = max((digits for digits in found.groups() if digits), key=len, default=b"0")
         if len(largest.lstrip(b"0")) > 18 or int(largest) > len(content):
             what = f"states {largest[:20].decode()} elements in {len(content)} bytes"
             raise FileError(f"{name}: is not a valid {FORMATS[suffix]} file ({what}); write it again")

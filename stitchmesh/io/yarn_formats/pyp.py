@@ -44,7 +44,7 @@ from os import fspath
 
 import numpy as np
 
-from stitchmesh.errors import FileError, first_few
+from stitchmesh.errors import FileError, MeshError, first_few
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath, is_coordinate, read_lines
 from stitchmesh.io.yarn_formats.splines import polyline_to_bspline
@@ -107,7 +107,10 @@ def read_pyp(path: FilePath) -> YarnSet:
         line, found = blocks["Q"].lines[short[0][0]], len(short[0])
         raise FileError(f"{name}: line {line}: the yarn of this vertex has {found} vertices; expected at least 3")
     width, height, radius, _ = blocks["pattern"].numbers[0]
-    lattice = Lattice(CENTIMETRES * np.array([[width, 0.0, 0.0], [0.0, height, 0.0]]))
+    try:
+        lattice = Lattice(CENTIMETRES * np.array([[width, 0.0, 0.0], [0.0, height, 0.0]]))
+    except MeshError as error:
+        raise FileError(f"{name}: periods of {width} and {height}: {error}") from error
     if "RefD1" in blocks:
         edges = CENTIMETRES * (vertices[following] - vertices)[:, :3] + lattice.shift(shift)
         _check_directors(name, edges, np.array(blocks["RefD1"].numbers))

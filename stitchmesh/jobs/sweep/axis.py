@@ -19,6 +19,8 @@ from stitchmesh.io.checked import check_table
 
 Keys = tuple[str, ...]
 """Path of keys into a table."""
+LARGEST = 1e15
+"""Largest bound of random numbers: whole numbers up to it are exact."""
 MOST_DRAWS = 10_000_000
 """Largest number of random samples."""
 
@@ -41,8 +43,9 @@ class Range:
     """Whether only whole numbers are drawn."""
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low <= self.high):
-            raise ParameterError(f"got low {self.low:g} and high {self.high:g}; expected numbers in this order")
+        if not -LARGEST <= self.low <= self.high <= LARGEST:
+            found = f"got low {self.low:g} and high {self.high:g}"
+            raise ParameterError(f"{found}; expected numbers in this order, at most {LARGEST:g}")
         if self.spread == "log" and self.low <= 0.0:
             raise ParameterError(f"got low {self.low:g} for a spread by logarithms; expected a positive number")
 

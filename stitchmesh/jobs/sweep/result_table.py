@@ -16,7 +16,7 @@ from typing import Any
 from stitchmesh.errors import FileError, ParameterError, StitchMeshError
 from stitchmesh.io.atomic import atomic_path, write_json
 from stitchmesh.io.checked import check_value
-from stitchmesh.io.contents import read_bytes
+from stitchmesh.io.json_file import read_json
 from stitchmesh.jobs.sweep.row import ERROR, Row
 from stitchmesh.jobs.sweep.task import SweptJob, Task
 
@@ -47,8 +47,8 @@ def read_rows(folder: Path, task: Task) -> dict[str, Row] | None:
     if not path.is_file():
         return None
     try:
-        rows = check_value(json.loads(read_bytes(path)), dict[str, dict[str, Any]])
-    except (StitchMeshError, ValueError):
+        rows = check_value(read_json(path), dict[str, dict[str, Any]])
+    except StitchMeshError:
         return None
     return rows if rows.keys() == {one.key for one in task.jobs} else None
 

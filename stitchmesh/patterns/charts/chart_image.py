@@ -27,6 +27,9 @@ LARGEST_PICTURE = 20_000_000
 """Maximum number of pixels of a picture that may hold the text of a chart; its pixels are not read."""
 MAX_PIXELS = 1_000_000
 """Maximum number of pixels; an image with more pixels is probably a photograph and not a chart."""
+LONGEST_SIDE = 10_000
+"""Maximum number of pixels of a row or a column: each row of a pattern takes about 1 kB. The widest knitting machines
+have 2,500 needles, and jacquard looms for cloth up to 10,000 warps in a repeat."""
 
 PNG_BEGINS = b"\x89PNG\r\n\x1a\n"
 """First bytes of a PNG."""
@@ -46,6 +49,8 @@ def open_chart(path: FilePath) -> Image:
     name = fspath(path)
     image = opened_png(name, read_bytes(path))
     _check_pixels(name, image.width, image.height, MAX_PIXELS)
+    if max(image.size) > LONGEST_SIDE:
+        raise FileError(f"{name}: has {image.width} x {image.height} pixels; expected sides of {LONGEST_SIDE} at most")
     try:
         image.load()
     except PNG_DAMAGES as error:
@@ -97,16 +102,17 @@ def number_pixels(pixels: NDArray, colours: NDArray[np.uint8], name: str) -> NDA
         PatternError: a pixel has none of the colours; the message gives the first such pixel, counted from the lower
             left to the right and upwards.
     """
-    numbers = {colour: number for number, colour in reversed(list(enumerate(_packed(colours).tolist())))}
+    known, number = np.unique(_packed(colours), return_index=True)
     packed = _packed(pixels)
-    unknown = ~np.isin(packed[::-1], list(numbers))
+    place = np.minimum(np.searchsorted(known, packed), len(known) - 1)
+    unknown = (known[place] != packed)[::-1]
     if unknown.any():
         row, column = divmod(int(unknown.argmax()), pixels.shape[1])
         found = "#" + "".join(f"{part:02x}" for part in pixels[::-1][row, column])
         where = f"row {row + 1}, stitch {column + 1} from the left"
         found = f"got colour {found}; expected one of the {len(colours)} colours of the palette"
         raise PatternError(f"{name}: {where}: {found}")
-    return np.vectorize(numbers.__getitem__, otypes=[np.int64])(packed)
+    return np.asarray(number[place], dtype=np.int64)
 
 
 def colours_in_order_of_use(pixels: NDArray, name: str) -> NDArray[np.uint8]:

@@ -42,18 +42,35 @@ def read_colour_chart(path: FilePath, palette: ArrayLike | None = None) -> Patte
         PatternError: a pixel has none of the palette's colours, or the image has more than 256 colours.
         ParameterError: the palette has a wrong shape, or a colour is not a whole number from 0 to 255.
     """
-    suffix_of(path, (".png",))
-    image = open_chart(path)
-    if palette is None and image.mode == "P":
-        yarns, colours = np.asarray(image, dtype=np.int64), _file_palette(image)
-    else:
-        pixels = np.asarray(image.convert("RGB"))
-        colours = colours_in_order_of_use(pixels, fspath(path)) if palette is None else checked_palette(palette)
-        yarns = number_pixels(pixels, colours, fspath(path))
+    yarns, colours = read_numbers(path, palette)
     knits = {int(yarn): Cell(Stitch.KNIT, yarn=int(yarn)) for yarn in np.unique(yarns)}
     rows = tuple(Row(tuple(knits[yarn] for yarn in row)) for row in yarns[::-1].tolist())
     own = tuple((int(red), int(green), int(blue)) for red, green, blue in colours[: int(yarns.max()) + 1])
     return Pattern(Path(path).stem.replace('"', "'"), "", rows, own)
+
+
+def read_numbers(
+    path: FilePath, palette: ArrayLike | None = None
+) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
+    """Read the number of the colour of each pixel of a PNG.
+
+    Args:
+        path: the file.
+        palette: the colour of each number, or None, as for ``read_colour_chart``.
+
+    Returns:
+        The numbers, shape (rows, columns), the top row first, and the colour of each number, shape (C, 3).
+
+    Raises:
+        FileError, PatternError, ParameterError: as for ``read_colour_chart``.
+    """
+    suffix_of(path, (".png",))
+    image = open_chart(path)
+    if palette is None and image.mode == "P":
+        return np.asarray(image, dtype=np.int64), _file_palette(image)
+    pixels = np.asarray(image.convert("RGB"))
+    colours = colours_in_order_of_use(pixels, fspath(path)) if palette is None else checked_palette(palette)
+    return number_pixels(pixels, colours, fspath(path)), colours
 
 
 def write_colour_chart(path: FilePath, pattern: Pattern, palette: ArrayLike) -> None:

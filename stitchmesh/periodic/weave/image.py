@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from stitchmesh.errors import PatternError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.patterns.charts.chart_image import png_of_numbers
-from stitchmesh.patterns.charts.colour_chart import chart_palette, read_colour_chart
+from stitchmesh.patterns.charts.colour_chart import read_numbers
 from stitchmesh.periodic.weave.weave import Weave
 
 
@@ -31,12 +31,10 @@ def read_weave_image(path: FilePath) -> Weave:
         FileError: the file cannot be read, is not a PNG, is too large, or has transparent pixels.
         PatternError: the image does not have exactly two colours, both are equally light, or the weave falls apart.
     """
-    rows = read_colour_chart(path).rows
-    colour = np.array([[cell.yarn for cell in row.cells] for row in reversed(rows)])
-    palette = chart_palette(path)
+    numbers, palette = read_numbers(path)
     # a palette can hold one colour several times
-    colour = np.unique(palette, axis=0, return_inverse=True)[1].ravel()[colour]
-    light = np.unique(palette, axis=0).sum(axis=1)
+    colours, merged = np.unique(palette, axis=0, return_inverse=True)
+    colour, light = merged.ravel()[numbers], colours.sum(axis=1)
     first, second = _two_colours(colour, fspath(path))
     if light[first] == light[second]:
         raise PatternError(f"{fspath(path)}: got two colours that are equally light; expected black and white")

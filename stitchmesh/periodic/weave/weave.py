@@ -172,12 +172,12 @@ def top_sheet(over: NDArray[np.bool_]) -> NDArray[np.bool_]:
         Whether each yarn belongs to the set: first the wefts, then the warps, shape (wefts + warps,).
     """
     wefts, warps = over.shape
-    weft_over, warp_under = np.nonzero(over)
-    weft_under, warp_over = np.nonzero(~over)
-    upper = np.concatenate([weft_over, wefts + warp_over])
-    lower = np.concatenate([wefts + warp_under, weft_under])
-    graph = csr_array((np.ones(len(upper)), (upper, lower)), shape=(wefts + warps,) * 2)
+    count_below = np.concatenate([over.sum(axis=1), (~over).sum(axis=0)])
+    lower = np.concatenate([wefts + np.nonzero(over)[1], np.nonzero(~over.T)[1]]).astype(np.int32)
+    ends = np.concatenate([[0], np.cumsum(count_below)]).astype(np.int32)
+    graph = csr_array((np.ones(len(lower)), lower, ends), shape=(wefts + warps,) * 2)
     count, sheet = connected_components(graph, connection="strong")
+    upper_sheet, lower_sheet = np.repeat(sheet, count_below), sheet[lower]
     covered = np.zeros(count, dtype=np.bool_)
-    covered[sheet[lower[sheet[upper] != sheet[lower]]]] = True
+    covered[lower_sheet[upper_sheet != lower_sheet]] = True
     return np.asarray(sheet == np.flatnonzero(~covered)[0])

@@ -199,8 +199,9 @@ def test_a_name_that_is_taken_gets_a_number(tmp_path):
 
 def test_a_damaged_list_of_recent_projects_is_made_anew(opened, tmp_path):
     (tmp_path / "state" / "stitchmesh").mkdir(parents=True)
-    (tmp_path / "state" / "stitchmesh" / "projects.json").write_text('[{"folder": 3}]')
-    assert recent_projects() == []
+    for damaged in ('[{"folder": 3}]', "[" * 10_000, '[{"folder": "' + "a" * 5000 + '", "name": "a"}]'):
+        (tmp_path / "state" / "stitchmesh" / "projects.json").write_text(damaged)
+        assert recent_projects() == []
     opened(Project.create(tmp_path / "one"))
     assert [one.folder.name for one in recent_projects()] == ["one"]
 

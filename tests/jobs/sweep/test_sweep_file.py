@@ -94,6 +94,7 @@ def test_small_swatches_share_tasks_and_equal_jobs_are_done_once(tmp_path):
         (JOB + "[grid]\nswatch.gamma = []\n", "expected a list of values"),
         (JOB + "[random]\nsamples = 0\n", "random.samples: got 0; expected 1 to"),
         (JOB + "[random]\nswatch.gamma = { low = 2, high = 1 }\n", "random.swatch.gamma: got low 2 and high 1"),
+        (JOB + "[random]\nswatch.rows = { low = 0, high = 1e30, whole = true }\n", "in this order, at most 1e+15"),
         (JOB + "[random]\nswatch.gamma = { low = 0, high = 1, spread = 'log' }\n", "expected a positive number"),
         (JOB + "[random]\nswatch.rows = { low = 1.2, high = 1.8, whole = true }\n", "no whole number between"),
         (JOB + "[random]\nswatch.gamma = 3\n", "random.swatch.gamma: got 3; expected a list of values, or"),

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -58,4 +60,24 @@ def test_images_that_show_no_weave_are_refused(tmp_path):
         read_weave(path)
     path.write_text("01\n10\n")
     with pytest.raises(FileError, match=r"cloth\.png: is not a whole PNG"):
+        read_weave(path)
+
+
+def test_the_largest_weave_takes_a_few_numbers_for_each_pixel_and_not_a_cell(tmp_path):
+    path = tmp_path / "cloth.png"
+    painted(np.add.outer(np.arange(1000), np.arange(1000)) % 2 == 1).convert("1").save(path)
+    read_weave("plain")
+    tracemalloc.start()
+    assert len(read_weave(path).matrix) == 1000
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    # The check that the weave hangs together holds seven numbers of eight bytes for each crossing.
+    assert most < 64 * 10**6
+
+
+@pytest.mark.parametrize("size", [(1, 10_001), (10_001, 1)])
+def test_images_with_a_side_that_no_chart_has_are_refused(tmp_path, size):
+    path = tmp_path / "cloth.png"
+    Image.new("1", size).save(path)
+    with pytest.raises(FileError, match=rf"cloth\.png: has {size[0]} x {size[1]} pixels; expected sides of 10000 at"):
         read_weave(path)

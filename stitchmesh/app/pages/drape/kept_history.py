@@ -14,8 +14,8 @@ from pathlib import Path
 from stitchmesh.app.pages.drape.scene_history import SceneHistory
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.atomic import write_json
-from stitchmesh.io.checked import check_value, parse_json
-from stitchmesh.io.contents import read_bytes
+from stitchmesh.io.checked import check_value
+from stitchmesh.io.json_file import read_json
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_file import read_scene, scene_text, write_scene
 
@@ -59,7 +59,7 @@ def read_history(folder: Path, scene: Scene) -> SceneHistory:
     A scene that was changed otherwise since, for example by hand, can be undone, and what was undone is forgotten.
     """
     try:
-        order = check_value(parse_json(read_bytes(folder / ORDER).decode("utf-8")), _Order)
+        order = check_value(read_json(folder / ORDER), _Order)
         before = tuple(read_scene(folder / Path(name).name) for name in order.before)
         after = tuple(read_scene(folder / Path(name).name) for name in order.after)
     except (FileError, ParameterError, ValueError):
