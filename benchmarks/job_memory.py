@@ -7,7 +7,7 @@
     python benchmarks/job_memory.py --device cuda:0
 
 Each job runs in a process of its own, as ``stitchmesh run`` does. The estimate is that of its ``report.json``. On a GPU
-it is compared with the largest use of Warp's pool of memory there. With ``--stages`` the largest memory of each stage is
+it is compared with the largest use of Warp's pool of memory. With ``--stages`` the largest memory of each stage is
 printed too; Linux can reset it between stages.
 """
 
