@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Relaxations that many computations ask for (``asking_together``), done together in batches of cells.
 
-A batch has one precision, one tolerance and one rule of quadrature. Its cells come to the states that ``relax_yarns`` finds within the
-tolerance, but with other roundings: candidate lists and Newton steps serve all cells of a batch, so that the bits
-depend on which cells are in it. What cells of a batch cannot do is done alone: yarns without a lattice, another solver,
-further terms, and yarns that cannot take their load at once (``load_path``).
+A batch has one precision, one tolerance and one rule of quadrature. Its cells come to the states that ``relax_yarns``
+finds within the tolerance, but with other roundings: candidate lists and Newton steps serve all cells of a batch, so
+that the bits depend on which cells are in it. What cells of a batch cannot do is done alone: yarns without a lattice,
+another solver, further terms, and yarns that cannot take their load at once (``load_path``).
 """
 
 from __future__ import annotations
