@@ -10,6 +10,7 @@ from typing import Any
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 
@@ -28,7 +29,12 @@ def carried_arrays(simulation: YarnSimulation) -> dict[str, wp.array[Any]]:
 
 
 def resume_from_arrays(simulation: YarnSimulation, arrays: Mapping[str, NDArray[Any]], margin: float) -> None:
-    """Continue from the arrays of a simulation with the same input, with lists of the same margin [units]."""
+    """Continue from the arrays of a simulation with the same input, with lists of the same margin [units].
+
+    Raises:
+        ParameterError: an array is missing or has another shape.
+    """
+    _check_arrays(carried_arrays(simulation), arrays)
     simulation.state.points.assign(arrays["listed_points"])
     simulation.search_contacts(margin)
     for name, array in carried_arrays(simulation).items():
@@ -39,6 +45,15 @@ def resume_from_arrays(simulation: YarnSimulation, arrays: Mapping[str, NDArray[
     for number, term in enumerate(simulation.terms):
         term.resume(_part_of(arrays, f"{term.name} {number}."))
     simulation.discard_launches()
+
+
+def _check_arrays(expected: Mapping[str, wp.array[Any]], arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Check that there are all arrays; those of terms may have any shape, because numbers of contacts change."""
+    for name, array in expected.items():
+        shape = array.numpy().shape if "." not in name or name.startswith("solver.") else None
+        if name not in arrays or (shape is not None and arrays[name].shape != shape):
+            found = "is missing" if name not in arrays else f"has the shape {arrays[name].shape}, expected {shape}"
+            raise ParameterError(f"resume: array {name!r} of the checkpoint {found}; begin without it")
 
 
 def _part_of(arrays: Mapping[str, NDArray[Any]], start: str) -> dict[str, NDArray[Any]]:

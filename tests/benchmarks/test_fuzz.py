@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import subprocess
 import sys
@@ -51,6 +52,15 @@ def test_a_thousand_damaged_files_of_each_reader_cost_an_error_of_one_line(tmp_p
 
 def test_damaged_files_of_the_other_readers_cost_an_error_of_one_line(tmp_path):
     assert faults(SELDOM, 60, tmp_path) == ""
+
+
+def test_the_documentation_lists_every_reader_of_the_package_and_of_the_benchmark():
+    page = (ROOT / "docs" / "robustness.md").read_text()
+    for path in sorted((ROOT / "stitchmesh").rglob("*.py")):
+        for node in ast.parse(path.read_text()).body:
+            if isinstance(node, ast.FunctionDef) and node.name.startswith("read_"):
+                assert f"`{node.name}`" in page, f"{node.name} of {path.name} has no reader in the benchmark"
+    assert [name for name in fuzz_readers.READERS if f"| {name} |" not in page] == []
 
 
 def aborts(path: Path) -> None:

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import FileError, ParameterError, SolverError
-from stitchmesh.io.checkpoint_file import previous_path, read_checkpoint
+from stitchmesh.io.checkpoint_file import CheckpointFile, previous_path, read_checkpoint, write_checkpoint
 from stitchmesh.mesh import Mesh
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
@@ -265,6 +265,18 @@ def test_a_checkpoint_of_another_relaxation_is_refused(folder):
         with pytest.raises(ParameterError, match=message) as caught:
             resume()
         assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"), [("listed_points", "is missing"), ("points", r"has the shape \(3, 3\), expected \(\d+, 3\)")]
+)
+def test_a_checkpoint_whose_arrays_were_exchanged_is_refused(folder, tmp_path, name, reason):
+    content = read_checkpoint(folder / "checkpoint.smc")
+    arrays = {key: array for key, array in content.arrays.items() if key != name}
+    others = {} if "missing" in reason else {name: np.zeros((3, 3), dtype=np.float32)}
+    write_checkpoint(tmp_path / "other.smc", CheckpointFile(content.header, arrays | others))
+    with pytest.raises(ParameterError, match=f"resume: array '{name}' of the checkpoint {reason}"):
+        relaxed(resume=tmp_path / "other.smc")
 
 
 def test_a_missing_checkpoint_is_refused(tmp_path):
