@@ -10,8 +10,11 @@ import signal
 import sys
 from collections.abc import Callable
 from io import IOBase
+from pathlib import Path
 from types import FrameType
 from typing import Any
+
+from stitchmesh.io.part_folder import PartFolder
 
 
 class Countdown:
@@ -75,3 +78,11 @@ def killed(function: str, calls: int, work: Callable[[], object], *, of_files: b
     if os.WIFEXITED(status) and os.WEXITSTATUS(status) != 0:
         raise RuntimeError(f"the child ended with status {os.WEXITSTATUS(status)}")
     return os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGKILL
+
+
+def leave_part(folder: Path, name: str) -> None:
+    """Leave half of a file in a folder, as a process that is killed while it writes does."""
+    folder.mkdir(parents=True, exist_ok=True)
+    part = PartFolder(folder)
+    (part.path / name).write_text("half of the n")
+    part._lock.close()  # The operating system releases the lock of a process that is killed.

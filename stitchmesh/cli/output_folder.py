@@ -6,13 +6,15 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stitchmesh.budget.budget import POINT_OF_PICTURE, START_OF_RENDERER
 from stitchmesh.errors import DisplayError, FileError
+from stitchmesh.io.disk_refusal import refusal
 from stitchmesh.io.history import HistoryEntry
+from stitchmesh.io.part_folder import PartFolder, remove_stale_parts
 from stitchmesh.quality import Quality, quality_named
 
 if TYPE_CHECKING:
@@ -23,25 +25,29 @@ if TYPE_CHECKING:
 def output_folder(name: str) -> Iterator[Path]:
     """Make the output folder and check that it can be written, before a long computation starts.
 
-    If the folder is new and still empty when the block ends, for example because of an error, it is removed.
+    Parts of files that a killed run has left there are removed. If the folder is new and still empty when the block
+    ends, for example because of an error, it is removed too.
 
     Raises:
-        FileError: the folder cannot be made or written.
+        FileError: the folder cannot be made or written, or another program removes it while the block runs.
     """
     folder = Path(name)
     made = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        probe = folder / ".stitchmesh-probe"
-        probe.touch()
-        probe.unlink()
+        remove_stale_parts(folder)
+        PartFolder(folder).remove()
+        number = folder.stat().st_ino
     except OSError as error:
-        raise FileError(f"{name}: cannot be written ({error.strerror}); choose another output folder") from error
+        raise FileError(f"{name}: cannot be written {refusal(error)}") from error
     try:
         yield folder
+        if not folder.exists() or folder.stat().st_ino != number:
+            raise FileError(f"{name}: was removed while the command ran, with files of it; run the command again")
     finally:
-        if made and not any(folder.iterdir()):
-            folder.rmdir()
+        if made:
+            with suppress(OSError):  # It holds files.
+                folder.rmdir()
 
 
 def plot_history(history: Sequence[HistoryEntry], folder: Path, quality: str | Quality) -> None:

@@ -1,12 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Atomic writes: the content is written to a temporary file beside the target and renamed when it is complete."""
+"""Atomic writes: the content is written to a temporary file, which replaces the target when it is complete."""
 
 from __future__ import annotations
 
 import json
 import os
-import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from os import fspath
@@ -14,31 +13,34 @@ from pathlib import Path
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath
+from stitchmesh.io.disk_refusal import refusal
+from stitchmesh.io.part_folder import PartFolder
 
 
 @contextmanager
 def atomic_path(path: FilePath) -> Iterator[Path]:
-    """Provide a temporary path in the target's folder; the temporary file replaces the target after the block.
+    """Provide the path of a temporary file, which replaces the target after the block.
 
     Missing folders are made. If the block raises an exception or is interrupted, the temporary file is removed and the
-    target stays unchanged. The temporary name has the suffix of the target, because some writers use the suffix.
+    target stays unchanged; after a kill the next write removes it (``part_folder``). It has the name of the target.
 
     Raises:
         FileError: the folder cannot be made or written, the target is a folder, or the disk refuses the file.
     """
     target = Path(path)
-    temporary = _make_temporary_file(target)
+    part = _begin_part(target)
+    temporary = part.path / target.name
     try:
         yield temporary
         _flush_to_disk(temporary)
         os.replace(temporary, target)
     except OSError as error:
-        raise FileError(f"{fspath(path)}: cannot be written ({error.strerror or error})") from error
+        raise FileError(f"{fspath(path)}: cannot be written {refusal(error)}") from error
     finally:
-        temporary.unlink(missing_ok=True)
+        part.remove()
 
 
-def write_bytes(path: FilePath, content: bytes) -> None:
+def write_bytes(path: FilePath, content: bytes | memoryview) -> None:
     """Write a file atomically.
 
     Raises:
@@ -66,28 +68,16 @@ def write_json(path: FilePath, content: Mapping[str, object]) -> None:
     write_text(path, json.dumps(content, indent=2, allow_nan=False) + "\n")
 
 
-def _make_temporary_file(target: Path) -> Path:
-    """Make an empty temporary file in the folder of the target, and return its path."""
+def _begin_part(target: Path) -> PartFolder:
+    """Make the folder in which a file is written before it replaces the target."""
     if target.is_dir():
         raise FileError(f"{target}: is a folder; expected the name of a file to write")
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
+        return PartFolder(target.parent)
     except (FileExistsError, NotADirectoryError) as error:
         raise FileError(f"{target}: the name of its folder is the name of a file; choose another folder") from error
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise FileError(f"{target}: its folder cannot be written ({reason}); choose another one") from error
-    os.close(handle)
-    os.chmod(name, 0o666 & ~_file_mode_mask())  # mkstemp makes files that only the owner can read.
-    return Path(name)
-
-
-def _file_mode_mask() -> int:
-    """Return the mask of permissions of new files; it can only be read by setting it."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+        raise FileError(f"{target}: its folder cannot be written {refusal(error)}") from error
 
 
 def _flush_to_disk(path: Path) -> None:

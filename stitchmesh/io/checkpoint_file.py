@@ -14,7 +14,6 @@ and then a complete new file replaces the first name.
 
 from __future__ import annotations
 
-import glob
 import hashlib
 import itertools
 import json
@@ -74,19 +73,15 @@ def previous_path(path: FilePath) -> Path:
 def write_checkpoint(path: FilePath, content: CheckpointFile) -> None:
     """Write a checkpoint; an existing undamaged checkpoint at the path becomes the previous one.
 
-    Temporary files of an earlier process that was killed while it wrote are removed.
-
     Raises:
         FileError: the file cannot be written; the existing checkpoint is then still there, under its own name or under
             that of the previous one.
     """
     target = Path(path)
-    for leftover in target.parent.glob(f".{glob.escape(target.stem)}-*{glob.escape(target.suffix)}"):
-        leftover.unlink(missing_ok=True)
     with atomic_path(target) as temporary:
         _write(temporary, content)
         if is_undamaged(target):  # A damaged file must not replace an undamaged previous checkpoint.
-            _keep_as_previous(target)
+            _keep_as_previous(target, temporary.with_name("second"))
 
 
 def read_checkpoint(path: FilePath) -> CheckpointFile:
@@ -193,16 +188,18 @@ def _arrays(content: memoryview, table: list[tuple[str, str, list[int]]]) -> dic
     return arrays
 
 
-def _keep_as_previous(target: Path) -> None:
+def _keep_as_previous(target: Path, second: Path) -> None:
     """Give a checkpoint the name of the previous one.
 
     The file keeps its own name too if the file system supports hard links; otherwise it is renamed.
+
+    Args:
+        target: the checkpoint.
+        second: a free name beside the new checkpoint, in the folder that is removed after the write.
     """
-    second = target.with_name(f".{target.stem}-second{target.suffix}")
     try:
         os.link(target, second)
     except OSError:
         os.replace(target, previous_path(target))
         return
-    os.replace(second, previous_path(target))
-    second.unlink(missing_ok=True)  # os.replace does nothing if both names belong to the same file.
+    os.replace(second, previous_path(target))  # This does nothing if both names belong to the same file.

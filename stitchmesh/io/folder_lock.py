@@ -2,19 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """A lock on the folder of a project or of a job, so that two programs never write into it at once.
 
-The lock belongs to the process: the operating system releases it when the process ends, also when it is killed.
+The lock belongs to the process: the operating system releases it when the process ends, also when it is killed. Where
+there are no locks (Windows, some network file systems), a second program is not refused.
 """
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import IO
 
 from stitchmesh.errors import FileError
+from stitchmesh.io.disk_refusal import refusal
 
 try:
     import fcntl
-except ImportError:  # Windows has no such locks; there a second program is not refused.
+except ImportError:  # Windows has no such locks.
     fcntl = None  # type: ignore[assignment]
 
 NAME = ".lock"
@@ -34,18 +37,28 @@ class FolderLock:
         Raises:
             FileError: another program holds the lock, or the folder cannot be made or written.
         """
+        self._path = folder / NAME
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            self._file: IO[str] | None = (folder / NAME).open("a+")
+            self._file: IO[str] | None = self._path.open("a+")
         except OSError as error:
-            reason = error.strerror or str(error)
-            raise FileError(f"{folder}: cannot be written ({reason}); choose another folder") from error
-        try:
-            if fcntl is not None:
-                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
+            raise FileError(f"{folder}: cannot be written {refusal(error)}") from error
+        if try_lock(self._file) is False:
             self._file.close()
-            raise FileError(f"{folder}: {held}") from error
+            raise FileError(f"{folder}: {held}")
+
+    def check(self) -> None:
+        """Return if the lock is still that of the folder.
+
+        Raises:
+            FileError: another program has removed the folder, or the file of the lock.
+        """
+        try:
+            same = self._file is not None and os.path.samestat(os.fstat(self._file.fileno()), self._path.stat())
+        except FileNotFoundError:
+            same = False
+        if not same:
+            raise FileError(f"{self._path.parent}: was removed while it was in use, with files of it; begin again")
 
     def release(self) -> None:
         """Release the lock; a second call does nothing."""
@@ -56,13 +69,31 @@ class FolderLock:
 
 def is_locked(folder: Path) -> bool:
     """Return whether a program holds the lock of a folder; where there are no locks, the answer is yes."""
-    if fcntl is None:
-        return True
     try:
         with (folder / NAME).open() as file:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return try_lock(file, shared=True) is not True  # A file that is open for reading may have a shared lock.
     except FileNotFoundError:
         return False
     except OSError:
         return True
-    return False
+
+
+def try_lock(file: IO[str], *, shared: bool = False) -> bool | None:
+    """Take the lock on an open file until the file is closed or the process ends.
+
+    Args:
+        file: the file, open for writing unless the lock is shared.
+        shared: whether others may have a shared lock at the same time.
+
+    Returns:
+        True; False if another program holds the lock; None where the system or the file system has no locks.
+    """
+    if fcntl is None:
+        return None
+    try:
+        fcntl.flock(file, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return None
+    return True

@@ -9,6 +9,7 @@ Optional fields that are None are left out, and a lattice is stored as its perio
 from __future__ import annotations
 
 import dataclasses
+import io
 import math
 from collections.abc import Iterable
 from os import fspath
@@ -18,7 +19,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_type_hints
 import numpy as np
 
 from stitchmesh.errors import FileError, StitchMeshError
-from stitchmesh.io.atomic import atomic_path
+from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath, check_expansion, read_bytes
 from stitchmesh.lattice import Lattice
 
@@ -46,7 +47,8 @@ def write_dataclass(path: FilePath, data: object, format_name: str) -> None:
     """
     import h5py
 
-    with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
+    content = io.BytesIO()  # On a full disk HDF5 itself writes a damaged file and ends the process.
+    with h5py.File(content, "w") as file:
         file.attrs["format"] = format_name
         file.attrs["version"] = VERSION
         file.attrs["unit"] = "cm"
@@ -54,6 +56,7 @@ def write_dataclass(path: FilePath, data: object, format_name: str) -> None:
             value = getattr(data, field.name)
             if value is not None:
                 file.create_dataset(field.name, data=value.periods if isinstance(value, Lattice) else value)
+    write_bytes(path, content.getbuffer())
 
 
 def read_dataclass(path: FilePath, kind: type[Data], format_name: str) -> Data:

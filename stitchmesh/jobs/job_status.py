@@ -16,7 +16,7 @@ from typing import Literal
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.checked import check_table
-from stitchmesh.io.folder_lock import is_locked
+from stitchmesh.io.folder_lock import FolderLock, is_locked
 from stitchmesh.io.json_file import read_json
 from stitchmesh.progress import seconds_left
 
@@ -82,9 +82,9 @@ Listener = Callable[[JobStatus], None]
 class JobLog:
     """Reports of a running job: to the file, and to a listener."""
 
-    def __init__(self, folder: Path, listener: Listener) -> None:
-        """Begin the reports: to a file in the folder of the job, and to a listener."""
-        self._path, self._listener = folder / STATUS, listener
+    def __init__(self, folder: Path, lock: FolderLock, listener: Listener) -> None:
+        """Begin the reports: to a file in the folder of the job, whose lock the job holds, and to a listener."""
+        self._path, self._lock, self._listener = folder / STATUS, lock, listener
         self._began, self._stage_began, self._written = time.monotonic(), 0.0, 0.0
         self._now = JobStatus(
             time="", state="running", stage="", done=0.0, seconds=0.0, process=os.getpid(), host=socket.gethostname()
@@ -129,6 +129,7 @@ class JobLog:
         self._now = replace(self._now, time=stamp, seconds=round(self.seconds, 2), **changes)  # type: ignore[arg-type]
         if always or now - self._written >= WRITE_SECONDS:
             self._written = now
+            self._lock.check()
             write_json(self._path, asdict(self._now))
         self._listener(self._now)
 

@@ -23,6 +23,7 @@ from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.checked import check_table
 from stitchmesh.io.json_file import read_json
+from stitchmesh.io.part_folder import PARTS, remove_stale_parts
 from stitchmesh.yarnrelax.fingerprint import checksum
 
 STAGES = "stages"
@@ -157,9 +158,9 @@ class KeptStages:
         return tuple(path.name for path in others), freed
 
     def tidy(self, checkpoint: str) -> None:
-        """Remove what killed runs have left: hidden parts of files, and unfinished stages without a checkpoint."""
+        """Remove what killed runs have left: parts of files, and unfinished stages without a checkpoint."""
         for path in list(self.unfinished()):
             if not any(path.rglob(checkpoint)):
                 shutil.rmtree(path, ignore_errors=True)
-        for part in self.folder.glob("**/.*"):
-            part.unlink(missing_ok=True)
+        for parts in list(self.folder.rglob(PARTS)):
+            remove_stale_parts(parts.parent)

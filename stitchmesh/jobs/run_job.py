@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import glob
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -20,12 +19,13 @@ from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.folder_lock import FolderLock
 from stitchmesh.io.history import write_history
+from stitchmesh.io.part_folder import remove_stale_parts
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.jobs.garment_stages import make_garment
 from stitchmesh.jobs.job import Job
-from stitchmesh.jobs.job_status import STATUS, JobLog, Listener
+from stitchmesh.jobs.job_status import JobLog, Listener
 from stitchmesh.jobs.kept_stages import KeptStages
-from stitchmesh.jobs.pictures import PLOT, draw_convergence, draw_yarns
+from stitchmesh.jobs.pictures import draw_convergence, draw_yarns
 from stitchmesh.jobs.stage_run import JobRun
 from stitchmesh.jobs.stop import JobStopped, StopRequest
 from stitchmesh.jobs.swatch_stages import relax_swatch
@@ -90,8 +90,9 @@ def run_job(
     target, started = Path(folder), time.perf_counter() if began is None else began
     lock = FolderLock(target, BUSY)
     try:
-        _tidy(job, target)
-        log, budget = JobLog(target, listener), _budget(job, started)
+        remove_stale_parts(target)
+        KeptStages(target).tidy(CHECKPOINT)
+        log, budget = JobLog(target, lock, listener), _budget(job, started)
         run = JobRun(job, target, resume, stop or StopRequest(), log, {"stitchmesh": __version__}, budget)
         with end_reported(log), limited_to(limit_of(budget)):
             return _run(run)
@@ -140,15 +141,6 @@ def _draws(job: Job, budget: Budget | None) -> bool:
     return bool(job.render) and (budget is None or budget.within is None or budget.after > FILES)
 
 
-def _tidy(job: Job, folder: Path) -> None:
-    """Remove what killed runs have left: parts of files, and unfinished stages without a checkpoint."""
-    KeptStages(folder).tidy(CHECKPOINT)
-    pictures = [picture.path for picture in job.render]
-    for name in (*job.write_stitches, *job.write_yarns, *pictures, STATUS, REPORT, HISTORY, PLOT):
-        for part in folder.glob(f".{glob.escape(Path(name).stem)}-*{glob.escape(Path(name).suffix)}"):
-            part.unlink(missing_ok=True)
-
-
 @contextmanager
 def end_reported(log: JobLog) -> Iterator[None]:
     """Report how the block ends."""
@@ -159,6 +151,6 @@ def end_reported(log: JobLog) -> Iterator[None]:
         log.close("stopped")
         raise
     except StitchMeshError as error:
-        with suppress(FileError):  # A full disk refuses the status too.
+        with suppress(FileError):  # A full disk refuses the status too, and a folder that was removed.
             log.close("failed", str(error))
         raise

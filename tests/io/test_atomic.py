@@ -46,8 +46,7 @@ def test_a_failing_writer_keeps_the_old_file_and_leaves_no_temporary_file(tmp_pa
 def test_the_target_appears_only_when_the_block_ends(tmp_path):
     with atomic_path(tmp_path / "a.txt") as temporary:
         temporary.write_text("new")
-        assert temporary.suffix == ".txt"
-        assert temporary.parent == tmp_path
+        assert temporary.name == "a.txt"  # Some writers choose the format by the suffix, others store the name.
         assert not (tmp_path / "a.txt").exists()
     assert (tmp_path / "a.txt").read_text() == "new"
     assert names(tmp_path) == ["a.txt"]

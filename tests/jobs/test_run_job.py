@@ -35,6 +35,7 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.recipe.recipe import recipe_options
 from stitchmesh.recipe.recipe_file import write_recipe
 from tests.gallery import ROOT, tube
+from tests.killing import leave_part
 
 STAGES = ["label", "tessellate", "relax_mesh", "generate_yarns", "relax_yarns", "plot_convergence"]
 
@@ -159,7 +160,8 @@ def test_a_stopped_job_continues_to_the_same_bits(job, done, tmp_path, monkeypat
 
 def test_a_result_that_the_time_cut_short_is_one_of_that_time_only(job, tmp_path):
     stage, record = yarns_stage("generate_yarns", "0"), StageRecord(seconds=1.0, report={}, within="1s")
-    run = JobRun(replace(job, within="1s"), tmp_path, False, StopRequest(), JobLog(tmp_path, lambda _: None), {})
+    log = JobLog(tmp_path, FolderLock(tmp_path, "held"), lambda _: None)
+    run = JobRun(replace(job, within="1s"), tmp_path, False, StopRequest(), log, {})
     run.kept.keep(stage, sm.YarnSet.from_curves([np.eye(4)[:, :3]], closed=[False], radius=0.1), record)
     assert run.finished(stage) is not None
     run.job = replace(job, within="1h")
@@ -196,7 +198,7 @@ def test_two_runs_in_one_folder_are_refused(job, copy):
 
 def test_a_job_that_ended_without_a_word_was_killed(tmp_path):
     lock = FolderLock(tmp_path, "held")
-    JobLog(tmp_path, lambda _: None).begin("label")
+    JobLog(tmp_path, lock, lambda _: None).begin("label")
     assert read_status(tmp_path).state == "running"
     lock.release()
     assert read_status(tmp_path).state == "killed"
@@ -206,10 +208,9 @@ def test_a_job_that_ended_without_a_word_was_killed(tmp_path):
 
 
 def test_what_killed_runs_leave_goes_at_the_next_run(job, copy):
-    label = next(copy.glob("stages/label-*")).name
-    for name in (".yarns-x1.h5", ".status-x1.json", "stages/yarns-0/yarns.h5", f"stages/{label}/.stitches-1.h5"):
-        (copy / name).parent.mkdir(exist_ok=True)
-        (copy / name).write_text("")
+    label = next(copy.glob("stages/label-*"))
+    for folder in (copy, label, copy / "stages/yarns-0"):
+        leave_part(folder, "yarns.h5")
     (copy / ".mine").write_text("")
     run_job(job, copy)
     hidden = {path.name for path in copy.glob("**/.*")}
@@ -237,13 +238,27 @@ def test_clean_refuses_a_folder_in_which_stages_may_be_needed(job, copy, tmp_pat
             clean_job(copy)
     finally:
         lock.release()
-    JobLog(copy, lambda _: None).close("stopped")
+    lock = FolderLock(copy, "held")
+    JobLog(copy, lock, lambda _: None).close("stopped")
+    lock.release()
     with pytest.raises(FileError, match=r"the last run in it was stopped, .* run the job to its end first"):
         clean_job(copy)
     (tmp_path / "empty").mkdir()
     with pytest.raises(FileError, match=r"holds no status\.json"):
         clean_job(tmp_path / "empty")
     assert sorted(copy.rglob("*")) == before and not list((tmp_path / "empty").iterdir())
+
+
+def test_a_folder_that_is_removed_in_the_middle_is_one_line(job, copy):
+    def remove(report):
+        if report.stage == "generate_yarns":
+            shutil.rmtree(copy, ignore_errors=True)
+
+    other = replace(job, generate_yarns=GenerateYarnsTable(yarn_radius=0.09))
+    with pytest.raises(FileError, match="was removed while it was in use, with files of it; begin again"):
+        run_job(other, copy, listener=remove)
+    assert not (copy / "status.json").exists(), "another run may be there by now"
+    run_job(job, copy)
 
 
 def test_folders_that_cannot_be_written_are_one_line(job, tmp_path, capsys):

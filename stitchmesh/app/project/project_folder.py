@@ -144,7 +144,8 @@ class ProjectFolder:
         self, value: object, kind: str, suffix: str, write: Callable[[Path, Any], None], named: dict[str, object]
     ) -> str:
         """Return the name of the file that holds a value; write the file if there is none."""
-        found = [name for name, held in self._written.items() if held is value and name.startswith(kind)]
+        found = [name for name, held in self._written.items()
+                 if held is value and name.startswith(kind) and self._path(name).is_file()]  # fmt: skip
         if not found:
             self._number += 1
             found = [f"{kind}-{self._number}{suffix}"]

@@ -21,10 +21,9 @@ from typing import Any
 import numpy as np
 
 from stitchmesh.errors import FileError
-from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.float32 import to_float32
-from stitchmesh.io.yarn_formats.usd import define_curves, define_wool
+from stitchmesh.io.yarn_formats.usd import define_curves, define_wool, export_stage
 from stitchmesh.io.yarn_formats.usd_curves import METRES_PER_UNIT
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
@@ -57,7 +56,7 @@ def write_animated_usd(path: FilePath, frames: Iterable[UsdFrame], *, frames_per
     Raises:
         FileError: there is no frame, a coordinate is too large for float32, or the file cannot be written.
     """
-    from pxr import Tf, Usd, UsdGeom
+    from pxr import Usd, UsdGeom
 
     stage = Usd.Stage.CreateInMemory()
     UsdGeom.SetStageMetersPerUnit(stage, METRES_PER_UNIT)
@@ -77,11 +76,7 @@ def write_animated_usd(path: FilePath, frames: Iterable[UsdFrame], *, frames_per
     if not count:
         raise FileError(f"{fspath(path)}: got no frame; expected at least one")
     stage.SetEndTimeCode(code)
-    with atomic_path(path) as temporary:
-        try:
-            stage.GetRootLayer().Export(str(temporary))
-        except Tf.ErrorException as error:
-            raise FileError(f"{fspath(path)}: cannot be written ({error})") from error
+    export_stage(path, stage)
     return count
 
 

@@ -25,9 +25,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath
+from stitchmesh.io.disk_refusal import as_refusal
 from stitchmesh.io.float32 import to_float32
 from stitchmesh.io.yarn_formats.usd_curves import CONTACT_RADIUS, LABELS, METRES_PER_UNIT, reason_of
 from stitchmesh.mesh import FloatArray, IntArray
@@ -55,7 +55,7 @@ def write_usd(path: FilePath, yarns: YarnSet, places: FloatArray | None = None) 
     Raises:
         FileError: a coordinate is too large for float32, or the file cannot be written.
     """
-    from pxr import Sdf, Tf, Usd, UsdGeom, UsdShade
+    from pxr import Sdf, Usd, UsdGeom, UsdShade
 
     stage = Usd.Stage.CreateInMemory()
     UsdGeom.SetStageMetersPerUnit(stage, METRES_PER_UNIT)
@@ -72,14 +72,25 @@ def write_usd(path: FilePath, yarns: YarnSet, places: FloatArray | None = None) 
             UsdShade.MaterialBindingAPI.Apply(curves).Bind(wool)
     if places is not None:
         _define_instances(stage, to_float32(path, "the places", places))
+    export_stage(path, stage)
+    opened = Sdf.Layer.Find(fspath(path))
+    if opened:  # USD caches open layers. Without a reload, readers in this process would still see the old content.
+        opened.Reload(force=True)
+
+
+def export_stage(path: FilePath, stage: Usd.Stage) -> None:
+    """Write a stage atomically.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    from pxr import Tf
+
     with atomic_path(path) as temporary:
         try:
             stage.GetRootLayer().Export(str(temporary))
         except Tf.ErrorException as error:
-            raise FileError(f"{fspath(path)}: cannot be written ({reason_of(error)})") from error
-    opened = Sdf.Layer.Find(fspath(path))
-    if opened:  # USD caches open layers. Without a reload, readers in this process would still see the old content.
-        opened.Reload(force=True)
+            raise as_refusal(reason_of(error)) from error
 
 
 def define_curves(

@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Parts of files: those of ended processes go at the next write, and those of living ones stay."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from stitchmesh.io.atomic import atomic_path, write_text
+from stitchmesh.io.part_folder import PARTS, PartFolder, remove_stale_parts
+from tests.gallery import ROOT
+from tests.killing import killed, leave_part
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.rglob("*"))
+
+
+def kill_at_every_call() -> list[tuple[str, list[str]]]:
+    """Kill a write before each of its file operations; return the text in the file then, and all names after a write.
+
+    The file that is written next is another one, as the next run may write less than the one that was killed.
+    """
+    found: list[tuple[str, list[str]]] = []
+    while True:
+        with tempfile.TemporaryDirectory() as scratch:
+            folder = Path(scratch)
+            write_text(folder / "a.txt", "old")
+            if not killed("write_text", len(found), lambda: write_text(folder / "a.txt", "new"), of_files=True):
+                return found
+            text = (folder / "a.txt").read_text()
+            write_text(folder / "b.txt", "")
+            found.append((text, names(folder)))
+
+
+def test_after_a_kill_at_any_call_the_file_is_old_or_new_and_the_next_write_leaves_no_part():
+    code = "import json; from tests.io.test_part_folder import kill_at_every_call as k; print(json.dumps(k()))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    found = json.loads(done.stdout)
+    texts = [text for text, _ in found]
+    assert texts == sorted(texts, reverse=True) and set(texts) == {"old", "new"}  # once new, it stays new
+    assert all(left == ["a.txt", "b.txt"] for _, left in found)
+
+
+def test_the_part_of_a_process_that_writes_stays(tmp_path):
+    with atomic_path(tmp_path / "a.txt") as temporary:
+        temporary.write_text("new")
+        write_text(tmp_path / "b.txt", "")
+        remove_stale_parts(tmp_path)
+    assert (tmp_path / "a.txt").read_text() == "new"
+    assert names(tmp_path) == ["a.txt", "b.txt"]
+
+
+def test_a_run_removes_the_parts_of_ended_ones_also_in_the_folders_of_its_folder(tmp_path):
+    leave_part(tmp_path, "yarns.h5")
+    leave_part(tmp_path / "textures", "height.png")
+    (tmp_path / PARTS / "no lock yet").mkdir()
+    (tmp_path / ".mine").write_text("")
+    remove_stale_parts(tmp_path)
+    assert names(tmp_path) == [".mine", "textures"]
+
+
+def test_where_there_are_no_locks_nothing_is_removed(tmp_path, monkeypatch):
+    leave_part(tmp_path, "yarns.h5")
+    monkeypatch.setattr("stitchmesh.io.folder_lock.fcntl", None)
+    write_text(tmp_path / "a.txt", "new")
+    assert (tmp_path / "a.txt").read_text() == "new"
+    assert [path.name for path in (tmp_path / PARTS).rglob("*.h5")] == ["yarns.h5"]
+
+
+def test_a_folder_that_another_process_removes_before_it_is_locked_is_made_again(tmp_path, monkeypatch):
+    make, made = tempfile.mkdtemp, []
+
+    def taken_away(**options: object) -> str:
+        made.append(make(**options))
+        if len(made) < 3:
+            shutil.rmtree(made[-1])
+        return made[-1]
+
+    monkeypatch.setattr("tempfile.mkdtemp", taken_away)
+    write_text(tmp_path / "a.txt", "new")
+    assert names(tmp_path) == ["a.txt"] and len(made) == 3
+
+
+def test_the_number_of_tries_is_limited(tmp_path, monkeypatch):
+    monkeypatch.setattr("stitchmesh.io.part_folder.try_lock", lambda lock: False)
+    with pytest.raises(OSError, match="were removed by another process"):
+        PartFolder(tmp_path)
