@@ -9,6 +9,7 @@ import logging
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 
 from stitchmesh import __version__
 from stitchmesh.cli.arguments import BAD_INPUT, parse
@@ -40,6 +41,7 @@ from stitchmesh.cli.commands.view import View
 from stitchmesh.cli.commands.yarns import Yarns
 from stitchmesh.compute.threads import set_threads
 from stitchmesh.errors import StitchMeshError
+from stitchmesh.io.disk_refusal import FULL, refusal
 
 INTERRUPTED = 130
 """Exit status after an interrupt from the keyboard."""
@@ -72,15 +74,28 @@ def main(argv: Sequence[str] | None = None) -> int:
         status = command.run()
         sys.stdout.flush()
     except StitchMeshError as error:
-        print(f"{type(error).__name__}: {error}", file=sys.stderr)
+        with suppress(OSError):  # The disk of standard error is full too.
+            print(f"{type(error).__name__}: {error}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
         print("interrupted; files that have been written are complete", file=sys.stderr)
         return INTERRUPTED
-    except BrokenPipeError:  # The reader of the output, for example `head`, has ended; the other output is discarded.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # The reader of the output, for example `head`, has ended.
+        _discard_output()
         return 0
+    except OSError as error:
+        if error.errno not in FULL:
+            raise
+        _discard_output()
+        with suppress(OSError):
+            print(f"{error.filename or 'standard output'}: cannot be written {refusal(error)}", file=sys.stderr)
+        return BAD_INPUT
     return status or 0
+
+
+def _discard_output() -> None:
+    """Write the rest of the output nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class _StandardErrorHandler(logging.Handler):

@@ -7,12 +7,14 @@ from __future__ import annotations
 import errno
 import os
 
-FULL = "free space on this disk, or choose a folder on another one"
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""Numbers of the errors of a disk, a share of a disk or a file that may not become larger."""
+SPACE = "free space on this disk, or choose a folder on another one"
 FORBIDDEN = "choose a folder that you may write"
 REMEDIES = {
     None: "the disk may be full: free space on it, or choose another folder",
-    errno.ENOSPC: FULL,
-    errno.EDQUOT: FULL,
+    errno.ENOSPC: SPACE,
+    errno.EDQUOT: SPACE,
     errno.EFBIG: "the largest size of a file is limited here (`ulimit -f`); raise it, or choose another disk",
     errno.ENOENT: "its folder was removed meanwhile; begin again",
     errno.EACCES: FORBIDDEN,

@@ -22,7 +22,7 @@ from stitchmesh.io.mesh_formats.glb import read_glb_polygons, write_glb_polygons
 from stitchmesh.io.mesh_formats.obj import read_obj_polygons, write_obj_polygons
 from stitchmesh.io.mesh_formats.off import read_off_polygons, write_off_polygons
 from stitchmesh.io.mesh_formats.ply import read_ply_polygons, write_ply_polygons
-from stitchmesh.io.mesh_formats.stl import read_stl_polygons
+from stitchmesh.io.mesh_formats.stl import read_stl_polygons, write_stl_polygons
 from stitchmesh.io.mesh_formats.triangles import divide_large_faces
 from stitchmesh.io.mesh_formats.vtp import read_vtp_polygons, read_vtu_polygons, write_vtp_polygons
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
@@ -57,7 +57,7 @@ FORMATS: dict[str, MeshFormat] = {
     ".vtu": MeshFormat(read_vtu_polygons, write_meshio_polygons),
     ".msh": _by_meshio(".msh", most_corners=4),
     ".mesh": _by_meshio(".mesh", most_corners=4),
-    ".stl": MeshFormat(read_stl_polygons, write_meshio_polygons, most_corners=3),
+    ".stl": MeshFormat(read_stl_polygons, write_stl_polygons, most_corners=3),
     ".glb": MeshFormat(read_glb_polygons, write_glb_polygons, most_corners=3, unit="m"),
 }
 """Formats of polygon meshes, by suffix."""

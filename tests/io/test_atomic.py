@@ -4,8 +4,14 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
+import resource
+import shutil
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +20,9 @@ import pytest
 from stitchmesh.errors import FileError
 from stitchmesh.io import write_mesh, write_stitches, write_yarns
 from stitchmesh.io.atomic import atomic_path, write_json, write_text
+from stitchmesh.io.checkpoint_file import CheckpointFile, write_checkpoint
 from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.patterns.charts.chart_image import write_numbers
 from stitchmesh.yarn import YarnSet
 
 SQUARE = Mesh.from_polygons([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
@@ -81,27 +89,65 @@ def test_a_folder_is_not_overwritten(tmp_path):
 
 
 WRITERS = [
-    ("m.obj", lambda path: write_mesh(path, SQUARE)),
-    ("s.h5", lambda path: write_stitches(path, STITCHES)),
-    ("y.h5", lambda path: write_yarns(path, YARNS)),
-    ("y.bcc", lambda path: write_yarns(path, YARNS)),
-    ("y.obj", lambda path: write_yarns(path, YARNS)),
+    *((f"m.{suffix}", lambda path: write_mesh(path, SQUARE)) for suffix in ("obj", "ply", "off", "stl", "vtk", "glb")),
+    *((f"s.{suffix}", lambda path: write_stitches(path, STITCHES)) for suffix in ("h5", "smobj")),
+    *((f"y.{suffix}", lambda path: write_yarns(path, YARNS)) for suffix in ("h5", "bcc", "obj", "vtp", "usda", "usdc")),
+    ("c.smc", lambda path: write_checkpoint(path, CheckpointFile({}, {"points": np.zeros(9)}))),
+    ("c.png", lambda path: write_numbers(path, np.eye(9, dtype=np.int64), np.eye(3, dtype=np.uint8))),
 ]
 
 
+@contextmanager
+def largest_file(size: int) -> Iterator[None]:
+    """Limit the size of files [bytes]: the operating system refuses more, in the libraries too, as on a full disk."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
 @pytest.mark.parametrize(("name", "write"), WRITERS)
-def test_a_full_disk_keeps_the_old_file_of_every_format(tmp_path, monkeypatch, name, write):
+def test_a_file_that_the_system_cuts_short_keeps_the_old_file_of_every_format(tmp_path, name, write):
     write(tmp_path / name)
     before = (tmp_path / name).read_bytes()
-
-    def no_space(handle: int) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("os.fsync", no_space)
-    with pytest.raises(FileError, match=r"cannot be written \(No space left on device\)"):
+    with largest_file(len(before) - 32), pytest.raises(FileError, match=r"cannot be written \(.*\); \w+"):
         write(tmp_path / name)
     assert (tmp_path / name).read_bytes() == before
     assert names(tmp_path) == [name]
+
+
+@pytest.mark.parametrize(
+    ("number", "remedy"),
+    [
+        (errno.ENOSPC, r"\(No space left on device\); free space on this disk, or choose a folder on another one"),
+        (errno.EDQUOT, r"\(Disk quota exceeded\); free space on this disk, or choose a folder on another one"),
+        (errno.EFBIG, r"\(File too large\); the largest size of a file is limited here"),
+        (errno.EROFS, r"\(Read-only file system\); choose a folder that you may write"),
+        (errno.EIO, r"\(Input/output error\); choose another folder"),
+    ],
+)
+def test_a_disk_that_refuses_a_file_is_one_line_with_the_remedy(tmp_path, monkeypatch, number, remedy):
+    def refuse(handle: int) -> None:
+        raise OSError(number, os.strerror(number))
+
+    write_text(tmp_path / "a.txt", "old")
+    monkeypatch.setattr("os.fsync", refuse)
+    with pytest.raises(FileError, match=f"a.txt: cannot be written {remedy}"):
+        write_text(tmp_path / "a.txt", "new")
+    assert (tmp_path / "a.txt").read_text() == "old"
+    assert names(tmp_path) == ["a.txt"]
+
+
+def test_a_folder_that_vanishes_during_a_write_is_one_line(tmp_path):
+    with (
+        pytest.raises(FileError, match=r"\(No such file or directory\); its folder was removed meanwhile; begin again"),
+        atomic_path(tmp_path / "out" / "a.txt") as temporary,
+    ):
+        temporary.write_text("new")
+        shutil.rmtree(tmp_path / "out")
+    assert names(tmp_path) == []
 
 
 @pytest.mark.parametrize(("name", "write"), WRITERS)

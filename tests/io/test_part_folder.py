@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import shutil
 import subprocess
@@ -33,7 +34,8 @@ def kill_at_every_call() -> list[tuple[str, list[str]]]:
         with tempfile.TemporaryDirectory() as scratch:
             folder = Path(scratch)
             write_text(folder / "a.txt", "old")
-            if not killed("write_text", len(found), lambda: write_text(folder / "a.txt", "new"), of_files=True):
+            write = functools.partial(write_text, folder / "a.txt", "new")
+            if not killed("write_text", len(found), write, of_files=True):
                 return found
             text = (folder / "a.txt").read_text()
             write_text(folder / "b.txt", "")

@@ -35,6 +35,7 @@ from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.checked import check_value, parse_json
 from stitchmesh.io.folder_lock import FolderLock
 from stitchmesh.io.history import HistoryEntry
+from stitchmesh.io.part_folder import remove_stale_parts
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.labeling import PartialLabeling
 from stitchmesh.labeling.steps import LabelStep
@@ -102,6 +103,7 @@ class Project:
         if not (folder / TABLE_NAME).exists():
             raise FileError(f"{folder}: holds no project; expected a folder with {TABLE_NAME}")
         lock = FolderLock(folder, OPEN_ELSEWHERE)
+        remove_stale_parts(folder)
         store = ProjectFolder(folder)
         try:
             return cls(store, lock, *store.read())

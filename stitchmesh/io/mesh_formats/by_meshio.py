@@ -22,13 +22,12 @@ from numpy.typing import NDArray
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath, check_points, read_bytes
-from stitchmesh.io.float32 import to_float32
 from stitchmesh.mesh import FloatArray
 
-FORMATS = {".stl": "stl", ".vtk": "vtk", ".vtu": "vtu", ".msh": "gmsh", ".mesh": "medit"}
+FORMATS = {".vtk": "vtk", ".vtu": "vtu", ".msh": "gmsh", ".mesh": "medit"}
 """meshio's name of the format behind each suffix."""
-OPTIONS: dict[str, dict[str, Any]] = {".stl": {"binary": True}, ".msh": {"file_format": "gmsh22"}}
-"""Options of meshio for formats whose default variant (text, or a recent version) is read by fewer programs."""
+OPTIONS: dict[str, dict[str, Any]] = {".msh": {"file_format": "gmsh22"}}
+"""Options of meshio for formats whose default variant is read by fewer programs."""
 
 COUNTS = {
     ".vtk": re.compile(rb"(?m)^[A-Za-z_]+[ \t]+(\d+)(?:[ \t]+(\d+))?"),
@@ -76,14 +75,13 @@ def write_meshio_polygons(path: FilePath, vertices: FloatArray, faces: list[list
         faces: vertices of each face, counted from 0.
 
     Raises:
-        FileError: a coordinate is too large for the float32 of STL, or the file cannot be written.
+        FileError: the file cannot be written.
     """
     import meshio
 
     suffix = Path(path).suffix.lower()
-    points = to_float32(path, "the coordinates", vertices) if suffix == ".stl" else vertices
     runs = [(size, list(run)) for size, run in groupby(faces, key=len)]
-    content = meshio.Mesh(points, [(_cell_type(size), np.array(run)) for size, run in runs])
+    content = meshio.Mesh(vertices, [(_cell_type(size), np.array(run)) for size, run in runs])
     options = {"file_format": FORMATS[suffix], **OPTIONS.get(suffix, {})}
     with atomic_path(path) as temporary, redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
         meshio.write(temporary, content, **options)

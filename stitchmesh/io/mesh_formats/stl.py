@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Triangles of stereolithography files (STL), text and binary; meshio writes them.
+"""Triangles of stereolithography files (STL), read from texts and binary files, and written as binary files.
 
 A text has lines ``facet``, ``outer loop``, three times ``vertex x y z``, ``endloop`` and ``endfacet`` for each triangle
 between ``solid`` and ``endsolid``. A binary file has 80 bytes of any content, the number of triangles as uint32, and
 for each triangle its normal and its corners as float32, little-endian, and two further bytes. Corners at exactly equal
-positions become one vertex.
+positions become one vertex. This module exists because meshio loses the end of a file on a full disk.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import FileError
+from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath, check_points, read_bytes
-from stitchmesh.io.float32 import from_float32
+from stitchmesh.io.float32 import from_float32, to_float32
 from stitchmesh.io.mesh_formats.by_meshio import weld
 from stitchmesh.mesh import FloatArray
 
@@ -54,6 +55,27 @@ def read_stl_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
         raise FileError(f"{name}: has no faces; expected a polygon mesh")
     check_points(f"{name}: point", corners)
     return weld(corners, np.arange(len(corners)).reshape(-1, 3).tolist())
+
+
+def write_stl_polygons(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> None:
+    """Write triangles as a binary file.
+
+    Args:
+        path: the file.
+        vertices: positions in the file's unit, shape (V, 3).
+        faces: vertices of each triangle, counted from 0.
+
+    Raises:
+        FileError: a coordinate is too large for float32, or the file cannot be written.
+    """
+    triangles = np.zeros(len(faces), TRIANGLE)
+    triangles["corners"] = to_float32(path, "the coordinates", vertices)[np.array(faces)]
+    first, second, third = np.moveaxis(vertices[np.array(faces)], 1, 0)
+    normals = np.cross(second - first, third - first)
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    triangles["normal"] = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0.0)
+    head = b"StitchMesh".ljust(HEAD - 4) + len(faces).to_bytes(4, "little")
+    write_bytes(path, head + triangles.tobytes())
 
 
 def _text_corners(name: str, content: bytes) -> NDArray[np.float64]:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import threading
 from dataclasses import replace
 
@@ -15,8 +16,9 @@ from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.project_folder import ProjectFolder
 from stitchmesh.app.project.state import ProjectState
 from stitchmesh.errors import FileError
+from stitchmesh.io.part_folder import PARTS
 from tests.app.project.projects import HISTORY, PURL, REPORT, YARNS, relaxed_project, same_project
-from tests.killing import killed
+from tests.killing import killed, leave_part
 
 
 def test_files_that_nothing_names_are_removed_and_kept_values_are_written_once(tmp_path):
@@ -46,6 +48,24 @@ def test_a_write_that_is_killed_leaves_the_state_before_or_after_it(tmp_path, ca
     assert again.notes == ()
     assert (again.edits, again.report) in [((PURL,), REPORT), ((PURL, PURL), {"n": 1})]
     again.close()
+
+
+def test_a_folder_that_was_removed_is_written_again(tmp_path):
+    project = relaxed_project(tmp_path / "here")
+    project.save()
+    shutil.rmtree(tmp_path / "here")
+    project.set_relaxed(YARNS, {**REPORT, "iterations": 8}, HISTORY)
+    project.close()
+    again = Project.open(tmp_path / "here")
+    assert again.notes == () and again.report["iterations"] == 8 and again.mesh is not None
+    again.close()
+
+
+def test_parts_of_killed_processes_go_when_a_project_is_opened(tmp_path):
+    relaxed_project(tmp_path).close()
+    leave_part(tmp_path / "files", "yarns-9.h5")
+    Project.open(tmp_path).close()
+    assert not list(tmp_path.rglob(PARTS))
 
 
 def test_a_damaged_result_is_left_out_and_said(tmp_path):
