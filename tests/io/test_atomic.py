@@ -112,10 +112,11 @@ def largest_file(size: int) -> Iterator[None]:
 def test_a_file_that_the_system_cuts_short_keeps_the_old_file_of_every_format(tmp_path, name, write):
     write(tmp_path / name)
     before = (tmp_path / name).read_bytes()
-    with largest_file(len(before) - 32), pytest.raises(FileError, match=r"cannot be written \(.*\); \w+"):
-        write(tmp_path / name)
-    assert (tmp_path / name).read_bytes() == before
-    assert names(tmp_path) == [name]
+    for size in (len(before) // 3, len(before) - 32):  # Libraries write their parts in another order, or at the end.
+        with largest_file(size), pytest.raises(FileError, match=r"cannot be written \(.*\); \w+"):
+            write(tmp_path / name)
+        assert (tmp_path / name).read_bytes() == before
+        assert names(tmp_path) == [name]
 
 
 @pytest.mark.parametrize(
