@@ -17,6 +17,7 @@ from pathlib import Path
 from stitchmesh.compute.threads import core_count
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.folder_lock import FolderLock
+from stitchmesh.io.part_folder import remove_stale_parts
 from stitchmesh.jobs.job_status import JobLog, Listener
 from stitchmesh.jobs.run_job import BUSY, end_reported
 from stitchmesh.jobs.stop import StopRequest
@@ -78,7 +79,8 @@ def run_sweep(
     target = Path(folder).resolve()
     lock = FolderLock(target, BUSY)
     try:
-        log = JobLog(target, listener)
+        remove_stale_parts(target)
+        log = JobLog(target, lock, listener)
         with end_reported(log), _doing(target, workers, scheduler, sweep) as (device, do):
             return _run(jobs_of(sweep, device), sweep, target, log, stop or StopRequest(), do)
     finally:

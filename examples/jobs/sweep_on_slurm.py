@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Run a sweep on workers that SLURM starts, each in a batch job of its own.
+
+    pip install stitchmesh[sweeps] dask-jobqueue
+    python examples/jobs/sweep_on_slurm.py examples/sweeps/tightness.toml /shared/tightness 16
+
+The arguments are the sweep, a folder that all machines see under this path, and the number of workers. Run the script
+on a machine from which jobs may be submitted, for example in tmux; run it again to continue a sweep that was
+interrupted. The scheduler listens in the network of the cluster, which must be closed: whoever reaches it can run any
+code as you.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from distributed import SpecCluster
+
+from stitchmesh.jobs.sweep.run_sweep import FinishedSweep, run_sweep
+from stitchmesh.jobs.sweep.sweep_file import read_sweep
+
+
+def slurm_cluster(*, gpus: bool = False) -> SpecCluster:
+    """Return a scheduler in this process whose workers are batch jobs, with a GPU or with four cores each."""
+    from dask_jobqueue import SLURMCluster
+
+    # Workers end in time, one after another, and are replaced; a garment continues from its checkpoint.
+    lifetime = ["--lifetime", "3h40m", "--lifetime-stagger", "10m"]
+    return SLURMCluster(
+        cores=1,  # One task at a time: a task uses all cores of its worker.
+        processes=1,
+        job_cpu=4,
+        memory="8GB",
+        walltime="04:00:00",
+        job_script_prologue=["export STITCHMESH_THREADS=4 OPENBLAS_NUM_THREADS=1"],
+        job_extra_directives=["--gres=gpu:1"] if gpus else [],
+        worker_extra_args=[*lifetime, *(["--resources", "GPU=1"] if gpus else [])],
+    )
+
+
+def run_on(cluster: SpecCluster, workers: int, sweep: Path, folder: Path) -> FinishedSweep:
+    """Run a sweep on a number of workers of a cluster; one that ends is replaced."""
+    with cluster:
+        cluster.adapt(minimum=workers, maximum=workers)
+        return run_sweep(read_sweep(sweep), folder, scheduler=cluster.scheduler_address)
+
+
+if __name__ == "__main__":
+    print(run_on(slurm_cluster(), int(sys.argv[3]), Path(sys.argv[1]), Path(sys.argv[2])))
