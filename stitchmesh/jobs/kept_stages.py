@@ -159,8 +159,8 @@ class KeptStages:
 
     def tidy(self, checkpoint: str) -> None:
         """Remove what killed runs have left: parts of files, and unfinished stages without a checkpoint."""
+        for parts in list(self.folder.rglob(PARTS)):
+            remove_stale_parts(parts.parent)
         for path in list(self.unfinished()):
             if not any(path.rglob(checkpoint)):
                 shutil.rmtree(path, ignore_errors=True)
-        for parts in list(self.folder.rglob(PARTS)):
-            remove_stale_parts(parts.parent)

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdValidation, Vt
 
 from stitchmesh.errors import FileError
 from stitchmesh.io import read_yarns, write_yarns
-from stitchmesh.io.yarn_formats import usd
+from stitchmesh.io.part_folder import PartFolder
 from stitchmesh.io.yarn_formats.usd_curves import curves_of_stage
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import instances, tile_yarns
@@ -233,8 +232,16 @@ def test_a_truncated_file_is_an_error_wherever_it_is_cut(tmp_path, suffix, capfd
 
 def test_an_error_of_usd_gives_a_message_of_one_line(tmp_path, monkeypatch):
     (tmp_path / "file").touch()
-    monkeypatch.setattr(usd, "atomic_path", lambda path: nullcontext(tmp_path / "file" / "y.usda"))
-    with pytest.raises(FileError, match="cannot be written") as caught:
+
+    class Blocked(PartFolder):
+        """A folder for a part that is a file."""
+
+        def __init__(self, beside):
+            super().__init__(beside)
+            self.path = tmp_path / "file"
+
+    monkeypatch.setattr("stitchmesh.io.atomic.PartFolder", Blocked)
+    with pytest.raises(FileError, match=r"y.usda: cannot be written \(Could not create directory") as caught:
         write_yarns(tmp_path / "y.usda", awkward_yarns())
     assert "\n" not in str(caught.value)
 
