@@ -45,7 +45,7 @@ USED = (
     "stitchmesh.cli.progress", "stitchmesh.jobs.run_job", "stitchmesh.mixed.drape", "stitchmesh.periodic.swatch",
     "stitchmesh.recipe.knit_recipe", "stitchmesh.render", "h5py", "matplotlib.pyplot", "pxr.Usd", "pyvista",
 )  # fmt: skip
-"""Modules that are loaded once, before processes are started by a fork."""
+"""Modules that the runs load when they need them."""
 LIMITED = ["--quality", "draft", "--device", "cpu", "--max-iterations", "20", "--no-picture"]
 
 
@@ -64,13 +64,19 @@ class Work:
     may_go: tuple[str, ...] = ()
     """Patterns of names of old files that the run may remove."""
     is_project: bool = False
-    """Whether the folder is a project: the next run gives its files other numbers, and makes a removed folder again."""
+    """Whether the folder is a project: the next run gives its files other numbers."""
+    remakes: bool = False
+    """Whether the run may make a removed folder again: autosave writes all files again, and USD makes its folder."""
+
+
+def load_modules() -> None:
+    """Load the modules that the runs use, so that each process that is made by a fork has them."""
+    for name in USED:
+        import_module(name)
 
 
 def works(inputs: Path) -> list[Work]:
     """Write the inputs of all runs into a folder, and return the runs."""
-    for name in USED:
-        import_module(name)
     _write_inputs(inputs)
     mesh = str(inputs / "tube.obj")
     return [
@@ -82,9 +88,10 @@ def works(inputs: Path) -> list[Work]:
                          for gamma in ("1", "1.1")), share=0.1),
         Work("drape", *(partial(_command, "drape", str(inputs / name), "--checkpoint-every", "1")
                         for name in ("old-scene.toml", "new-scene.toml")), share=0.1, may_go=("frames/*", "*.smc")),
-        Work("convert", *(partial(_convert, inputs / name) for name in ("old.h5", "new.h5")), share=0.35),
+        Work("convert", *(partial(_convert, inputs / name) for name in ("old.h5", "new.h5")), share=0.35,
+             remakes=True),
         Work("autosave", *(partial(_autosave, iterations) for iterations in (1, 2)), share=0.25, may_go=("files/*",),
-             is_project=True),
+             is_project=True, remakes=True),
     ]  # fmt: skip
 
 

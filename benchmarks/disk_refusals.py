@@ -24,7 +24,7 @@ from functools import partial
 from pathlib import Path
 
 from crash_safety import checksum, files_of, status_of
-from crash_works import Work, read_file, works
+from crash_works import Work, load_modules, read_file, works
 
 from stitchmesh.io import atomic
 from stitchmesh.io.part_folder import PARTS, PartFolder
@@ -74,7 +74,7 @@ def whole(work: Work, folder: Path, before: dict[str, str]) -> list[str]:
     there = {name: checksum(folder / name) for name in files_of(folder)}
     faults = [f"{name} is missing" for name in before.keys() - there.keys()
               if not any(Path(name).match(pattern) for pattern in work.may_go)]  # fmt: skip
-    for name in there:
+    for name in (name for name, value in there.items() if value != before.get(name)):
         try:
             read_file(folder / name)
         except Exception as error:
@@ -129,7 +129,7 @@ def in_a_folder_that_vanishes(work: Work, old: Path, disk: Path, number: int) ->
 
     status, lines = ended(vanishing, old.parent / "said")
     said = len(lines) == 1 and "No such file or directory" in lines[0]
-    made_again = work.is_project and status == 0 and ended(lambda: work.new(folder), old.parent / "said")[0] == 0
+    made_again = work.remakes and status == 0 and ended(lambda: work.new(folder), old.parent / "said")[0] == 0
     shutil.rmtree(folder, ignore_errors=True)
     return status, [] if (said and status == 2) or made_again else [f"ended with status {status}: {lines}"]
 
@@ -158,6 +158,7 @@ def main() -> None:
         os.environ[INSIDE] = "1"
         os.execvp("unshare", ["unshare", "--mount", sys.executable, *sys.argv])
     check_display()
+    load_modules()
     logging.disable()
     names = [*(f"{kib} KiB free" for kib in FREE), "read only", *(f"removed at write {number}" for number in WRITES)]
     print("| run |", " | ".join(names), "| faults |")

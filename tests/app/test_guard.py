@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from http.client import HTTPConnection, HTTPResponse
 
+import psutil
 import pytest
 from viser import _messages
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -50,6 +51,12 @@ def websocket_opens(server: OpenServer, origin: str | None, **headers: str) -> b
     except InvalidStatus as error:
         assert error.response.status_code in (401, 403)
         return False
+
+
+def test_the_server_listens_on_the_loopback_address_unless_told_otherwise(opened):
+    sockets = psutil.Process().net_connections("inet")
+    listening = {one.laddr.ip for one in sockets if one.status == psutil.CONN_LISTEN and one.laddr.port == opened.port}
+    assert listening == {"127.0.0.1"}
 
 
 def test_the_page_of_the_server_may_use_it(opened):
