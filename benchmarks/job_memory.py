@@ -4,9 +4,11 @@
 
     python benchmarks/job_memory.py
     python benchmarks/job_memory.py --stages "hat 0.5"
+    python benchmarks/job_memory.py --device cuda:0
 
-Each job runs on the CPU in a process of its own, as ``stitchmesh run`` does. The estimate is that of its
-``report.json``. With ``--stages`` the largest memory of each stage is printed too; Linux can reset it between stages.
+Each job runs in a process of its own, as ``stitchmesh run`` does. The estimate is that of its ``report.json``. On a GPU
+it is compared with the largest use of Warp's pool of memory. With ``--stages`` the largest memory of each stage is
+printed too; Linux can reset it between stages.
 """
 
 from __future__ import annotations
@@ -18,7 +20,10 @@ import resource
 import tempfile
 from pathlib import Path
 
+import warp as wp
+
 from benchmarks.garments import StageMemory
+from stitchmesh.compute.device import device_named
 from stitchmesh.jobs.job import Job
 from stitchmesh.jobs.job_file import job_of_table
 from stitchmesh.jobs.job_status import JobStatus
@@ -64,13 +69,16 @@ def work(job: Job, folder: str, stages: bool) -> None:
     if stages:  # The reset between stages resets the largest memory of the process too.
         memory.close()
         peak = max(memory.peak.values()) * 2**20
+    device = device_named(job.device)
+    if device.is_cuda:
+        peak = float(wp.get_mempool_used_mem_high(device))
     found = {"peak": peak, "stages": memory.peak}
     (Path(folder) / "memory.json").write_text(json.dumps(found))
 
 
-def measure(name: str, stages: bool) -> None:
+def measure(name: str, device: str, stages: bool) -> None:
     """Run one job, and print its line."""
-    job = job_of_table(dict(SCENES[name]) | {"device": "cpu"}, str(MESHES / "job.toml"))
+    job = job_of_table(dict(SCENES[name]) | {"device": device}, str(MESHES / "job.toml"))
     with tempfile.TemporaryDirectory() as folder:
         process = multiprocessing.get_context("spawn").Process(target=work, args=(job, folder, stages))
         process.start()
@@ -88,11 +96,12 @@ def main() -> None:
     """Measure the jobs named on the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("job", nargs="*", default=list(SCENES), help=f"one of {', '.join(SCENES)}")
+    parser.add_argument("--device", default="cpu", help="Warp's name of the device that relaxes the yarns")
     parser.add_argument("--stages", action="store_true")
     arguments = parser.parse_args()
     print("| job | control points | estimate GB | largest GB | estimate / largest |\n|---|---|---|---|---|")
     for name in arguments.job:
-        measure(name, arguments.stages)
+        measure(name, arguments.device, arguments.stages)
 
 
 if __name__ == "__main__":

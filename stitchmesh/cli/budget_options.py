@@ -95,7 +95,7 @@ class BudgetOptions:
 
 
 def _from_start(given: Budget, after: float) -> Budget:
-    return replace(given, after=after * _load(), began=start_of_command())
+    return replace(given, after=after * load_of_machine(), began=start_of_command())
 
 
 def start_of_command() -> float:
@@ -103,7 +103,7 @@ def start_of_command() -> float:
     return _start.get(time.perf_counter())
 
 
-def _load() -> float:
+def load_of_machine() -> float:
     """Return how much slower this machine has been up to now than one that has nothing else to do."""
     now = time.perf_counter()
     return min(max((now - _start.get(now)) / QUICK_START, 1.0), MOST_LOAD)
@@ -125,7 +125,7 @@ def time_after(picture: float | None, within: str | None) -> tuple[float, bool]:
     if picture is None:
         return FILES, False
     budget, after = Budget.of(within), FILES + picture
-    if budget is None or budget.within is None or budget.within >= 2.0 * _load() * after:
+    if budget is None or budget.within is None or budget.within >= 2.0 * load_of_machine() * after:
         return after, True
     return FILES, False
 

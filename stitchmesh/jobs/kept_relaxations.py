@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from stitchmesh.compute.asking import Ask
+from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
 from stitchmesh.yarnrelax.checkpoint import NAME, Checkpoints, seconds_of
 from stitchmesh.yarnrelax.fingerprint import checksum
@@ -39,6 +40,8 @@ class KeptRelaxations:
     """Iterations between two checkpoints of a relaxation."""
     check: Callable[[], None]
     """Called before each piece of work; it raises an exception if the computation is to stop."""
+    on_state: Callable[[YarnSet], None] | None = None
+    """Called every few seconds with the last accepted state of the present relaxation."""
 
     def do(self, asked: Ask) -> Any:
         """Do one piece of work; a relaxation of yarns writes checkpoints, and continues from one if there is one."""
@@ -66,7 +69,9 @@ class KeptRelaxations:
         key = checksum("relaxation", (asked.positional, given))
         checkpoints = Checkpoints(self.folder / FOLDER / key, self.every)
         resume = checkpoints.path if checkpoints.path.is_file() else None
-        return relax_yarns(*asked.positional, **asked.named, checkpoint=checkpoints, resume=resume)
+        return relax_yarns(
+            *asked.positional, **asked.named, checkpoint=checkpoints, resume=resume, on_state=self.on_state
+        )
 
     def _checkpoints(self) -> Iterator[Path]:
         """Yield the newest checkpoint of each relaxation."""

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -40,6 +41,7 @@ from stitchmesh.yarnrelax.relaxation_result import Relaxation
 REPORT, HISTORY = "report.json", "convergence.csv"
 BUSY = "another run works in this folder; wait for its end (`stitchmesh status`), or choose another folder"
 """Message for a folder whose lock another program holds."""
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +65,7 @@ class FinishedJob:
 
 def run_job(
     job: Job, folder: str | PathLike[str], *, resume: bool = False, stop: StopRequest | None = None,
-    listener: Listener = lambda _: None, began: float | None = None,
+    listener: Listener = lambda _: None, began: float | None = None, load: float = 1.0,
 ) -> FinishedJob:  # fmt: skip
     """Run a job in its folder; stages that an earlier run has finished are not computed again.
 
@@ -79,6 +81,8 @@ def run_job(
         listener: called with each report of the progress.
         began: reading of ``time.perf_counter`` from which the time of the budget counts [s]; by default the present
             one.
+        load: how much slower the machine is at present than one that has nothing else to do; the budget keeps so much
+            more time for files and pictures.
 
     Raises:
         FileError: another run works in the folder, or a file cannot be read or written.
@@ -92,7 +96,7 @@ def run_job(
     try:
         remove_stale_parts(target)
         KeptStages(target).tidy(CHECKPOINT)
-        log, budget = JobLog(target, lock, listener), _budget(job, started)
+        log, budget = JobLog(target, lock, listener), _budget(job, started, load)
         run = JobRun(job, target, resume, stop or StopRequest(), log, {"stitchmesh": __version__}, budget)
         with end_reported(log), limited_to(limit_of(budget)):
             return _run(run)
@@ -113,7 +117,7 @@ def _run(run: JobRun) -> FinishedJob:
     for name in job.write_yarns:
         write_yarns(folder / name, made.yarns)
     draw_convergence(run, made.history, _tolerance(run.report))
-    drawn = _draws(job, run.budget) and draw_yarns(run, fabric, made.yarns)
+    drawn = bool(job.render) and _has_time_to_draw(run) and draw_yarns(run, fabric, made.yarns)
     run.report["job"] = {"seconds": round(run.log.seconds, 2), "stages": [asdict(stage) for stage in run.log.stages]}
     write_json(folder / REPORT, run.report)
     write_history(folder / HISTORY, made.history)  # Last: a page that follows the folder takes it as the end.
@@ -126,19 +130,26 @@ def _tolerance(report: dict[str, Any]) -> float:
     return float(quality["tolerance"] if isinstance(quality, dict) else quality_named(quality).tolerance)
 
 
-def _budget(job: Job, began: float) -> Budget | None:
+def _budget(job: Job, began: float, load: float) -> Budget | None:
     """Return the budget with the time for the files, and for pictures if they leave half of it."""
     given = job.budget
     if given is None:
         return None
-    after = FILES + START_OF_RENDERER * bool(job.render)
+    after = load * (FILES + START_OF_RENDERER * bool(job.render))
     draws = given.within is None or given.within >= 2.0 * after
-    return replace(given, began=began, after=after if draws else FILES, chooses=job.quality is None)
+    return replace(given, began=began, after=after if draws else load * FILES, chooses=job.quality is None)
 
 
-def _draws(job: Job, budget: Budget | None) -> bool:
-    """Return whether pictures are drawn."""
-    return bool(job.render) and (budget is None or budget.within is None or budget.after > FILES)
+def _has_time_to_draw(run: JobRun) -> bool:
+    """Return whether the renderer can start within the budget; if not, the report says so."""
+    budget = run.budget
+    if budget is None or budget.within is None:
+        return True
+    has_time = budget.began + budget.within - time.perf_counter() >= START_OF_RENDERER
+    if not has_time:
+        run.report["no_picture"] = "the time leaves none for it"
+        logger.warning("no picture: the time leaves none for it; give more, or draw it with `stitchmesh render`")
+    return has_time
 
 
 @contextmanager

@@ -11,6 +11,8 @@ from typing import Any
 
 from stitchmesh.compute.asking import answer_alone
 from stitchmesh.compute.device import device_named
+from stitchmesh.io.history import HistoryEntry
+from stitchmesh.io.state_saver import StateSaver
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.jobs.budget_stage import chosen_quality
 from stitchmesh.jobs.job_memory import check_memory, swatch_memory
@@ -19,12 +21,14 @@ from stitchmesh.jobs.kept_stages import stage_key
 from stitchmesh.jobs.sections import SwatchTable
 from stitchmesh.jobs.stage_files import swatch_stage
 from stitchmesh.jobs.stage_run import JobRun, cut_short
+from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
-from stitchmesh.periodic.swatch import Swatch, make_swatch
+from stitchmesh.periodic.swatch import Swatch, relax_prepared, scale_yarns
 from stitchmesh.periodic.swatch_budget import plan_swatch
 from stitchmesh.progress import relaxing_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.time_limit import seconds_left
+from stitchmesh.yarn import YarnSet
 
 
 def relax_swatch(run: JobRun, table: SwatchTable) -> Swatch:
@@ -66,17 +70,22 @@ def _relaxed(run: JobRun, table: SwatchTable, source: Source, quality: Quality, 
     stage = swatch_stage("swatch", key)
     relaxations = KeptRelaxations(run.kept.folder_of(stage), table.checkpoint_every, run.stop.check)
     run.check_resume(stage, stopped=relaxations.exist())
-    shown = relaxing_progress("swatch", quality.tolerance, run.progress, max_iterations=quality.max_iterations)
+    report_progress = relaxing_progress(
+        "swatch", quality.tolerance, run.progress, max_iterations=quality.max_iterations
+    )
+
+    def show(entry: HistoryEntry) -> None:
+        report_progress(entry["iteration"], entry["residual"], entry["energies"])
 
     def relax(report: dict[str, Any]) -> Swatch:
         """Relax the repeat from its beginning or from the checkpoints."""
         began, before = time.perf_counter(), relaxations.seconds()
-        computation = make_swatch.asking(
-            source, lambda entry: shown(entry["iteration"], entry["residual"], entry["energies"]), material=material,
-            quality=quality, device=device, **arguments,
-        )  # fmt: skip
         with run.continued(before) if before else nullcontext():
-            made = answer_alone(computation, relaxations.do)
+            preparation = prepare_swatch.asking(source, material=material, quality=quality, device=device, **arguments)
+            prepared = answer_alone(preparation, relaxations.do)
+            saver = StateSaver(run.folder, run.report, _of_its_size(prepared.yarns, table))
+            saving = replace(relaxations, on_state=lambda state: saver.keep(_of_its_size(state, table)))
+            made = answer_alone(relax_prepared.asking(prepared, prepared.yarns, show), saving.do)
             late = seconds_left() <= 0.0  # starts of the search for the lowest state may be left out
         own = {"seconds": before + time.perf_counter() - began, "search_out_of_time": late}
         made = replace(made, report=made.report | own)
@@ -87,3 +96,8 @@ def _relaxed(run: JobRun, table: SwatchTable, source: Source, quality: Quality, 
     if not cut_short(made.report):
         relaxations.remove()
     return made
+
+
+def _of_its_size(yarns: YarnSet, table: SwatchTable) -> YarnSet:
+    """Return yarns of a repeat that is relaxed at gamma times its size at the size that they will have."""
+    return scale_yarns(yarns, 1.0 / table.gamma)

@@ -61,8 +61,8 @@ def relax_swatches(
     On a GPU a launch costs more than the work of a small cell, so hundreds of swatches take little longer than one.
     Each has the state of ``swatch`` within the tolerance, but with other roundings: cells of a batch share candidate
     lists and Newton steps. The bits of a result depend on all requests of the call and on the device; the same call
-    gives the same bits. In the reports, ``seconds`` is the time since the begin of the call, and ``solver_seconds`` counts the
-    batches in which a swatch took part.
+    gives the same bits. In the reports, ``seconds`` is the time since the begin of the call, and ``solver_seconds``
+    counts the batches in which a swatch took part.
 
     Args:
         requests: the swatches.

@@ -70,6 +70,8 @@ class CellBatch:
     device: wp.Device
     most: NDArray[np.int64]
     """Largest number of iterations of each cell, shape (C,)."""
+    samples: Sequence[int] | None = None
+    """Contact samples of a segment of each cell; None for those of the quality."""
     heights: Sequence[float | None] | None = None
     """Heights of the middle planes [cm]; None for those of the yarns as given."""
 
@@ -78,14 +80,15 @@ class CellBatch:
         terms = []
         if self.planes is not None:
             terms = [CellConfinements(tuple(self.planes), tuple(self.heights or [None] * len(self.given)))]
-        return YarnSimulation(self.given, self.quality, self.device, terms, cells=self.free)
+        return YarnSimulation(self.given, self.quality, self.device, terms, cells=self.free, samples=self.samples)
 
     def part(self, cells: NDArray[np.bool_], yarns: Sequence[YarnSet]) -> CellBatch:
         """Some of the cells, with their yarns in their present state; ``yarns`` are those of all cells."""
         given = [(now, material) for now, (_, material) in zip(yarns, self.given, strict=True)]
         heights = self.heights or [height_of_middle(PeriodicCell(*each)) for each in self.given]
         return replace(self, given=_some(given, cells), free=_some(self.free, cells), most=self.most[cells],
-                       planes=_some(self.planes, cells), heights=_some(heights, cells))  # fmt: skip
+                       planes=_some(self.planes, cells), samples=_some(self.samples, cells),
+                       heights=_some(heights, cells))  # fmt: skip
 
 
 def _some(each: Sequence[Any] | None, cells: NDArray[np.bool_]) -> Any:

@@ -153,8 +153,9 @@ def cell_stress(
 
 @alone()
 def cell_stresses(
-    given: Sequence[tuple[YarnSet, YarnMaterial]], quadrature_points: int, contact_samples: int, device: str | None
-) -> list[CellStress]:
+    given: Sequence[tuple[YarnSet, YarnMaterial]], quadrature_points: int, contact_samples: int | Sequence[int],
+    device: str | None,
+) -> list[CellStress]:  # fmt: skip
     """The stress and bending moment of many cells in the same launches; errors as for ``cell_stress``."""
     if any(yarns.lattice is None for yarns, _material in given):
         raise ParameterError("cell stress: the yarns repeat on no lattice")

@@ -258,9 +258,9 @@ class Assessor:
         with np.errstate(divide="ignore", invalid="ignore"):
             residual = np.maximum(np.where(still, 0.0, left / whole), in_cell)
             share = np.where(still, 0.0, noise / whole)
-        every = range(self.model.cell_count)
-        energies = [{name: float(parts[cell]) for name, parts in found.items()} for cell in every]
-        return [Assessment(*each) for each in zip(residual.tolist(), energies, share.tolist(), strict=True)]
+        energies = zip(*(parts.tolist() for parts in found.values()), strict=True)
+        rows = zip(residual.tolist(), energies, share.tolist(), strict=True)
+        return [Assessment(left, dict(zip(found, own, strict=True)), noise) for left, own, noise in rows]
 
     def _launches(self, launcher: Launcher) -> list[Any]:
         """Forces term by term, their sums and magnitudes, and energies."""

@@ -92,7 +92,7 @@ def put_evaluations(
     given: Sequence[tuple[YarnSet, YarnMaterial]],
     precision: str,
     quadrature_points: int,
-    contact_samples: int,
+    contact_samples: int | Sequence[int],
     device: str | None,
 ) -> tuple[Model, State, Candidates]:
     """The same for several cells on lattices, or for one piece."""

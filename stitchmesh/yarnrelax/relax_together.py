@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Relaxations that many computations ask for (``asking_together``), done together in batches of cells.
 
-A batch has one sampling and one precision. Its cells come to the states that ``relax_yarns`` finds within the
-tolerance, but with other roundings: candidate lists and Newton steps serve all cells of a batch, so that the bits
-depend on which cells are in it. What cells of a batch cannot do is done alone: yarns without a lattice, another solver,
-further terms, and yarns that cannot take their load at once (``load_path``).
+A batch has one precision, one tolerance and one rule of quadrature. Its cells come to the states that ``relax_yarns``
+finds within the tolerance, but with other roundings: candidate lists and Newton steps serve all cells of a batch, so
+that the bits depend on which cells are in it. What cells of a batch cannot do is done alone: yarns without a lattice,
+another solver, further terms, and yarns that cannot take their load at once (``load_path``).
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ logger = logging.getLogger(__name__)
 
 @alone()
 def relax_together(asks: Sequence[Ask]) -> list[Relaxation | StitchMeshError]:
-    """Answer calls of ``relax_yarns``: those of one sampling in one batch of cells each."""
+    """Answer calls of ``relax_yarns``: those of one quality in one batch of cells each."""
     return _in_groups(asks, _relax_group)
 
 
 @alone()
 def relax_partly_together(asks: Sequence[Ask]) -> list[YarnSet | StitchMeshError]:
-    """Answer calls of ``relax_partly``: those of one sampling and as many iterations in one batch of cells each."""
+    """Answer calls of ``relax_partly``: those of one quality and as many iterations in one batch of cells each."""
     return _in_groups(asks, _relax_group_partly)
 
 
@@ -69,7 +69,7 @@ def _group_of(ask: Ask, number: int) -> Hashable:
     suits = named.keys() <= IN_CELLS and yarns.lattice is not None and named["quality"].solver == "quasistatic"
     if not suits or not (lies or len(terms) == 0):
         return number
-    quality = replace(named["quality"], max_iterations=0)
+    quality = replace(named["quality"], max_iterations=0, contact_samples=0)
     return quality, named.get("device"), named.get("cell") is None, lies, named.get("iterations")
 
 
@@ -89,6 +89,7 @@ def _batch(asks: Sequence[Ask]) -> CellBatch:
     return CellBatch(
         given, free or None, [own[0] for own in terms] if terms[0] else None, first["quality"],
         device_named(first.get("device")), np.array([ask.named["quality"].max_iterations for ask in asks]),
+        [ask.named["quality"].contact_samples for ask in asks],
     )  # fmt: skip
 
 
@@ -131,21 +132,21 @@ def _relax_group_partly(asks: Sequence[Ask]) -> list[YarnSet | StitchMeshError]:
 
 @alone()
 def leave_saddles_together(asks: Sequence[Ask]) -> list[YarnSet | StitchMeshError | None]:
-    """Answer calls of ``leave_saddle``: those of one sampling together."""
+    """Answer calls of ``leave_saddle``: those of one quality together."""
     return _in_groups(asks, lambda some: leave_saddles(_batch(some)))
 
 
 @alone()
 def cell_stresses_together(asks: Sequence[Ask]) -> list[CellStress | StitchMeshError]:
-    """Answer calls of ``cell_stress``: those of one sampling together."""
+    """Answer calls of ``cell_stress``: those of one quality together."""
     groups: dict[Hashable, list[int]] = {}
     for number, ask in enumerate(asks):
-        groups.setdefault(tuple(sorted(ask.named.items())), []).append(number)
+        groups.setdefault((ask.named["quadrature_points"], ask.named["device"]), []).append(number)
     answers: dict[int, CellStress | StitchMeshError] = {}
     for numbers in groups.values():
-        named = asks[numbers[0]].named
+        named, samples = asks[numbers[0]].named, [asks[number].named["contact_samples"] for number in numbers]
         given = [(asks[number].positional[0], asks[number].positional[1]) for number in numbers]
-        found = cell_stresses(given, named["quadrature_points"], named["contact_samples"], named["device"])
+        found = cell_stresses(given, named["quadrature_points"], samples, named["device"])
         answers |= zip(numbers, found, strict=True)
     return [answers[number] for number in range(len(asks))]
 

@@ -124,8 +124,10 @@ class RelaxationLoop:
         done = self._descend(chosen & ~stepping) + self._end(stepping)
         self.iterations += done
         found, kinetic_energy = self.simulation.assess_cells(chosen), self.simulation.solver.kinetic_energy()
-        good = np.array([own and self._is_acceptable(*each, kinetic_energy)
-                         for own, each in zip(chosen.tolist(), enumerate(found), strict=True)])  # fmt: skip
+        good, noise = np.zeros(len(chosen), dtype=bool), self.simulation.noise
+        for cell in np.flatnonzero(chosen).tolist():
+            allowed = self._allowed_rise(cell, float(noise[cell]), stepping=bool(stepping[cell]))
+            good[cell] = self._is_acceptable(cell, found[cell], kinetic_energy, allowed)
         for cell in np.flatnonzero(good).tolist():
             self._note(cell, found[cell])
         self.kinetic_energy = kinetic_energy if good.all() else 0.0
@@ -258,22 +260,25 @@ class RelaxationLoop:
             return min(margin * MARGIN_CHANGE, WIDEST_MARGIN)
         return max(margin / MARGIN_CHANGE, NARROWEST_MARGIN) if self.lists_age > LONG_LIFE else margin
 
-    def _is_acceptable(self, cell: int, now: Assessment, kinetic_energy: float) -> bool:
+    def _allowed_rise(self, cell: int, noise: float, *, stepping: bool) -> float:
+        """By how much a cell's energy may rise [erg], in a Newton step or in iterations of the solver."""
+        size = self.last[cell].size
+        if stepping:
+            return NEWTON_RISE * self.simulation.precision * size
+        return self.simulation.solver.allowed_rise * (size + self.kinetic_energy) + noise
+
+    def _is_acceptable(self, cell: int, now: Assessment, kinetic_energy: float, allowed: float) -> bool:
         """Whether a cell's energy is finite and has not risen too far."""
-        last, noise = self.last[cell], float(self.simulation.noise[cell])
-        allowed = self.simulation.solver.allowed_rise * (last.size + self.kinetic_energy) + noise
-        if self.takes_newton_step[cell]:
-            allowed = NEWTON_RISE * self.simulation.precision * last.size
-        return now.finite and now.energy + kinetic_energy <= last.energy + self.kinetic_energy + allowed
+        before = self.last[cell].energy + self.kinetic_energy
+        return now.finite and now.energy + kinetic_energy <= before + allowed
 
     def _note(self, cell: int, now: Assessment) -> None:
         """Record the accepted assessment of a cell."""
         self.energy_fall[cell] = (self.last[cell].energy - now.energy) / now.size if now.size > 0.0 else 0.0
         self.last[cell] = now
         newton = self.simulation.newton
-        own = self.iteration - self.before
-        if self.settling is not None and self.settling.is_due(own):
-            self.remaining[cell] = self.settling.note_state(self.simulation, own, now)
+        if self.settling is not None and self.settling.is_due(self.iteration - self.before):
+            self.remaining[cell] = self.settling.note_state(self.simulation, self.iteration - self.before, now)
         if newton is not None and self.ending[cell]:
             self.remaining[cell] = newton.remaining_change(cell, now.size)
         elif newton is not None and has_converged(now.residual, float(self.energy_fall[cell]), DESCENT):

@@ -102,10 +102,12 @@ def _matrices(batch: CellBatch) -> Iterator[FloatArray]:
     strains = 0 if simulation.strain is None else model.cell_count
     columns = _columns(simulation, 3 * int(np.diff(point_start).max() + (strains > 0)), strains)
     for cell, free in enumerate(_free(batch)):
-        rows = list(range(point_start[cell], point_start[cell + 1]))
-        rows += [model.point_count + cell] if strains else []
-        chosen = np.flatnonzero(free[: len(rows)])
-        matrix = columns[chosen][:, rows].reshape(len(chosen), -1)[:, chosen].astype(np.float64)
+        own = [columns[:, point_start[cell] : point_start[cell + 1]]]
+        own += [columns[:, model.point_count + cell : model.point_count + cell + 1]] if strains else []
+        count = 3 * sum(part.shape[1] for part in own)
+        chosen = np.flatnonzero(free.ravel()[:count])
+        whole = np.concatenate([part[:count] for part in own], axis=1).reshape(count, count)
+        matrix = whole[np.ix_(chosen, chosen)].astype(np.float64)
         yield (matrix + matrix.T) / 2.0
 
 

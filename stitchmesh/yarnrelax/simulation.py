@@ -74,8 +74,11 @@ class YarnSimulation:
         constraints: Sequence[ConstraintChoice] = (),
         points: FloatArray | None = None,
         cells: Sequence[RelaxCell] | None = None,
+        samples: Sequence[int] | None = None,
     ) -> None:
         """Send the yarns of one piece, or of independent cells, to the device, and make candidate lists.
+
+        Each cell may have contact samples of its own, ``samples``; where not given, all have those of the quality.
 
         Raises:
             OverloadError: the yarns of the only piece are too close to each other.
@@ -83,7 +86,7 @@ class YarnSimulation:
         self.model = model = put_cells(
             given,
             quadrature_points=quality.quadrature_points,
-            contact_samples=quality.contact_samples,
+            contact_samples=samples or quality.contact_samples,
             scalar=scalar_named(quality.precision),
             device=device,
         )

@@ -30,6 +30,7 @@ from stitchmesh.jobs.sections import GenerateYarnsTable, RelaxYarnsTable, Swatch
 from stitchmesh.jobs.stage_files import quality_stage, yarns_stage
 from stitchmesh.jobs.stage_run import JobRun
 from stitchmesh.jobs.stop import JobStopped, StopRequest
+from stitchmesh.periodic.swatch import Swatch
 from stitchmesh.pipeline import knit
 from stitchmesh.quality import PRESETS
 from stitchmesh.recipe.recipe import recipe_options
@@ -185,6 +186,22 @@ def test_the_time_of_the_parts_before_counts(job, copy, monkeypatch):
     with pytest.raises(ParameterError, match=r"within: got 10 min, but 6\d\d"):
         run_job(other, copy, resume=True)
     assert found["read"] == checkpoint
+
+
+@pytest.mark.parametrize("seconds, drawn", [(0.0, True), (19.0, False)])
+def test_a_picture_is_drawn_if_the_renderer_can_start_within_the_time(tmp_path, monkeypatch, seconds, drawn):
+    """Nothing else of a job takes time here; ``seconds`` of its 20 were spent before."""
+    job = Job(swatch=SwatchTable(pattern="stockinette"), quality="draft", device="cpu", within="20s")
+    now, yarns = 1e6, sm.YarnSet.from_curves([np.eye(4)[:, :3]], closed=[False], radius=0.1)
+    swatch = Swatch(yarns, {}, None, [])
+    monkeypatch.setattr("stitchmesh.jobs.run_job.time.perf_counter", lambda: now)
+    monkeypatch.setattr("stitchmesh.jobs.run_job.relax_swatch", lambda run, table: swatch)
+    monkeypatch.setattr("stitchmesh.jobs.run_job.limit_of", lambda budget: None)
+    monkeypatch.setattr("stitchmesh.jobs.run_job.draw_convergence", lambda *given: None)
+    monkeypatch.setattr("stitchmesh.jobs.run_job.draw_yarns", lambda *given: True)
+    monkeypatch.setattr("stitchmesh.jobs.run_job._tolerance", lambda report: 1.0)
+    report = run_job(job, tmp_path, began=now - seconds)
+    assert report.drawn is drawn and ("no_picture" in report.report) is not drawn
 
 
 def test_two_runs_in_one_folder_are_refused(job, copy):

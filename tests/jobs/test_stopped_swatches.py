@@ -21,6 +21,7 @@ import pytest
 from stitchmesh.cli.main import main
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.history import read_history
+from stitchmesh.io.yarns import read_yarns
 from stitchmesh.jobs import job_status, swatch_stages
 from stitchmesh.jobs.job import Job
 from stitchmesh.jobs.run_job import run_job
@@ -107,6 +108,7 @@ def test_a_stopped_swatch_is_not_begun_again_without_a_word(tmp_path, monkeypatc
     job, stop = Job(swatch=SwatchTable(pattern="stockinette"), quality="draft", device="cpu", render=()), StopRequest()
     with pytest.raises(JobStopped):
         run_job(job, tmp_path, stop=stop, listener=lambda status: stop.ask() if "iteration" in status.note else None)
+    assert read_yarns(tmp_path / "yarns.h5").lattice is not None  # the state, for those who look at it meanwhile
     with pytest.raises(ParameterError, match="a run was stopped in swatch; give --resume to continue"):
         run_job(job, tmp_path)
     longer = replace(job, swatch=SwatchTable(pattern="stockinette", gamma=1.1, max_iterations=20))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, UseAppendAction
 
 from stitchmesh.cli.arguments import Flag, help_entry
-from stitchmesh.cli.budget_options import exit_status, start_of_command
+from stitchmesh.cli.budget_options import exit_status, load_of_machine, start_of_command
 from stitchmesh.cli.options import Threads
 from stitchmesh.cli.stop_signal import TERMINATED, stopped_by_signal
 from stitchmesh.cli.summary import files_to_open, knit_summary, swatch_summary
@@ -41,6 +41,7 @@ class Run:
         Returns:
             The exit status if a signal stopped the job or the time ended a relaxation, otherwise None.
         """
+        load = load_of_machine()  # before the heavy imports
         from stitchmesh.cli.job_progress import show_reports
         from stitchmesh.jobs.job_file import read_job
         from stitchmesh.jobs.run_job import run_job
@@ -50,7 +51,10 @@ class Run:
         folder = Path(self.job).with_suffix("") if self.output is None else Path(self.output)
         try:
             with stopped_by_signal() as stop, show_reports() as listener:
-                made = run_job(job, folder, resume=self.resume, stop=stop, listener=listener, began=start_of_command())
+                made = run_job(
+                    job, folder, resume=self.resume, stop=stop, listener=listener, began=start_of_command(),
+                    load=load,
+                )  # fmt: skip
         except JobStopped:
             _print(f"stopped; `stitchmesh run {self.job} -o {folder} --resume` continues the job")
             return TERMINATED

@@ -58,17 +58,21 @@ def put_cells(
     given: Sequence[tuple[YarnSet, YarnMaterial]],
     *,
     quadrature_points: int,
-    contact_samples: int,
+    contact_samples: int | Sequence[int],
     scalar: Any,
     device: wp.Device,
 ) -> Model:
-    """Send the yarns of several independent cells to the device; arguments and errors as for ``put_model``."""
-    for name, count in (("quadrature_points", quadrature_points), ("contact_samples", contact_samples)):
+    """Send the yarns of several independent cells to the device; arguments and errors as for ``put_model``.
+
+    Each cell may have contact samples of its own.
+    """
+    samples = np.broadcast_to(contact_samples, len(given)).tolist()
+    for name, count in (("quadrature_points", quadrature_points), ("contact_samples", min(samples))):
         if count < 1:
             raise ParameterError(f"{name}: got {count}; expected at least 1")
     cells = tuple(PeriodicCell(yarns, material.scaled(1.0 / float(yarns.radius.mean()))) for yarns, material in given)
     _refuse_stiffness([cell.material for cell in cells], scalar)
-    counts = np.concatenate([sample_counts(cell.yarns, contact_samples) for cell in cells])
+    counts = np.concatenate([sample_counts(cell.yarns, own) for cell, own in zip(cells, samples, strict=True)])
     _refuse_slender(counts)
     kind = images_struct(scalar, on_lattice=cells[0].yarns.lattice is not None)
     model = Model(

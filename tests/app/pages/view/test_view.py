@@ -368,7 +368,8 @@ def test_a_job_is_followed(view, tmp_path):
 
 def test_the_stages_of_a_job_are_followed(view, tmp_path):
     """Before there are stitches too; a newer status alone draws nothing again."""
-    lock, log = FolderLock(tmp_path, "held"), JobLog(tmp_path, lambda _: None)
+    lock = FolderLock(tmp_path, "held")
+    log = JobLog(tmp_path, lock, lambda _: None)
     log.begin("label")
     opened(view, tmp_path)
     assert "The job is running after" in words(view) and "Waiting for" in words(view)
