@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from stitchmesh.compute.precision import matrix, vector
 
@@ -39,6 +41,16 @@ class MixedBlocks:
             wp.zeros(node_count, dtype=two, device=device),
             *(wp.zeros(node_count, dtype=vector(3, scalar), device=device) for _ in range(2)),
         )
+
+    @staticmethod
+    def of_numbers(
+        vertices: NDArray[np.float64], nodes: NDArray[np.float64], scalar: Any, device: wp.Device
+    ) -> MixedBlocks:
+        """Multiples of the identity for positions, shapes (V,) and (N,); zeros for Eulerian coordinates."""
+        blocks = MixedBlocks.zeros(len(vertices), len(nodes), scalar, device)
+        for array, numbers in ((blocks.vertices, vertices), (blocks.nodes, nodes)):
+            array.assign(numbers[:, None, None] * np.eye(3))
+        return blocks
 
     @cached_property
     def arrays(self) -> Any:

@@ -76,7 +76,8 @@ class MixedSystem:
         self.mass = MassMatrix(masses, scalar, device, node_masses)
         of_all = masses.vertices, masses.nodes
         self._preconditioners = {
-            stiff: Preconditioner(embedding, free, of_all, scalar, device) for stiff in (False, True)
+            stiff: Preconditioner(embedding, free, of_all, scalar, device, by_masses=not stiff)
+            for stiff in (False, True)
         }
         self._stiff = False
         self.launch: Launcher = partial(launch, device=device)
@@ -84,7 +85,7 @@ class MixedSystem:
         self._unit = wp.array([[1.0, 0.0]], dtype=vector(2, scalar), device=device)
         self._blocks = MixedBlocks.zeros(*counts, scalar, device)
         self.moves = wp.array(_moves(free), dtype=wp.int32, device=device)
-        self._by_mass = Preconditioner(embedding, free, of_all, scalar, device)
+        self._by_mass = Preconditioner(embedding, free, of_all, scalar, device, by_masses=True)
         self._impulse, self._motion = self.zeros(), self.zeros()
         self._solvers: dict[bool, ConjugateGradients] = {}
         self._captured: tuple[int, ...] = ()
@@ -97,7 +98,7 @@ class MixedSystem:
         self._blocks.clear()
         self._blocks.sliding.assign(masses.yarns[:, :, None] * np.eye(2))
         mass.combine_blocks(self._unit, self._blocks, self.launch)
-        self._by_mass.set_metric(self._blocks, of_masses=True)
+        self._by_mass.set_metric(self._blocks)
 
     def update_masses(self, state: MixedVector) -> None:
         """Find the blocks of the mass matrix at the nodes at the beginning of a step."""
@@ -248,7 +249,7 @@ class MixedSystem:
             self._factors_now = of_mass, of_hessian
         self.linearize(at, 0.0)
         self.repeated.run(("metric", stiffness_in_metric), (), lambda run, _: self._block_launches(run))
-        self.preconditioner.set_metric(self._blocks, of_mass, of_masses=not stiffness_in_metric)
+        self.preconditioner.set_metric(self._blocks, of_mass)
 
     def _block_launches(self, run: Launcher) -> list[Any]:
         """The launches that find the diagonal blocks of the metric."""

@@ -17,6 +17,7 @@ import warp as wp
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.projection import Projection
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 
@@ -29,8 +30,10 @@ class Filter:
         Raises:
             ParameterError: the hybrid region has too many vertices.
         """
-        self._projection = Projection(embedding, scalar, device)
-        self._projection.set_metric(np.zeros(embedding.vertex_count), np.ones(embedding.node_count))
+        numbers = np.zeros(embedding.vertex_count), np.ones(embedding.node_count)
+        metric = MixedBlocks.of_numbers(*numbers, scalar, device)
+        self._projection = Projection(embedding, metric, element=wp.float64, device=device)
+        self._projection.invert(*numbers)
         self._rest = wp.zeros(embedding.vertex_count, dtype=wp.types.vector(length=3, dtype=scalar), device=device)
 
     def launches(self, displacement: MixedVector, launcher: Launcher) -> list[Any]:

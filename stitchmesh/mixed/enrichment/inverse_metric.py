@@ -2,9 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Inverse blocks of the metric D of a preconditioner.
 
-Vertices and nodes outside the hybrid region have blocks of 3 x 3. Free nodes with Eulerian coordinates have one of
-5 x 5, kept as a block of 3 x 3, columns, and the Schur complement of the coordinates. In the hybrid region D is one
-number for each vertex and node, the mean of its diagonal. What does not move has a D^-1 of zero.
+Vertices and nodes have blocks of 3 x 3. Free nodes with Eulerian coordinates have one of 5 x 5, kept as a block of
+3 x 3, columns, and the Schur complement of the coordinates. What does not move has a D^-1 of zero.
+
+In the hybrid region D is of one of three forms (``BY_MASSES``, ``ONE_NUMBER``, ``BLOCKS``). Blocks of hybrid vertices
+and nodes are nearly singular where yarns resist bending by much less than stretch. ``SHARE`` of their mean is added to
+them, which keeps their condition number below 300 and costs no iterations.
 """
 
 from __future__ import annotations
@@ -18,6 +21,10 @@ from stitchmesh.compute.thread_block import Slots, sum_over_block
 
 FIXED, FREE, COUPLED = 0, 1, 2
 """Kinds of vertices and nodes: with a prescribed velocity; outside the constraint E (v, p) = 0; within it."""
+BY_MASSES, ONE_NUMBER, BLOCKS = 0, 1, 2
+"""Forms of D in the hybrid region: the masses, the mean of the diagonal of each block, or whole blocks."""
+SHARE = 1e-2
+"""Part of its mean that is added to the diagonal of a block in the hybrid region."""
 LEAST_NODE, LEAST_VERTEX = 1e-6, 1e-5
 """Lower bounds of masses in D: of the mean mass of the nodes, and for a vertex of the mass that B'MpB has on it.
 Without mass a vertex moves with the nodes, by the constraint alone, and D^-1 would not be finite."""
@@ -85,67 +92,73 @@ def inverse_where(block: Any, free: wp.vec2i, smallest: Any) -> Any:
     return result
 
 
+@wp.func
+def inverse_of_coupled(block: Any, form: int, smallest: Any, extra: Any, of_masses: Any) -> Any:
+    """Inverse of a block in the hybrid region, which is exactly symmetric."""
+    one, half = type(smallest)(1.0), type(smallest)(0.5)
+    mean = mean_of_diagonal(block, 3, smallest)
+    result = scalar_block(block, 3, of_masses)
+    if form == wp.static(ONE_NUMBER):
+        result = scalar_block(block, 3, one / wp.max(mean, extra))
+    if form == wp.static(BLOCKS):
+        added = type(smallest)(wp.static(SHARE)) * mean + extra
+        result = inverse_3(block + scalar_block(block, 3, added), smallest)
+        result = (result + wp.transpose(result)) * half
+    return result
+
+
 @kernel
 def invert_metric(
     # model
     kind: wp.array[wp.int32],
     least_mass: wp.array[Any],
     inverse_mass: wp.array[Any],
-    by_masses: int,
+    form: int,
     factor: wp.array[Any],
     # state in
     blocks: wp.array[Any],
+    extra: wp.array[Any],
     # state out
     inverse: wp.array[Any],
     number: wp.array[Any],
 ) -> None:
-    """Inverse blocks of D of positions: zero for what is fixed, a number for what is coupled."""
+    """Inverse blocks of D of positions, zero for what is fixed, and the mean of D of what is coupled."""
     i = wp.tid()
     block, of_mass = blocks[i], factor[0]
     smallest, of_masses = least_mass[i] * of_mass, inverse_mass[i] / of_mass
-    result = block - block
+    result, mean = block - block, of_mass - of_mass
     if kind[i] == wp.static(FREE):
         result = inverse_3(block, smallest)
     if kind[i] == wp.static(COUPLED):
-        of_block = type(of_mass)(1.0) / mean_of_diagonal(block, 3, smallest)
-        result = scalar_block(block, 3, wp.where(by_masses != 0, of_masses, of_block))
+        result = inverse_of_coupled(block, form, smallest, extra[i], of_masses)
+        mean = mean_of_diagonal(block, 3, smallest)
     inverse[i] = result
-    number[i] = wp.where(kind[i] == wp.static(COUPLED), result[0, 0], of_mass - of_mass)
+    number[i] = mean
 
 
 @kernel
-def bound_vertex_inverses(
+def bound_vertices(
     # model
     start: wp.array[wp.int32],
     node: wp.array[wp.int32],
     square: wp.array[wp.float64],
     # state in
-    node_inverse: wp.array[Any],
-    # state in and out
-    vertex_inverse: wp.array[Any],
+    of_nodes: wp.array[Any],
     # state out
-    blocks: wp.array[Any],
     sums: wp.array2d[wp.float64],
+    extra: wp.array[Any],
 ) -> None:
-    """Bound D^-1 of coupled vertices: D is at least a part of what the nodes have on it, the sum of B^2 over D^-1.
+    """Lower bounds of D of coupled vertices: a part of what the nodes have on it, the sum of B^2 D.
 
     One block of threads finds the sum of each vertex.
     """
     i, lane = wp.tid()
-    zero = wp.float64(0.0)
     total = Slots()
     for k in range(start[i] + lane, start[i + 1], wp.block_dim()):
-        number = wp.float64(node_inverse[node[k]])
-        if number > zero:
-            total[0] += square[k] / number
+        total[0] += square[k] * wp.float64(of_nodes[node[k]])
     sum_over_block(total, sums[i])
-    own = wp.float64(vertex_inverse[i])
-    if lane == 0 and own > zero:
-        if sums[i, 0] > zero:
-            own = wp.min(own, wp.float64(1.0) / (wp.float64(wp.static(LEAST_VERTEX)) * sums[i, 0]))
-        bounded = type(vertex_inverse[i])(own)
-        vertex_inverse[i] = bounded
-        blocks[i] = scalar_block(blocks[i], 3, bounded)
+    if lane == 0:
+        extra[i] = type(extra[i])(wp.float64(wp.static(LEAST_VERTEX)) * sums[i, 0])
 
 
 @kernel

@@ -27,7 +27,6 @@ def projected_square(
     parts: wp.array2d[wp.float64],
     residual: wp.array2d[wp.float64],
     multiplier: wp.array2d[wp.float64],
-    scale: Any,
     lane: int,
     sums: wp.array[wp.float64],
 ) -> wp.float64:
@@ -37,7 +36,7 @@ def projected_square(
         total[0] += parts[part, 0]
     for row in range(lane, residual.shape[0], wp.block_dim()):
         for axis in range(3):
-            total[0] -= wp.float64(scale) * residual[row, axis] * multiplier[row, axis]
+            total[0] -= residual[row, axis] * multiplier[row, axis]
     sum_over_block(total, sums)
     return sums[0]
 
@@ -46,7 +45,7 @@ def projected_square(
 def next_direction(
     # model
     coupling: CouplingArrays,
-    metric: Any,
+    inverse: Any,
     chunk: int,
     # state in
     record: wp.array[wp.float64],
@@ -64,27 +63,28 @@ def next_direction(
 ) -> None:
     """Find r - E' mu, b and d = z - D^-1 E' mu + b d, and whether the iteration goes on."""
     block, lane = wp.tid()
-    rz = projected_square(parts, residual, multiplier, metric.scale[0], lane, sums[block])
+    rz = projected_square(parts, residual, multiplier, lane, sums[block])
     writes = block == 0 and lane == 0
     ratio = record_beta(rz, record, writes, after)
     if writes:
         active[0] = wp.where(after[DONE] == wp.float64(0.0), 1, 0)
-    beta = type(metric.scale[0])(ratio)
     vertex_count, node_count = motion.vertices.shape[0], motion.nodes.shape[0]
     for i in range(block * chunk + lane, wp.min((block + 1) * chunk, vertex_count + node_count), wp.block_dim()):
         if i < vertex_count:
+            beta = type(motion.vertices[i][0])(ratio)
             turned = motion.vertices[i] + direction.vertices[i] * beta
             if coupling.of_vertex_start[i] < coupling.of_vertex_start[i + 1]:
                 change = change_of_vertex(coupling, multiplier, i, motion.vertices[i])
-                force.vertices[i] = force.vertices[i] + change * metric.scale[0]
-                turned += change * metric.vertices[i]
+                force.vertices[i] = force.vertices[i] + change
+                turned += inverse.vertices[i] * change
             direction.vertices[i] = turned
         else:
             j = i - vertex_count
-            moved = motion.nodes[j] + direction.nodes[j] * beta
+            share = type(motion.nodes[j][0])(ratio)
+            moved = motion.nodes[j] + direction.nodes[j] * share
             if coupling.of_node_start[j] < coupling.of_node_start[j + 1]:
                 pull = change_of_node(coupling, multiplier, j, motion.nodes[j])
-                force.nodes[j] = force.nodes[j] + pull * metric.scale[0]
-                moved += pull * metric.nodes[j]
+                force.nodes[j] = force.nodes[j] + pull
+                moved += inverse.nodes[j] * pull
             direction.nodes[j] = moved
-            direction.sliding[j] = motion.sliding[j] + direction.sliding[j] * beta
+            direction.sliding[j] = motion.sliding[j] + direction.sliding[j] * share

@@ -13,10 +13,10 @@ the projection of M^-1 f in the metric of the masses. This is the inverse of P b
 of equations 13 to 15, after the elimination of two of its three blocks: Casafranca et al. factor a matrix of three
 times the hybrid vertices that is not symmetric, here Sigma of one times these vertices is symmetric and positive.
 
-The metric may contain stiffness too, D = M / h^2 + K with K from the diagonal of the Hessian. Vertices and nodes
-outside the hybrid region then have blocks of 3 x 3 and 2 x 2. Free nodes with Eulerian coordinates have one of 5 x 5,
-in which both are coupled. In the hybrid region D is one number for each vertex and node, the
-mean of its diagonal, so that the three coordinates keep one Sigma. What does not move has a D^-1 of zero.
+The metric may contain stiffness too, D = M / h^2 + K with K from the diagonal of the Hessian. Vertices and nodes then
+have blocks of 3 x 3, and Sigma has three rows for each of its vertices. Free nodes with Eulerian coordinates have
+blocks of 5 x 5, in which both are coupled. Where the hybrid region has more than ``MOST_BLOCK_ROWS`` vertices D is one
+number there, the mean of the diagonal, and Sigma has one row for each vertex. What does not move has a D^-1 of zero.
 
 The forces f are replaced by f - E' mu, so that the part of f that E balances does not grow during an iteration and does
 not round the rest away. This is the filter of the search direction of Ascher and Boxerman (2003): every direction that
@@ -33,7 +33,7 @@ import warp as wp
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from stitchmesh.compute.captured import CapturedLaunches, CopyArray, Launcher
+from stitchmesh.compute.captured import CapturedLaunches, Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import prepare
 from stitchmesh.compute.partial_sums import WIDTH, add_parts, chunk_of, part_count
@@ -41,11 +41,14 @@ from stitchmesh.compute.thread_block import THREADS, Slots, sum_over_block
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.inverse_metric import (
+    BLOCKS,
+    BY_MASSES,
     COUPLED,
     FREE,
     LEAST_NODE,
     LEAST_VERTEX,
-    bound_vertex_inverses,
+    ONE_NUMBER,
+    bound_vertices,
     invert_metric,
     invert_sliding_metric,
 )
@@ -56,6 +59,10 @@ from stitchmesh.mixed.enrichment.sigma_on_device import BLOCK
 from stitchmesh.mixed.enrichment.solve_record import Advance, record_alpha
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
+
+MOST_BLOCK_ROWS = 400
+"""Largest number of independent vertices of the hybrid region with blocks of D: the inverse of a larger Sigma takes
+longer than the products that blocks save."""
 
 
 @wp.func
@@ -174,7 +181,14 @@ class Preconditioner:
     """
 
     def __init__(
-        self, embedding: Embedding, free: FreeUnknowns, masses: tuple[Numbers, Numbers], scalar: Any, device: wp.Device
+        self,
+        embedding: Embedding,
+        free: FreeUnknowns,
+        masses: tuple[Numbers, Numbers],
+        scalar: Any,
+        device: wp.Device,
+        *,
+        by_masses: bool,
     ) -> None:
         """Allocate; ``set_metric`` must follow.
 
@@ -185,30 +199,45 @@ class Preconditioner:
                 for a lower bound of D where nothing has mass.
             scalar: Warp's floating-point type.
             device: where the vectors lie.
+            by_masses: whether D in the hybrid region is the masses alone, instead of the blocks of ``set_metric``.
+                Sigma is then found once.
 
         Raises:
             ParameterError: the hybrid region has too many vertices.
         """
-        self._embedding, self._projection = embedding, Projection(embedding, scalar, device)
-        self._scalar, self._device = scalar, device
-        self._projects_by_masses = False
-        self._factor, self._factor_now = wp.ones(1, dtype=scalar, device=device), 1.0
-        least = least_masses(embedding, masses[1])
-        halves = [embedding.vertex_count]
-        self._least = [wp.array(part, dtype=scalar, device=device) for part in np.split(least, halves)]
-        self._by_masses = 1.0 / np.maximum(np.concatenate(masses), least)
-        self._inverse_mass = [wp.array(part, dtype=scalar, device=device) for part in np.split(self._by_masses, halves)]
-        coupled_vertices, coupled_nodes = embedding.coupled
-        self._vertex_kind = self._integers(np.where(coupled_vertices, COUPLED, FREE) * free.vertices)
-        self._node_kind = self._integers(np.where(coupled_nodes, COUPLED, FREE) * free.nodes)
-        self._slides = wp.array(free.sliding.astype(np.int32), dtype=wp.vec2i, device=device)
-        self.inverse = MixedBlocks.zeros(embedding.vertex_count, embedding.node_count, scalar, device)
+        self._embedding, self._device, self._by_masses = embedding, device, by_masses
+        self._form = BY_MASSES if by_masses else _form_of(embedding)
         counts = embedding.vertex_count, embedding.node_count
-        self._numbers = [wp.zeros(count, dtype=scalar, device=device) for count in counts]
-        self._squares = self._rows_of_squares()
+        self.inverse = MixedBlocks.zeros(*counts, scalar, device)
+        element = wp.mat33d if self._form == BLOCKS else wp.float64
+        self._projection = Projection(embedding, self.inverse, element=element, device=device)
+        self._factor, self._factor_now = wp.ones(1, dtype=scalar, device=device), 1.0
+        self._allocate(free, masses, scalar)
         self._sums = wp.zeros((embedding.vertex_count, WIDTH), dtype=wp.float64, device=device)
-        self._captured: dict[tuple[bool, bool], tuple[MixedBlocks, CapturedLaunches]] = {}
-        self._on_device = device.is_cuda and self._is_regular()
+        self._captured: tuple[MixedBlocks, CapturedLaunches] | None = None
+
+    def _allocate(self, free: FreeUnknowns, masses: tuple[Numbers, Numbers], scalar: Any) -> None:
+        """Send kinds, masses and bounds of vertices and nodes to the device, and find Sigma of the masses."""
+        device, halves = self._device, [self._embedding.vertex_count]
+        least = least_masses(self._embedding, masses[1])
+        of_masses = 1.0 / np.maximum(np.concatenate(masses), least)
+        self._least, self._inverse_mass, self._number, self._extra = (
+            [wp.array(part, dtype=scalar, device=device) for part in np.split(numbers, halves)]
+            for numbers in (least, of_masses, np.zeros_like(least), np.zeros_like(least))
+        )
+        free_parts = free.vertices, free.nodes
+        kinds = [np.where(c, COUPLED, FREE) * f for c, f in zip(self._embedding.coupled, free_parts, strict=True)]
+        self._kinds = [self._integers(kind) for kind in kinds]
+        self._slides = wp.array(free.sliding.astype(np.int32), dtype=wp.vec2i, device=device)
+        self._squares = self._rows_of_squares()
+        inverses = [
+            np.where(kind == COUPLED, p, 0.0) for kind, p in zip(kinds, np.split(of_masses, halves), strict=True)
+        ]
+        if self._by_masses:
+            self._projection.invert(inverses[0], inverses[1])
+        self._on_device = device.is_cuda and not self._by_masses and self._projection.row_count > 0
+        # Sigma that is positive for the masses of what moves is positive for any metric
+        self._on_device = self._on_device and self._projection.is_regular(inverses[0], inverses[1])
 
     def _rows_of_squares(self) -> list[wp.array[Any]]:
         """The squares of B for each vertex, as compressed rows of simulated nodes."""
@@ -217,73 +246,53 @@ class Preconditioner:
         values = wp.array(squares.data, dtype=wp.float64, device=self._device)
         return [*(self._integers(row) for row in rows), values]
 
-    def _is_regular(self) -> bool:
-        """Whether Sigma is positive for the masses of what moves, and so for any metric."""
-        vertices, nodes = np.split(self._by_masses, [self._embedding.vertex_count])
-        coupled = self._vertex_kind.numpy() == COUPLED, self._node_kind.numpy() == COUPLED
-        return self._projection.is_regular(vertices * coupled[0], nodes * coupled[1])
-
-    def set_metric(self, metric: MixedBlocks, of_mass: float = 1.0, *, of_masses: bool = False) -> None:
+    def set_metric(self, metric: MixedBlocks, of_mass: float = 1.0) -> None:
         """Invert the metric D of motions.
 
         Args:
             metric: diagonal blocks of D.
             of_mass: factor of the masses in D [1/s^2].
-            of_masses: whether D in the hybrid region is ``of_mass`` times the masses alone, instead of the given
-                blocks. Sigma is then found once.
         """
         if of_mass != self._factor_now:
             self._factor.assign([of_mass])
             self._factor_now = of_mass
-        inverts = self._projection.row_count > 0 and self._on_device and not of_masses
-        self._captured_metric(metric, of_masses, inverts).launch()
-        if not self._projection.row_count:
-            return
-        self._projection.set_scale(of_mass if of_masses else 1.0)
-        if not (inverts or (of_masses and self._projects_by_masses)):
-            self._projection.set_metric(*self._coupled_inverses(of_masses))
-        self._projects_by_masses = of_masses
+        if self._captured is None or self._captured[0] is not metric:
+            launches = self._metric_launches(metric, partial(prepare, device=self._device))
+            self._captured = metric, CapturedLaunches(launches, self._device)
+        self._captured[1].launch()
+        if self._by_masses:
+            self._projection.set_scale(of_mass)
+        elif not self._on_device:
+            self._projection.invert_present()
 
-    def _captured_metric(self, metric: MixedBlocks, of_masses: bool, inverts: bool) -> CapturedLaunches:
-        """``_metric_launches``, captured for the blocks that were given last."""
-        name = of_masses, inverts
-        if name not in self._captured or self._captured[name][0] is not metric:
-            launches = self._metric_launches(metric, of_masses, inverts, partial(prepare, device=self._device))
-            self._captured[name] = metric, CapturedLaunches(launches, self._device)
-        return self._captured[name][1]
-
-    def _metric_launches(self, metric: MixedBlocks, of_masses: bool, inverts: bool, launcher: Launcher) -> list[Any]:
-        """The launches that invert the blocks, bound those of coupled vertices, and invert Sigma where asked."""
-        own, projection, launches = self.inverse, self._projection, []
-        numbers = self._numbers
-        parts = (metric.vertices, own.vertices), (metric.nodes, own.nodes)
-        for k, ((blocks, inverse), kind) in enumerate(zip(parts, (self._vertex_kind, self._node_kind), strict=True)):
-            inputs = [kind, self._least[k], self._inverse_mass[k], int(of_masses), self._factor, blocks]
-            if len(kind):
-                launches.append(launcher(invert_metric, len(kind), inputs, [inverse, numbers[k]]))
-        inputs = [self._node_kind, self._slides, self._least[1], self._factor, own.nodes]
-        inputs += [metric.sliding, metric.coupling_u, metric.coupling_v]
-        if len(self._node_kind):
-            outputs = [own.sliding, own.coupling_u, own.coupling_v]
-            launches.append(launcher(invert_sliding_metric, len(self._node_kind), inputs, outputs))
-        if projection.row_count and not of_masses:
-            inputs, outputs = [*self._squares, numbers[1], numbers[0]], [own.vertices, self._sums]
-            launches.append(launcher(bound_vertex_inverses, len(numbers[0]), inputs, outputs, tile=BLOCK))
-        if inverts:
+    def _metric_launches(self, metric: MixedBlocks, launcher: Launcher) -> list[Any]:
+        """The launches that invert the blocks of nodes, then those of vertices, and Sigma on a GPU."""
+        own, launches = self.inverse, []
+        if metric.nodes.shape[0]:
             launches += [
-                CopyArray(numbers[0], projection.vertex_inverse),
-                CopyArray(numbers[1], projection.node_inverse),
+                self._inversion(1, metric.nodes, own.nodes, launcher),
+                launcher(invert_sliding_metric, len(own.nodes), *self._sliding_arguments(metric)),
             ]
-            launches += projection.metric_launches(launcher)
-        return launches
+        if self._projection.row_count and not self._by_masses:
+            outputs = [self._sums, self._extra[0]]
+            inputs = [*self._squares, self._number[1]]
+            launches.append(launcher(bound_vertices, len(own.vertices), inputs, outputs, tile=BLOCK))
+        if metric.vertices.shape[0]:
+            launches.append(self._inversion(0, metric.vertices, own.vertices, launcher))
+        return [*launches, *(self._projection.inverse_launches(launcher) if self._on_device else [])]
 
-    def _coupled_inverses(self, of_masses: bool) -> tuple[Numbers, Numbers]:
-        """The inverse of D, or of the masses, of vertices and nodes within the constraint; zero elsewhere."""
-        vertices, nodes = (numbers.numpy().astype(np.float64) for numbers in self._numbers)
-        if of_masses:
-            vertices = np.where(vertices > 0.0, self._by_masses[: len(vertices)], 0.0)
-            nodes = np.where(nodes > 0.0, self._by_masses[len(vertices) :], 0.0)
-        return vertices, nodes
+    def _inversion(self, part: int, blocks: wp.array[Any], inverse: wp.array[Any], launcher: Launcher) -> Any:
+        """The launch that inverts the blocks of vertices (part 0) or nodes (part 1)."""
+        model = [self._kinds[part], self._least[part], self._inverse_mass[part], self._form, self._factor]
+        inputs, outputs = [*model, blocks, self._extra[part]], [inverse, self._number[part]]
+        return launcher(invert_metric, len(blocks), inputs, outputs)
+
+    def _sliding_arguments(self, metric: MixedBlocks) -> tuple[list[Any], list[Any]]:
+        """Inputs and outputs of the launch that inverts the blocks of Eulerian coordinates."""
+        own = self.inverse
+        inputs = [self._kinds[1], self._slides, self._least[1], self._factor, own.nodes]
+        inputs += [metric.sliding, metric.coupling_u, metric.coupling_v]
+        return inputs, [own.sliding, own.coupling_u, own.coupling_v]
 
     def launches(self, force: MixedVector, motion: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that find the motion z of P z = r.
@@ -315,7 +324,7 @@ class Preconditioner:
         inputs = [self.inverse.arrays, chunk, advance.record, advance.curvature, *vectors]
         outputs = [motion.arrays, advance.sums, advance.after, advance.parts]
         first = launcher(advance_and_invert, blocks, inputs, outputs, tile=THREADS)
-        inputs = [projection.coupling, projection.metric, chunk, advance.after, advance.parts]
+        inputs = [projection.coupling, self.inverse.arrays, chunk, advance.after, advance.parts]
         inputs += [projection.residual, projection.multiplier, motion.arrays, force.arrays, turned]
         outputs = [advance.sums, advance.record, advance.active]
         found = projection.multiplier_launches(motion, launcher)
@@ -327,3 +336,8 @@ class Preconditioner:
 
     def _integers(self, values: NDArray[Any]) -> wp.array[wp.int32]:
         return wp.array(values.astype(np.int32), dtype=wp.int32, device=self._device)
+
+
+def _form_of(embedding: Embedding) -> int:
+    """The form of D in the hybrid region, with stiffness."""
+    return BLOCKS if embedding.independent.shape[1] <= MOST_BLOCK_ROWS else ONE_NUMBER

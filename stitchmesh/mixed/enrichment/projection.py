@@ -2,24 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """Projections onto the motions p = B v + F x, for a metric of the vertices and nodes.
 
-The motions are those with E (v, p) = B_C' p - G_C v = 0 (``embedding``). For a diagonal metric D, with one positive
-number for each vertex and node, the same for the three coordinates, the nearest motion to u = (v, p) is
+The motions are those with E (v, p) = B_C' p - G_C v = 0 (``embedding``). For a metric D with one positive block of
+3 x 3 for each vertex and node, the nearest motion to u = (v, p) is
 
     u <- u - D^-1 E' mu,     mu = Sigma^-1 E u,     Sigma = E D^-1 E' = B_C' Dp^-1 B_C + G_C Dv^-1 G_C'.
+
+An element of Sigma is a block of 3 x 3 too. Where all blocks of D are multiples of the identity one number is enough.
 
 The filter F of Casafranca et al. (2020, equation 3) is the projection of x = p alone in the metric of the identity, and
 their preconditioner is the projection in the metric of the masses (``filter``, ``preconditioner``).
 
 Sigma has the size of C, the independent vertices of the hybrid region, some hundreds. Its inverse is stored as a dense
-matrix of float64 on the device, also on a CPU: a product with it then is one launch among the captured ones, without a
-copy to the host, and for 1,000 vertices costs less than the product with B of 100,000 nodes. E u is one sum for each
-row, by a block of threads in a fixed order. The inverse of a metric that changes is found by launches on a GPU
+matrix in float64 on the device, also on a CPU: a product with it then is one launch among the captured ones, without a
+copy to the host, and for 1,000 numbers a row costs less than the product with B of 100,000 nodes. E u is one sum for
+each row, by a block of threads in a fixed order. The inverse of a metric that changes is found by launches on a GPU
 (``sigma_on_device``), and by LAPACK on the host otherwise and where Sigma is singular.
 """
 
 from __future__ import annotations
 
-import functools
 from typing import Any
 
 import numpy as np
@@ -36,12 +37,13 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.region import Numbers
 from stitchmesh.mixed.enrichment.sigma_on_device import BLOCK, SigmaOnDevice
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 LONG = 512
 """Threads of a block on a GPU that sums a row of E, which has hundreds to thousands of nodes."""
 MOST_COLUMNS = 16_384
-"""Largest number of independent vertices; their inverse takes 2 GiB."""
+"""Largest number of independent vertices; their inverse takes 2 GiB as numbers."""
 SINGULAR = 1e-13
 """Eigenvalue of Sigma with unit diagonal below which its motion is already fixed."""
 
@@ -101,18 +103,19 @@ def constraint_rows(
 @kernel
 def multiplier_rows(
     # model
-    inverse: wp.array2d[wp.float64],
+    inverse: wp.array2d[Any],
+    scale: wp.array[wp.float64],
     # state in
     residual: wp.array2d[wp.float64],
     # state out
     multiplier: wp.array2d[wp.float64],
 ) -> None:
-    """The multipliers mu = Sigma^-1 E u, one row for each block."""
+    """The multipliers mu = scale Sigma^-1 E u, one row for each block."""
     row, lane = wp.tid()
     total = Slots()
     for k in range(lane, inverse.shape[1], wp.block_dim()):
-        for axis in range(3):
-            total[axis] += inverse[row, k] * residual[k, axis]
+        of_row = inverse[row, k] * wp.vec3d(residual[k, 0], residual[k, 1], residual[k, 2])
+        total = add_scaled(total, of_row, scale[0])
     sum_over_block(total, multiplier[row])
 
 
@@ -151,7 +154,7 @@ def change_of_node(coupling: CouplingArrays, multiplier: wp.array2d[wp.float64],
 def subtract_multipliers(
     # model
     coupling: CouplingArrays,
-    metric: Any,
+    inverse: Any,
     changes_force: int,
     # state in
     multiplier: wp.array2d[wp.float64],
@@ -159,34 +162,34 @@ def subtract_multipliers(
     force: Any,
     motion: Any,
 ) -> None:
-    """Find u - D^-1 E' mu, and r - scale E' mu where ``changes_force``."""
+    """Find u - D^-1 E' mu, and r - E' mu where ``changes_force``."""
     i = wp.tid()
     vertex_count = motion.vertices.shape[0]
     if i < vertex_count:
         change = change_of_vertex(coupling, multiplier, i, motion.vertices[i])
-        motion.vertices[i] = motion.vertices[i] + change * metric.vertices[i]
+        motion.vertices[i] = motion.vertices[i] + inverse.vertices[i] * change
         if changes_force != 0:
-            force.vertices[i] = force.vertices[i] + change * metric.scale[0]
+            force.vertices[i] = force.vertices[i] + change
     else:
         j = i - vertex_count
         pull = change_of_node(coupling, multiplier, j, motion.nodes[j])
-        motion.nodes[j] = motion.nodes[j] + pull * metric.nodes[j]
+        motion.nodes[j] = motion.nodes[j] + inverse.nodes[j] * pull
         if changes_force != 0:
-            force.nodes[j] = force.nodes[j] + pull * metric.scale[0]
-
-
-@functools.cache
-def _metric_struct(scalar: Any) -> Any:
-    """The struct of a metric in one precision: D^-1 of vertices and nodes, and the scale of E' mu."""
-    annotations = dict.fromkeys(("vertices", "nodes", "scale"), wp.array(dtype=scalar))
-    return wp.struct(type(f"ProjectionMetric_{scalar.__name__}", (), {"__annotations__": annotations}))
+            force.nodes[j] = force.nodes[j] + pull
 
 
 class Projection:
     """The projection of an embedding for a metric, on a device."""
 
-    def __init__(self, embedding: Embedding, scalar: Any, device: wp.Device) -> None:
-        """Send E to the device; ``set_metric`` must follow.
+    def __init__(self, embedding: Embedding, inverse: MixedBlocks, *, element: Any, device: wp.Device) -> None:
+        """Send E to the device; ``invert`` or the launches of ``inverse_launches`` must follow.
+
+        Args:
+            embedding: how hybrid nodes move with the triangles.
+            inverse: the blocks of D^-1, read by the launches; only those that E contains count.
+            element: Warp's type of the elements of Sigma, ``wp.float64`` or ``wp.mat33d``; with numbers all blocks must
+                be multiples of the identity.
+            device: where the launches run.
 
         Raises:
             ParameterError: the hybrid region has too many vertices for a dense inverse.
@@ -195,7 +198,7 @@ class Projection:
         if self.row_count > MOST_COLUMNS:
             found = f"got {self.row_count} vertices in the hybrid region"
             raise ParameterError(f"region: {found}; expected at most {MOST_COLUMNS}: take fewer rings")
-        self._scalar, self._device = scalar, device
+        self._device, self._element = device, element
         self._independent, self._gram = embedding.independent, embedding.gram
         self._hybrid = embedding.nodes
         self._entities = embedding.vertex_count + embedding.node_count
@@ -204,59 +207,64 @@ class Projection:
         entries = np.ones(hybrid), (np.arange(hybrid), embedding.nodes)
         self._to_all = csr_array(entries, shape=(hybrid, embedding.node_count))
         self.coupling = self._coupling(embedding)
-        self.vertex_inverse = wp.zeros(embedding.vertex_count, dtype=scalar, device=device)
-        self.node_inverse = wp.zeros(embedding.node_count, dtype=scalar, device=device)
-        self._scale, self._scale_now = wp.full(1, value=scalar(1.0), dtype=scalar, device=device), 1.0
-        shape = (self.row_count, self.row_count)
-        self._inverse = wp.zeros(shape, dtype=wp.float64, device=device)
+        self.metric = inverse
+        """The blocks of D^-1."""
+        self._scale, self._scale_now = wp.ones(1, dtype=wp.float64, device=device), 1.0
+        self._inverse = wp.zeros((self.row_count, self.row_count), dtype=element, device=device)
         self.residual = wp.zeros((self.row_count, WIDTH), dtype=wp.float64, device=device)
         """E u of the last ``multiplier_launches``, shape (C, 3), and unused columns."""
         self.multiplier = wp.zeros_like(self.residual)
         """mu = Sigma^-1 E u, as ``residual``."""
-        self.metric = _metric_struct(scalar)()
-        """D^-1 and the scale of E' mu, for kernels."""
-        self.metric.vertices, self.metric.nodes = self.vertex_inverse, self.node_inverse
-        self.metric.scale = self._scale
-        self._on_device: SigmaOnDevice | None = None
 
-    def set_metric(self, vertex_inverse: Numbers, node_inverse: Numbers) -> None:
-        """Invert Sigma for a metric.
+    def invert(self, vertex_inverse: Numbers, node_inverse: Numbers) -> None:
+        """Invert Sigma on the host.
 
         Args:
-            vertex_inverse: D^-1 of the vertices, shape (V,); 0 for a vertex that does not move.
-            node_inverse: D^-1 of the simulated nodes, shape (n,); 0 for a node that does not move.
+            vertex_inverse: D^-1 of the vertices, shape (V, 3, 3), or (V,) where the elements of Sigma are numbers; zero
+                for a vertex that does not move.
+            node_inverse: D^-1 of the simulated nodes, shape (n, 3, 3) or (n,); zero for a node that does not move.
         """
-        self.vertex_inverse.assign(vertex_inverse)
-        self.node_inverse.assign(node_inverse)
         if self.row_count:
-            kind = np.float32 if self._scalar is wp.float32 else np.float64
-            rounded = (numbers.astype(kind).astype(np.float64) for numbers in (vertex_inverse, node_inverse))
-            self._inverse.assign(symmetric_inverse(self.sigma(*rounded)))
+            rows, width = self.row_count, 3 if vertex_inverse.ndim == 3 else 1
+            inverse = symmetric_inverse(self.sigma(vertex_inverse, node_inverse))
+            blocks = inverse.reshape(rows, width, rows, width).swapaxes(1, 2)
+            self._inverse.assign(np.ascontiguousarray(blocks if width == 3 else inverse))
+
+    def invert_present(self) -> None:
+        """Invert Sigma on the host for the present blocks of D^-1."""
+        vertices, nodes = (part.numpy().astype(np.float64) for part in (self.metric.vertices, self.metric.nodes))
+        if self._element is wp.float64:
+            vertices, nodes = vertices[:, 0, 0], nodes[:, 0, 0]
+        self.invert(vertices, nodes)
 
     def is_regular(self, vertex_inverse: Numbers, node_inverse: Numbers) -> bool:
-        """Whether Sigma of a metric is positive beyond rounding; arguments as for ``set_metric``."""
+        """Whether Sigma of a metric is positive beyond rounding; arguments as for ``invert``."""
         return positive_inverse(self.sigma(vertex_inverse, node_inverse)) is not None
 
-    def metric_launches(self, launcher: Launcher) -> list[Any]:
-        """The launches that invert Sigma for ``vertex_inverse`` and ``node_inverse``, where it is positive."""
-        if self._on_device is None:
-            of_nodes, of_vertices = self._sigma_of
-            of_all = csr_array(of_nodes @ self._to_all)
-            self._on_device = SigmaOnDevice(self._places, of_all, of_vertices, self._inverse, self._device)
-        return self._on_device.launches(self.vertex_inverse, self.node_inverse, launcher)
+    def inverse_launches(self, launcher: Launcher) -> list[Any]:
+        """The launches that invert Sigma for the present blocks of D^-1, where it is positive."""
+        of_nodes, of_vertices = self._sigma_of
+        of_all = csr_array(of_nodes @ self._to_all)
+        on_device = SigmaOnDevice(self._places, of_all, of_vertices, self._inverse, self._device)
+        return on_device.launches(self.metric.vertices, self.metric.nodes, launcher)
 
     def set_scale(self, scale: float) -> None:
-        """Multiply the metric by a number: the projection stays, and E' mu of a force is multiplied."""
+        """State that the present blocks of D are the ones that were inverted times a number."""
         if scale != self._scale_now:
-            self._scale.fill_(self._scalar(scale))
+            self._scale.fill_(scale)
             self._scale_now = scale
 
     def sigma(self, vertex_inverse: Numbers, node_inverse: Numbers) -> Numbers:
-        """Sigma = E D^-1 E', shape (C, C); arguments as for ``set_metric``."""
+        """Sigma = E D^-1 E', shape (C, C), or (3 C, 3 C) for blocks; arguments as for ``invert``."""
+        rows, shape = self.row_count, vertex_inverse.shape[1:]
         of_nodes, of_vertices = self._sigma_of
-        total = np.zeros(self.row_count**2)
-        total[self._places] = of_nodes @ node_inverse[self._hybrid] + of_vertices @ vertex_inverse
-        return total.reshape(self.row_count, self.row_count)
+        size = int(np.prod(shape, dtype=int))
+        flat = node_inverse[self._hybrid].reshape(-1, size), vertex_inverse.reshape(-1, size)
+        total = np.zeros((rows**2, size))
+        total[self._places] = of_nodes @ flat[0] + of_vertices @ flat[1]
+        width = shape[0] if shape else 1
+        matrix: Numbers = total.reshape(rows, rows, width, width).swapaxes(1, 2).reshape(rows * width, rows * width)
+        return matrix
 
     def launches(self, motion: MixedVector, launcher: Launcher, *, force: MixedVector | None = None) -> list[Any]:
         """The launches that project a motion; none without hybrid nodes.
@@ -268,7 +276,7 @@ class Projection:
         """
         if self.row_count == 0:
             return []
-        inputs = [self.coupling, self.metric, int(force is not None), self.multiplier, (force or motion).arrays]
+        inputs = [self.coupling, self.metric.arrays, int(force is not None), self.multiplier, (force or motion).arrays]
         found = self.multiplier_launches(motion, launcher)
         return [*found, launcher(subtract_multipliers, self._entities, inputs, [motion.arrays])]
 
@@ -276,7 +284,7 @@ class Projection:
         """The launches that find ``residual`` and ``multiplier`` of a motion; none without hybrid nodes."""
         if self.row_count == 0:
             return []
-        inputs = [self._inverse, self.residual]
+        inputs = [self._inverse, self._scale, self.residual]
         return [
             launcher(constraint_rows, self.row_count, [self.coupling, motion.arrays], [self.residual], tile=LONG),
             launcher(multiplier_rows, self.row_count, inputs, [self.multiplier], tile=BLOCK),

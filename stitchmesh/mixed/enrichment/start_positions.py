@@ -13,11 +13,13 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
+import warp as wp
 
 from stitchmesh.compute.launch import launch
 from stitchmesh.mixed.enrichment.embedding import Embedding
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.projection import Projection
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 
@@ -29,6 +31,8 @@ def make_consistent(embedding: Embedding, free: FreeUnknowns, positions: MixedVe
         free: what moves.
         positions: positions at the beginning; changed.
     """
-    projection = Projection(embedding, positions.scalar, positions.device)
-    projection.set_metric(free.vertices.astype(np.float64), free.nodes.astype(np.float64))
+    numbers = free.vertices.astype(np.float64), free.nodes.astype(np.float64)
+    metric = MixedBlocks.of_numbers(*numbers, positions.scalar, positions.device)
+    projection = Projection(embedding, metric, element=wp.float64, device=positions.device)
+    projection.invert(*numbers)
     projection.launches(positions, partial(launch, device=positions.device))

@@ -12,8 +12,10 @@ import warp as wp
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.launch import launch
+from stitchmesh.mixed.enrichment import preconditioner as preconditioner_file
 from stitchmesh.mixed.enrichment.embedding import Embedding, embed
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
+from stitchmesh.mixed.enrichment.inverse_metric import SHARE
 from stitchmesh.mixed.enrichment.preconditioner import Preconditioner
 from stitchmesh.mixed.enrichment.region import Region, enriched_everywhere, region_around
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
@@ -38,9 +40,7 @@ def masses(region: Region, ratio: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def blocks_of(vertices: np.ndarray, nodes: np.ndarray, scalar) -> MixedBlocks:
-    blocks = MixedBlocks.zeros(len(vertices), len(nodes), scalar, CPU)
-    blocks.vertices.assign(vertices[:, None, None] * np.eye(3))
-    blocks.nodes.assign(nodes[:, None, None] * np.eye(3))
+    blocks = MixedBlocks.of_numbers(vertices, nodes, scalar, CPU)
     blocks.sliding.assign(nodes[:, None, None] * np.eye(2))
     return blocks
 
@@ -54,7 +54,7 @@ def forces_on(region: Region, scalar) -> MixedVector:
 
 def solved(region: Region, free: FreeUnknowns, mass: tuple, force: MixedVector) -> tuple[Embedding, MixedVector]:
     embedding = embed(region)
-    preconditioner = Preconditioner(embedding, free, mass, force.scalar, CPU)
+    preconditioner = Preconditioner(embedding, free, mass, force.scalar, CPU, by_masses=True)
     preconditioner.set_metric(blocks_of(*mass, force.scalar))
     motion = force.like()
     preconditioner.launches(force, motion, RUN)
@@ -155,19 +155,71 @@ def test_where_all_is_fixed_nothing_moves_and_all_is_finite():
 def test_the_metric_of_the_masses_scales_with_its_factor_and_keeps_its_projection():
     region = REGIONS["square"]
     mass, embedding = masses(region, 1e2), embed(region)
-    preconditioner = Preconditioner(embedding, FreeUnknowns.of(region), mass, wp.float64, CPU)
+    preconditioner = Preconditioner(embedding, FreeUnknowns.of(region), mass, wp.float64, CPU, by_masses=True)
     results = []
-    for factor in (1.0, 1e6):
-        scaled = blocks_of(factor * mass[0], factor * mass[1], wp.float64)
-        for of_masses in (True, False, True):
-            preconditioner.set_metric(scaled, of_mass=factor, of_masses=of_masses)
-            force = forces_on(region, wp.float64)
-            motion = force.like()
-            preconditioner.launches(force, motion, RUN)
-            results.append((factor * motion.values.numpy(), force.values.numpy().copy()))
+    for factor in (1.0, 1e6, 1.0):
+        preconditioner.set_metric(blocks_of(factor * mass[0], factor * mass[1], wp.float64), of_mass=factor)
+        force = forces_on(region, wp.float64)
+        motion = force.like()
+        preconditioner.launches(force, motion, RUN)
+        results.append((factor * motion.values.numpy(), force.values.numpy().copy()))
     for motion, filtered in results[1:]:
         np.testing.assert_allclose(motion, results[0][0], rtol=1e-9)  # rounding times the ratio of masses
         np.testing.assert_allclose(filtered, results[0][1], atol=1e-11)
+
+
+def random_blocks(region: Region, scalar) -> tuple[tuple[np.ndarray, np.ndarray], MixedBlocks]:
+    """Positive blocks with condition numbers of some tens, and their masses, which are smaller."""
+    random = np.random.default_rng(17)
+    mass = masses(region, 1e2)
+    blocks = blocks_of(*mass, scalar)
+    for array, numbers in ((blocks.vertices, mass[0]), (blocks.nodes, mass[1])):
+        root = random.normal(size=(len(numbers), 3, 3))
+        array.assign(numbers[:, None, None] * (root @ root.swapaxes(1, 2) + 0.3 * np.eye(3)))
+    return mass, blocks
+
+
+@pytest.mark.parametrize("most_rows", [0, 400])
+def test_the_result_in_a_metric_of_blocks_minimizes_the_work_under_the_constraint(monkeypatch, most_rows):
+    monkeypatch.setattr(preconditioner_file, "MOST_BLOCK_ROWS", most_rows)
+    region = REGIONS["square"]
+    mass, blocks = random_blocks(region, wp.float64)
+    embedding, free = embed(region), FreeUnknowns.of(region)
+    preconditioner = Preconditioner(embedding, free, mass, wp.float64, CPU, by_masses=False)
+    preconditioner.set_metric(blocks)
+    force = forces_on(region, wp.float64)
+    (f_v, f_p, _), motion = force.numpy(), force.like()
+    preconditioner.launches(force, motion, RUN)
+    v, p, _ = motion.numpy()
+    moved = region.unknown_vertices & embedding.coupled[0]
+    metric = []
+    for block, taken in ((blocks.vertices.numpy(), moved), (blocks.nodes.numpy(), embedding.coupled[1])):
+        mean = np.trace(block, axis1=1, axis2=2)[taken, None, None] / 3 * np.eye(3)
+        metric.append(block[taken] + SHARE * mean if most_rows else mean)
+    # D z is the force but for a combination E' mu of the constraints: it is orthogonal to all p = B w + F x
+    left = np.zeros_like(v)
+    left[moved] = f_v[moved] - np.einsum("nij,nj->ni", metric[0], v[moved])
+    rest = f_p[embedding.nodes] - np.einsum("nij,nj->ni", metric[1], p[embedding.nodes])
+    mu = np.linalg.lstsq(embedding.independent.toarray(), rest, rcond=None)[0]
+    # bounds of the vertices that have hardly any mass are 1e-5 of the masses of their nodes
+    np.testing.assert_allclose(embedding.independent @ mu, rest, atol=1e-11)
+    np.testing.assert_allclose((embedding.gram.T @ mu + left)[moved], 0.0, atol=1e-4 * np.abs(f_v).max())
+    assert np.abs(embedding.constraint(v, p)).max() < 1e-11 * np.abs(p).max()  # rounding times the ratio of masses
+
+
+@pytest.mark.parametrize("scalar", [wp.float32, wp.float64])
+def test_the_projection_in_a_metric_of_blocks_is_idempotent(scalar):
+    region = REGIONS["everywhere"]
+    mass, blocks = random_blocks(region, scalar)
+    free = FreeUnknowns.of(region, fixed_vertices=[0, 1], fixed_nodes=[7])
+    preconditioner = Preconditioner(embed(region), free, mass, scalar, CPU, by_masses=False)
+    preconditioner.set_metric(blocks)
+    motion = forces_on(region, scalar)
+    preconditioner.project_launches(motion, RUN)
+    once = motion.values.numpy().copy()
+    preconditioner.project_launches(motion, RUN)
+    rounding = 1e-4 if scalar is wp.float32 else 1e-12  # times the condition number of Sigma, some 1,000
+    np.testing.assert_allclose(motion.values.numpy(), once, atol=rounding * np.abs(once).max())
 
 
 @pytest.mark.parametrize("scalar", [wp.float32, wp.float64])
@@ -181,7 +233,8 @@ def test_positions_and_eulerian_coordinates_of_free_nodes_are_solved_together(sc
     blocks.sliding.assign(sliding[:, :, None] * np.eye(2))
     for array, w in ((blocks.coupling_u, along[0]), (blocks.coupling_v, along[1])):
         array.assign(-w * yarns[:, None])
-    preconditioner = Preconditioner(embed(region), FreeUnknowns.of(region), (vertices, yarns), scalar, CPU)
+    free = FreeUnknowns.of(region)
+    preconditioner = Preconditioner(embed(region), free, (vertices, yarns), scalar, CPU, by_masses=False)
     preconditioner.set_metric(blocks)
     force = forces_on(region, scalar)
     (_, f_p, f_s), motion = force.numpy(), force.like()

@@ -16,6 +16,7 @@ from stitchmesh.compute.launch import prepare
 from stitchmesh.mixed.enrichment.embedding import embed
 from stitchmesh.mixed.enrichment.projection import Projection
 from stitchmesh.mixed.enrichment.region import region_around
+from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from tests.mixed.patch import square_patch
 
@@ -27,19 +28,27 @@ REGIONS = {
 }
 
 
-def projection_after(name: str, by_launches: bool) -> tuple[int, np.ndarray]:
-    """Rows of Sigma, and a motion that is projected in a metric that varies over four decades."""
-    embedding = embed(REGIONS[name])
+def inverse_blocks(counts: tuple[int, int], element: type) -> MixedBlocks:
+    """D^-1 that varies over four decades, with condition numbers of some tens where Sigma has blocks."""
     random = np.random.default_rng(3)
+    inverse = MixedBlocks.of_numbers(*(np.exp(random.uniform(-4.6, 4.6, count)) for count in counts), wp.float64, CPU)
+    if element is wp.mat33d:
+        for array in (inverse.vertices, inverse.nodes):
+            root = random.normal(size=(len(array), 3, 3))
+            array.assign(array.numpy()[:, :1, :1] * (root @ root.swapaxes(1, 2) + 0.3 * np.eye(3)))
+    return inverse
+
+
+def projection_after(name: str, element: type, by_launches: bool) -> tuple[int, np.ndarray]:
+    """Rows of Sigma, and a motion that is projected."""
+    embedding = embed(REGIONS[name])
     counts = embedding.vertex_count, embedding.node_count
-    metric = [np.exp(random.uniform(-4.6, 4.6, count)) for count in counts]
-    projection = Projection(embedding, wp.float64, CPU)
+    projection = Projection(embedding, inverse_blocks(counts, element), element=element, device=CPU)
     if by_launches:
-        projection.vertex_inverse.assign(metric[0])
-        projection.node_inverse.assign(metric[1])
-        CapturedLaunches(projection.metric_launches(partial(prepare, device=CPU)), CPU).launch()
+        CapturedLaunches(projection.inverse_launches(partial(prepare, device=CPU)), CPU).launch()
     else:
-        projection.set_metric(*metric)
+        projection.invert_present()
+    random = np.random.default_rng(5)
     parts = [random.normal(size=shape) for shape in ((counts[0], 3), (counts[1], 3), (counts[1], 2))]
     motion = MixedVector.from_numpy(*parts, wp.float64, CPU)
     CapturedLaunches(projection.launches(motion, partial(prepare, device=CPU)), CPU).launch()
@@ -50,9 +59,10 @@ def projection_after(name: str, by_launches: bool) -> tuple[int, np.ndarray]:
 
 
 @pytest.mark.parametrize("name", REGIONS)
-def test_projections_with_both_inverses_agree(name):
-    rows, found = projection_after(name, by_launches=True)
-    expected = projection_after(name, by_launches=False)[1]
+@pytest.mark.parametrize("element", [wp.float64, wp.mat33d])
+def test_projections_with_both_inverses_agree(name, element):
+    rows, found = projection_after(name, element, by_launches=True)
+    expected = projection_after(name, element, by_launches=False)[1]
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * np.abs(expected).max())  # as above
     assert rows > 1
 
