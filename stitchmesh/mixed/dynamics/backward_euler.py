@@ -218,7 +218,7 @@ class Dynamics:
         settings, newton, state = self.settings, self._newton, self._state
         quadratic = Quadratic(1.0 / h**2 + settings.damping_mass / h, settings.damping_stiffness / h)
         self._guess.set(h, quadratic, self._prescribed_motion(h))
-        exact, solves, stuck = float(settings.exact_hessian), 0, False
+        exact, solves, stuck, elastic = float(settings.exact_hessian), 0, False, 1.0 / (1.0 + quadratic.stiffness)
         energies: Mapping[str, float] | None = None
         for iteration in range(settings.most_newton_iterations + 1):
             newton.set_downhill_force(state, quadratic)
@@ -230,7 +230,7 @@ class Dynamics:
             if iteration == 0 or (iteration == 1 and settings.stiffness_in_metric):
                 factors = quadratic.mass, 1.0 + quadratic.stiffness
                 self.system.set_factors(*factors, state.position, stiffness_in_metric=iteration > 0)
-            self.system.linearize(state.position, exact)
+            self.system.linearize(state.position, exact * elastic, 1.0 - elastic)
             tolerances = settings.solve_tolerance, settings.most_solve_iterations
             report = newton.iterate(state, self.positions, quadratic, *tolerances, energies)
             energies = report.energies

@@ -163,15 +163,25 @@ class MixedSystem:
         """The launches that set ``force`` to the forces of all terms."""
         return [ZeroArray(force.values), *self._beside(lambda term: term.forces(state, force, run))]
 
-    def linearize(self, state: MixedVector, exact: float) -> None:
-        """Store what the products of all terms need; ``exact`` is the part of the exact Hessian."""
-        self.repeated.run(("linearize", exact), (state,), lambda run, _: self.linear_launches(state, exact, run))
+    def linearize(self, state: MixedVector, exact: float, damped: float = 0.0) -> None:
+        """Store what the products of all terms need.
 
-    def linear_launches(self, state: MixedVector, exact: float, run: Launcher) -> list[Any]:
-        """The launches that store what the products of all terms need."""
-        for term in self.terms:
-            term.exact = exact
-        return self._beside(lambda term: term.linearize(state, run))
+        Args:
+            state: where the Hessian is linearized.
+            exact: the part of the exact Hessian.
+            damped: the part of damping by stiffness.
+        """
+
+        def make(run: Launcher, _sums: ReadSums) -> list[Any]:
+            for term in self.terms:
+                term.exact, term.damped = exact, damped
+            return self._beside(lambda term: term.linearize(state, run))
+
+        self.repeated.run(("linearize", exact, damped), (state,), make)
+
+    def damping_launches(self, state: MixedVector, run: Launcher) -> list[Any]:
+        """The launches that store what the products with the Hessian of damping need."""
+        return self._beside(lambda term: term.linearize_damping(state, run))
 
     def set_mass_product(self, direction: MixedVector, product: MixedVector) -> None:
         """Set ``product`` to M d."""

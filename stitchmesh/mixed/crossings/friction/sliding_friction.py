@@ -51,6 +51,8 @@ from stitchmesh.mixed.term import Term
 SLIP_SHARE = 0.05
 """Smallest slip length as a share of the radius of the yarn. A smaller one costs Newton's method more iterations."""
 
+OF_SECANT = float(__import__("os").environ.get("SECANT","0.5"))
+
 
 @wp.func
 def friction_energy(slip: Any, length: Any, limit: Any) -> Any:
@@ -71,10 +73,13 @@ def friction_force(slip: Any, length: Any, limit: Any) -> Any:
 
 
 @wp.func
-def friction_slope(slip: Any, length: Any, limit: Any) -> Any:
-    """Second derivative of the energy [dyn/cm]."""
+def friction_slope(slip: Any, length: Any, limit: Any, of_secant: Any) -> Any:
+    """Second derivative of the energy [dyn/cm], and ``of_secant`` parts of force over distance in its place."""
     one, two = type(slip)(1.0), type(slip)(2.0)
-    return two * limit / length * wp.max(one - wp.abs(slip) / length, one - one)
+    x = wp.abs(slip) / length
+    tangent = two * wp.max(one - x, one - one)
+    secant = wp.where(x < one, two - x, one / wp.max(x, one))
+    return limit / length * (tangent + of_secant * (secant - tangent))
 
 
 @wp.func
@@ -125,13 +130,18 @@ def find_sticking(
     length: wp.array[Any],
     limit: wp.array[Any],
     sliding: wp.array[Any],
+    before: wp.array[Any],
+    of_secant: Any,
+    damped: Any,
     # state out
     sticking: wp.array[Any],
 ) -> None:
-    """Second derivatives of the energy, the stiffness of the springs that stick."""
+    """The stiffness of the springs (``friction_slope``)."""
     i = wp.tid()
     s, e, m = sliding[i] - anchor[i], length[i], limit[i]
-    sticking[i] = type(sticking[0])(friction_slope(s[0], e[0], m[0]), friction_slope(s[1], e[1], m[1]))
+    first = friction_slope(s[0], e[0], m[0], of_secant)
+    present = type(sticking[0])(first, friction_slope(s[1], e[1], m[1], of_secant))
+    sticking[i] = present + damped * (before[i] - present)
 
 
 @kernel
@@ -236,7 +246,7 @@ class SlidingFriction(Term):
         scalar, device = yarns.turn.dtype, yarns.device
         self.count, self.device, self._yarns = elements.count, device, yarns
         self.normal_forces = NormalForces.of(elements, scalar, device)
-        two = vector(2, scalar)
+        two, self._scalar = vector(2, scalar), scalar
         self._stiffness = wp.array(elements.slides * elements.friction_stiffness, dtype=two, device=device)
         self._shortest = wp.array(SLIP_SHARE * elements.radius, dtype=two, device=device)
         self._coefficient = wp.array(elements.friction, dtype=scalar, device=device)
@@ -247,6 +257,7 @@ class SlidingFriction(Term):
         self.slip_length = wp.array(SLIP_SHARE * elements.radius, dtype=two, device=device)
         """e of both coordinates of each crossing [cm], shape (N,)."""
         self._sticking = wp.zeros(elements.count, dtype=two, device=device)
+        self._before = wp.zeros(elements.count, dtype=two, device=device)
         self._energy = wp.zeros(elements.count, dtype=wp.float64, device=device)
         self._outdated = True
         self._limits: tuple[MixedVector, CapturedLaunches] | None = None
@@ -271,6 +282,7 @@ class SlidingFriction(Term):
             launches = [
                 *self.normal_forces.launches(self._yarns.model, self._yarns.turn, state, launcher),
                 launcher(find_friction_limits, self.count, inputs, outputs),
+                *self._slopes(state, 0.0, 0.0, self._before, launcher),
             ]
             self._limits = state, CapturedLaunches(launches, self.device)
         return self._limits[1]
@@ -293,10 +305,18 @@ class SlidingFriction(Term):
         return [launcher(add_friction_forces, self.count, self._inputs(state), [force.sliding])]
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launch that finds which springs stick; the Hessian is never negative."""
+        """The launch that finds the stiffness of the springs for Newton's method."""
+        return self._slopes(state, OF_SECANT, self.damped, self._sticking, launcher)
+
+    def linearize_damping(self, state: MixedVector, launcher: Launcher) -> list[Any]:
+        """The launch that finds the second derivatives of the springs, which are never negative."""
+        return self._slopes(state, 0.0, 0.0, self._sticking, launcher)
+
+    def _slopes(self, state: MixedVector, of_secant: float, damped: float, result: Any, launcher: Launcher) -> list[Any]:
         if self.count == 0:
             return []
-        return [launcher(find_sticking, self.count, self._inputs(state), [self._sticking])]
+        inputs = [*self._inputs(state), self._before, self._scalar(of_secant), self._scalar(damped)]
+        return [launcher(find_sticking, self.count, inputs, [result])]
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
         """The launch that adds the products."""
