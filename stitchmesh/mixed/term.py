@@ -39,8 +39,9 @@ class Term(ABC):
     """Part of the exact Hessian in the products, in [0, 1]: 1 for the exact Hessian, 0 for the one that is never
     negative (Gauss-Newton). Read when ``linearize`` is called."""
     damped: float = 0.0
-    """Part of damping by stiffness in the products, in [0, 1), which has the never-negative Hessian of the beginning of
-    the step. Read when ``linearize`` is called; most terms use the present Hessian for this part too."""
+    """Part of damping by stiffness in the products, in [0, 1). Its Hessian is the never-negative one at the beginning of
+    the step; a term whose Hessian hardly changes within a step may use the present one. Read when ``linearize`` is
+    called."""
 
     def energy(self, state: MixedVector) -> float:
         """Energy [erg] at a state, summed in a fixed order."""
@@ -66,15 +67,6 @@ class Term(ABC):
     @abstractmethod
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that store what the products need at ``state``; none for a constant Hessian."""
-
-    def linearize_damping(self, state: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launches that store what the products with the Hessian of damping need, at the beginning of a step.
-
-        Damping is a force: a term whose ``linearize`` stores another matrix than its second derivatives, for Newton's
-        method, stores the never-negative second derivatives here.
-        """
-        self.exact = 0.0
-        return self.linearize(state, launcher)
 
     @abstractmethod
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:

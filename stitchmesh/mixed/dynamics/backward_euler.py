@@ -218,7 +218,8 @@ class Dynamics:
         settings, newton, state = self.settings, self._newton, self._state
         quadratic = Quadratic(1.0 / h**2 + settings.damping_mass / h, settings.damping_stiffness / h)
         self._guess.set(h, quadratic, self._prescribed_motion(h))
-        exact, solves, stuck, elastic = float(settings.exact_hessian), 0, False, 1.0 / (1.0 + quadratic.stiffness)
+        exact, solves, stuck = float(settings.exact_hessian), 0, False
+        elastic = 1.0 / (1.0 + quadratic.stiffness)
         energies: Mapping[str, float] | None = None
         for iteration in range(settings.most_newton_iterations + 1):
             newton.set_downhill_force(state, quadratic)

@@ -132,7 +132,7 @@ class FirstGuess:
         system, state, start = self._system, self._state, self._positions
 
         def make(run: Launcher, _sums: ReadSums) -> list[Any]:
-            linear = system.damping_launches(start, run)
+            linear = system.linear_launches(start, 0.0, run)
             return [*linear, *system.hessian_launches(state.displacement, state.damping, run)]
 
         if damped:

@@ -171,17 +171,14 @@ class MixedSystem:
             exact: the part of the exact Hessian.
             damped: the part of damping by stiffness.
         """
+        name = "linearize", exact, damped
+        self.repeated.run(name, (state,), lambda run, _: self.linear_launches(state, exact, run, damped))
 
-        def make(run: Launcher, _sums: ReadSums) -> list[Any]:
-            for term in self.terms:
-                term.exact, term.damped = exact, damped
-            return self._beside(lambda term: term.linearize(state, run))
-
-        self.repeated.run(("linearize", exact, damped), (state,), make)
-
-    def damping_launches(self, state: MixedVector, run: Launcher) -> list[Any]:
-        """The launches that store what the products with the Hessian of damping need."""
-        return self._beside(lambda term: term.linearize_damping(state, run))
+    def linear_launches(self, state: MixedVector, exact: float, run: Launcher, damped: float = 0.0) -> list[Any]:
+        """The launches of ``linearize``."""
+        for term in self.terms:
+            term.exact, term.damped = exact, damped
+        return self._beside(lambda term: term.linearize(state, run))
 
     def set_mass_product(self, direction: MixedVector, product: MixedVector) -> None:
         """Set ``product`` to M d."""

@@ -179,7 +179,7 @@ class Newton:
             launches = self.system.mass_launches(direction, self._of_mass, run)
             pairs = [(self.gradient_force, direction), (state.inertia, self._of_mass), (direction, self._of_mass)]
             if damped:
-                launches += self.system.damping_launches(start, run)
+                launches += self.system.linear_launches(start, 0.0, run)
                 launches += self.system.hessian_launches(direction, self._product, run)
                 pairs += [(state.damping, direction), (direction, self._product)]
             for first, second in pairs:

@@ -51,8 +51,6 @@ from stitchmesh.mixed.term import Term
 SLIP_SHARE = 0.05
 """Smallest slip length as a share of the radius of the yarn. A smaller one costs Newton's method more iterations."""
 
-OF_SECANT = float(__import__("os").environ.get("SECANT","0.5"))
-
 
 @wp.func
 def friction_energy(slip: Any, length: Any, limit: Any) -> Any:
@@ -73,13 +71,10 @@ def friction_force(slip: Any, length: Any, limit: Any) -> Any:
 
 
 @wp.func
-def friction_slope(slip: Any, length: Any, limit: Any, of_secant: Any) -> Any:
-    """Second derivative of the energy [dyn/cm], and ``of_secant`` parts of force over distance in its place."""
+def friction_slope(slip: Any, length: Any, limit: Any) -> Any:
+    """Second derivative of the energy [dyn/cm]."""
     one, two = type(slip)(1.0), type(slip)(2.0)
-    x = wp.abs(slip) / length
-    tangent = two * wp.max(one - x, one - one)
-    secant = wp.where(x < one, two - x, one / wp.max(x, one))
-    return limit / length * (tangent + of_secant * (secant - tangent))
+    return two * limit / length * wp.max(one - wp.abs(slip) / length, one - one)
 
 
 @wp.func
@@ -125,22 +120,21 @@ def add_friction_forces(
 
 @kernel
 def find_sticking(
+    # model
+    damped: Any,
     # state in
     anchor: wp.array[Any],
     length: wp.array[Any],
     limit: wp.array[Any],
     sliding: wp.array[Any],
     before: wp.array[Any],
-    of_secant: Any,
-    damped: Any,
     # state out
     sticking: wp.array[Any],
 ) -> None:
-    """The stiffness of the springs (``friction_slope``)."""
+    """Second derivatives of the energy, the stiffness of the springs that stick, of which a part is that ``before``."""
     i = wp.tid()
     s, e, m = sliding[i] - anchor[i], length[i], limit[i]
-    first = friction_slope(s[0], e[0], m[0], of_secant)
-    present = type(sticking[0])(first, friction_slope(s[1], e[1], m[1], of_secant))
+    present = type(sticking[0])(friction_slope(s[0], e[0], m[0]), friction_slope(s[1], e[1], m[1]))
     sticking[i] = present + damped * (before[i] - present)
 
 
@@ -282,7 +276,7 @@ class SlidingFriction(Term):
             launches = [
                 *self.normal_forces.launches(self._yarns.model, self._yarns.turn, state, launcher),
                 launcher(find_friction_limits, self.count, inputs, outputs),
-                *self._slopes(state, 0.0, 0.0, self._before, launcher),
+                *self._slopes(state, 0.0, self._before, launcher),
             ]
             self._limits = state, CapturedLaunches(launches, self.device)
         return self._limits[1]
@@ -305,17 +299,13 @@ class SlidingFriction(Term):
         return [launcher(add_friction_forces, self.count, self._inputs(state), [force.sliding])]
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launch that finds the stiffness of the springs for Newton's method."""
-        return self._slopes(state, OF_SECANT, self.damped, self._sticking, launcher)
+        """The launch that finds which springs stick; the Hessian is never negative."""
+        return self._slopes(state, self.damped, self._sticking, launcher)
 
-    def linearize_damping(self, state: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launch that finds the second derivatives of the springs, which are never negative."""
-        return self._slopes(state, 0.0, 0.0, self._sticking, launcher)
-
-    def _slopes(self, state: MixedVector, of_secant: float, damped: float, result: Any, launcher: Launcher) -> list[Any]:
+    def _slopes(self, state: MixedVector, damped: float, result: wp.array[Any], launcher: Launcher) -> list[Any]:
         if self.count == 0:
             return []
-        inputs = [*self._inputs(state), self._before, self._scalar(of_secant), self._scalar(damped)]
+        inputs = [self._scalar(damped), *self._inputs(state), self._before]
         return [launcher(find_sticking, self.count, inputs, [result])]
 
     def products(self, direction: MixedVector, product: MixedVector, launcher: Launcher) -> list[Any]:
