@@ -39,9 +39,8 @@ class Term(ABC):
     """Part of the exact Hessian in the products, in [0, 1]: 1 for the exact Hessian, 0 for the one that is never
     negative (Gauss-Newton). Read when ``linearize`` is called."""
     damped: float = 0.0
-    """Part of damping by stiffness in the products, in [0, 1). Its Hessian is the never-negative one at the beginning of
-    the step; a term whose Hessian hardly changes within a step may use the present one. Read when ``linearize`` is
-    called."""
+    """Part of damping by stiffness in the products, in [0, 1), with the never-negative Hessian at the beginning of the
+    step. A term whose Hessian changes little within a step uses the present one. Read when ``linearize`` is called."""
 
     def energy(self, state: MixedVector) -> float:
         """Energy [erg] at a state, summed in a fixed order."""

@@ -11,6 +11,9 @@ over the motions p = B v + F x, where what is fixed has its prescribed displacem
 motion where this has the lower potential. The step is done when the error of the velocities is small: the root of r . z
 over the mass of the system, for the force r that is left and the motion z that the preconditioner finds for it.
 
+The matrix of an iteration is the Hessian of V at its positions, plus b / h times the never-negative one, plus inertia.
+It has directions of negative curvature only where damping and inertia leave some.
+
 Where Newton's method does not converge the step begins again with half its length; after some steps that converge fast
 the length grows again. A run depends on its state alone: one that is stopped and resumed gives the same bits.
 """
@@ -70,8 +73,7 @@ class DynamicsSettings:
     exact_hessian: bool = True
     """Whether the matrix is the exact Hessian where no direction of negative curvature is met."""
     stiffness_in_metric: bool = True
-    """Whether the preconditioner contains the diagonal of the Hessian for positions too, after the first Newton
-    iteration of a step. Loads make forces that are smooth, for which the metric of the masses takes fewer products."""
+    """Whether the preconditioner contains the diagonal of the Hessian for positions too."""
 
     def __post_init__(self) -> None:
         positive = ("time_step", "smallest_time_step", "velocity_tolerance", "solve_tolerance")
@@ -228,9 +230,9 @@ class Dynamics:
                 return iteration, solves, error
             if not np.isfinite(error):
                 return iteration, solves, np.inf
-            if iteration == 0 or (iteration == 1 and settings.stiffness_in_metric):
+            if iteration == 0:
                 factors = quadratic.mass, 1.0 + quadratic.stiffness
-                self.system.set_factors(*factors, state.position, stiffness_in_metric=iteration > 0)
+                self.system.set_factors(*factors, state.position, stiffness_in_metric=settings.stiffness_in_metric)
             self.system.linearize(state.position, exact * elastic, 1.0 - elastic)
             tolerances = settings.solve_tolerance, settings.most_solve_iterations
             report = newton.iterate(state, self.positions, quadratic, *tolerances, energies)

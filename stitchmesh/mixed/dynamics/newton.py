@@ -6,11 +6,13 @@ The function to minimize over the unknowns is
 
     Phi(x) = V(x) + inertia(x) + damping(x),
 
-    gradient    -f(x) + M w + c K_n d,            matrix    (1 + c) K(x) + m M,
+    gradient    -f(x) + M w + c K_n d,            matrix    K(x) + c K_n + m M,
 
 with the energy V of all terms and its forces f and Hessian K, the displacement d since the beginning of the step, the
 vector w = m d + constant of inertia and damping by mass, and c times the never-negative Hessian K_n at the beginning of
-the step, which is damping by stiffness. Inertia and damping are quadratic, so that their change along a direction is
+the step, which is damping by stiffness. Terms store one Hessian, which is multiplied by 1 + c: its exact part is
+1 / (1 + c), and its part of damping c / (1 + c). Most terms use K_n(x) for K_n, friction has that of the beginning of
+the step. Inertia and damping are quadratic, so that their change along a direction is
 known exactly from two dot products. Where the change of V is lost in the rounding of its terms, the line search looks
 at the slope instead.
 """

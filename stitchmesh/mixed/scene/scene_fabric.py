@@ -180,7 +180,7 @@ def _layout(scene: Scene, cloth: Cloth) -> LaidYarns:
     per_stitch = POINTS_OF_STITCH if scene.yarns.model == "splines" else 4.0 * scene.yarns.divisions**2
     check_layout_memory(per_stitch * fabric.face_count, free)
     if scene.yarns.model == "splines":
-        return lay_scene_splines(scene.yarns, fabric, cloth)
+        return lay_scene_splines(scene.yarns, fabric, cloth, scene.solver.device)
     width, height = scene.cloth.stitch_size(fabric)
     return lay_stitches(cloth, fabric, stitch_width=width, course_height=height, divisions=scene.yarns.divisions)
 

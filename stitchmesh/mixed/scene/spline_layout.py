@@ -28,13 +28,14 @@ QUALITY = replace(quality_named("draft"), contact_samples=SplineMaterial.contact
 ``reference``."""
 
 
-def lay_scene_splines(section: YarnsSection, fabric: StitchMesh, cloth: Cloth) -> SplineYarns:
+def lay_scene_splines(section: YarnsSection, fabric: StitchMesh, cloth: Cloth, device: str | None) -> SplineYarns:
     """Return the B-spline yarns of a scene.
 
     Args:
         section: the yarns of the scene.
         fabric: the stitch mesh of its cloth.
         cloth: the cloth of the stitch mesh.
+        device: name of the device that relaxes the yarns; by default a GPU where there is one.
 
     Raises:
         ParameterError: a radius or a loop length does not fit the stitches.
@@ -43,7 +44,7 @@ def lay_scene_splines(section: YarnsSection, fabric: StitchMesh, cloth: Cloth) -
     """
     curves = drawn_splines(section, fabric)
     material = spline_material(section, float(curves.radius.mean())).yarn
-    relaxed = relax_yarns(curves, material=material, quality=QUALITY, keep_shape=fabric, device="cpu", progress=False)
+    relaxed = relax_yarns(curves, material=material, quality=QUALITY, keep_shape=fabric, device=device, progress=False)
     return lay_splines(cloth, fabric, relaxed.yarns)
 
 

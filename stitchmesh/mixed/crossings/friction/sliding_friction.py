@@ -19,6 +19,10 @@ step a yarn that slipped drags its anchor to the distance e; where it stuck the 
 limit never makes a yarn creep. Work against friction is lost in this move alone, and a yarn that was pulled beyond its
 limits does not return: a snag stays, an elastic mark does not.
 
+The second derivative falls from 2 m / e to zero at s = e. With damping by stiffness Newton's matrix contains the one at
+the beginning of the step, many times the present one in short steps. With the present one in its place a yarn that
+begins to slip is overshot again and again.
+
 Anchors last from step to step. Limits follow from the state at the beginning of a step. Where N changes, so do m and e,
 and with them the force at a distance from the anchor: a yarn that a spring holds would be let go in part, slide, and
 change N again. The anchor therefore moves to where the force stays as it was, or is the new limit if that is lower,
@@ -250,14 +254,13 @@ class SlidingFriction(Term):
         """m of both coordinates of each crossing [dyn], shape (N,)."""
         self.slip_length = wp.array(SLIP_SHARE * elements.radius, dtype=two, device=device)
         """e of both coordinates of each crossing [cm], shape (N,)."""
-        self._sticking = wp.zeros(elements.count, dtype=two, device=device)
-        self._before = wp.zeros(elements.count, dtype=two, device=device)
+        self._sticking, self._before = (wp.zeros(elements.count, dtype=two, device=device) for _ in range(2))
         self._energy = wp.zeros(elements.count, dtype=wp.float64, device=device)
         self._outdated = True
         self._limits: tuple[MixedVector, CapturedLaunches] | None = None
 
     def begin_step(self, state: MixedVector, time: float, time_step: float) -> None:
-        """Find the limits of friction at the beginning of the step.
+        """Find the limits of friction and the Hessian at the beginning of the step.
 
         In a search for an equilibrium, which begins again with each of its iterations, limits stay until ``end_step``:
         with other limits each time, iterations would not settle.
@@ -299,7 +302,7 @@ class SlidingFriction(Term):
         return [launcher(add_friction_forces, self.count, self._inputs(state), [force.sliding])]
 
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
-        """The launch that finds which springs stick; the Hessian is never negative."""
+        """The launch that finds which springs stick, now and at the beginning of the step; never negative."""
         return self._slopes(state, self.damped, self._sticking, launcher)
 
     def _slopes(self, state: MixedVector, damped: float, result: wp.array[Any], launcher: Launcher) -> list[Any]:

@@ -118,6 +118,17 @@ def test_forces_and_products_are_derivatives_on_both_sides_of_the_limit():
     assert np.unique(np.abs(force[27:]).round(6)).size > 2
 
 
+def test_the_part_of_damping_has_the_stiffness_of_the_beginning_of_the_step():
+    fabric = plain_weave(3, 3, SPACING)
+    _elements, _yarns, friction = with_friction(fabric, YARN)
+    start, state = disturbed(fabric, size=0.02), disturbed(fabric, size=0.03)
+    friction.begin_step(vector_of(*split(start)), 0.0, 1e-3)
+    expected = 0.25 * hessian_at(friction, state) + 0.75 * hessian_at(friction, start)
+    assert not np.allclose(hessian_at(friction, state), hessian_at(friction, start))
+    friction.damped = 0.75
+    np.testing.assert_allclose(hessian_at(friction, state), expected, rtol=1e-13)  # rounding
+
+
 def pulled(material, amounts, feed=0.0, residual=1e-7):
     """A weave whose nodes are held, with its middle yarn pulled at its last node by amounts, one after the other.
 
