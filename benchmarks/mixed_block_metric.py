@@ -1,15 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What blocks of 3 x 3 in the metric of the hybrid region would save, against the number that the solver has there.
+"""What blocks of 3 x 3 in the metric of the hybrid region save, against one number for each node and vertex.
 
-    python benchmarks/mixed_block_metric.py [--most 5000]
+    python benchmarks/mixed_block_metric.py [--most 8000]
 
-The metric D of the preconditioner contains the stiffness. Hybrid nodes and the vertices around them have the mean of
-the diagonal of their block, so that one Sigma = E D^-1 E' serves all three coordinates. With whole blocks Sigma couples
-the coordinates and has three times as many rows; with the three numbers of their diagonals there are three of them.
-Knits of crossings of ``gong-1`` swing, as the weaves of ``mixed_preconditioner.py`` do, and the patch of
+The metric D of the preconditioner contains the stiffness. With blocks Sigma = E D^-1 E' couples the coordinates and has
+three times as many rows as with the mean of their diagonals, which the solver takes where the hybrid region has very
+many vertices. Knits and weaves of crossings of ``gong-1`` swing as in ``mixed_preconditioner.py``, and the patch of
 ``examples/mixed/loops.toml`` is near its layout, with its nodes moved by a hundredth of a radius. One linear system of
-each is solved with all metrics; the table holds the iterations of conjugate gradients until all positions have a
+each is solved with both metrics; the table holds the iterations of conjugate gradients until all positions have a
 relative error of 1e-4.
 """
 
@@ -18,11 +17,21 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from dataclasses import replace
+from unittest.mock import patch
 
 import numpy as np
 import warp as wp
 
-from benchmarks.mixed_preconditioner import SIDE, Case, Vector, by_projection, iterations, solved, swinging, views
+from benchmarks.mixed_preconditioner import (
+    SIDE,
+    Case,
+    Vector,
+    by_projection,
+    hanging_cloth,
+    iterations,
+    solved,
+    swinging,
+)
 from benchmarks.mixed_splines import SCENE
 from stitchmesh.compute.device import device_named
 from stitchmesh.mixed.cloth.panels import Panel
@@ -30,7 +39,7 @@ from stitchmesh.mixed.cloth.seams import cloth_from_panels
 from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
 from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_system
-from stitchmesh.mixed.enrichment.projection import symmetric_inverse
+from stitchmesh.mixed.enrichment import preconditioner
 from stitchmesh.mixed.enrichment.region import region_around
 from stitchmesh.mixed.layout.knit import lay_knit
 from stitchmesh.mixed.mixed_vector import MixedVector
@@ -40,6 +49,8 @@ from stitchmesh.mixed.scene.scene_file import read_scene
 
 KNITS = ((1.0, 4.0, 1e-3), (1.0, 4.0, 1e-1), (0.5, 4.0, 1e-1))
 """Edges of triangles [cm], wales [1/cm] and time step [s] of each knit."""
+WEAVES = ((1.0, 16.0, 1e-3), (1.0, 16.0, 1e-1), (0.5, 8.0, 1e-1))
+"""Edges of triangles [cm], yarns [1/cm] and time step [s] of each weave."""
 SPLINE_STEPS = (1e-3, 1e-1)
 """Time steps of the patch of B-splines [s]."""
 COURSES = 1.35
@@ -79,52 +90,31 @@ def shaken_loops(step: float) -> Case:
     return solved(scene, positions, positions.like(), 0.0, step)
 
 
-def by_blocks(case: Case, *, diagonal: bool) -> Callable[[Vector], Vector]:
-    """The projection with blocks, or their diagonals, in the hybrid region; elsewhere as in the solver."""
-    system, embedding = case.scene.system, case.scene.system.embedding
-    whole = by_projection(case, stiffness_in_metric=True)
-    moves = system.moves.numpy().astype(bool)
-    blocks, projection = system._blocks, system.preconditioner._projection
-    coupled = embedding.coupled
-    inverses = []
-    bounds = projection.vertex_inverse.numpy(), projection.node_inverse.numpy()
-    for block, taken, bound in zip((blocks.vertices.numpy(), blocks.nodes.numpy()), coupled, bounds, strict=True):
-        found = np.zeros_like(block)
-        for i in np.flatnonzero(taken & (bound > 0.0)):
-            # what has hardly any mass or stiffness of its own is bounded as in the solver
-            own = np.diag(np.diag(block[i])) if diagonal else (block[i] + block[i].T) / 2.0
-            values, vectors = np.linalg.eigh(own)
-            least = 1e-2 / bound[i]
-            found[i] = (vectors / np.maximum(values, least)) @ vectors.T
-        inverses.append(found)
-    of_vertices, of_nodes = -embedding.gram.toarray(), embedding.independent.T.toarray()
-    at_nodes = inverses[1][embedding.nodes]
-    rows = embedding.independent.shape[1]
-    sigma = np.einsum("cv,vij,dv->cidj", of_vertices, inverses[0], of_vertices, optimize=True)
-    sigma += np.einsum("cn,nij,dn->cidj", of_nodes, at_nodes, of_nodes, optimize=True)
-    inverse = symmetric_inverse(sigma.reshape(3 * rows, 3 * rows))
+def by_one_number(case: Case) -> Callable[[Vector], Vector]:
+    """The projection of the solver with the mean of the diagonal of each block in the hybrid region."""
+    system, masses = case.scene.system, case.scene.masses
+    by_projection(case, stiffness_in_metric=True)  # finds the blocks
+    with patch.object(preconditioner, "MOST_BLOCK_ROWS", 0):
+        of_all = masses.vertices, masses.nodes
+        own = preconditioner.Preconditioner(
+            system.embedding, system.free, of_all, system.scalar, system.device, by_masses=False
+        )
+    own.set_metric(system._blocks, case.of_mass)
+    force, motion = system.zeros(), system.zeros()
 
     def precondition(values: Vector) -> Vector:
-        """Apply D^-1 and project."""
-        force = values * moves
-        v, p, s = views(whole(values).copy(), system.zeros())
-        fv, fp, _fs = views(force, system.zeros())
-        zv = np.einsum("vij,vj->vi", inverses[0], fv)
-        zn = np.einsum("nij,nj->ni", at_nodes, fp[embedding.nodes])
-        mu = (inverse @ (of_vertices @ zv + of_nodes @ zn).ravel()).reshape(rows, 3)
-        zv -= np.einsum("vij,vj->vi", inverses[0], of_vertices.T @ mu)
-        zn -= np.einsum("nij,nj->ni", at_nodes, of_nodes.T @ mu)
-        v[coupled[0]] = zv[coupled[0]]
-        p[embedding.nodes] = zn
-        return np.concatenate([v.ravel(), p.ravel(), s.ravel()]) * moves
+        """Apply it."""
+        force.values.assign(values)
+        own.launches(force, motion, system.launch)
+        return motion.values.numpy().copy()
 
     return precondition
 
 
 def row(name: str, step: float, case: Case, most: int) -> str:
     """Iterations with both metrics."""
-    counts = [iterations(case, by_projection(case, stiffness_in_metric=True), most)]
-    counts += [iterations(case, by_blocks(case, diagonal=diagonal), most) for diagonal in (True, False)]
+    metrics = by_one_number(case), by_projection(case, stiffness_in_metric=True)
+    counts = [iterations(case, metric, most) for metric in metrics]
     embedding = case.scene.system.embedding
     sizes = f"{len(case.scene.region.nodes)} | {len(embedding.nodes)} | {embedding.independent.shape[1]}"
     return f"| {name} | {step:g} | {sizes} | {' | '.join(map(str, counts))} |"
@@ -133,13 +123,16 @@ def row(name: str, step: float, case: Case, most: int) -> str:
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--most", type=int, default=5000)
+    parser.add_argument("--most", type=int, default=8000)
     most = parser.parse_args().most
-    print("| yarns | step s | nodes | hybrid | rows of Sigma | one number | three numbers | blocks |")
-    print("|---|---:|---:|---:|---:|---:|---:|---:|")
+    print("| yarns | step s | nodes | hybrid | vertices of Sigma | one number | blocks |")
+    print("|---|---:|---:|---:|---:|---:|---:|")
     for edge, wales, step in KNITS:
         case = swinging(hanging_knit(edge, wales), step)
         print(row(f"knit, {wales:g} wales/cm, edge {edge:g} cm", step, case, most), flush=True)
+    for edge, yarns, step in WEAVES:
+        case = swinging(hanging_cloth(edge, yarns, "cpu"), step)
+        print(row(f"weave, {yarns:g} yarns/cm, edge {edge:g} cm", step, case, most), flush=True)
     for step in SPLINE_STEPS:
         print(row("B-splines", step, shaken_loops(step), most), flush=True)
 

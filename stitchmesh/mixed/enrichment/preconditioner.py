@@ -262,7 +262,7 @@ class Preconditioner:
         self._captured[1].launch()
         if self._by_masses:
             self._projection.set_scale(of_mass)
-        elif not self._on_device:
+        elif self._projection.row_count and not self._on_device:
             self._projection.invert_present()
 
     def _metric_launches(self, metric: MixedBlocks, launcher: Launcher) -> list[Any]:
