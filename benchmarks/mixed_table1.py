@@ -103,7 +103,7 @@ def knitted(density: float) -> YarnsSection:
 
 GARMENTS = {
     "dress": Garment(
-        "examples/mixed/panels/dress.toml", 2_662_944, 83_382, 6_191, "front", (0.0, 66.0), woven, 1.25e-5
+        "examples/mixed/panels/dress.toml", 2_662_944, 83_382, 6_191, "front", (0.0, 66.0), woven, 2.5e-5
     ),
     "shirt": Garment(
         "examples/mixed/panels/shirt.toml", 3_757_255, 88_388, 2_132, "front", (23.0, 41.0), knitted, 3.125e-6
