@@ -17,6 +17,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import tile_yarns
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.energies import evaluation as all_terms
+from stitchmesh.yarnrelax.model.image_table import has_room
 from stitchmesh.yarnrelax.relax_cells import relax_cells
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers import point_blocks
@@ -185,6 +186,17 @@ def test_the_gradients_of_each_cell_are_reported() -> None:
 def test_input_that_cannot_be_relaxed_in_one_batch_is_refused(arguments: dict, message: str) -> None:
     with pytest.raises(ParameterError, match=message):
         relax_cells(device="cpu", **arguments)
+
+
+def test_the_table_of_images_has_room_for_a_cell_until_its_yarns_spread() -> None:
+    simulation = YarnSimulation(list(zip(CELLS, MATERIALS, strict=True)), EXACT, device_named("cpu"))
+    every, points = np.ones(4, dtype=bool), simulation.state.points
+    assert has_room(simulation.model, points, every)
+    spread = points.numpy()
+    spread[simulation.model.point_start[2] : simulation.model.point_start[3]] *= 20.0
+    points.assign(spread)
+    assert not has_room(simulation.model, points, every)
+    assert has_room(simulation.model, points, np.array([True, True, False, True]))
 
 
 def test_large_and_small_cells_relax_in_one_batch() -> None:

@@ -12,7 +12,7 @@ lists and tables, and repeats the launches.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -41,7 +41,7 @@ from stitchmesh.yarnrelax.collision.step_limit import (
     too_close_cells,
 )
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.image_table import SHRINKAGE, SPREAD, renew_images
+from stitchmesh.yarnrelax.model.image_table import SHRINKAGE, SPREAD, has_room, renew_images
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import State
 
@@ -312,8 +312,20 @@ class ContactSearch:
         return False
 
     def _has_images(self, found: SearchResults) -> bool:
-        """Whether the table of images is still complete; otherwise it is made again."""
-        if not self.model.on_lattice or self._table_is_complete(found):
+        """Whether the table of images is still complete; otherwise it is made again.
+
+        Of many cells some often outgrow the table, whose images other cells needed already: then nothing changes.
+        """
+        if not self.model.on_lattice:
+            return True
+        outgrown = self._outgrown(found)
+        if not outgrown.any():
+            return True
+        if self.model.cell_count > 1 and has_room(self.model, self.state.points, outgrown):
+            assert self._table is not None
+            periods = np.where(outgrown[:, None, None], found.periods, self._table.periods)
+            box = np.where(outgrown[:, None, None], found.box, self._table.box)
+            self._table = replace(self._table, periods=periods, box=box)
             return True
         renew_images(self.model, self.state.points, anyway=True)
         self._table = None
@@ -322,8 +334,8 @@ class ContactSearch:
         self.reallocated()
         return False
 
-    def _table_is_complete(self, found: SearchResults) -> bool:
-        """Whether cells have neither grown nor been strained so far that an image may be missing.
+    def _outgrown(self, found: SearchResults) -> NDArray[np.bool_]:
+        """Whether each cell has grown or been strained so far that an image may be missing, shape (C,).
 
         The table omits an image if, with shrunk periods, its distance along one axis exceeds the contact range by
         2 * SPREAD radii. Growth of the cells reduces this distance. A shear c reduces the distance by c times the
@@ -331,14 +343,15 @@ class ContactSearch:
         """
         assert self._table is not None
         box, periods, radius = self._table.box, self._table.periods, float(self.model.radius.max())
-        size, now = np.ptp(box, axis=1).max(axis=1), found.periods
-        growth = (np.ptp(found.box, axis=1) - np.ptp(box, axis=1)).max(axis=1)
+        extent, now = box[:, 1] - box[:, 0], found.periods
+        size = extent.max(axis=1)
+        growth = (found.box[:, 1] - found.box[:, 0] - extent).max(axis=1)
         strain = _relative_change(now, periods)
         # part of the second period's change that is along the first one
         along = np.einsum("cd,cd->c", now[:, 1] - periods[:, 1], periods[:, 0])
         shear = np.abs(along) / np.linalg.norm(np.cross(periods[:, 0], periods[:, 1]), axis=1)
         taken = growth + shear * (size + (3 + 2 * SPREAD) * radius) / SHRINKAGE
-        return bool(((taken <= SPREAD * radius) & (strain.max(axis=1) <= LARGEST_STRAIN)).all())
+        return ~((taken <= SPREAD * radius) & (strain.max(axis=1) <= LARGEST_STRAIN))
 
 
 def _relative_change(periods: NDArray[np.float64], before: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ the box. If yarns grow beyond this box, or periods have become too short, the ta
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -56,6 +56,16 @@ def renew_images(model: Model, points: wp.array[Any], *, anyway: bool = False) -
         return False
     _put_table(model, images, corners)
     return True
+
+
+def has_room(model: Model, points: wp.array[Any], cells: NDArray[np.bool_]) -> bool:
+    """Whether the table has all images that some cells, shape (C,), would have in a table that is made anew."""
+    images = model.constants.images
+    places, periods = points.numpy()[: model.point_count], images.periods.numpy().reshape(-1, 2, 3)
+    corners = corners_of(model, places, periods)
+    chosen = Corners(*(getattr(corners, field.name)[cells] for field in fields(Corners)))
+    needed = near_images(chosen, CONTACT_RANGE + 2 * SPREAD, SHRINKAGE)
+    return bool(_numbers(needed, images.image.numpy())[1].all())
 
 
 def _put_table(model: Model, images: Any, corners: Corners) -> None:
