@@ -231,7 +231,7 @@ def test_a_folder_that_cannot_be_written_is_an_error_before_the_computation(tmp_
     (tmp_path / "file").touch()
     for folder in (tmp_path / "file", tmp_path / "file" / "out"):
         message = refused(capsys, tmp_path, "swatch", "plain", "-o", folder, *QUICK)
-        assert "choose another output folder" in message
+        assert "choose another folder" in message
 
 
 def test_convert_writes_tiles(made, tmp_path, capsys):
