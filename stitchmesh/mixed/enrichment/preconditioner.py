@@ -61,8 +61,8 @@ from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 
 MOST_BLOCK_ROWS = 400
-"""Largest number of independent vertices of the hybrid region with blocks of D; the inverse of Sigma then takes 0.2 s of
-one core."""
+"""Largest number of independent vertices of the hybrid region with blocks of D; the inverse of Sigma then takes 0.2 s
+of one core."""
 
 
 @wp.func
