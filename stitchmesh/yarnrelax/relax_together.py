@@ -56,9 +56,20 @@ def _in_groups(asks: Sequence[Ask], relax: Any) -> list[Any]:
         groups.setdefault(_group_of(ask, number), []).append(number)
     answers: dict[int, Any] = {}
     for numbers in groups.values():
-        some = [asks[number] for number in numbers]
-        answers |= zip(numbers, relax(some) if len(some) > 1 else [_alone(some[0])], strict=True)
+        answers |= zip(numbers, _in_halves([asks[number] for number in numbers], relax), strict=True)
     return [answers[number] for number in range(len(asks))]
+
+
+def _in_halves(asks: Sequence[Ask], relax: Any) -> list[Any]:
+    """Answer calls together; where one is refused, or all need too much memory, in halves down to single ones."""
+    if len(asks) == 1:
+        return [_alone(asks[0])]
+    try:
+        found: list[Any] = relax(asks)
+    except StitchMeshError:
+        middle = len(asks) // 2
+        return _in_halves(asks[:middle], relax) + _in_halves(asks[middle:], relax)
+    return found
 
 
 def _group_of(ask: Ask, number: int) -> Hashable:

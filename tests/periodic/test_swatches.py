@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -60,13 +61,15 @@ def test_an_error_is_in_the_place_of_a_swatch_that_cannot_be_made() -> None:
         sm.SwatchRequest("stockinette", quality="draft"),
         sm.SwatchRequest("stockinette", quality="draft", options={"gamma": -1.0}),
         sm.SwatchRequest("no/such/pattern.txt"),
+        sm.SwatchRequest("stockinette", quality="draft", material=replace(YarnMaterial.named(), k_bend=1e30)),
         sm.SwatchRequest("stockinette", quality="draft", options={"gamma": 1.1}),
     ]
     told = list[tuple[int, int]]()
-    first, refused, missing, last = sm.relax_swatches(requests, device="cpu", progress=lambda *d: told.append(d))
-    assert told == [(1, 4), (2, 4), (3, 4), (4, 4)]
+    first, refused, missing, stiff, last = sm.relax_swatches(requests, device="cpu", progress=lambda *d: told.append(d))
+    assert told == [(1, 5), (2, 5), (3, 5), (4, 5), (5, 5)]
     assert isinstance(refused, ParameterError) and "gamma" in str(refused)
     assert isinstance(missing, FileError)
+    assert isinstance(stiff, ParameterError) and "k_bend" in str(stiff), "refused when all cells are put on the device"
     assert all(isinstance(made, sm.Swatch) and made.report["converged"] for made in (first, last))
 
 
