@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.blending import element_weight
+from stitchmesh.mixed.blending import FULL, element_weight
 from stitchmesh.mixed.crossings.energies.merging import MERGING_SHARE
 from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.layout.crossing_yarns import NO_NODE, CrossingYarns
@@ -192,7 +192,7 @@ def _weights(alpha: Floats, full: Truths, exists: Truths, *others: Integers) -> 
 
 def _sliding(links: Integers, alpha: Floats, side: Integers) -> Truths:
     """Whether a coordinate lies between two neighbours of its yarn, and all three nodes have Eulerian coordinates."""
-    full = alpha >= 1.0
+    full = alpha >= FULL
     neighbours = full[_neighbours(links)] & (links >= 0)
     free: Truths = (full & (side != 0))[:, None] & neighbours[:, 0::2] & neighbours[:, 1::2]
     return free
