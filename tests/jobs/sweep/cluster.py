@@ -48,7 +48,7 @@ class Cluster:
             "dask_scheduler", "--host", "127.0.0.1", "--port", str(self.port), "--no-dashboard",
             "--dashboard-address", "127.0.0.1:0", "--scheduler-file", str(file),
         )  # fmt: skip
-        wait_until(file.exists)
+        wait_until(lambda: file.exists() and file.read_text().endswith("}"))
         self.port = int(json.loads(file.read_text())["address"].rpartition(":")[2])
 
     def start_worker(self) -> subprocess.Popen[bytes]:

@@ -11,6 +11,7 @@ import subprocess
 import sys
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -80,6 +81,17 @@ def quick(tmp_path):
     made.close()
 
 
+@contextmanager
+def started(sweep, folder, scheduler):
+    """Run a sweep in another thread, and provide its result to come; the sweep is stopped if the block fails."""
+    stop = StopRequest()
+    with ThreadPoolExecutor() as pool:
+        try:
+            yield pool.submit(run_sweep, sweep, folder, scheduler=scheduler, stop=stop)
+        finally:
+            stop.ask()
+
+
 def quick_sweep(gammas, *, together=1):
     """Return a sweep of jobs whose tightness says what a quick worker does (``quick_worker``)."""
     return Sweep(
@@ -112,8 +124,7 @@ def test_a_garment_goes_on_elsewhere_when_its_worker_is_killed_and_all_results_a
 ):
     groups = {worker.pid: worker for worker in (cluster.start_worker(), cluster.start_worker())}
     target, sweep = tmp_path / "sweep", read_sweep(serial.parent / "sweep.toml", allow_paths=[serial.parent])
-    with ThreadPoolExecutor() as pool:
-        ended = pool.submit(run_sweep, sweep, target, scheduler=cluster.address)
+    with started(sweep, target, cluster.address) as ended:
         wait_until(lambda: list(target.glob("jobs/*/stages/relax_yarns-*/checkpoint.smc")))
         (status,) = target.glob("jobs/*/status.json")
         group = os.getpgid(json.loads(status.read_text())["process"])
@@ -167,8 +178,7 @@ def test_a_killed_client_is_followed_by_one_that_does_what_is_left(quick, tmp_pa
     client.wait()
     (target / "hold").touch()  # What the killed client gave last is still at work when the next one comes.
     kept = len(list(target.glob(f"{TASKS}/*.json")))
-    with ThreadPoolExecutor() as pool:
-        ended = pool.submit(run_sweep, quick_sweep(gammas), target, scheduler=quick.address)
+    with started(quick_sweep(gammas), target, quick.address) as ended:
         (target / "hold").unlink()
         assert ended.result().kept >= kept
     assert read_table(target)["measure"] == gammas
@@ -177,8 +187,7 @@ def test_a_killed_client_is_followed_by_one_that_does_what_is_left(quick, tmp_pa
 
 def test_a_scheduler_that_is_killed_and_started_again_gets_what_is_left(quick, tmp_path):
     target, gammas = tmp_path / "sweep", harmless(60)
-    with ThreadPoolExecutor() as pool:
-        ended = pool.submit(run_sweep, quick_sweep(gammas), target, scheduler=quick.address)
+    with started(quick_sweep(gammas), target, quick.address) as ended:
         wait_until(lambda: list(target.glob(f"{TASKS}/*.json")))
         (target / "hold").touch()
         quick.kill(quick.scheduler)
