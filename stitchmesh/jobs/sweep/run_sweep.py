@@ -23,7 +23,7 @@ from stitchmesh.jobs.run_job import BUSY, end_reported
 from stitchmesh.jobs.stop import StopRequest
 from stitchmesh.jobs.sweep.result_table import import_pyarrow, read_rows, write_rows, write_table
 from stitchmesh.jobs.sweep.row import ERROR, Row
-from stitchmesh.jobs.sweep.scheduling import Ended, work_with
+from stitchmesh.jobs.sweep.scheduling import Ended, Waiting, work_with
 from stitchmesh.jobs.sweep.sweep import Sweep
 from stitchmesh.jobs.sweep.task import SweptJob, Task, jobs_of, tasks_of
 from stitchmesh.jobs.sweep.work import error_row, work
@@ -87,8 +87,8 @@ def run_sweep(
         lock.release()
 
 
-Do = Callable[[list[Task], StopRequest], Iterator[Ended]]
-"""Function that has tasks done, and yields each when it has ended."""
+Do = Callable[[list[Task], StopRequest], Iterator[Ended | Waiting]]
+"""Function that has tasks done, and yields each when it has ended, and what all of them wait for."""
 
 
 @contextmanager
@@ -130,8 +130,9 @@ def _run(jobs: list[SweptJob], sweep: Sweep, folder: Path, log: JobLog, stop: St
     log.begin(STAGE)
     try:
         for ended in do(missing, stop):
-            rows |= _rows_of(ended, folder)
-            log.progress(STAGE, len(rows) / different, _note(rows, different))
+            reason = f"; {ended.reason}" if isinstance(ended, Waiting) else ""
+            rows |= {} if isinstance(ended, Waiting) else _rows_of(ended, folder)
+            log.progress(STAGE, len(rows) / different, _note(rows, different) + reason)
             if time.monotonic() - written > TABLE_SECONDS:
                 write_table(folder, jobs, rows)
                 written = time.monotonic()

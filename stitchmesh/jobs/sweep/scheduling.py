@@ -23,7 +23,7 @@ from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.jobs.stop import StopRequest
 from stitchmesh.jobs.sweep.task import Task
 from stitchmesh.jobs.sweep.work import work
-from stitchmesh.jobs.sweep.workers import GPU
+from stitchmesh.jobs.sweep.workers import GPU, offers_gpu
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -46,12 +46,20 @@ class Ended:
     """Whether the processes that worked on its only job died."""
 
 
+@dataclass(frozen=True)
+class Waiting:
+    """Nothing is done at the moment."""
+
+    reason: str
+    """What the tasks wait for."""
+
+
 class _SchedulerLostError(Exception):
     """The scheduler does not answer any more, or has forgotten its tasks."""
 
 
-def work_with(connect: Connect, tasks: Sequence[Task], folder: Path, stop: StopRequest) -> Iterator[Ended]:
-    """Have tasks done, and yield each when it has ended.
+def work_with(connect: Connect, tasks: Sequence[Task], folder: Path, stop: StopRequest) -> Iterator[Ended | Waiting]:
+    """Have tasks done, and yield each when it has ended, and why nothing is done meanwhile.
 
     Args:
         connect: connects to a scheduler, for the time of a block.
@@ -79,6 +87,7 @@ def work_with(connect: Connect, tasks: Sequence[Task], folder: Path, stop: StopR
             if last_seen is None or time.monotonic() - last_seen > RETURN_SECONDS:
                 raise _as_own(error) from error
             stop.check()
+            yield Waiting("the scheduler does not answer")
             time.sleep(TICK_SECONDS)
 
 
@@ -93,14 +102,16 @@ class _Given:
         self._given: dict[str, Future] = {}
         self._ended: queue.SimpleQueue[str] = queue.SimpleQueue()
 
-    def all_ended(self) -> Iterator[Ended]:
-        """Yield each task when it has ended."""
+    def all_ended(self) -> Iterator[Ended | Waiting]:
+        """Yield each task when it has ended, and what all of them wait for."""
         while self._waiting or self._given or self._suspected:
             self._give()
             try:
                 key = self._ended.get(timeout=TICK_SECONDS)
             except queue.Empty:
                 self._check()
+                if reason := self._missing():
+                    yield Waiting(reason)
                 continue
             future, task = self._given.pop(key, None), self._left.get(key)
             if future is None or task is None:
@@ -132,6 +143,13 @@ class _Given:
         lost = self._client.status != "running"
         if lost or any(future.status in ("cancelled", "lost") for future in self._given.values()):
             raise _SchedulerLostError
+
+    def _missing(self) -> str:
+        """Return which worker the given tasks wait for; an empty text if there is one."""
+        if not self._client.nthreads():
+            return "no worker yet"
+        needs_gpu = all(self._left[key].needs_gpu for key in self._given)
+        return "no worker with a GPU yet" if needs_gpu and not offers_gpu(self._client) else ""
 
     def _end(self, task: Task, future: Future) -> Ended | None:
         """Return a task that has ended; None if it has to be done again, or its jobs alone."""

@@ -201,6 +201,19 @@ def test_a_scheduler_that_is_killed_and_started_again_gets_what_is_left(quick, t
     assert begun(target).total() <= len(gammas) + 2  # Only what the two workers held was begun twice.
 
 
+def test_a_sweep_without_workers_says_so_until_it_is_stopped(cluster, tmp_path):
+    stop, notes = StopRequest(), []
+
+    def listen(status):
+        notes.append(status.note)
+        if "no worker" in status.note:
+            stop.ask()
+
+    with pytest.raises(JobStopped):
+        run_sweep(quick_sweep([2.0]), tmp_path / "sweep", scheduler=cluster.address, stop=stop, listener=listen)
+    assert "0 of 1 jobs; no worker yet" in notes
+
+
 def test_a_full_disk_ends_a_sweep_in_one_line_and_the_next_run_does_what_is_left(quick, tmp_path):
     target, sweep = tmp_path / "sweep", quick_sweep([2.0, 2.5, FILLS, 3.0])
     target.mkdir()
