@@ -33,6 +33,8 @@ ALONE = "stitchmesh-alone"
 """Start of the keys of tasks that are done while nothing else is done."""
 TICK_SECONDS = 0.5
 """Time between two looks at the wish to stop and at the scheduler [s]."""
+WORKERLESS_SECONDS = 60.0
+"""Time without a worker after which a connection is made anew [s]."""
 RETURN_SECONDS = 600.0
 """Longest time in which a lost scheduler must come back [s]."""
 
@@ -55,7 +57,7 @@ class Waiting:
 
 
 class _SchedulerLostError(Exception):
-    """The scheduler does not answer any more, or has forgotten its tasks."""
+    """The scheduler does not answer any more, has forgotten its tasks, or has lost its workers."""
 
 
 def work_with(connect: Connect, tasks: Sequence[Task], folder: Path, stop: StopRequest) -> Iterator[Ended | Waiting]:
@@ -99,6 +101,7 @@ class _Given:
         self._client, self._left, self._folder, self._stop = client, left, fspath(folder), stop
         self._waiting = list(reversed(left.values()))
         self._suspected: list[Task] = []
+        self._last_worker = time.monotonic()
         self._given: dict[str, Future] = {}
         self._ended: queue.SimpleQueue[str] = queue.SimpleQueue()
 
@@ -145,9 +148,15 @@ class _Given:
             raise _SchedulerLostError
 
     def _missing(self) -> str:
-        """Return which worker the given tasks wait for; an empty text if there is one."""
+        """Return which worker the given tasks wait for; an empty text if there is one.
+
+        If there is none for long, the connection is made anew: workers of this machine are then started again.
+        """
         if not self._client.nthreads():
+            if time.monotonic() - self._last_worker > WORKERLESS_SECONDS:
+                raise _SchedulerLostError
             return "no worker yet"
+        self._last_worker = time.monotonic()
         needs_gpu = all(self._left[key].needs_gpu for key in self._given)
         return "no worker with a GPU yet" if needs_gpu and not offers_gpu(self._client) else ""
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -52,11 +53,15 @@ class Cluster:
         self.port = int(json.loads(file.read_text())["address"].rpartition(":")[2])
 
     def start_worker(self) -> subprocess.Popen[bytes]:
-        """Start a worker with its nanny, which starts it again when it dies."""
+        """Start a worker with its nanny, which starts it again when it dies, and which is itself started again.
+
+        A nanny ends if its worker dies while it starts.
+        """
         preload = [] if self._preload is None else ["--preload", str(self._preload)]
         worker = self._start(
             "dask_worker", self.address, "--host", "127.0.0.1", "--nthreads", "1", "--no-dashboard",
             "--memory-limit", self._memory, "--local-directory", str(self.folder), "--death-timeout", "60", *preload,
+            again=True,
         )  # fmt: skip
         self.workers.append(worker)
         return worker
@@ -72,12 +77,13 @@ class Cluster:
             if process.poll() is None:
                 self.kill(process)
 
-    def _start(self, program: str, *words: str) -> subprocess.Popen[bytes]:
+    def _start(self, program: str, *words: str, again: bool = False) -> subprocess.Popen[bytes]:
         log = (self.folder / f"{program}.log").open("ab")
         environment = os.environ | {"STITCHMESH_THREADS": "1", "PYTHONPATH": str(ROOT), DEATHS: str(self._deaths)}
+        command = [sys.executable, "-m", f"distributed.cli.{program}", *words]
         process = subprocess.Popen(
-            [sys.executable, "-m", f"distributed.cli.{program}", *words], stdout=log, stderr=log, env=environment,
-            start_new_session=True, cwd=self.folder,
+            ["sh", "-c", f"while :; do {shlex.join(command)}; done"] if again else command,
+            stdout=log, stderr=log, env=environment, start_new_session=True, cwd=self.folder,
         )  # fmt: skip
         log.close()
         self._processes.append(process)
