@@ -184,7 +184,9 @@ def test_gamma_is_an_exact_similarity(name, gamma, tolerance):
     terms = planes(True, SwatchOptions(), flat, small.radius)
     direct = relax_to_minimum(small, material=material, quality=quality, device="cpu", cell=cell, terms=terms)
     repeat = own.repeated(direct.yarns, first)
-    np.testing.assert_allclose(made.yarns.points, repeat.points, rtol=0, atol=tolerance * RADIUS)
+    apart = made.yarns.points - repeat.points
+    # no force holds a repeat in its plane, so that it may lie anywhere there
+    np.testing.assert_allclose(apart - apart.mean(axis=0), 0.0, atol=tolerance * RADIUS)
     # the error is of second order in the positions
     assert made.report["energy"] == pytest.approx(own.copies * direct.report["energy"], rel=1e-6)
     np.testing.assert_allclose(made.yarns.rest_length, repeat.rest_length, rtol=1e-12)  # three roundings

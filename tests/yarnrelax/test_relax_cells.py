@@ -74,16 +74,17 @@ def test_each_cell_relaxes_to_the_same_state_as_alone() -> None:
     batch = relax_cells(CELLS, materials=MATERIALS, free=[FREE] * 4, quality=EXACT, device="cpu")
     assert batch.report["converged"] == 4
     for yarns, material, cell in zip(CELLS, MATERIALS, batch.cells, strict=True):
-        alone = relax_yarns(yarns, material=material, quality=EXACT, device="cpu", cell=FREE)
+        # The crimped weave has several states of rest, and rounding decides which one it comes to; alone it begins at
+        # that of the batch, where it has to stay.
+        begins = cell.yarns if yarns is CELLS[1] else yarns
+        alone = relax_yarns(begins, material=material, quality=EXACT, device="cpu", cell=FREE)
         assert cell.yarns.lattice is not None and alone.yarns.lattice is not None
         # Candidate lists are made at different iterations, so the paths differ. At rest, the energies differ by the
         # square of the tolerance, and the periods by the tolerance times the ratio of the stretch stiffness of yarn to
-        # the stiffness of the fabric (see test_cell_strain). The crimped weave has several states of rest; their
-        # energies differ by less than a hundredth.
-        energy, period = (1e-2, 3e-2) if yarns is CELLS[1] else (1e-6, 2e-3)
-        assert cell.report["energy"] == pytest.approx(alone.report["energy"], rel=energy)
+        # the stiffness of the fabric (see test_cell_strain).
+        assert cell.report["energy"] == pytest.approx(alone.report["energy"], rel=1e-6)
         np.testing.assert_allclose(
-            cell.yarns.lattice.periods, alone.yarns.lattice.periods, atol=period * alone.yarns.lattice.periods.max()
+            cell.yarns.lattice.periods, alone.yarns.lattice.periods, atol=2e-3 * alone.yarns.lattice.periods.max()
         )
         assert cell.report["max_strain"] == pytest.approx(np.abs(cell.yarns.strain).max(), rel=1e-6)  # two roundings
         assert cell.report["min_distance_over_radius"] == pytest.approx(
