@@ -20,8 +20,6 @@ from stitchmesh.jobs.sweep.axis import MOST_DRAWS, Axis, Choices, leaves, with_o
 
 MOST_JOBS = 10_000_000
 """Largest number of jobs of a sweep."""
-SWATCHES_PER_TASK = 64
-"""Default number of swatches that a task relaxes together."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,8 +70,9 @@ class Sweep:
     """Number of random samples."""
     seed: int = 0
     """Seed of the random samples; each sample follows from the seed and its number."""
-    swatches_per_task: int = SWATCHES_PER_TASK
-    """Number of swatches that are relaxed together."""
+    swatches_per_task: int | None = None
+    """Number of swatches that one worker gets at a time, and relaxes together on a GPU; None for that of the device
+    (``task``)."""
     allow_paths: tuple[str, ...] = ()
     """Folders in which files may be that the jobs read, besides that of the sweep and the present one."""
     kept: Kept = field(default_factory=Kept)
@@ -84,7 +83,7 @@ class Sweep:
             raise ParameterError(f"random.samples: got {self.samples}; expected 1 to {MOST_DRAWS}")
         if self.seed < 0:
             raise ParameterError(f"random.seed: got {self.seed}; expected 0 or more")
-        if self.swatches_per_task < 1:
+        if self.swatches_per_task is not None and self.swatches_per_task < 1:
             raise ParameterError(f"swatches_per_task: got {self.swatches_per_task}; expected at least 1")
         if self.job_count > MOST_JOBS:
             raise ParameterError(f"the sweep has {self.job_count} jobs; expected at most {MOST_JOBS}")

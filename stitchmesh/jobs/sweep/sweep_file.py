@@ -14,7 +14,7 @@ from stitchmesh.io.checked import check_table
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.toml_file import read_table
 from stitchmesh.jobs.sweep.axis import grid_axes, random_axes
-from stitchmesh.jobs.sweep.sweep import SWATCHES_PER_TASK, Kept, StretchMeasure, Sweep
+from stitchmesh.jobs.sweep.sweep import Kept, StretchMeasure, Sweep
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +32,7 @@ class _SweepTable:
     write_yarns: bool = False
     picture: tuple[int, int] | bool = True
     stretch: tuple[StretchMeasure, ...] = ()
-    swatches_per_task: int = SWATCHES_PER_TASK
+    swatches_per_task: int | None = None
     job: dict[str, Any] = field(default_factory=dict)
     grid: dict[str, Any] = field(default_factory=dict)
     random: dict[str, Any] = field(default_factory=dict)

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The tasks of a sweep: what one worker does at a time.
 
-A task is one garment, or some swatches that are relaxed together. Which swatches these are follows from the sweep
-alone, so that results depend neither on the workers nor on interruptions. Keys are checksums of everything that decides
-a result; a task whose key is that of a finished one is not computed again.
+A task is one garment, or some swatches, which are relaxed together on a GPU. Which swatches these are follows from the
+sweep alone, so that results depend neither on the workers nor on interruptions. Keys are checksums of everything that
+decides a result; a task whose key is that of a finished one is not computed again.
 """
 
 from __future__ import annotations
@@ -23,6 +23,10 @@ from stitchmesh.jobs.job_file import job_of_table
 from stitchmesh.jobs.job_paths import check_job_paths
 from stitchmesh.jobs.sweep.sweep import Kept, Sweep
 from stitchmesh.yarnrelax.fingerprint import checksum
+
+SWATCHES_ON_GPU, SWATCHES_ON_CPU = 256, 8
+"""Swatches of a task. On a GPU hundreds take little longer together than one; on a CPU each is relaxed by itself, and a
+task holds as many as a worker may lose."""
 
 
 @dataclass(frozen=True)
@@ -80,9 +84,9 @@ def tasks_of(jobs: list[SweptJob], sweep: Sweep) -> list[Task]:
     together = [one for one in different if is_small(one.job)]
     alone = [one for one in different if not is_small(one.job)]
     groups: list[tuple[SweptJob, ...]] = [(one,) for one in alone]
-    count = sweep.swatches_per_task
-    for device in ("gpu", "cpu"):  # No task may need two kinds of workers.
-        of_device = [one for one in together if (one.job.device != "cpu") == (device == "gpu")]
+    for usual, on_cpu in ((SWATCHES_ON_GPU, False), (SWATCHES_ON_CPU, True)):  # No task may need two kinds of workers.
+        count = sweep.swatches_per_task or usual
+        of_device = [one for one in together if (one.job.device == "cpu") == on_cpu]
         groups += [tuple(of_device[k : k + count]) for k in range(0, len(of_device), count)]
     return [Task(tuple(group), sweep.kept) for group in groups]
 
