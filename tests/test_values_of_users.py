@@ -43,7 +43,7 @@ def values() -> dict[str, object]:
         "swatch": sm.Swatch(cell, RELAXATION, None, []),
         "relaxation": Relaxation(yarns, RELAXATION, []),
         "knitted": Knitted(fabric, yarns, RELAXATION, []),
-        "cells": RelaxedCells([RelaxedCell(cell, RELAXATION)], {"converged": 1}),
+        "cells": RelaxedCells([RelaxedCell(cell, RELAXATION, [])], {"converged": 1}),
         "textures": sm.texture_maps(cell, width=4),
         "yarn": sm.Yarn.named("dk"),
         "material": sm.YarnMaterial.named(),
