@@ -77,14 +77,16 @@ def run_sweep(
         raise ParameterError(f"workers: got {workers}; expected {expected}")
     import_pyarrow()
     target = Path(folder).resolve()
-    lock = FolderLock(target, BUSY)
-    try:
-        remove_stale_parts(target)
-        log = JobLog(target, lock, listener)
-        with end_reported(log), _doing(target, workers, scheduler, sweep) as (device, do):
-            return _run(jobs_of(sweep, device), sweep, target, log, stop or StopRequest(), do)
-    finally:
-        lock.release()
+    with _doing(target, workers, scheduler, sweep) as (device, do):
+        jobs = jobs_of(sweep, device)  # Before the folder is made: a sweep that is refused leaves nothing.
+        lock = FolderLock(target, BUSY)
+        try:
+            remove_stale_parts(target)
+            log = JobLog(target, lock, listener)
+            with end_reported(log):
+                return _run(jobs, sweep, target, log, stop or StopRequest(), do)
+        finally:
+            lock.release()
 
 
 Do = Callable[[list[Task], StopRequest], Iterator[Ended | Waiting]]

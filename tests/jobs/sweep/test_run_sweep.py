@@ -233,6 +233,13 @@ def test_a_job_with_an_impossible_value_is_a_row_with_its_error(tmp_path):
     assert first == "ParameterError: gamma: got 20.0; expected 0.1 to 10" and "30.0" in second
 
 
+def test_a_sweep_that_is_refused_leaves_nothing(tmp_path):
+    sweep = Sweep(job={"swatch": {"patern": "seed"}})
+    with pytest.raises(FileError, match="job 0: swatch has no key 'patern'; did you mean 'pattern'"):
+        run_sweep(sweep, tmp_path / "sweep", workers=0)
+    assert not (tmp_path / "sweep").exists()
+
+
 def test_a_wish_to_stop_ends_a_sweep_between_two_tasks(tmp_path):
     stop = StopRequest()
     stop.ask()
