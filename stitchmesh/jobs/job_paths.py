@@ -67,6 +67,7 @@ def _checked(file: FilePath, folders: Sequence[FilePath], seen: list[str]) -> Ca
     """Return a function that notes a path that a file names, if it leads into one of the folders, and returns it."""
 
     def check(path: str) -> str:
+        """Return a path that leads into one of the folders."""
         found, roots = Path(path).resolve(), [Path(folder).resolve() for folder in folders]
         if not any(found.is_relative_to(root) for root in roots):
             raise FileError(

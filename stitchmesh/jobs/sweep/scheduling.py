@@ -108,6 +108,7 @@ class _Given:
     def all_ended(self) -> Iterator[Ended | Waiting]:
         """Yield each task when it has ended, and what all of them wait for."""
         while self._waiting or self._given or self._suspected:
+            self._stop.check()
             self._give()
             try:
                 key = self._ended.get(timeout=TICK_SECONDS)
@@ -141,8 +142,7 @@ class _Given:
         future.add_done_callback(lambda _done, key=task.key: self._ended.put(key))
 
     def _check(self) -> None:
-        """Return unless the user wants to stop, or the scheduler is lost."""
-        self._stop.check()
+        """Return unless the scheduler is lost."""
         lost = self._client.status != "running"
         if lost or any(future.status in ("cancelled", "lost") for future in self._given.values()):
             raise _SchedulerLostError

@@ -248,6 +248,19 @@ def test_a_wish_to_stop_ends_a_sweep_between_two_tasks(tmp_path):
     assert json.loads((tmp_path / "status.json").read_text())["state"] == "stopped"
 
 
+def test_a_wish_to_stop_ends_a_sweep_whose_tasks_end_all_the_time(quick, tmp_path):
+    stop = StopRequest()
+
+    def listen(status):
+        if status.done > 0.0:
+            stop.ask()
+
+    with pytest.raises(JobStopped):
+        run_sweep(quick_sweep(harmless(40)), tmp_path / "sweep", scheduler=quick.address, stop=stop, listener=listen)
+    # What two workers held when the first task had ended may have ended too.
+    assert len(list((tmp_path / "sweep").glob(f"{TASKS}/*.json"))) < 20
+
+
 def test_a_scheduler_that_does_not_answer_and_a_wrong_number_of_workers_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("stitchmesh.jobs.sweep.workers.CONNECT_SECONDS", 1)
     with pytest.raises(FileError, match="no scheduler answers"):
