@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +22,12 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
 from stitchmesh.yarnrelax.checkpoint import NAME, Checkpoints, seconds_of
 from stitchmesh.yarnrelax.fingerprint import checksum
-from stitchmesh.yarnrelax.relaxation_result import Relaxation
+from stitchmesh.yarnrelax.load_steps import relax_through_steps
 
 FOLDER = "relaxations"
 """Folder of the folders of the relaxations."""
 NO_INPUTS = ("progress", "device")
-"""Arguments of ``relax_yarns`` that decide no bit; the kind of the device is a part of each checkpoint."""
+"""Arguments of relaxations that decide no bit; the kind of the device is a part of each checkpoint."""
 
 
 @dataclass(frozen=True)
@@ -44,9 +44,9 @@ class KeptRelaxations:
     """Called every few seconds with the last accepted state of the present relaxation."""
 
     def do(self, asked: Ask) -> Any:
-        """Do one piece of work; a relaxation of yarns writes checkpoints, and continues from one if there is one."""
+        """Do one piece of work; a relaxation writes checkpoints, and continues from one if there is one."""
         self.check()
-        return self._relax(asked) if asked.function is relax_yarns else asked.answer()
+        return self._relax(asked) if asked.function in (relax_yarns, relax_through_steps) else asked.answer()
 
     def exist(self) -> bool:
         """Return whether an earlier run has begun a relaxation."""
@@ -64,14 +64,14 @@ class KeptRelaxations:
         """Remove all checkpoints, because the result of the computation is kept."""
         shutil.rmtree(self.folder / FOLDER, ignore_errors=True)
 
-    def _relax(self, asked: Ask) -> Relaxation:
+    def _relax(self, asked: Ask) -> Any:
         given = {name: value for name, value in sorted(asked.named.items()) if name not in NO_INPUTS}
         key = checksum("relaxation", (asked.positional, given))
         checkpoints = Checkpoints(self.folder / FOLDER / key, self.every)
         resume = checkpoints.path if checkpoints.path.is_file() else None
-        return relax_yarns(
-            *asked.positional, **asked.named, checkpoint=checkpoints, resume=resume, on_state=self.on_state
-        )
+        kept = replace(asked, named={**asked.named, "checkpoint": checkpoints, "resume": resume,
+                                     "on_state": self.on_state})  # fmt: skip
+        return kept.answer()
 
     def _checkpoints(self) -> Iterator[Path]:
         """Yield the newest checkpoint of each relaxation."""

@@ -147,7 +147,7 @@ def relax_prepared(
     with tearing(chosen):
         if prepared.release is not None and prepared.fabric is not None:
             needles = needle_size(prepared.fabric, chosen.plain_loop * chosen.gamma)
-            relaxed = let_go(
+            relaxed = yield from let_go.asking(
                 yarns, needles, prepared.release, prepared.similar, prepared.quality, device, prepared.terms, progress
             )
         else:

@@ -91,7 +91,7 @@ class SwatchDials:
         for name, (least, most) in BOUNDS.items():
             value = getattr(self, name)
             if value is not None and not least <= value <= most:
-                found = f"{name.replace('_', ' ')}: got {value:g}"
+                found = f"{name.replace('_', ' ')}: got {value if isinstance(value, int) else f'{value:g}'}"
                 raise ParameterError(f"{found}; expected {least:g} to {most:g}")
 
 

@@ -20,6 +20,8 @@ def carried_arrays(simulation: YarnSimulation) -> dict[str, wp.array[Any]]:
     own = {"points": state.points, "listed_points": state.listed_points, "good_points": simulation.good_points}
     if simulation.good_periods is not None:
         own |= {"periods": simulation.model.constants.images.periods, "good_periods": simulation.good_periods}
+    if simulation.search.periods is not None:
+        own |= {"searched_points": simulation.search.points, "searched_periods": simulation.search.periods}
     carried = {f"solver.{name}": array for name, array in simulation.solver.arrays().items()}
     if simulation.newton is not None:
         carried |= {f"newton.{name}": array for name, array in simulation.newton.arrays().items()}
@@ -35,8 +37,8 @@ def resume_from_arrays(simulation: YarnSimulation, arrays: Mapping[str, NDArray[
         ParameterError: an array is missing or has another shape.
     """
     _check_arrays(carried_arrays(simulation), arrays)
-    simulation.state.points.assign(arrays["listed_points"])
-    simulation.search_contacts(margin)
+    simulation.candidates.margin = margin
+    simulation.search.run_again(arrays.get("searched_points", arrays["listed_points"]), arrays.get("searched_periods"))
     for name, array in carried_arrays(simulation).items():
         if "." not in name or name.startswith("solver."):
             array.assign(arrays[name])

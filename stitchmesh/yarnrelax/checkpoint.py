@@ -5,14 +5,15 @@
 A checkpoint is written between two iterations or two Newton steps, right after an assessment. From there on everything
 depends on
 
-    the control points, their positions at the last search for contacts and in the last accepted state, and what the
-    solver, Newton's method and the terms carry; the margin and the age of the candidate lists, the scale of steps,
-    whether Newton's method ends the relaxation, the estimate of the change that is left, the marks from which it is
-    made (``settling``), the last assessment, and the step of the load with its start.
+    the control points and the periods, the same at the last search for contacts and in the last accepted state, and
+    what the solver, Newton's method and the terms carry; the margin and the age of the candidate lists, the scale of
+    steps, whether Newton's method ends the relaxation, the estimate of the change that is left, the marks from which it
+    is made (``settling``), the last assessment, the step of the load with its start, and the load steps that have ended
+    (``load_steps``).
 
-Candidate lists and budgets follow from the listed points and the margin, so they are made again and not stored.
-Everything else follows from the inputs of the relaxation, so a checkpoint contains a fingerprint of the inputs: yarns,
-material, quality, kind of device, terms and constraints have to be the same. Only tolerance, largest_change and
+Candidate lists and budgets follow from the place of the last search and the margin, so they are made again and not
+stored. Everything else follows from the inputs of the relaxation, so a checkpoint contains a fingerprint of the inputs:
+yarns, material, quality, kind of device, terms and constraints have to be the same. Only tolerance, largest_change and
 max_iterations may differ. They decide where a relaxation ends and not how it proceeds, so a relaxation that stopped at
 its limit can continue.
 """
@@ -36,6 +37,7 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.convergence import Assessment
+from stitchmesh.yarnrelax.ended_step import EndedStep, StepFigures, ended_steps, step_arrays, step_figures
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.fingerprint import fingerprint
 from stitchmesh.yarnrelax.load_position import AT_ONCE, LoadPosition
@@ -106,6 +108,8 @@ class CheckpointState:
     """Estimate of the change that is left; None where it is unknown."""
     position: LoadPosition = AT_ONCE
     """The step of the load."""
+    ended: Sequence[EndedStep] = ()
+    """The load steps before the present one (``load_steps``)."""
 
 
 class _Position(TypedDict):
@@ -139,6 +143,7 @@ class _Header(TypedDict):
     stalled: bool
     remaining: RemainingChange | None
     position: _Position
+    ended: list[StepFigures]
 
 
 def input_fingerprint(
@@ -188,11 +193,12 @@ def write_state(path: FilePath, inputs: Mapping[str, str], state: CheckpointStat
         "stalled": state.stalled,
         "remaining": None if state.remaining is None else asdict(state.remaining),
         "position": {name: value for name, value in vars(state.position).items() if name not in START},
+        "ended": step_figures(state.ended),
     }
     arrays = {name: array.numpy() for name, array in state.arrays.items()}
     starts = {f"{LOAD}{name}": getattr(state.position, name) for name in START}
     arrays |= {name: array for name, array in starts.items() if array is not None}
-    write_checkpoint(path, CheckpointFile(header, arrays))
+    write_checkpoint(path, CheckpointFile(header, arrays | step_arrays(state.ended)))
 
 
 def read_state(path: FilePath, inputs: Mapping[str, str]) -> CheckpointState:
@@ -209,7 +215,8 @@ def read_state(path: FilePath, inputs: Mapping[str, str]) -> CheckpointState:
     arrays = {name: array for name, array in content.arrays.items() if not name.startswith(LOAD)}
     position = replace(AT_ONCE, **header["position"], **starts)
     energy_fall = np.inf if header["energy_fall"] is None else header["energy_fall"]
-    return CheckpointState(**header | {"arrays": arrays, "position": position, "energy_fall": energy_fall})
+    own = {"arrays": arrays, "position": position, "energy_fall": energy_fall}
+    return CheckpointState(**header | own | {"ended": ended_steps(path, header["ended"], arrays)})
 
 
 def seconds_of(path: FilePath) -> float:

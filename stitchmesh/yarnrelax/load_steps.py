@@ -13,19 +13,29 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
+from typing import Literal
 
 import numpy as np
+import warp as wp
 
 from stitchmesh.compute.device import alone, device_named
+from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
+from stitchmesh.lattice import Lattice
+from stitchmesh.progress import shown_progress
 from stitchmesh.quality import Quality
 from stitchmesh.time_limit import OutOfTime
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.checkpoint import Checkpoints, CheckpointState, input_fingerprint, read_state
+from stitchmesh.yarnrelax.ended_step import EndedStep
 from stitchmesh.yarnrelax.energies.term import TermChoice, refuse_in_free_cells
+from stitchmesh.yarnrelax.fingerprint import checksum
 from stitchmesh.yarnrelax.friction.friction import Friction, FrictionTerm
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
+from stitchmesh.yarnrelax.load_position import AT_ONCE
 from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.observer import Observer, Progress, report_entries
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
@@ -61,8 +71,12 @@ class StepAtRest:
     """Smallest distance of yarns over their radius, at most 2."""
     device: str
     """Where the kernels ran."""
+    seconds: float
+    """Time of the steps up to the end of this one, also before a stop [s]."""
+    history: Sequence[HistoryEntry]
+    """Entries of this step, one for each assessment."""
     out_of_time: bool = False
-    """Whether a limit on the time ended this step before rest."""
+    """Whether a limit on the time ended this step before rest, and with it the path."""
 
     @property
     def elastic(self) -> float:
@@ -81,9 +95,15 @@ def relax_through_steps(
     cell: RelaxCell,
     device: str | None = None,
     terms: Sequence[TermChoice] = (),
-    note: Callable[[HistoryEntry], None] = lambda _entry: None,
+    progress: Progress | Literal[False] | None = None,
+    on_state: Callable[[YarnSet], None] | None = None,
+    checkpoint: Checkpoints | None = None,
+    resume: FilePath | None = None,
 ) -> list[StepAtRest]:
     """Relax yarns on a lattice through load steps, and return the state of rest of each.
+
+    A path that a limit on the time ends (``time_limit``) has fewer steps than were asked for. A resumed one has the
+    bits of one that never stopped.
 
     Args:
         yarns: the yarns, without slip.
@@ -94,45 +114,122 @@ def relax_through_steps(
         cell: which changes the periods are free to make; its loads are those of the steps.
         device: as for ``relax_yarns``.
         terms: further energies, such as what the fabric lies on.
-        note: called with the entry of each assessment.
+        progress: as for ``relax_yarns``.
+        on_state: as for ``relax_yarns``.
+        checkpoint: where and how often to write what is needed to resume; also written at any end.
+        resume: a checkpoint to continue from; all other arguments must be the same as when it was written.
 
     Raises:
-        ParameterError: the yarns have no lattice, or a term does not act in free cells.
+        FileError: a checkpoint cannot be written, or the one to resume is missing or damaged.
+        ParameterError: the yarns have no lattice, a term does not act in free cells, or a checkpoint is that of another
+            path.
         SolverError: the yarns are too close to each other, or a yarn passed through another one.
     """
     refuse_in_free_cells(terms, ())
-    simulation = YarnSimulation.start(yarns, material, quality, device_named(device), [friction, *terms], cell=cell)
-    loop, began = RelaxationLoop(simulation, quality.tolerance, quality.largest_change), time.perf_counter()
-
-    def note_assessment() -> None:
-        last, seconds = loop.last[0], time.perf_counter() - began
-        note(HistoryEntry(iteration=loop.iteration, seconds=seconds, residual=last.residual, energies=last.energies))
-
-    results = [_rest_at(loop, step, quality, note_assessment) for step in steps]
+    began, on_device, acting = time.perf_counter(), device_named(device), [friction, *terms]
+    inputs: dict[str, str] = {}
+    if checkpoint is not None or resume is not None:
+        inputs = _inputs(yarns, steps, material, quality, on_device, acting, cell)
+    saved = None if resume is None else read_state(resume, inputs)
+    simulation = YarnSimulation.start(yarns, material, quality, on_device, acting, cell=cell)
+    path = _LoadedInSteps(simulation, steps, quality, () if saved is None else saved.ended)
+    with shown_progress(progress, lambda shown: report_entries(quality, shown)) as report_entry:
+        observer = Observer(path, report_entry, on_state, checkpoint, inputs, began, ended=path.ended)
+        with observer.last_state_kept():
+            path.run(observer, saved)
+    results = path.results(yarns, observer.history)
     refuse_pull_through(yarns, results[-1].yarns, device)
     return results
 
 
-def _rest_at(loop: RelaxationLoop, step: LoadStep, quality: Quality, note: Callable[[], None]) -> StepAtRest:
-    """Change loads and friction, and relax."""
-    simulation, before = loop.simulation, loop.iteration
-    term = simulation.terms[0]
-    assert simulation.strain is not None and isinstance(term, FrictionTerm)
-    simulation.strain.set_loads(np.array([[step.course, step.wale]]))
-    term.weaken(step.friction)
-    simulation.discard_launches()
-    simulation.solver.restart(loop.step_scale)
-    loop.energy_fall[:] = np.inf
-    loop.last = simulation.assess_cells()
-    most = before + quality.max_iterations
-    out_of_time = False
-    try:
+def _inputs(
+    yarns: YarnSet, steps: Sequence[LoadStep], material: YarnMaterial, quality: Quality, device: wp.Device,
+    terms: Sequence[TermChoice], cell: RelaxCell,
+) -> dict[str, str]:  # fmt: skip
+    """The inputs as short strings; the end of each step decides how the next one begins, so all of the quality does."""
+    found = input_fingerprint(yarns, material, quality, device, terms, (), cell)
+    ends = {name: str(value) for name, value in asdict(quality).items()}
+    return found | {"ends of steps": checksum("quality", ends), "steps": checksum("steps", list(steps))}
+
+
+class _LoadedInSteps:
+    """A relaxation through load steps (``observer.Loaded``)."""
+
+    position = AT_ONCE
+
+    def __init__(
+        self, simulation: YarnSimulation, steps: Sequence[LoadStep], quality: Quality, ended: Sequence[EndedStep]
+    ) -> None:
+        """A path before its first step, or after some steps that have ended."""
+        self.steps, self.most_iterations = steps, quality.max_iterations
+        self.loop = RelaxationLoop(simulation, quality.tolerance, quality.largest_change)
+        self.ended = list(ended)
+        self.out_of_time = False
+
+    def good_yarns(self) -> YarnSet:
+        """The last accepted state."""
+        return self.loop.simulation.good_yarns()
+
+    def run(self, observer: Observer, saved: CheckpointState | None) -> None:
+        """Relax through the steps that have not ended, of which the first one continues from a checkpoint if given."""
+        for step in self.steps[len(self.ended) :]:
+            self._load(step)
+            if saved is None:
+                self._begin()
+            else:
+                observer.resume(saved)
+                saved = None
+            try:
+                self._relax(observer.note)
+            except OutOfTime:
+                self.out_of_time = not self.loop.at_rest[0]
+            self.ended.append(self._ended(observer.seconds()))
+            if self.out_of_time:
+                return
+
+    def _load(self, step: LoadStep) -> None:
+        """Set the loads and the friction of a step."""
+        simulation = self.loop.simulation
+        term = simulation.terms[0]
+        assert simulation.strain is not None and isinstance(term, FrictionTerm)
+        simulation.strain.set_loads(np.array([[step.course, step.wale]]))
+        term.weaken(step.friction)
+        simulation.discard_launches()
+
+    def _begin(self) -> None:
+        """Begin a step from the state of rest of the step before it."""
+        loop = self.loop
+        loop.simulation.solver.restart(loop.step_scale)
+        loop.energy_fall[:] = np.inf
+        loop.last = loop.simulation.assess_cells()
+
+    def _relax(self, note: Callable[[], None]) -> None:
+        """Relax until normal forces no longer change."""
+        loop, most = self.loop, sum(step.iterations for step in self.ended) + self.most_iterations
         loop.run(most, note)
-        while loop.at_rest[0] and loop.renew_terms() and loop.last[0].residual >= quality.tolerance:
+        while loop.at_rest[0] and loop.renew_terms() and loop.last[0].residual >= loop.tolerance:
             loop.run(most, note)
-    except OutOfTime:
-        out_of_time = not loop.at_rest[0]
-    last, count = loop.last[0], loop.iteration - before
-    nearest = float(simulation.smallest_distances()[0])
-    yarns, device, at_rest = simulation.good_yarns(), str(simulation.model.device), bool(loop.at_rest[0])
-    return StepAtRest(yarns, last.energies, last.residual, at_rest, count, nearest, device, out_of_time)
+
+    def _ended(self, seconds: float) -> EndedStep:
+        loop, before = self.loop, sum(step.iterations for step in self.ended)
+        nearest, last = float(loop.simulation.smallest_distances()[0]), loop.last[0]
+        yarns = self.good_yarns()
+        assert yarns.lattice is not None
+        return EndedStep(
+            yarns.points, yarns.lattice.periods, last.energies, last.residual, bool(loop.at_rest[0]),
+            loop.iteration - before, nearest, seconds,
+        )  # fmt: skip
+
+    def results(self, yarns: YarnSet, history: Sequence[HistoryEntry]) -> list[StepAtRest]:
+        """The steps that have ended, given the yarns at their start and the history of all steps."""
+        device, found, before = str(self.loop.simulation.model.device), list[StepAtRest](), 0
+        for number, step in enumerate(self.ended, start=1):
+            after = before + step.iterations
+            own = [entry for entry in history if before < entry["iteration"] <= after]
+            found.append(StepAtRest(
+                replace(yarns, points=step.points, lattice=Lattice(step.periods)), step.energies, step.residual,
+                step.converged, step.iterations, step.nearest, device, step.seconds, own,
+                out_of_time=self.out_of_time and number == len(self.ended),
+            ))  # fmt: skip
+            before = after
+        return found

@@ -5,14 +5,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Protocol
 
 import numpy as np
 import warp as wp
 
 from stitchmesh.compute.device import others_may_launch
+from stitchmesh.errors import FileError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.progress import Progress as StageProgress
 from stitchmesh.progress import relaxing_progress
@@ -21,7 +24,8 @@ from stitchmesh.run_control import RunControl, Snapshot
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.carried_arrays import carried_arrays, resume_from_arrays
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, CheckpointState, write_state
-from stitchmesh.yarnrelax.loading import Loading
+from stitchmesh.yarnrelax.ended_step import EndedStep
+from stitchmesh.yarnrelax.load_position import LoadPosition
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 
 ON_STATE_SECONDS = 5.0
@@ -39,17 +43,34 @@ def report_entries(quality: Quality, progress: StageProgress) -> Progress:
     return lambda entry: report(entry["iteration"], entry["residual"], entry["energies"])
 
 
+class Loaded(Protocol):
+    """A relaxation under a load that is applied at once or in steps."""
+
+    @property
+    def loop(self) -> RelaxationLoop:
+        """The loop of the present step of the load."""
+
+    @property
+    def position(self) -> LoadPosition:
+        """The place on the path of loads (``load_path``)."""
+
+    def good_yarns(self) -> YarnSet:
+        """The last accepted state of the yarns that were asked for."""
+
+
 @dataclass(eq=False)
 class Observer:
     """Keeps the history of a relaxation, reports its progress, hands out states and writes checkpoints."""
 
-    loading: Loading
+    loading: Loaded
     progress: Progress | None
     on_state: Callable[[YarnSet], None] | None
     checkpoint: Checkpoints | None
     inputs: Mapping[str, str]
     began: float
     control: RunControl[YarnSet] | None = None
+    ended: Sequence[EndedStep] = ()
+    """The load steps before the present one."""
     history: list[HistoryEntry] = field(default_factory=list)
     unwritten: CheckpointState | None = None
     """The state at the last assessment, until it is written."""
@@ -98,10 +119,18 @@ class Observer:
         waited = 0.0 if self.control is None else self.control.seconds_waited
         return time.perf_counter() - self.began - waited
 
-    def hand_over(self) -> None:
-        """Hand out the last accepted state, and write a checkpoint of the last assessment."""
-        if self.on_state is not None:
-            self.on_state(self.loading.good_yarns())
+    @contextmanager
+    def last_state_kept(self) -> Iterator[None]:
+        """Write a checkpoint of the last assessment at any end of the block, and hand out the state of an early one."""
+        try:
+            yield
+        except FileError:  # Checkpoints cannot be written.
+            raise
+        except BaseException:
+            if self.on_state is not None:
+                self.on_state(self.loading.good_yarns())
+            self.write_checkpoint()
+            raise
         self.write_checkpoint()
 
     def write_checkpoint(self) -> None:
@@ -154,5 +183,6 @@ class Observer:
             stalled=bool(loop.stalled[0]),
             remaining=loop.remaining[0],
             position=self.loading.position,
+            ended=tuple(self.ended),
             arrays=arrays,
         )

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import Literal
 
 from stitchmesh.compute.device import alone, device_named
-from stitchmesh.errors import FileError, check_kind
+from stitchmesh.errors import check_kind
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.progress import shown_progress
@@ -118,17 +118,12 @@ def relax_yarns(
         observer = Observer(loading, report_entry, on_state, checkpoint, inputs, began, control)
         if saved is not None:
             observer.resume(saved)
-        try:
-            loading.run(observer.note)
-        except RunStopped as end:
-            out_of_time = isinstance(end, OutOfTime) and not loading.at_rest
-            logger.info("stopped after %d iterations", loading.loop.iteration)
-        except FileError:  # Checkpoints cannot be written.
-            raise
-        except BaseException:
-            observer.hand_over()
-            raise
-        observer.write_checkpoint()
+        with observer.last_state_kept():
+            try:
+                loading.run(observer.note)
+            except RunStopped as end:
+                out_of_time = isinstance(end, OutOfTime) and not loading.at_rest
+                logger.info("stopped after %d iterations", loading.loop.iteration)
     stopped = bool(control is not None and control.stopped and not loading.at_rest)
     if not (loading.at_rest or stopped):
         logger.warning("yarns are not at rest: %s", unrest_text(loading, out_of_time=out_of_time))

@@ -20,6 +20,7 @@ import pytest
 
 from stitchmesh.cli.main import main
 from stitchmesh.errors import ParameterError
+from stitchmesh.io.checkpoint_file import read_checkpoint
 from stitchmesh.io.history import read_history
 from stitchmesh.io.yarns import read_yarns
 from stitchmesh.jobs import job_status, swatch_stages
@@ -102,6 +103,29 @@ def test_a_kill_and_sigterm_in_a_swatch_change_no_bit():
     assert outcome["begun"] == [1, 1 + STARTS]  # the kill was in the first relaxation, and SIGTERM in the second
     assert outcome["left"] == 0
     assert outcome["same"]
+
+
+def test_a_release_off_the_needles_that_is_stopped_twice_changes_no_bit(tmp_path, monkeypatch):
+    monkeypatch.setattr(observer, "PROGRESS_SECONDS", 0.0)
+    table = SwatchTable(pattern="stockinette", relaxation="dry", checkpoint_every=200)
+    job = Job(swatch=table, quality="draft", device="cpu", render=())
+    ended = list[int]()
+    for reports in (30, 60):
+        stop, count = StopRequest(), itertools.count(1)
+
+        def stop_after_some(status, stop=stop, count=count, reports=reports):
+            if "iteration" in status.note and next(count) == reports:
+                stop.ask()
+
+        with pytest.raises(JobStopped):
+            run_job(job, tmp_path / "stopped", resume=True, stop=stop, listener=stop_after_some)
+        found = [read_checkpoint(path).header["ended"] for path in tmp_path.rglob("relaxations/*/checkpoint.smc")]
+        ended.append(max(map(len, found)))
+    assert 0 < ended[0] < ended[1]  # both stops were in load steps after the first one
+    for folder in ("stopped", "whole"):
+        run_job(job, tmp_path / folder, resume=True)
+    assert results(tmp_path / "stopped") == results(tmp_path / "whole")
+    assert not list(tmp_path.rglob("*.smc"))
 
 
 def test_a_stopped_swatch_is_not_begun_again_without_a_word(tmp_path, monkeypatch):

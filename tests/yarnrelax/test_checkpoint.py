@@ -21,6 +21,7 @@ import pytest
 from stitchmesh.errors import FileError, ParameterError, SolverError
 from stitchmesh.io.checkpoint_file import CheckpointFile, previous_path, read_checkpoint, write_checkpoint
 from stitchmesh.mesh import Mesh
+from stitchmesh.periodic.relaxation.continuation import stretch_cell
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import Relaxation, RelaxCell, observer, relax_yarns
@@ -186,6 +187,18 @@ def test_a_relaxation_that_is_resumed_between_newton_steps_ends_in_the_same_bits
         relax_yarns(periodic_patch(1, 1), quality=stopped, checkpoint=Checkpoints(tmp_path, 10_000), **options)
         path = tmp_path / "checkpoint.smc"
         assert same(relax_yarns(periodic_patch(1, 1), quality=quality, resume=path, **options), whole)
+
+
+@pytest.mark.parametrize("most", [40, 80])
+def test_a_cell_that_has_strained_far_is_resumed_to_the_same_bits(tmp_path, most):
+    """Its period has shrunk by a fifth: the lists are made again as they were at the periods of the last search."""
+    yarns = stretch_cell(periodic_patch(1, 1), 1.0, 1.3)
+    quality = replace(PRESETS["draft"], tolerance=1e-4, max_iterations=400)
+    options = {"device": "cpu", "cell": RelaxCell(), "checkpoint": Checkpoints(tmp_path, 10_000)}
+    whole = relax_yarns(yarns, quality=quality, **options)
+    assert whole.yarns.lattice.periods[1, 1] < 0.8 * yarns.lattice.periods[1, 1]
+    relax_yarns(yarns, quality=replace(quality, max_iterations=most), **options)
+    assert same(relax_yarns(yarns, quality=quality, resume=tmp_path / "checkpoint.smc", **options), whole)
 
 
 def test_checkpoints_are_written_at_assessments_with_at_least_the_given_interval(tmp_path, monkeypatch):

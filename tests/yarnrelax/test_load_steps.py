@@ -1,270 +1,102 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A load that yarns cannot take at once is applied in steps, and the state of rest is one of the whole load."""
+"""Paths of loads with friction that are stopped in any step end in the same bits; others are refused."""
 
 from __future__ import annotations
 
-import logging
-from dataclasses import replace
+import shutil
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-from stitchmesh.compute.device import device_named
-from stitchmesh.errors import ParameterError, SolverError
-from stitchmesh.io.checkpoint_file import previous_path, read_checkpoint
-from stitchmesh.quality import PRESETS, Quality
-from stitchmesh.run_control import RunControl
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.checkpoint_file import CheckpointFile, read_checkpoint, write_checkpoint
+from stitchmesh.quality import PRESETS
+from stitchmesh.time_limit import TimeLimit, limited_to
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import Relaxation, RelaxCell, YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax import RelaxCell, observer
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
-from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
-from stitchmesh.yarnrelax.load_path import LoadPath, StepInputs
-from stitchmesh.yarnrelax.load_position import AT_ONCE, SMALLEST_STEP, LoadPosition
-from tests.yarnrelax.stockinette import periodic_patch, tube
+from stitchmesh.yarnrelax.friction.friction import Friction
+from stitchmesh.yarnrelax.load_steps import LoadStep, StepAtRest, relax_through_steps
+from stitchmesh.yarnrelax.model.material import YarnMaterial
+from tests.yarnrelax.stockinette import periodic_patch
 
-STITCHMESH = YarnMaterial.named("stitchmesh")
-FIFTH = 0.2
-QUALITY = replace(PRESETS["draft"], max_iterations=20_000)
-
-
-def short_tube() -> YarnSet:
-    """A tube whose yarn is a fifth as long at rest as it is drawn."""
-    yarns = tube(4, 6)
-    return replace(yarns, rest_length=FIFTH * yarns.rest_length)
+YARNS = periodic_patch(1, 1)
+STEPS = [LoadStep(wale=40.0), LoadStep(wale=10.0), LoadStep(), LoadStep(friction=0.3), LoadStep(friction=0.0)]
 
 
-def relaxed(quality: Quality = QUALITY, **given: Any) -> Relaxation:
-    return relax_yarns(short_tube(), quality=quality, device="cpu", **given)
+def relaxed(yarns: YarnSet = YARNS, steps: list[LoadStep] = STEPS, **options: Any) -> list[StepAtRest]:
+    return relax_through_steps(
+        yarns, steps, friction=Friction(0.2), material=YarnMaterial.named(), quality=PRESETS["draft"],
+        cell=RelaxCell(shear=False), device="cpu", **options,
+    )  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def fifth() -> Relaxation:
-    return relaxed()
-
-
-def same(first: Relaxation, second: Relaxation) -> bool:
-    """Whether two results agree to the last bit, except for the seconds."""
-    reports = [{**result.report, "seconds": 0.0} for result in (first, second)]
-    histories = [[{**entry, "seconds": 0.0} for entry in result.history] for result in (first, second)]
-    return np.array_equal(first.yarns.points, second.yarns.points) and reports[0] == reports[1] and (
-        histories[0] == histories[1])  # fmt: skip
-
-
-def test_a_fifth_of_the_rest_lengths_at_once_comes_to_rest(fifth: Relaxation) -> None:
-    yarns = short_tube()
-    assert fifth.report["converged"] and fifth.report["load_steps"]["share"] == 1.0
-    assert fifth.report["load_steps"]["refused"] > 0 and "too close" in fifth.report["load_steps"]["reason"]
-    np.testing.assert_array_equal(fifth.yarns.rest_length, yarns.rest_length)
-    np.testing.assert_array_equal(fifth.yarns.radius, yarns.radius)
-    assert fifth.report["max_strain"] < 0.01  # the yarn has followed: it was stretched by 400 % at the start
-    assert len(changed_pairs(doubled_linking(yarns, device="cpu"), doubled_linking(fifth.yarns, device="cpu"))) == 0
-
-
-def test_the_state_is_one_of_rest_without_steps_too(fifth: Relaxation) -> None:
-    again = relax_yarns(fifth.yarns, quality=QUALITY, device="cpu")
-    assert again.report["load_steps"] is None
-    # the energy that is left to fall is far below the tolerance of the residual
-    assert again.report["energy"] == pytest.approx(fifth.report["energy"], rel=1e-3)
-
-
-def test_yarns_that_take_their_load_at_once_have_no_steps() -> None:
-    given = {"quality": "draft", "device": "cpu", "cell": RelaxCell()}
-    free, whole = (relax_yarns(periodic_patch(1, 1), load_steps=steps, **given) for steps in (False, True))
-    assert free.report["load_steps"] is None and same(free, whole)
-
-
-def test_without_steps_the_load_is_refused() -> None:
-    with pytest.raises(SolverError, match=r"yarn \d .*: too close to yarn \d"):
-        relaxed(load_steps=False)
-
-
-def test_one_line_says_that_there_are_steps_and_why(caplog: pytest.LogCaptureFixture) -> None:
-    with caplog.at_level(logging.WARNING):
-        relaxed(replace(QUALITY, max_iterations=400))
-    assert sum("the load was applied in" in line for line in caplog.messages) == 1
-
-
-@pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_a_relaxation_that_stops_within_a_step_is_resumed_to_the_same_bits(tmp_path: Path, precision: str) -> None:
-    quality = replace(QUALITY, precision=precision, max_iterations=2000)
-    whole = relaxed(quality)
-    for most in (100, 420, 1200):
-        folder = tmp_path / str(most)
-        stopped = relaxed(replace(quality, max_iterations=most), checkpoint=Checkpoints(folder, 40))
-        assert not stopped.report["converged"] and stopped.report["load_steps"]["share"] < 1.0
-        newest = folder / "checkpoint.smc"
-        assert read_checkpoint(newest).header["position"]["share"] < 1.0
-        for path in (newest, previous_path(newest)):
-            assert same(relaxed(quality, resume=path), whole)
-
-
-def test_a_relaxation_that_stops_within_a_step_has_the_yarns_that_were_asked_for(caplog: Any) -> None:
-    found = relaxed(replace(QUALITY, max_iterations=420))
-    np.testing.assert_array_equal(found.yarns.rest_length, short_tube().rest_length)
-    assert "of the load" in caplog.messages[-1] and "max_iterations" in caplog.messages[-1]
-
-
-def test_a_user_stops_within_a_step() -> None:
-    control: RunControl[YarnSet] = RunControl(watch=lambda shown: control.stop() if shown.iteration > 300 else None,
-                                              seconds=0.0)  # fmt: skip
-    found = relaxed(control=control)
-    assert found.report["stopped"] and not found.report["converged"]
-    assert found.report["load_steps"]["share"] < 1.0
-
-
-def test_the_history_counts_iterations_through_all_steps(fifth: Relaxation) -> None:
-    counts = [entry["iteration"] for entry in fifth.history]
-    assert counts == sorted(counts) and counts[-1] == fifth.report["iterations"]
-
-
-def test_a_contact_that_is_too_soft_is_refused_with_the_share_of_the_load() -> None:
-    soft = replace(STITCHMESH, k_contact=1e-7 * STITCHMESH.k_contact)
-    with pytest.raises(SolverError, match=r"the yarns took 0\.\d+ of the load \(k_contact x 1e-07\)") as caught:
-        relax_yarns(periodic_patch(1, 1), material=soft, quality="draft", device="cpu", cell=RelaxCell())
-    assert "\n" not in str(caught.value) and "k_contact (--stiffness)" in str(caught.value)
-
-
-def test_a_refusal_is_one_line(caplog: pytest.LogCaptureFixture) -> None:
-    soft = replace(STITCHMESH, k_contact=1e-7 * STITCHMESH.k_contact)
-    with pytest.raises(SolverError):
-        relax_yarns(periodic_patch(1, 1), material=soft, quality="draft", device="cpu", cell=RelaxCell())
-    assert not caplog.messages
-
-
-@pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_a_stiffness_beyond_the_precision_is_refused_in_one_line(precision: str) -> None:
-    stiff = replace(STITCHMESH, k_bend=1e300)
-    with pytest.raises(ParameterError, match=r"k_bend is 8e\+300 for yarn of unit radius; expected at most") as caught:
-        relax_yarns(tube(4, 6), material=stiff, quality=replace(QUALITY, precision=precision), device="cpu")
-    assert "\n" not in str(caught.value)
-
-
-def test_segments_that_are_too_long_for_their_radius_are_refused_in_one_line() -> None:
-    yarns = tube(4, 6)
-    with pytest.raises(ParameterError, match=r"segment \d+: .* take thicker or shorter yarn"):
-        relax_yarns(replace(yarns, radius=1e-7 * yarns.radius), quality=QUALITY, device="cpu")
-
-
-def path_of(yarns: YarnSet, material: YarnMaterial = STITCHMESH, cell: RelaxCell | None = None) -> LoadPath:
-    return LoadPath(StepInputs(yarns, material, QUALITY, device_named("cpu"), cell=cell))
-
-
-def test_the_path_begins_without_load_and_ends_with_the_inputs() -> None:
-    stiff = replace(STITCHMESH, k_bend=1e4 * STITCHMESH.k_bend, k_contact=1e-4 * STITCHMESH.k_contact)
-    path = path_of(short_tube(), stiff)
-    first, last = path.inputs_at(replace(AT_ONCE, share=0.0)), path.inputs_at(AT_ONCE)
-    np.testing.assert_allclose(first.yarns.strain, 0.0, atol=1e-12)  # rounding of the lengths
-    assert first.material == STITCHMESH
-    assert last is not None and last.material == stiff and last.quality == QUALITY
-    np.testing.assert_array_equal(last.yarns.rest_length, short_tube().rest_length)
-
-
-def test_half_of_the_path_is_the_geometric_mean() -> None:
-    stiff = replace(STITCHMESH, k_bend=1e4 * STITCHMESH.k_bend)
-    path = path_of(short_tube(), stiff, RelaxCell(8.0, None))
-    ends = [path.inputs_at(replace(AT_ONCE, share=share)) for share in (0.0, 1.0)]
-    half = path.inputs_at(replace(AT_ONCE, share=0.5))
-    lengths = [end.yarns.rest_length for end in ends]
-    np.testing.assert_allclose(half.yarns.rest_length**2, lengths[0] * lengths[1], rtol=1e-12)  # rounding
-    assert half.material.k_bend == pytest.approx(1e2 * STITCHMESH.k_bend)
-    assert half.cell == RelaxCell(4.0, None)
-
-
-def test_thinner_yarn_at_the_start_has_the_material_of_its_radius() -> None:
-    at = path_of(tube(4, 6)).inputs_at(replace(AT_ONCE, share=0.0, thin=0.6))
-    np.testing.assert_allclose(at.yarns.radius, 0.6 * tube(4, 6).radius, rtol=1e-15)  # one product
-    assert at.material == STITCHMESH.scaled(0.6)
-
-
-def test_a_path_of_any_scale_of_stiffness_is_the_same() -> None:
-    """All energies times one number: the yarns move as before."""
-    many = {name: 1e3 * getattr(STITCHMESH, name) for name in ("k_len", "k_length", "k_bend", "k_contact")}
-    at = replace(AT_ONCE, share=0.0)
-    soft = path_of(tube(4, 6), replace(STITCHMESH, k_contact=1e-4 * STITCHMESH.k_contact)).inputs_at(at).material
-    hard = replace(STITCHMESH, **many | {"k_contact": 1e-1 * STITCHMESH.k_contact})
-    assert path_of(tube(4, 6), hard).inputs_at(at).material.k_contact == pytest.approx(1e3 * soft.k_contact)
-
-
-def test_steps_become_longer_after_success_and_are_halved_after_a_refusal() -> None:
-    yarns = tube(4, 6)
-    at = replace(AT_ONCE, share=0.0).after_step(yarns, 300)
-    assert (at.reached, at.share, at.steps, at.iterations) == (0.0, 0.25, 1, 300)
-    half = at.after_refusal("too close", 340, began=True)
-    assert half is not None and (half.reached, half.share, half.refusals) == (0.0, 0.125, 1)
-    assert half.after_step(yarns, 640).share == pytest.approx(0.125 + 1.5 * 0.125)
-
-
-def test_the_samples_are_doubled_where_the_smallest_step_is_refused_and_then_nothing_is_left() -> None:
-    at, factors = replace(AT_ONCE, share=0.25, reached=0.0, points=np.zeros((1, 3))), [1]
-    while True:
-        following = at.after_refusal("too close", at.iterations + 20, began=True)
-        if following is None:
-            break
-        assert following.share - 0.0 >= SMALLEST_STEP
-        if following.finer != factors[-1]:
-            factors.append(following.finer)
-        at = following
-    assert factors == [1, 2, 4, 8]
-
-
-def test_yarns_that_start_too_close_get_more_samples_and_then_start_thinner() -> None:
-    at, tried = AT_ONCE, []
-    while at is not None:
-        tried.append((at.share, at.finer, at.thin))
-        at = at.after_refusal("too close", 0, began=False)
-    assert tried[:4] == [(1.0, 1, 1.0), (1.0, 2, 1.0), (0.0, 2, 1.0), (0.0, 2, 0.6)]
-    assert tried[-1][2] > 0.1
-
-
-def test_yarn_that_starts_too_close_relaxes_from_thinner_yarn() -> None:
-    """Two crossing yarns that overlap by 99.9 %: at draft, the contact samples cannot separate them."""
-    place = np.linspace(-1.5, 1.5, 13)
-    lower = np.stack([place, 0 * place, 0 * place], axis=1)
-    upper = np.stack([0 * place, place, np.full(13, 1e-3 * 0.125)], axis=1)
-    yarns = YarnSet.from_curves([lower, upper], closed=[False, False], radius=0.125)
-    found = relax_yarns(yarns, quality="draft", device="cpu").report
-    assert found["converged"] and found["min_distance_over_radius"] > 1.5
-
-
-def test_loads_on_the_borders_of_a_cell_grow_in_steps() -> None:
-    found = relax_yarns(periodic_patch(1, 1), quality="draft", device="cpu", cell=RelaxCell(1e4, 1e4, shear=False))
-    assert found.report["load_steps"] is not None and found.report["converged"]
-
-
-def thin_tube() -> YarnSet:
-    """A tube of yarn that is a tenth as thick as its loops suggest."""
-    yarns = tube(4, 6)
-    return replace(yarns, radius=0.1 * yarns.radius)
+def bits(found: list[StepAtRest]) -> list[dict[str, Any]]:
+    """The steps without times; arrays as bytes, because a comparison of arrays has no truth."""
+    steps = [asdict(replace(step, seconds=0.0, yarns=None)) for step in found]  # type: ignore[arg-type]
+    for own, step in zip(steps, found, strict=True):
+        assert step.yarns.lattice is not None
+        own["history"] = [{**entry, "seconds": 0.0} for entry in own["history"]]
+        own["yarns"] = step.yarns.points.tobytes(), step.yarns.lattice.periods.tobytes()
+    return steps
 
 
 @pytest.fixture(scope="module")
-def thin() -> Relaxation:
-    return relax_yarns(thin_tube(), quality=QUALITY, device="cpu")
+def checkpoints(tmp_path_factory):
+    """The steps of a path, and all checkpoints that it has written, by the number of steps that had ended."""
+    folder, written = tmp_path_factory.mktemp("steps"), dict[int, Path]()
+    write_state = observer.write_state
+
+    def write_and_copy(path, inputs, state):
+        write_state(path, inputs, state)
+        written[len(state.ended)] = Path(shutil.copy(path, folder / f"{len(state.ended)}.smc"))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(observer, "write_state", write_and_copy)
+        found = relaxed(checkpoint=Checkpoints(folder, every=1))
+    return found, written
 
 
-def test_a_piece_of_thin_yarn_comes_to_rest_from_thicker_yarn(thin: Relaxation) -> None:
-    assert thin.report["converged"] and thin.report["load_steps"]["first_radius"] > 1.0
-    np.testing.assert_array_equal(thin.yarns.radius, thin_tube().radius)
-    before, after = (doubled_linking(yarns, device="cpu") for yarns in (thin_tube(), thin.yarns))
-    assert len(changed_pairs(before, after)) == 0
-    at_once = relax_yarns(thin_tube(), quality=replace(QUALITY, max_iterations=thin.report["iterations"]), device="cpu",
-                          load_steps=False)  # fmt: skip
-    assert not at_once.report["converged"] and at_once.report["energy"] > thin.report["energy"]
+def test_a_path_that_is_stopped_in_any_step_ends_in_the_same_bits(checkpoints):
+    found, written = checkpoints
+    whole = bits(relaxed())
+    assert bits(found) == whole
+    assert sorted(written) == list(range(len(STEPS)))
+    for path in written.values():
+        assert bits(relaxed(resume=path)) == whole
 
 
-def test_thin_yarn_that_stops_within_a_step_is_resumed_to_the_same_bits(tmp_path: Path, thin: Relaxation) -> None:
-    for most in (1000, 2100, thin.report["iterations"] - 500):
-        quality = replace(QUALITY, max_iterations=most)
-        relax_yarns(thin_tube(), quality=quality, device="cpu", checkpoint=Checkpoints(tmp_path / str(most), 10_000))
-        newest = tmp_path / str(most) / "checkpoint.smc"
-        assert same(relax_yarns(thin_tube(), quality=QUALITY, device="cpu", resume=newest), thin)
+def test_a_path_that_the_time_ends_goes_on_with_more_time(tmp_path):
+    """The time is over after some questions for it; the step in which that happens is not taken for an ended one."""
+    readings = iter(range(10_000))
+    with limited_to(TimeLimit(60.0, clock=lambda: float(next(readings)))):
+        first = relaxed(checkpoint=Checkpoints(tmp_path, every=1000))
+    assert 0 < len(first) < len(STEPS)
+    assert first[-1].out_of_time and not first[-1].converged and not any(step.out_of_time for step in first[:-1])
+    assert bits(relaxed(resume=tmp_path / "checkpoint.smc")) == bits(relaxed())
 
 
-def test_where_thicker_yarn_is_refused_the_thin_yarn_is_relaxed_at_once() -> None:
-    at: LoadPosition | None = path_of(thin_tube()).thick_start(2000)
-    while at is not None and at.thin > 1.0:
-        at = at.after_refusal("too close", at.iterations, began=False)
-    assert at is not None and at.is_whole and not at.is_first
+def test_the_time_of_a_path_counts_from_its_first_start(checkpoints):
+    found, written = checkpoints
+    before = read_checkpoint(written[4]).header["seconds"]
+    assert relaxed(resume=written[4])[-1].seconds > before > found[0].seconds > 0.0
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [({"steps": STEPS[:-1]}, "steps is"), ({"yarns": YARNS.with_radius(YARNS.radius * 0.9)}, "yarns.radius is")],
+)
+def test_a_checkpoint_of_another_path_is_refused(checkpoints, options, message):
+    with pytest.raises(ParameterError, match=f"is of a relaxation that was given something else: {message}"):
+        relaxed(resume=checkpoints[1][2], **options)
+
+
+def test_a_checkpoint_without_the_arrays_of_an_ended_step_is_damaged(checkpoints, tmp_path):
+    content = read_checkpoint(checkpoints[1][2])
+    arrays = {name: array for name, array in content.arrays.items() if name != "ended 1.points"}
+    write_checkpoint(tmp_path / "cut.smc", CheckpointFile(content.header, arrays))
+    with pytest.raises(FileError, match=r"'ended 1\.points' of the checkpoint is missing; begin without it"):
+        relaxed(resume=tmp_path / "cut.smc")

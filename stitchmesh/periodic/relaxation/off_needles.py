@@ -22,26 +22,27 @@ from dry to full, and ``WET`` is what is left.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
+from stitchmesh.compute.asking import Ask, Asking, answered_alone, ask
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.periodic.relaxation.continuation import change_period, size_of
 from stitchmesh.periodic.swatch_options import YARN_FRICTION, KnitState, SwatchOptions
-from stitchmesh.progress import shown_progress
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.cell_stress import cell_stress
+from stitchmesh.yarnrelax.cell_stress import CellStress, cell_stress
 from stitchmesh.yarnrelax.energies.term import TermChoice
-from stitchmesh.yarnrelax.observer import report_entries
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
+
+if TYPE_CHECKING:
+    from stitchmesh.yarnrelax.load_steps import StepAtRest
 
 NEEDLES_K_W, NEEDLES_K_C = 3.0, 4.6
 """Loop length over the wale and the course spacing of a plain knit on the needles."""
@@ -107,6 +108,7 @@ def needle_size(fabric: StitchMesh, loop_length: float) -> tuple[float, float]:
     return faces / courses * loop_length / NEEDLES_K_W, courses * loop_length / NEEDLES_K_C
 
 
+@answered_alone
 def let_go(
     yarns: YarnSet,
     needles: tuple[float, float],
@@ -116,7 +118,7 @@ def let_go(
     device: str | None = None,
     terms: Sequence[TermChoice] = (),
     progress: Callable[[HistoryEntry], None] | Literal[False] | None = None,
-) -> Relaxation:
+) -> Asking[Relaxation]:
     """Draw yarns to their size on the needles, let them go with friction, and relax them to a state.
 
     Args:
@@ -130,34 +132,29 @@ def let_go(
         progress: as for ``relax_yarns``.
 
     Returns:
-        The relaxation. Its report counts the iterations of all steps, and has ``relaxation``, ``friction`` and
-        ``needle_tension`` [dyn/cm] along courses and wales. ``energy`` is that of the yarns alone.
+        The relaxation. Its report counts the iterations of all steps and their seconds with those on the needles, and
+        has ``relaxation``, ``friction`` and ``needle_tension`` [dyn/cm] along courses and wales. ``energy`` is that of
+        the yarns alone.
 
     Raises:
         SolverError: the yarns cannot be drawn to that size, or a yarn passed through another one.
     """
-    began, history = time.perf_counter(), list[HistoryEntry]()
     quality = replace(quality, tolerance=min(quality.tolerance, TOLERANCE))
-    start = on_needles(yarns, needles, material, quality, device, terms)
-    drawn = start.yarns
-    forces, tension = border_forces(drawn, material, quality, device)
-    with shown_progress(progress, lambda shown: report_entries(quality, shown)) as report_entry:
-
-        def note(entry: HistoryEntry) -> None:
-            history.append(entry)
-            if report_entry is not None:
-                report_entry(entry)
-
-        report, last = _through_steps(drawn, forces, release, material, quality, device, terms, note)
+    start = yield from on_needles.asking(yarns, needles, material, quality, device, terms)
+    forces, tension = yield from border_forces.asking(start.yarns, material, quality, device)
+    found: list[StepAtRest] = yield _release(start.yarns, forces, release, material, quality, device, terms, progress)
     own = {"relaxation": release.state, "friction": release.friction, "needle_tension": tension}
-    own["converged"] = report["converged"] and start.report["converged"]  # forces of a state that moves are not its own
-    return Relaxation(last, report | own | {"seconds": time.perf_counter() - began}, history)
+    report = _steps_report(found, quality) | own
+    report["seconds"] += start.report["seconds"]
+    report["converged"] &= start.report["converged"]  # forces of a state that moves are not its own
+    return Relaxation(found[-1].yarns, report, [entry for step in found for entry in step.history])
 
 
+@answered_alone
 def on_needles(
     yarns: YarnSet, needles: tuple[float, float], material: YarnMaterial, quality: Quality, device: str | None,
     terms: Sequence[TermChoice],
-) -> Relaxation:  # fmt: skip
+) -> Asking[Relaxation]:  # fmt: skip
     """Draw yarns to their size on the needles and relax them there, without friction.
 
     Where the yarns as generated are too crowded to be drawn, they first relax to their free size.
@@ -167,46 +164,51 @@ def on_needles(
     """
     common: dict[str, Any] = {"material": material, "quality": quality, "device": device, "progress": False}
     try:
-        drawn = change_period(yarns, needles, material, quality, device)
+        drawn = yield from change_period.asking(yarns, needles, material, quality, device)
     except SolverError:
-        free = relax_yarns(yarns, cell=RelaxCell(shear=False), terms=terms, **common).yarns
-        drawn = change_period(free, needles, material, quality, device)
-    return relax_yarns(drawn, **common)
+        free: Relaxation = yield ask(relax_yarns, yarns, cell=RelaxCell(shear=False), terms=terms, **common)
+        drawn = yield from change_period.asking(free.yarns, needles, material, quality, device)
+    relaxed: Relaxation = yield ask(relax_yarns, drawn, **common)
+    return relaxed
 
 
-def _through_steps(
+def _release(
     drawn: YarnSet, forces: tuple[float, float], release: Release, material: YarnMaterial, quality: Quality,
-    device: str | None, terms: Sequence[TermChoice], note: Callable[[HistoryEntry], None],
-) -> tuple[dict[str, Any], YarnSet]:  # fmt: skip
-    """The report without times, and the yarns in the last state."""
+    device: str | None, terms: Sequence[TermChoice], progress: Callable[[HistoryEntry], None] | Literal[False] | None,
+) -> Ask:  # fmt: skip
+    """The path from the needles to the state."""
     from stitchmesh.yarnrelax.friction.friction import Friction
     from stitchmesh.yarnrelax.load_steps import LoadStep, relax_through_steps
 
     steps = [LoadStep(*(share * force for force in forces)) for share in falling(1.0, LAST_FORCE, RELEASE_STEPS)]
     steps += [LoadStep(friction=share) for share in friction_left(release.state)]
-    found = relax_through_steps(
-        drawn, steps, friction=Friction(release.friction), material=material, quality=quality, cell=release.cell,
-        device=device, terms=terms, note=note,
+    return ask(
+        relax_through_steps, drawn, steps, friction=Friction(release.friction), material=material, quality=quality,
+        cell=release.cell, device=device, terms=terms, progress=progress,
     )  # fmt: skip
+
+
+def _steps_report(found: Sequence[StepAtRest], quality: Quality) -> dict[str, Any]:
+    """The report of a relaxation through steps."""
     last = found[-1]
-    report = {
+    return {
         "iterations": sum(step.iterations for step in found), "converged": all(step.converged for step in found),
-        "stopped": False, "out_of_time": any(step.out_of_time for step in found),
+        "seconds": last.seconds, "stopped": False, "out_of_time": last.out_of_time,
         "residual": last.residual, "remaining_change": None, "energy": last.elastic, "energies": last.energies,
         "max_strain": float(np.abs(last.yarns.strain).max()), "min_distance_over_radius": last.nearest,
         "pull_throughs": 0, "certificate": "unchanged", "solver": quality.solver, "device": last.device,
     }  # fmt: skip
-    return report, last.yarns
 
 
+@answered_alone
 def border_forces(
     yarns: YarnSet, material: YarnMaterial, quality: Quality, device: str | None
-) -> tuple[tuple[float, float], list[float]]:
+) -> Asking[tuple[tuple[float, float], list[float]]]:
     """Forces that hold the borders along courses and wales, zero where the fabric pushes [dyn]; tensions [dyn/cm]."""
     assert yarns.lattice is not None
-    stress = cell_stress(
-        yarns, material, quadrature_points=quality.quadrature_points, contact_samples=quality.contact_samples,
-        device=device,
+    stress: CellStress = yield ask(
+        cell_stress, yarns, material, quadrature_points=quality.quadrature_points,
+        contact_samples=quality.contact_samples, device=device,
     )  # fmt: skip
     width, height = size_of(yarns.lattice)
     return (max(stress.course * height, 0.0), max(stress.wale * width, 0.0)), [stress.course, stress.wale]

@@ -192,6 +192,10 @@ class ContactSearch:
         self._last_loss = 0.0
         if model.on_lattice:
             renew_images(model, state.points)
+        self.points = wp.clone(state.points) if state.cell_relaxes else state.listed_points
+        """Control points at the last search; the strains of a cell carry listed points along, and not these."""
+        self.periods = wp.clone(model.constants.images.periods) if state.cell_relaxes else None
+        """Periods of cells that relax at the last search."""
 
     def run(self) -> None:
         """Make lists and budgets for the current state.
@@ -209,6 +213,19 @@ class ContactSearch:
             if near.complete_within < margin:
                 found = self._search(broad=True)
             complete = self._has_capacity(found) and self._has_images(found)
+
+    def run_again(self, points: NDArray[Any], periods: NDArray[Any] | None) -> None:
+        """Make the lists and the budgets of a search that was made before at some points and periods [units].
+
+        The next search begins anew, because the near lists do not follow the cell from there to its present state.
+        """
+        self.state.points.assign(points)
+        if periods is not None:
+            self.model.constants.images.periods.assign(periods)
+            self.candidates.near.invalidate()
+        self.run()
+        if periods is not None:
+            self.candidates.near.invalidate()
 
     def too_close(self) -> dict[int, str]:
         """For each cell in which the clearance of an arc is used up, a message that names yarn and stitch face."""
@@ -245,6 +262,7 @@ class ContactSearch:
         launches = [
             sample,
             CopyArray(state.points, state.listed_points),
+            *self._place_launches(),
             bound,
             launcher(measure_drift, model.segment_count, listed, [self.drift]),
         ]
@@ -270,6 +288,13 @@ class ContactSearch:
             *strain_budget_launches(model, state, candidates, self.least),
             launcher(collect_results, BLOCKS, collected, [self.collected], tile=THREADS),
         ]
+
+    def _place_launches(self) -> list[Any]:
+        """The launches that store where a search was made, if that does not remain in the state."""
+        if self.periods is None:
+            return []
+        images = self.model.constants.images
+        return [CopyArray(self.state.points, self.points), CopyArray(images.periods, self.periods)]
 
     def _least_launches(self) -> list[Any]:
         """The launch that finds the smallest clearance of each cell from those of its parts."""
