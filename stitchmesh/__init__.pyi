@@ -11,6 +11,9 @@ from .editing.log import replay_edits as replay_edits
 from .editing.spiral import make_spiral as make_spiral
 from .errors import LabelError as LabelError
 from .errors import StitchMeshError as StitchMeshError
+from .faces.face_drawing import FaceDrawing as FaceDrawing
+from .faces.face_drawing import FaceLibrary as FaceLibrary
+from .faces.face_mesh import FaceMesh as FaceMesh
 from .hand_knitting import knitting_instructions as knitting_instructions
 from .io import read_mesh as read_mesh
 from .io import read_stitches as read_stitches
@@ -18,6 +21,9 @@ from .io import read_yarns as read_yarns
 from .io import write_mesh as write_mesh
 from .io import write_stitches as write_stitches
 from .io import write_yarns as write_yarns
+from .io.stitch_formats.face_libraries import read_face_library as read_face_library
+from .io.stitch_formats.face_meshes import read_face_mesh as read_face_mesh
+from .io.stitch_formats.face_meshes import write_face_mesh as write_face_mesh
 from .jobs.job import Job as Job
 from .jobs.job_file import read_job as read_job
 from .jobs.run_job import run_job as run_job
@@ -131,6 +137,8 @@ from .yarngen import YarnFinish as YarnFinish
 from .yarngen import check_loops as check_loops
 from .yarngen import generate_yarns as generate_yarns
 from .yarngen import regenerate_yarns as regenerate_yarns
+from .yarngen.face_yarns.generate import FaceYarns as FaceYarns
+from .yarngen.face_yarns.generate import face_yarns as face_yarns
 from .yarnrelax import RelaxCell as RelaxCell
 from .yarnrelax import YarnMaterial as YarnMaterial
 from .yarnrelax import linking_certificate as linking_certificate

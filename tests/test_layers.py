@@ -22,7 +22,7 @@ LAYERS = [
     {"time_limit"},
     {"mesh"},
     {"yarn"},
-    {"hand_knitting"},
+    {"faces", "hand_knitting"},
     {"machine_knitting"},
     {"io"},
     {"selection"},

@@ -4,9 +4,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 
 from stitchmesh.errors import first_few
+from stitchmesh.faces.face_mesh import FaceMesh
+from stitchmesh.faces.stitch_names import stitch_of
 from stitchmesh.mesh import Mesh, StitchMesh, extent
 from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.stitch import CODES, Stitch
@@ -22,19 +26,21 @@ NAMES = {stitch: code for code, stitch in CODES.items()} | {
 """Name of each kind of face: its code, if it has a code."""
 
 
-def kind_of(content: Mesh | YarnSet) -> str:
+def kind_of(content: Mesh | YarnSet | FaceMesh) -> str:
     """Return the name of the kind of a file's content."""
-    return {YarnSet: "yarns", StitchMesh: "stitch mesh", Mesh: "polygon mesh"}[type(content)]
+    return {YarnSet: "yarns", StitchMesh: "stitch mesh", Mesh: "polygon mesh", FaceMesh: "face mesh"}[type(content)]
 
 
-def description(content: Mesh | YarnSet) -> list[str]:
-    """Return the lines that describe a mesh, a stitch mesh or yarns.
+def description(content: Mesh | YarnSet | FaceMesh) -> list[str]:
+    """Return the lines that describe a mesh, a stitch mesh, a face mesh or yarns.
 
     Raises:
         LabelError: the cables of a stitch mesh are malformed.
     """
     if isinstance(content, YarnSet):
         return _yarn_lines(content)
+    if isinstance(content, FaceMesh):
+        return _face_lines(content)
     counts = f"{content.face_count} faces, {len(content.vertices)} vertices, {len(content.edge_side)} edges"
     lines = [
         f"{kind_of(content)}: {counts}",
@@ -45,8 +51,10 @@ def description(content: Mesh | YarnSet) -> list[str]:
     return [*lines, *_stitch_lines(content)] if isinstance(content, StitchMesh) else lines
 
 
-def in_brief(content: Mesh | YarnSet) -> str:
-    """Return the kind and the main counts of a mesh, a stitch mesh or yarns, as part of one line."""
+def in_brief(content: Mesh | YarnSet | FaceMesh) -> str:
+    """Return the kind and the main counts of a mesh, a stitch mesh, a face mesh or yarns, as part of one line."""
+    if isinstance(content, FaceMesh):
+        return f"face mesh, {content.face_count:,} faces, {len(content.joins):,} joins"
     if isinstance(content, YarnSet):
         metres = float(content.lengths.sum()) / 100.0
         return f"{content.yarn_count:,} yarns, {len(content.points):,} control points, {metres:.3g} m"
@@ -65,6 +73,20 @@ def _yarn_lines(yarns: YarnSet) -> list[str]:
         f"radius: {yarns.radius.min():.4g} to {yarns.radius.max():.4g} cm",
         f"strain: {yarns.strain.min():.3%} to {yarns.strain.max():.3%}",
         f"extent: {extent(yarns.points)}",
+    ]
+
+
+def _face_lines(mesh: FaceMesh) -> list[str]:
+    """Return the lines of the faces by their types, the most frequent type first, and of what else the file says."""
+    names = Counter(mesh.type_of(face).name for face in range(mesh.face_count)).most_common()
+    foreign = sum(stitch_of(mesh.type_of(face)) is None for face in range(mesh.face_count))
+    return [
+        f"face mesh: {mesh.face_count} faces, {foreign} of them no stitches, {len(mesh.joins)} joins",
+        "faces: " + ", ".join(f"{count} {name}" for name, count in names),
+        f"joins without reversal: {int((~mesh.reverses).sum())}",
+        f"hints for a machine: {len(mesh.hints)}",
+        f"checkpoints on yarns: {len(mesh.checkpoints)}",
+        f"extent: {extent(mesh.vertices)}",
     ]
 
 

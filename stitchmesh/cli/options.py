@@ -40,6 +40,7 @@ from stitchmesh.yarnrelax.model.material import (
 )
 
 if TYPE_CHECKING:
+    from stitchmesh.faces.face_mesh import FaceMesh
     from stitchmesh.mesh import Mesh
     from stitchmesh.pipeline import RelaxOptions
     from stitchmesh.yarn import YarnSet
@@ -97,7 +98,7 @@ class FileReading:
     yarn_radius: Annotated[float | None, help_entry("CM", FOUND_RADIUS)] = None
     """radius of the yarns [cm]"""
 
-    def read(self, path: str) -> Mesh | YarnSet:
+    def read(self, path: str) -> Mesh | YarnSet | FaceMesh:
         """Read a file."""
         from stitchmesh.io.any_file import read_any
 

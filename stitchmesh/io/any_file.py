@@ -7,11 +7,13 @@ from __future__ import annotations
 from os import fspath
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.faces.face_mesh import FaceMesh
 from stitchmesh.io.contents import FilePath, read_bytes, read_lines, suffix_of
 from stitchmesh.io.hdf5 import stored_format
 from stitchmesh.io.mesh_formats.vtp import holds_polygons
 from stitchmesh.io.meshes import FORMATS as MESH_FORMATS
 from stitchmesh.io.meshes import read_mesh
+from stitchmesh.io.stitch_formats.face_meshes import holds_foreign_faces, read_face_mesh
 from stitchmesh.io.stitches import FORMAT as STITCHES
 from stitchmesh.io.stitches import read_stitches
 from stitchmesh.io.units import DEFAULT_UNIT
@@ -21,8 +23,10 @@ from stitchmesh.mesh import Mesh
 from stitchmesh.yarn import YarnSet
 
 
-def read_any(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None = None) -> Mesh | YarnSet:
+def read_any(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None = None) -> Mesh | YarnSet | FaceMesh:
     """Read a polygon mesh, a stitch mesh or yarns; the suffix and the content of the file decide which.
+
+    A file of faces of which some are no stitches is read as a face mesh.
 
     Args:
         path: any file that ``read_mesh``, ``read_stitches`` or ``read_yarns`` reads.
@@ -43,6 +47,8 @@ def read_any(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None =
         return read_yarns(path, unit=unit, radius=radius)
     if radius is not None:
         raise ParameterError(f"radius: {fspath(path)} holds no yarns; leave the yarn radius out")
+    if suffix == ".smobj" and holds_foreign_faces(path):
+        return read_face_mesh(path)
     return read_stitches(path) if stitches else read_mesh(path, unit=unit)
 
 

@@ -13,6 +13,8 @@ from os import fspath
 from stitchmesh.errors import FileError, LabelError, check_kind
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
+from stitchmesh.io.stitch_formats.face_meshes import holds_foreign_faces, read_face_mesh
+from stitchmesh.io.stitch_formats.face_stitches import stitches_of_faces
 from stitchmesh.io.stitch_formats.knitout import write_knitout
 from stitchmesh.io.stitch_formats.smobj import read_smobj, write_smobj
 from stitchmesh.mesh import StitchMesh
@@ -56,9 +58,14 @@ def read_stitches(path: FilePath) -> StitchMesh:
             with valid cables.
     """
     is_text = suffix_of(path, READABLE) == ".smobj"
-    fabric = read_smobj(path) if is_text else read_dataclass(path, StitchMesh, FORMAT)
+    fabric = _read_text(path) if is_text else read_dataclass(path, StitchMesh, FORMAT)
     try:
         cable_groups(fabric)
     except LabelError as error:
         raise FileError(f"{fspath(path)}: {error}") from error
     return fabric
+
+
+def _read_text(path: FilePath) -> StitchMesh:
+    """Read an ``.smobj`` file of stitches only, or the stitches of one with other faces."""
+    return stitches_of_faces(read_face_mesh(path), fspath(path)) if holds_foreign_faces(path) else read_smobj(path)

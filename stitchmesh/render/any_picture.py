@@ -10,6 +10,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.faces.face_mesh import FaceMesh
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
@@ -23,6 +24,7 @@ from stitchmesh.render.swatch_picture import DEFAULT_TILES, render_swatch
 from stitchmesh.selection import select
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import tile_yarns
+from stitchmesh.yarngen.face_yarns.generate import face_yarns
 
 FABRIC_PICTURES: dict[str, Callable[..., None]] = {
     "yarn": render_faces,
@@ -35,15 +37,15 @@ FABRIC_PICTURES: dict[str, Callable[..., None]] = {
 
 
 def render(
-    thing: Mesh | YarnSet | Swatch, path: FilePath, *, tiles: tuple[int, int] | None = None, **options: Any
+    thing: Mesh | YarnSet | Swatch | FaceMesh, path: FilePath, *, tiles: tuple[int, int] | None = None, **options: Any
 ) -> None:
-    """Draw a picture of a polygon mesh, a stitch mesh, yarns or a swatch.
+    """Draw a picture of a polygon mesh, a stitch mesh, yarns, a swatch, or the yarns of a face mesh.
 
     Yarns are drawn as tubes of their apparent radius (``YarnSet.drawn_radius``) in their own colours. Yarns that repeat
     fill the picture, seen from their right side, unless a view or a close-up is given.
 
     Args:
-        thing: a mesh, yarns, or the result of ``swatch``.
+        thing: a mesh, yarns, the result of ``swatch``, or a face mesh.
         path: a ``.png`` file; missing folders are created.
         tiles: numbers of periods of yarns that repeat, along the courses and along the wales; 5 by 5 by default.
         options: fields of ``PictureOptions``: ``view``, ``close_up``, ``extent``, ``size``, ``colour``, ``blend``,
@@ -59,6 +61,8 @@ def render(
     if isinstance(thing, Swatch):
         chosen = _options({"fabric": thing.fabric, **options})
         thing = thing.yarns
+    if isinstance(thing, FaceMesh):
+        thing = face_yarns(thing).yarns
     if isinstance(thing, YarnSet):
         _render_yarns(thing, path, tiles, _with_selection(chosen, chosen.fabric))
         return

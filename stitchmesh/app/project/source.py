@@ -18,6 +18,7 @@ from stitchmesh.labeling import PartialLabeling, read_labeling, start_labeling
 from stitchmesh.labeling.labeling_file import holds_labeling
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.yarn import YarnSet
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +68,9 @@ def _start(path: Path, source: Source) -> Start:
         return Start(read_labeling(path), None)
     found = read_any(path, unit=source.unit)
     if not isinstance(found, Mesh):
-        raise ParameterError(f"{source.name}: holds yarns; expected a mesh or stitches; look at yarns on the page View")
+        kind = "yarns" if isinstance(found, YarnSet) else "faces that are no stitches"
+        expected = "expected a mesh or stitches; look at yarns on the page View"
+        raise ParameterError(f"{source.name}: holds {kind}; {expected}")
     if isinstance(found, StitchMesh):
         return _start_of_stitches(found, source.name)
     return Start(start_labeling(found), None)

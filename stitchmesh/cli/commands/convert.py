@@ -29,16 +29,24 @@ class Convert:
     def run(self) -> None:
         """Read the file, and write its content in the other format."""
         from stitchmesh.cli.describe import in_brief, kind_of
+        from stitchmesh.faces.face_mesh import FaceMesh
         from stitchmesh.io import write_mesh, write_stitches, write_yarns
         from stitchmesh.io.contents import suffix_of
         from stitchmesh.io.meshes import FORMATS
+        from stitchmesh.io.stitch_formats.face_meshes import write_face_mesh
         from stitchmesh.io.stitches import WRITABLE
+        from stitchmesh.io.yarns import FORMATS as YARNS
         from stitchmesh.mesh import StitchMesh
         from stitchmesh.yarn import YarnSet
+        from stitchmesh.yarngen.face_yarns.generate import face_yarns
 
         content = self.reading.read(self.file)
+        if isinstance(content, FaceMesh) and suffix_of(self.output, (".smobj", *YARNS)) != ".smobj":
+            content = face_yarns(content).yarns
         if isinstance(content, YarnSet):
             write_yarns(self.output, content, tiles=self.tile)
+        elif isinstance(content, FaceMesh):
+            write_face_mesh(self.output, content)
         elif self.tile is not None:
             raise ParameterError(f"tile: {self.file} is a {kind_of(content)}; only periodic yarns can be tiled")
         elif isinstance(content, StitchMesh) and suffix_of(self.output, (*WRITABLE, *FORMATS)) in WRITABLE:

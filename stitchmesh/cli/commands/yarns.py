@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 from typing import Annotated
 
-from tyro.conf import Positional
+from tyro.conf import Positional, UseAppendAction
 
 from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import DRAWN_RADIUS, GENERATED_RADIUS, READ_STITCHES, WRITTEN_YARNS, QualityName, YarnName
@@ -27,19 +27,31 @@ class Yarns:
     """yarn radius [cm]"""
     drawn_radius: Annotated[float | None, help_entry("CM", DRAWN_RADIUS)] = None
     """radius of the yarn in pictures and files for renderers [cm]"""
+    faces: Annotated[UseAppendAction[tuple[str, ...]], help_entry("SF", "none")] = ()
+    """library of drawn faces (.sf), for the faces of an .smobj file that are no stitches; may be repeated"""
     quality: QualityName = DEFAULT_QUALITY
     finish: YarnFinish = field(default_factory=YarnFinish)
 
     def run(self) -> None:
         """Generate the yarns, and write them."""
         from stitchmesh.io import read_stitches, write_yarns
+        from stitchmesh.io.contents import suffix_of
+        from stitchmesh.io.stitch_formats.face_libraries import read_face_libraries
+        from stitchmesh.io.stitch_formats.face_meshes import holds_foreign_faces, read_face_mesh
+        from stitchmesh.io.stitches import READABLE
         from stitchmesh.yarngen import generate_yarns
+        from stitchmesh.yarngen.face_yarns.generate import face_yarns
 
         size = stitch_size(self.yarn, yarn_radius=self.yarn_radius, drawn_radius=self.drawn_radius)
-        fabric = read_stitches(self.fabric)
-        yarns = generate_yarns(
-            fabric, yarn_radius=size.yarn_radius, drawn_radius=size.drawn_radius, quality=self.quality,
-            **asdict(self.finish),
-        )  # fmt: skip
+        if self.faces or (suffix_of(self.fabric, READABLE) == ".smobj" and holds_foreign_faces(self.fabric)):
+            library = read_face_libraries(self.faces)
+            yarns = face_yarns(
+                read_face_mesh(self.fabric), library, yarn_radius=size.yarn_radius, quality=self.quality
+            ).yarns
+        else:
+            yarns = generate_yarns(
+                read_stitches(self.fabric), yarn_radius=size.yarn_radius, drawn_radius=size.drawn_radius,
+                quality=self.quality, **asdict(self.finish),
+            )  # fmt: skip
         write_yarns(self.output, yarns)
         print(f"{yarns.yarn_count} yarns, {len(yarns.points)} control points, {yarns.lengths.sum():.1f} cm")

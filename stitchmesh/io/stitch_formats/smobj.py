@@ -23,19 +23,15 @@ from dataclasses import replace
 import numpy as np
 
 from stitchmesh.errors import FileError, StitchMeshError
+from stitchmesh.faces.stitch_names import EMPTY_ABOVE, EMPTY_BELOW, FACE_NAMES
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath
-from stitchmesh.io.stitch_formats.smobj_lines import COMMENT_WORD, FACE_NAMES, SmobjContents, read_contents
+from stitchmesh.io.stitch_formats.smobj_lines import COMMENT_WORD, SmobjContents, read_contents
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import BORDER, PER_SIDE, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.connectivity import find_fans, next_sides
 from stitchmesh.mesh.courses import course_of_faces, courses_below, find_courses, knitting_order
 from stitchmesh.mesh.stitch import Stitch
-
-EMPTY_BELOW = frozenset({Stitch.CAST_ON})
-"""Stitches whose lower sides no loop crosses; these sides have the label ``l0``."""
-EMPTY_ABOVE = frozenset({Stitch.DRAW_THROUGH, Stitch.BIND_OFF})
-"""Stitches whose upper sides no loop crosses; these sides have the label ``l0``."""
 
 
 def write_smobj(path: FilePath, fabric: StitchMesh) -> None:
@@ -74,7 +70,7 @@ def read_smobj(path: FilePath) -> StitchMesh:
     """
     contents = read_contents(path)
     try:
-        return _stitch_mesh(contents)
+        return stitch_mesh_of(contents)
     except FileError:
         raise
     except (StitchMeshError, ValueError, IndexError) as error:
@@ -125,7 +121,13 @@ def _mark_lines(fabric: StitchMesh) -> list[str]:
     return lines
 
 
-def _stitch_mesh(contents: SmobjContents) -> StitchMesh:
+def stitch_mesh_of(contents: SmobjContents) -> StitchMesh:
+    """Return the stitch mesh of the lines of a file.
+
+    Raises:
+        StitchMeshError: the faces do not form a stitch mesh.
+        ValueError: the marks do not fit the faces.
+    """
     start = np.concatenate([[0], np.cumsum([len(face) for face in contents.faces])])
     twin = np.full(start[-1], BORDER)
     for (face, side), (other, across) in contents.connections.items():

@@ -9,45 +9,15 @@ from dataclasses import dataclass, field
 from os import fspath
 
 from stitchmesh.errors import FileError, first_few
+from stitchmesh.faces.stitch_names import STITCHES_OF_NAMES
 from stitchmesh.io.contents import FilePath, is_coordinate, read_lines
-from stitchmesh.mesh.stitch import VOCABULARY, Stitch
+from stitchmesh.mesh.stitch import Stitch
 
 COMMENT_WORD = "#stitchmesh"
 """First word of the comments with data for which the format has no place."""
 IGNORED_ELEMENTS = frozenset("N U c h vn vt vt2 tex tex2 usemtl mtllib".split())
 """First words of lines that do not concern a stitch mesh."""
 
-FACE_NAMES: dict[Stitch, str] = {
-    **{stitch: f"make-{making.code}+" for stitch, making in VOCABULARY.items() if making.n_top > 1},
-    **{stitch: f"decrease-{making.code[1:]}+" for stitch, making in VOCABULARY.items() if making.n_bottom > 1},
-    Stitch.PANEL: "panel+",
-    Stitch.CAST_ON: "tuck-twist+",
-    Stitch.BIND_OFF: "bind-off+",
-    Stitch.DRAW_THROUGH: "draw-through+",
-    Stitch.KNIT: "knit+",
-    Stitch.PURL: "purl+",
-    Stitch.YARN_OVER: "tuck+",
-    Stitch.SLIP_BACK: "slip-back+",
-    Stitch.SLIP_FRONT: "slip-front+",
-    Stitch.WRAP: "slip-wrap+",
-    Stitch.KY: "make-right-tuck+",
-    Stitch.YK: "make-left-tuck+",
-    Stitch.KS: "make-left-split+",
-    Stitch.SK: "make-right-split+",
-    Stitch.D12K: "decrease-right+",
-    Stitch.D21K: "decrease-left+",
-}  # fmt: skip
-"""Name of the face of each stitch; the ending ``+`` means that the row runs from left to right."""
-
-KNITOUT_NAMES = {"knit-to-left": Stitch.KNIT, "knit-to-right": Stitch.KNIT,
-                 "purl-to-left": Stitch.PURL, "purl-to-right": Stitch.PURL}  # fmt: skip
-"""Stitches of names in the library ``knitout.sf``."""
-
-_STITCHES = {
-    **{name: stitch for stitch, name in FACE_NAMES.items()},
-    **{name[:-1] + "-": stitch for stitch, name in FACE_NAMES.items()},
-    **KNITOUT_NAMES,
-}
 _LABEL = re.compile(r"([+-])?([lyx])([0-9]+|X)?")
 _FRAME = re.compile(r"(?P<below>(-l )*)(?P<right>[+-]?y) (?P<above>(\+l )*)(?P<left>[+-]?y) ")
 _CONNECTION = re.compile(r"([0-9]{1,18})/(-?)([0-9]{1,18})")
@@ -180,7 +150,7 @@ def _read_kind(contents: SmobjContents, number: int, fields: list[str]) -> None:
         found = " ".join(fields)[:60]
         raise contents.error(number, f"got {found!r}; expected L, a name and at least three labels such as -l1 or +y1")
     contents.kind_line.append(number)
-    stitch = _STITCHES.get(name)
+    stitch = STITCHES_OF_NAMES.get(name)
     if stitch is None:
         contents.kinds.append(name)
         return

@@ -150,7 +150,7 @@ def test_connections_join_the_faces_of_other_programs(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("T 1\n", "T 4\n", r"line 4: no known stitch has the face name edge\)"),
+        ("T 1\n", "T 4\n", r"line 19: got .T 4.; the face has 4 corners and its type edge. has 5 sides"),
         ("T 1\n", "T 5\n", "line 19: kind 5 does not exist; 4 L lines come before"),
         ("T 2\n", "", "line 23: the face of line 21 has no T line"),
         ("T 3\nN 0\n", "", "line 24: the face of line 24 has no T line"),

@@ -11,6 +11,7 @@ from typing import TypeAlias
 
 from stitchmesh.app.project.project import Project
 from stitchmesh.errors import FileError
+from stitchmesh.faces.face_mesh import FaceMesh
 from stitchmesh.io.any_file import read_any
 from stitchmesh.io.contents import read_bytes, read_lines
 from stitchmesh.io.hdf5 import stored_format
@@ -23,6 +24,7 @@ from stitchmesh.labeling.labeling_file import read_labeling
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen.face_yarns.generate import face_yarns
 from stitchmesh.yarnrelax.checkpoint_yarns import checkpoint_yarns
 
 MOST_CHARACTERS = 20_000
@@ -89,6 +91,8 @@ def _read_thing(path: Path) -> Viewed:
     if path.suffix.lower() == ".h5" and path.is_file() and stored_format(path) == LABELING:
         return Viewed("", read_labeling(path).mesh)
     thing = read_any(path)
+    if isinstance(thing, FaceMesh):
+        return Viewed("", face_yarns(thing).yarns)
     return Viewed("", thing, stitches_beside(path, thing) if isinstance(thing, YarnSet) else None)
 
 
