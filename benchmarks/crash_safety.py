@@ -144,6 +144,7 @@ def kill_one(work: Work, folder: Path, number: int, delay: float) -> bool:
     read, write = os.pipe()
 
     def announced() -> int:
+        """Run the work in the child process, and announce to this one that the chosen write begins."""
         left = [number]
 
         class Announced(PartFolder):

@@ -23,6 +23,7 @@ from stitchmesh.io import write_mesh, write_yarns
 from stitchmesh.io.any_file import read_any
 from stitchmesh.io.checkpoint_file import read_checkpoint
 from stitchmesh.io.history import read_history
+from stitchmesh.jobs.sweep.result_table import read_table
 from stitchmesh.mixed.scene.scene_file import write_scene
 from tests.app.project.projects import HISTORY, REPORT, YARNS, relaxed_project
 from tests.gallery import tube
@@ -41,9 +42,21 @@ path = "preview.png"
 size = [120, 90]
 """
 """A job with checkpoints and a small picture."""
+SWEEP = """write_yarns = true
+[job]
+quality = "draft"
+device = "cpu"
+[job.swatch]
+pattern = "stockinette"
+max_iterations = 20
+[grid]
+swatch.gamma = {gammas}
+"""
+"""A sweep of two swatches with pictures and yarns."""
 USED = (
-    "stitchmesh.cli.progress", "stitchmesh.jobs.run_job", "stitchmesh.mixed.drape", "stitchmesh.periodic.swatch",
-    "stitchmesh.recipe.knit_recipe", "stitchmesh.render", "h5py", "matplotlib.pyplot", "pxr.Usd", "pyvista",
+    "stitchmesh.cli.progress", "stitchmesh.jobs.run_job", "stitchmesh.jobs.sweep.run_sweep", "stitchmesh.mixed.drape",
+    "stitchmesh.periodic.swatch", "stitchmesh.recipe.knit_recipe", "stitchmesh.render", "h5py", "matplotlib.pyplot",
+    "pxr.Usd", "pyarrow.parquet", "pyvista",
 )  # fmt: skip
 """Modules that the runs load when they need them."""
 LIMITED = ["--quality", "draft", "--device", "cpu", "--max-iterations", "20", "--no-picture"]
@@ -88,15 +101,19 @@ def works(inputs: Path) -> list[Work]:
                          for gamma in ("1", "1.1")), share=0.1),
         Work("drape", *(partial(_command, "drape", str(inputs / name), "--checkpoint-every", "1")
                         for name in ("old-scene.toml", "new-scene.toml")), share=0.1, may_go=("frames/*", "*.smc")),
-        Work("convert", *(partial(_convert, inputs / name) for name in ("old.h5", "new.h5")), share=0.35,
+        Work("convert", *(partial(_convert, inputs / name) for name in ("old.h5", "new.h5")), share=0.3,
              remakes=True),
         Work("autosave", *(partial(_autosave, iterations) for iterations in (1, 2)), share=0.25, may_go=("files/*",),
              is_project=True, remakes=True),
+        Work("batch", *(partial(_command, "batch", str(inputs / f"{version}-sweep.toml"), "--workers", "0")
+                        for version in ("old", "new")), share=0.05),
     ]  # fmt: skip
 
 
 def _write_inputs(folder: Path) -> None:
     write_mesh(folder / "tube.obj", tube(8, 1, radius=2.0, height=0.8))
+    for name, gammas in (("old", [1.0, 1.1]), ("new", [1.1, 1.2])):
+        (folder / f"{name}-sweep.toml").write_text(SWEEP.format(gammas=gammas))
     for name, width, picks, radius in (("old", 0.8, 3.0, 0.05), ("new", 0.5, 4.0, 0.06)):
         (folder / f"{name}-job.toml").write_text(JOB.format(width=width))
         write_scene(folder / f"{name}-scene.toml", replace(SWINGING, yarns=replace(SWINGING.yarns, picks=picks)))
@@ -146,6 +163,7 @@ READERS: Mapping[str, Callable[[Path], object]] = {
     ".json": lambda path: json.loads(path.read_text()),
     ".toml": lambda path: tomllib.loads(path.read_text()),
     ".csv": read_history,
+    ".parquet": lambda path: read_table(path.parent),
     ".png": _read_picture,
     ".smc": read_checkpoint,
     ".glb": _read_glb,

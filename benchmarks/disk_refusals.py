@@ -34,6 +34,8 @@ FREE = (0, 8, 16, 32, 64, 128)
 """Space that is left on the disk for the new files [KiB]."""
 WRITES = (0, 1, 2, 4)
 """Numbers of the writes at which the folder is removed."""
+REMOVED = "No such file or directory", "was removed while it was in use"
+"""What an error says of a folder that was removed."""
 INSIDE = "STITCHMESH_IN_NAMESPACE"
 """Environment variable of the process that has a mount namespace of its own."""
 
@@ -128,7 +130,7 @@ def in_a_folder_that_vanishes(work: Work, old: Path, disk: Path, number: int) ->
         return work.new(folder)
 
     status, lines = ended(vanishing, old.parent / "said")
-    said = len(lines) == 1 and "No such file or directory" in lines[0]
+    said = len(lines) == 1 and any(reason in lines[0] for reason in REMOVED)
     made_again = work.remakes and status == 0 and ended(lambda: work.new(folder), old.parent / "said")[0] == 0
     shutil.rmtree(folder, ignore_errors=True)
     return status, [] if (said and status == 2) or made_again else [f"ended with status {status}: {lines}"]

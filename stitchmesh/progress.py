@@ -39,8 +39,9 @@ STAGE_TEXTS = {
     "sweep": "running the sweep",
 }
 """Text for each stage."""
-SMALLEST_PART = 0.05
-"""Completed part below which the remaining time is not estimated."""
+SMALLEST_PART, LARGEST_PART = 0.05, 0.99
+"""Completed parts between which the remaining time is estimated. A relaxation reports at most the second one, because
+a residual below the tolerance does not end it (``yarnrelax.convergence``)."""
 LINE_SECONDS = 0.2
 """Shortest time between two changes of the line [s]; a computation that ends within this time shows no line."""
 NOTEBOOK_SHELL = "ZMQInteractiveShell"
@@ -59,9 +60,9 @@ def seconds_left(spent: float, done: float) -> float | None:
         done: completed part, from 0 to 1.
 
     Returns:
-        The remaining time at constant speed; None if the completed part is too small, or the stage is complete.
+        The remaining time at constant speed; None if the completed part is too small, or the stage is nearly complete.
     """
-    return spent * (1.0 - done) / done if SMALLEST_PART < done < 1.0 else None
+    return spent * (1.0 - done) / done if SMALLEST_PART < done < LARGEST_PART else None
 
 
 def relaxing_progress(
@@ -96,7 +97,7 @@ def relaxing_progress(
             smallest = min(smallest, residual)
             decrease = math.log(highest / smallest) / math.log(highest / tolerance)
             done = max(decrease, (iteration - first) / max(max_iterations - first, 1.0))
-        done = part_with_work_after(min(max(done, 0.0), 1.0), time.monotonic() - began, seconds_after)
+        done = part_with_work_after(min(max(done, 0.0), LARGEST_PART), time.monotonic() - began, seconds_after)
         progress(stage, done, _note(iteration, residual, energies or {}))
 
     return report_assessment

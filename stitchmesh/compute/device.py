@@ -17,6 +17,8 @@ import warp as wp
 
 from stitchmesh.errors import ParameterError
 
+FIRST_GPU, CPU = "cuda:0", "cpu"
+"""Warp's names of the first GPU and of the CPU."""
 CUDA_DRIVER = "nvcuda.dll" if sys.platform == "win32" else "libcuda.so.1"
 
 
@@ -99,7 +101,7 @@ def device_named(name: str | None) -> wp.Device:
     """
     names = device_names()
     if name is None:
-        name = "cuda:0" if "cuda:0" in names else "cpu"
+        name = FIRST_GPU if FIRST_GPU in names else CPU
     if name not in names:
         raise ParameterError(f"device: got {name!r}; expected one of {', '.join(names)}")
     return wp.get_device(name)

@@ -25,6 +25,8 @@ TRANSPARENT = "transparent"
 """The background that lets a page show through."""
 MOST_PLIES = 8
 """Largest number of plies of a yarn."""
+MOST_COLOURS = 256
+"""Largest number of colours of a picture with a palette."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -62,6 +64,8 @@ class PictureOptions:
     """Number of twisted strands of each yarn; a smooth tube by default."""
     occlusion: bool = True
     """Whether hollows are darker (ambient occlusion)."""
+    colours: int | None = None
+    """Number of different colours, which a small file needs few of; all by default."""
 
     def __post_init__(self) -> None:
         if len(self.size) != 2 or not all(
@@ -82,6 +86,8 @@ class PictureOptions:
                 raise ParameterError(f"background: {error}; or {TRANSPARENT}") from None
         if not 1 <= self.plies <= MOST_PLIES:
             raise ParameterError(f"plies: got {self.plies}; expected 1 to {MOST_PLIES}")
+        if self.colours is not None and not 2 <= self.colours <= MOST_COLOURS:
+            raise ParameterError(f"colours: got {self.colours}; expected 2 to {MOST_COLOURS}")
 
     @property
     def place(self) -> Place | None:

@@ -100,7 +100,7 @@ def picture(
             image = Image.fromarray(shot).reduce(OVERSIZE)
             write_caption(image, caption)
             draw_key(image, key, KEY_LEFT)
-            image.save(temporary)
+            (image if options.colours is None else image.quantize(options.colours)).save(temporary, optimize=True)
         finally:
             plotter.close()
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, UseAppendAction
 
-from stitchmesh.cli.arguments import help_entry
+from stitchmesh.cli.arguments import BAD_INPUT, help_entry
 from stitchmesh.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class Batch:
         """Run the sweep, or write the page.
 
         Returns:
-            The exit status if a signal stopped the sweep, otherwise None.
+            The exit status if a signal stopped the sweep, or if all its jobs failed; otherwise None.
         """
         if self.sweep == REPORT:
             self._report()
@@ -67,7 +67,7 @@ class Batch:
             print(f"stopped; `stitchmesh batch {self.sweep} -o {folder}` continues the sweep", file=sys.stderr)
             return TERMINATED
         print(_summary(ended, folder), file=sys.stdout if sys.stdout.isatty() else sys.stderr)
-        return None
+        return BAD_INPUT if ended.all_failed else None
 
     def _report(self) -> None:
         """Write the page of a sweep."""
@@ -84,6 +84,7 @@ def _summary(ended: FinishedSweep, folder: Path) -> str:
     parts = [f"{ended.jobs} jobs: {ended.jobs - ended.failed} done"]
     parts += [f"{ended.failed} failed (column error_text)"] if ended.failed else []
     parts += [f"{ended.kept} kept from earlier runs"] if ended.kept else []
-    return (
-        f"{', '.join(parts)}.\nTable: {folder / 'rows.parquet'}; `stitchmesh batch report {folder}` makes a page of it."
-    )
+    lines = [f"{', '.join(parts)}.",
+             f"Table: {folder / 'rows.parquet'}; `stitchmesh batch report {folder}` makes a page of it."]  # fmt: skip
+    lines += [f"No job has a result; the first error: {ended.first_error}"] if ended.all_failed else []
+    return "\n".join(lines)

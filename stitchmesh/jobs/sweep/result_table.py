@@ -75,8 +75,8 @@ def write_table(folder: Path, jobs: Sequence[SweptJob], rows: Mapping[str, Row])
     full = [{JOB: number, KEY: one.key, **rows[one.key]} for number, one in enumerate(jobs) if one.key in rows]
     names = list(dict.fromkeys(name for row in full for name in row)) or [JOB, KEY, ERROR]
     columns = {name: _column([row.get(name) for row in full]) for name in names}
-    with atomic_path(folder / TABLE) as temporary:
-        parquet.write_table(pyarrow.table(columns), temporary)
+    with atomic_path(folder / TABLE) as temporary, temporary.open("wb") as file:  # whose errors are those of the system
+        parquet.write_table(pyarrow.table(columns), file)
 
 
 def read_table(folder: Path) -> dict[str, list[Any]]:

@@ -46,6 +46,13 @@ class FinishedSweep:
     """Number of jobs whose row holds an error."""
     kept: int
     """Number of jobs that earlier runs had done."""
+    first_error: str | None
+    """Error of the first job that failed; None if none has."""
+
+    @property
+    def all_failed(self) -> bool:
+        """Whether no job has a result."""
+        return self.failed == self.jobs
 
 
 def run_sweep(
@@ -96,18 +103,18 @@ Do = Callable[[list[Task], StopRequest], Iterator[Ended | Waiting]]
 @contextmanager
 def _doing(folder: Path, workers: int | None, scheduler: str | None, sweep: Sweep) -> Iterator[tuple[str, Do]]:
     """Provide the device of jobs that name none, and a function that has tasks done."""
+    from stitchmesh.compute.device import CPU, FIRST_GPU, device_named, device_names
+
     if scheduler is not None:
         with standing_workers(scheduler) as client:
-            device = "cuda:0" if offers_gpu(client) else "cpu"
+            device = FIRST_GPU if offers_gpu(client) else CPU
         yield device, lambda tasks, stop: work_with(lambda: standing_workers(scheduler), tasks, folder, stop)
         return
-    from stitchmesh.compute.device import device_named, device_names
-
     device = str(device_named(sweep.job.get("device")))
     if workers == 0:
         yield device, lambda tasks, stop: _work_here(tasks, folder, stop)
         return
-    devices = 0 if device == "cpu" else sum(name.startswith("cuda") for name in device_names())
+    devices = 0 if device == CPU else sum(name.startswith("cuda") for name in device_names())
     gpus = min(devices, workers or devices)
     count = workers or core_count()
     yield device, lambda tasks, stop: work_with(lambda: local_workers(count, gpus), tasks, folder, stop)
@@ -143,7 +150,8 @@ def _run(jobs: list[SweptJob], sweep: Sweep, folder: Path, log: JobLog, stop: St
                 write_rows(folder, task, {one.key: rows[one.key] for one in task.jobs})
     finally:
         write_table(folder, jobs, rows)
-    return FinishedSweep(len(jobs), sum(rows[one.key][ERROR] is not None for one in jobs), kept)
+    errors = [rows[one.key][ERROR] for one in jobs if rows[one.key][ERROR] is not None]
+    return FinishedSweep(len(jobs), len(errors), kept, next(iter(errors), None))
 
 
 def _rows_of(ended: Ended, folder: Path) -> dict[str, Row]:

@@ -42,7 +42,7 @@ class Kept:
 
     write_yarns: bool = False
     """Whether relaxed yarns are kept, as HDF5 files."""
-    picture: tuple[int, int] | None = (240, 180)
+    picture: tuple[int, int] | None = (180, 135)
     """Width and height of a picture of each job [pixels]; None for no picture."""
     stretch: tuple[StretchMeasure, ...] = ()
     """Stretch tests of each swatch."""

@@ -38,6 +38,8 @@ PICTURES, YARN_FILES, GARMENTS, FAULTS = "pictures", "yarns", "jobs", "faults"
 """Folders in the folder of a sweep: pictures, yarns, the folders of garments, and tracebacks of unexpected errors."""
 OF_THE_MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ESTALE, errno.EMFILE, errno.ENFILE}
 """Errors of the operating system that are no fault of a job, such as a full disk."""
+PICTURE_COLOURS = 64
+"""Colours of a picture: a page may hold thousands of them, and a yarn in light and shade has few."""
 WAIT_SECONDS = 1.0
 """Time between two looks at the folder of a garment on which another process still works [s]."""
 
@@ -163,7 +165,7 @@ def _files(one: SweptJob, yarns: YarnSet, fabric: StitchMesh | None, kept: Kept,
         name = f"{PICTURES}/{one.key}.png"
         tiles = None if yarns.lattice is None else (4, 4)
         try:
-            render(yarns, folder / name, fabric=fabric, size=kept.picture, tiles=tiles)
+            render(yarns, folder / name, fabric=fabric, size=kept.picture, tiles=tiles, colours=PICTURE_COLOURS)
             row[PICTURE] = name
         except DisplayError:  # A machine without a renderer makes rows too.
             pass

@@ -124,7 +124,7 @@ class BodySection:
             raise ParameterError(f"body {self.name!r}: thickness: got {self.thickness}; expected at least 0 cm")
         if self.shape != "arm" and any(key.bend for key in self.keyframes):
             raise ParameterError(f"body {self.name!r}: keyframes: got a bend; expected one of an arm alone")
-        self.motion()
+        self._motion(bend_step=math.inf)  # All places between the keyframes would take long to find for many arms.
 
     def motion(self) -> RigidMotion | VertexMotion:
         """Return the motion.
@@ -132,16 +132,19 @@ class BodySection:
         Raises:
             ParameterError: the times of the keyframes do not increase, or a bend is not possible.
         """
-        rigid = rigid_motion(f"body {self.name!r}", self.keyframes, self.centre)
-        return self._bending(rigid) if self.shape == "arm" else rigid
+        return self._motion(bend_step=BEND_STEP)
 
-    def _bending(self, rigid: RigidMotion) -> VertexMotion:
-        """Places of the vertices of an arm, at times between which its elbow bends little."""
+    def _motion(self, *, bend_step: float) -> RigidMotion | VertexMotion:
+        rigid = rigid_motion(f"body {self.name!r}", self.keyframes, self.centre)
+        return self._bending(rigid, bend_step) if self.shape == "arm" else rigid
+
+    def _bending(self, rigid: RigidMotion, bend_step: float) -> VertexMotion:
+        """Places of the vertices of an arm, at times between which its elbow bends by a step at most."""
         keys = self.keyframes or (Keyframe(time=0.0),)
         bends = [key.bend for key in keys]
         for each in bends:
             check_bend(each)
-        steps = max(int(np.ceil(np.abs(np.diff(bends)).max(initial=0.0) / BEND_STEP)), 1)
+        steps = max(int(np.ceil(np.abs(np.diff(bends)).max(initial=0.0) / bend_step)), 1)
         part = np.arange(steps * (len(keys) - 1) + 1) / steps
         times = np.interp(part, np.arange(len(keys)), rigid.times)
         arm, bend = Arm(*self.size), np.interp(part, np.arange(len(keys)), bends)

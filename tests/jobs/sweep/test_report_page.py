@@ -5,6 +5,8 @@
 from __future__ import annotations
 
 import json
+import math
+import resource
 
 import pytest
 
@@ -40,6 +42,20 @@ def test_columns_have_one_kind_each_and_what_a_job_does_not_have_is_missing(tmp_
     assert table["a"] == [1.0, 0.1 + 0.2, None] and table["b"] == ["free", "2.0", None]
     assert table["curve"] == [[0.0, 1.0], None, None] and table["c"] == [None, None, True]
     assert table["job_number"] == [0, 1, 2] and table[ERROR] == [None, None, "Failed"]
+
+
+def test_a_table_that_the_disk_refuses_is_one_line_and_the_old_table_stays(tmp_path):
+    """The limit on the size of a file stands for a full disk; `benchmarks/disk_refusals.py` fills one."""
+    before = table_of(tmp_path, [{"a": 0.5}])
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (2000, limits[1]))
+    try:
+        with pytest.raises(FileError, match=r"rows\.parquet: cannot be written \(File too large\); the") as told:
+            table_of(tmp_path, [{"a": math.sin(k)} for k in range(1000)])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert len(str(told.value).splitlines()) == 1 and read_table(before)["a"] == [0.5]
+    assert [path.name for path in tmp_path.iterdir()] == [TABLE]
 
 
 def test_the_page_holds_what_differs_and_lists_what_does_not(tmp_path):
