@@ -14,6 +14,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -24,6 +25,7 @@ GRAPHS = ("stitchmesh", "stitchmesh.yarnrelax")
 Graph = dict[str, set[str]]
 
 
+@cache
 def import_graph(package: str) -> Graph:
     """For each file and folder directly in a package the other ones whose modules it imports.
 

@@ -212,8 +212,12 @@ class BrowserWindow:
 
     def close_notices(self) -> None:
         """Close the notices that stand in the page."""
-        self.browser_page.evaluate(CLOSE_NOTICES)
-        self.wait_for(lambda: not self.notices(), "notices close")
+
+        def are_closed() -> bool:
+            self.browser_page.evaluate(CLOSE_NOTICES)  # A notice that still slides in takes no click.
+            return not self.notices()
+
+        self.wait_for(are_closed, "notices close")
 
     def screenshot(self, path: Path | None = None) -> bytes:
         """Return a picture of the whole page as a PNG file, and write it if there is a path."""
@@ -349,13 +353,62 @@ def rig_on(
                 app.post(app.open_page, page)
                 app.queue.settle()
             rig = Rig(browser, opened, app, size, dark=dark)
+            errors.lines = rig.faults
             yield rig
             rig.settle()
             rig.close()
-            if faults := rig.faults + errors.lines:
-                raise AssertionError("; ".join(faults))
+            if rig.faults:
+                raise AssertionError("; ".join(rig.faults))
     finally:
         logging.getLogger("stitchmesh").removeHandler(errors)
+
+
+class SharedRig:
+    """A page that is loaded once, and shows the project of one test after another; to load a page takes seconds."""
+
+    def __init__(self, browser: Browser, folder: Path) -> None:
+        """Load nothing yet; ``folder`` is the place of an empty project, which the page shows between two tests."""
+        self._browser, self._empty = browser, folder
+        self._loaded = contextlib.ExitStack()
+        self._rig: Rig | None = None
+
+    @contextlib.contextmanager
+    def on(self, folder: Path, page: str | None = None, size: tuple[int, int] = SIZE) -> Iterator[Rig]:
+        """Open the project of a folder, and close it at the end; after an error the next test gets a page of its own.
+
+        A test that sets a variable of a script in the page sets it back.
+        """
+        rig = self._rig or self._loaded.enter_context(rig_on(self._browser, self._empty))
+        self._rig = None
+        rig.browser_page.set_viewport_size({"width": size[0], "height": size[1]})
+        rig.call(_open_folder, rig.app, folder, page)
+        rig.settle()
+        yield rig
+        rig.settle()
+        rig.call(_open_folder, rig.app, self._empty, None)
+        rig.call(rig.app.front.set_dark, False)
+        rig.close_notices()
+        faults = "; ".join(rig.faults)
+        rig.faults.clear()
+        self._rig = rig
+        if faults:
+            raise AssertionError(faults)
+
+    def close(self) -> None:
+        """End the application, if a test has started it."""
+        self._loaded.close()
+
+
+ELSEWHERE = np.array([1e3, 0.0, 0.0]), np.array([1e3, 1.0, 1.0])
+"""A box that no test shows, so that a page places the camera even where the test before has turned it."""
+
+
+def _open_folder(app: App, folder: Path, page: str | None) -> None:
+    """Take the project of a folder, on the page on which it was left or another one."""
+    app.scene.look_at(*ELSEWHERE, "front")
+    app.set_project(Project.open_or_create(folder))
+    if page is not None and app.page is not None and app.page.name != page:
+        app.open_page(page)
 
 
 class _ErrorLog(logging.Handler):

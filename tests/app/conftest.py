@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from playwright.sync_api import Browser
 
-    from tests.app.browser import Rig
+    from tests.app.browser import Rig, SharedRig
 
 
 @pytest.fixture(scope="package")
@@ -28,16 +28,24 @@ def browser() -> Iterator[Browser]:
         yield started
 
 
+@pytest.fixture(scope="module")
+def page_of_file(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[SharedRig]:
+    """A page for all tests of a file; it is closed at the end of the file, because it draws while it is open."""
+    from tests.app.browser import SharedRig
+
+    shared = SharedRig(browser, tmp_path_factory.mktemp("empty") / "project")
+    yield shared
+    shared.close()
+
+
 @pytest.fixture
 def app_in_browser(
-    browser: Browser, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+    page_of_file: SharedRig, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> Iterator[Callable[..., AbstractContextManager[Rig]]]:
-    """A function that runs the application in the browser: ``app_in_browser(page=None, size=(1000, 700))``.
+    """A function that shows a project in the browser: ``app_in_browser(page=None, size=(1000, 700))``.
 
     The project is in the folder ``tmp_path / "project"``. A traceback that the server prints fails the test.
     """
-    from tests.app.browser import rig_on
-
-    yield functools.partial(rig_on, browser, tmp_path / "project")
+    yield functools.partial(page_of_file.on, tmp_path / "project")
     printed = capfd.readouterr().err
     assert "Traceback" not in printed, printed

@@ -84,6 +84,7 @@ def test_a_file_that_is_too_large_is_not_sent(app_in_browser):
         drop(rig, "tube.obj", b"v 0 0 0\n")
         rig.wait_for_text(f"tube.obj: is larger than {LARGEST_UPLOAD // 2**20} MiB")
         assert rig.app.project.mesh is None
+        rig.browser_page.evaluate(f"() => {{ window.stitchmeshDrop.largest = {LARGEST_UPLOAD}; }}")
 
 
 def test_the_stitches_are_downloaded_as_the_library_writes_them(app_in_browser, tmp_path):

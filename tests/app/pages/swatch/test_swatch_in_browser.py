@@ -7,9 +7,11 @@ from __future__ import annotations
 import io
 
 import numpy as np
+import pytest
 from PIL import Image
 
 import stitchmesh as sm
+from stitchmesh.app.pages.swatch import state
 from stitchmesh.app.pages.swatch.page import SwatchPage
 from tests.app.browser import Rig
 
@@ -20,6 +22,12 @@ MIDDLE = (0.25, 0.25, 0.75, 0.75)
 def page_of(rig: Rig) -> SwatchPage:
     assert isinstance(rig.app.page, SwatchPage)
     return rig.app.page
+
+
+@pytest.fixture(autouse=True)
+def few_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """New projects show four rows, because a browser without a graphics card draws sixteen for seconds."""
+    monkeypatch.setattr(state, "SHOWN", (4, 4))
 
 
 def rest(rig: Rig) -> None:
