@@ -49,8 +49,8 @@ if TYPE_CHECKING:
 
 READ_STITCHES = "stitch mesh: .h5 or .smobj"
 WRITTEN_STITCHES = "stitch mesh: .h5, .smobj, or .k for a knitting machine"
-READ_YARNS = "yarns: .h5, .pyp, .bcc, .usda, .usdc, .vtp or .obj"
-WRITTEN_YARNS = "yarns: .h5, .pyp, .bcc, .usda, .usdc, .vtp, .glb or .obj"
+READ_YARNS = "yarns: .h5, .pyp, .bcc, .yarns, .usda, .usdc, .vtp or .obj"
+WRITTEN_YARNS = "yarns: .h5, .pyp, .bcc, .yarns, .usda, .usdc, .vtp, .glb or .obj"
 FOUND_RADIUS = "from the file, or estimated from the distances between yarns"
 SWATCH_RADIUS = f"that of the yarn, or {SwatchOptions.yarn_radius}"
 SWATCH_LOOP = f"that of the gauge or of the yarn, or {COMPACT_LOOP} diameters"

@@ -34,16 +34,19 @@ from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
 from stitchmesh.io.yarn_formats import bcc
 from stitchmesh.io.yarn_formats.gltf import tubes_error, write_glb
+from stitchmesh.io.yarn_formats.midpoint_curve import knots_of_polyline, polyline_of_knots
 from stitchmesh.io.yarn_formats.obj import read_obj_polylines, write_obj_polylines
 from stitchmesh.io.yarn_formats.pyp import check_pyp, read_pyp, write_pyp
 from stitchmesh.io.yarn_formats.splines import bspline_to_catmull_rom, catmull_rom_to_bspline, polyline_to_bspline
 from stitchmesh.io.yarn_formats.usd import write_usd
 from stitchmesh.io.yarn_formats.usd_curves import LABELS, UsdCurve, read_usd
 from stitchmesh.io.yarn_formats.vtp import read_vtp, write_vtp
+from stitchmesh.io.yarn_formats.yarn_chunks import YarnChunks, read_yarn_chunks, write_yarn_chunks
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.palette import empty_palette, filled_palette
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.marked_lengths import marked_stretches
 from stitchmesh.yarn.radius_estimate import estimate_radius
 from stitchmesh.yarn.tiling import instances, tile_yarns
 
@@ -76,7 +79,7 @@ def read_yarns(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None
     """Read yarns.
 
     Args:
-        path: an ``.h5``, ``.pyp``, ``.bcc``, ``.usda``, ``.usdc``, ``.usd``, ``.vtp`` or ``.obj`` file.
+        path: an ``.h5``, ``.pyp``, ``.bcc``, ``.yarns``, ``.usda``, ``.usdc``, ``.usd``, ``.vtp`` or ``.obj`` file.
         unit: unit of the coordinates in the file: mm, cm, dm, m or inch. HDF5, USD and ``.pyp`` files state or
             prescribe their unit; leave the unit out for them.
         radius: radius of all yarns [cm]. If it is None, the radius in the file is used. If the file states no radius,
@@ -104,8 +107,8 @@ def write_yarns(
     """Write yarns.
 
     Args:
-        path: an ``.h5``, ``.pyp``, ``.bcc``, ``.usda``, ``.usdc``, ``.usd``, ``.vtp``, ``.glb`` or ``.obj`` file;
-            missing folders are made.
+        path: an ``.h5``, ``.pyp``, ``.bcc``, ``.yarns``, ``.usda``, ``.usdc``, ``.usd``, ``.vtp``, ``.glb`` or ``.obj``
+            file; missing folders are made.
         yarns: the yarns.
         unit: unit of the coordinates in the file: mm, cm, dm, m or inch. HDF5 and USD files are always in centimetres,
             glTF and ``.pyp`` files in metres; leave the unit out for them.
@@ -255,6 +258,36 @@ def _write_vtp(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: 
     write_vtp(path, _finite(path, yarns, tiles), scale, POINTS_PER_SEGMENT)
 
 
+def _read_yarns(path: FilePath, scale: float, radius: float | None) -> YarnSet:
+    content = read_yarn_chunks(path)
+    closed = [len(curve) > 3 and bool((curve[0] == curve[-1]).all()) for curve in content.curves]
+    knots = [knots_of_polyline(curve * scale, flag) for curve, flag in zip(content.curves, closed, strict=True)]
+    curves = [polyline_to_bspline(points, flag) for points, flag in zip(knots, closed, strict=True)]
+    own = content.radius * scale if (content.radius > 0.0).all() else None
+    yarns = _yarns_of_curves(curves, closed, own if radius is None else radius)
+    rest = np.concatenate(
+        [
+            lengths * marked_stretches({point: length * scale for point, length in marks.items()}, lengths)
+            for marks, lengths in zip(content.lengths, np.split(yarns.lengths, yarns.segment_start[1:-1]), strict=True)
+        ]
+    )
+    return dataclasses.replace(yarns, rest_length=rest, **_colours(None, content.rgba[:, :3]))
+
+
+def _write_yarns(path: FilePath, yarns: YarnSet, scale: float, curve: str, tiles: Tiles) -> None:
+    del curve  # The curves of polylines are quadratic; they agree with the yarns at the knots.
+    yarns = _finite(path, yarns, tiles)
+    curves = [
+        polyline_of_knots(points, flag) / scale
+        for points, flag in zip(yarns.sampled(1), yarns.closed.tolist(), strict=True)
+    ]
+    shown = filled_palette(yarns.palette, int(yarns.colour.max()) + 1)[yarns.colour]
+    rgba = np.concatenate([shown, np.full((yarns.yarn_count, 1), 255)], axis=1).astype(np.uint8)
+    rest = np.split(yarns.rest_length / scale, yarns.segment_start[1:-1])
+    marks = [dict(enumerate(lengths.tolist())) for lengths in rest]
+    write_yarn_chunks(path, YarnChunks(curves, yarns.radius / scale, rgba, marks))
+
+
 def _read_glb(path: FilePath, scale: float, radius: float | None) -> YarnSet:
     del scale, radius
     raise tubes_error(path)
@@ -274,6 +307,7 @@ FORMATS: dict[str, YarnFormat] = {
     ".usdc": YarnFormat(_read_usd, _write_usd),
     ".usd": YarnFormat(_read_usd, _write_usd),
     ".vtp": YarnFormat(_read_vtp, _write_vtp),
+    ".yarns": YarnFormat(_read_yarns, _write_yarns),
     ".glb": YarnFormat(_read_glb, _write_glb),
     ".obj": YarnFormat(_read_obj, _write_obj),
 }

@@ -93,3 +93,34 @@ def through_samples(curve: MidpointCurve, spacing: float) -> tuple[FloatArray, F
     segments = count if curve.closed else count - 1
     corners = np.interp(curve.corner, np.arange(len(curve.points)), curve.arc_length) / total * segments
     return polyline_to_bspline(samples, curve.closed), corners
+
+
+def knots_of_polyline(corners: FloatArray, closed: bool) -> FloatArray:
+    """Return the points of the curve of a polyline that are nearest to its corners, one for each corner.
+
+    The curve passes the corner P between its neighbours A and B at (A + 6 P + B) / 8, and begins and ends where an open
+    polyline does.
+
+    Args:
+        corners: corners of the polyline, shape (n, 3); a closed one repeats its first point, where its curve begins.
+        closed: whether the polyline returns to its first point.
+
+    Returns:
+        Points, shape (n, 3), or (n - 1, 3) for a closed polyline.
+    """
+    knots = np.array(corners)
+    knots[1:-1] = (corners[:-2] + 6.0 * corners[1:-1] + corners[2:]) / 8.0
+    return knots[:-1] if closed else knots
+
+
+def polyline_of_knots(knots: FloatArray, closed: bool) -> FloatArray:
+    """Return the polyline whose curve passes given points; the inverse of ``knots_of_polyline``."""
+    from scipy.linalg import solve_banded  # SciPy is imported here, so that the command line starts fast.
+
+    corners = np.concatenate([knots, knots[:1]]) if closed else np.array(knots)
+    if len(corners) > 2:
+        right = 8.0 * corners[1:-1]
+        right[0] -= corners[0]
+        right[-1] -= corners[-1]
+        corners[1:-1] = solve_banded((1, 1), np.repeat([[1.0], [6.0], [1.0]], len(right), axis=1), right)
+    return corners

@@ -16,7 +16,6 @@ import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -29,6 +28,7 @@ from stitchmesh.io.yarn_formats.midpoint_curve import MidpointCurve, midpoint_cu
 from stitchmesh.mesh import FloatArray
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.marked_lengths import marked_stretches
 from stitchmesh.yarn.radius_estimate import estimate_radius
 from stitchmesh.yarngen.face_yarns.strands import (
     FREE,
@@ -227,19 +227,12 @@ def _with_lengths(
     rest = np.array(yarns.rest_length)
     for yarn, (chain, place) in enumerate(zip(chains, places, strict=True)):
         marked = [(keys[end], corner) for end, corner in chain.corner_of_end.items() if keys[end] in numbers]
-        marks = sorted({(float(place[corner]), numbers[key]) for key, corner in marked})
+        marks = {float(place[corner]): _length_after(mesh, mesh.checkpoints[numbers[key]]) for key, corner in marked}
         own = slice(int(yarns.segment_start[yarn]), int(yarns.segment_start[yarn + 1]))
-        rest[own] *= _stretches(marks, mesh, np.array(yarns.lengths[own]))
+        rest[own] *= marked_stretches(marks, yarns.lengths[own])
     return replace(yarns, rest_length=rest)
 
 
-def _stretches(marks: Sequence[tuple[float, int]], mesh: FaceMesh, lengths: FloatArray) -> FloatArray:
-    """Return the factor of the rest length of each segment of a yarn."""
-    factor = np.ones(len(lengths))
-    middles = np.arange(len(lengths)) + 0.5
-    for (start, number), (end, _) in pairwise(marks):
-        wanted = sum(times * mesh.units[unit][1] for times, unit in mesh.checkpoints[number].lengths)
-        part = (middles >= start) & (middles < end)
-        if wanted > 0.0 and part.any():
-            factor[part] = wanted / lengths[part].sum()
-    return factor
+def _length_after(mesh: FaceMesh, checkpoint: Checkpoint) -> float:
+    """Return the length of yarn from a checkpoint to the next one [cm]."""
+    return sum(times * mesh.units[unit][1] for times, unit in checkpoint.lengths)

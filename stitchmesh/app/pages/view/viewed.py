@@ -32,7 +32,7 @@ MOST_CHARACTERS = 20_000
 TEXTS = (".json", ".toml", ".txt", ".md", ".k")
 """Suffixes of files whose text is shown."""
 SUFFIXES = (
-    ".h5", ".bcc", ".usda", ".usdc", ".usd", ".vtp", ".obj", ".pyp", ".smobj", ".ply", ".off", ".stl", ".glb",
+    ".h5", ".bcc", ".yarns", ".usda", ".usdc", ".usd", ".vtp", ".obj", ".pyp", ".smobj", ".ply", ".off", ".stl", ".glb",
     ".vtk", ".vtu", ".msh", ".mesh", ".csv", ".png", *TEXTS,
 )  # fmt: skip
 """Suffixes of files that can be uploaded."""
