@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from stitchmesh.yarnrelax.checkpoint import Checkpoints
     from stitchmesh.yarnrelax.energies.term import ConstraintChoice
 
-READ_STITCHES = "stitch mesh: .h5 or .smobj"
+READ_STITCHES = "stitch mesh: .h5, .smobj or .st"
 WRITTEN_STITCHES = "stitch mesh: .h5, .smobj, or .k for a knitting machine"
 READ_YARNS = "yarns: .h5, .pyp, .bcc, .yarns, .usda, .usdc, .vtp or .obj"
 WRITTEN_YARNS = "yarns: .h5, .pyp, .bcc, .yarns, .usda, .usdc, .vtp, .glb or .obj"

@@ -40,9 +40,9 @@ def read_any(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None =
         MeshError: the polygons do not form an oriented manifold surface.
         YarnError: the yarns are malformed.
     """
-    suffix = suffix_of(path, dict.fromkeys([*YARN_FORMATS, *MESH_FORMATS, ".smobj"]))
+    suffix = suffix_of(path, dict.fromkeys([*YARN_FORMATS, *MESH_FORMATS, ".smobj", ".st"]))
     read_bytes(path)  # The errors of a missing file and of a folder are raised here, with one message for all formats.
-    stitches = suffix == ".smobj" or (suffix == ".h5" and stored_format(path) == STITCHES)
+    stitches = suffix in (".smobj", ".st") or (suffix == ".h5" and stored_format(path) == STITCHES)
     if not stitches and (suffix not in MESH_FORMATS or _holds_polylines(path, suffix)):
         return read_yarns(path, unit=unit, radius=radius)
     if radius is not None:

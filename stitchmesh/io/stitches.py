@@ -3,7 +3,8 @@
 """Reading and writing of stitch meshes; the suffix of the file decides the format.
 
 HDF5 (``.h5``) keeps every field of a stitch mesh without loss. ``.smobj`` is the text format of augmented stitch
-meshes, which is read and written. ``.k`` is a program for a knitting machine, which is only written.
+meshes, which is read and written. ``.st`` holds traced stitches, which are only read. ``.k`` is a program for a
+knitting machine, which is only written.
 """
 
 from __future__ import annotations
@@ -17,14 +18,17 @@ from stitchmesh.io.stitch_formats.face_meshes import holds_foreign_faces, read_f
 from stitchmesh.io.stitch_formats.face_stitches import stitches_of_faces
 from stitchmesh.io.stitch_formats.knitout import write_knitout
 from stitchmesh.io.stitch_formats.smobj import read_smobj, write_smobj
+from stitchmesh.io.stitch_formats.traced_stitches import read_traced_stitches
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
 
 FORMAT = "stitchmesh stitches"
 """Attribute ``format`` of HDF5 files of stitch meshes."""
-READABLE = (".h5", ".smobj")
+TWO_WAY = (".h5", ".smobj")
+"""Suffixes of stitch meshes that can be read and written."""
+READABLE = (*TWO_WAY, ".st")
 """Suffixes of stitch meshes that can be read."""
-WRITABLE = (*READABLE, ".k")
+WRITABLE = (*TWO_WAY, ".k")
 """Suffixes of stitch meshes that can be written."""
 
 
@@ -51,14 +55,13 @@ def read_stitches(path: FilePath) -> StitchMesh:
     """Read a stitch mesh.
 
     Args:
-        path: an ``.h5`` or ``.smobj`` file.
+        path: an ``.h5``, ``.smobj`` or ``.st`` file.
 
     Raises:
         FileError: the file cannot be read, holds something else, is damaged, or does not describe a valid stitch mesh
             with valid cables.
     """
-    is_text = suffix_of(path, READABLE) == ".smobj"
-    fabric = _read_text(path) if is_text else read_dataclass(path, StitchMesh, FORMAT)
+    fabric = _READERS[suffix_of(path, READABLE)](path)
     try:
         cable_groups(fabric)
     except LabelError as error:
@@ -66,6 +69,14 @@ def read_stitches(path: FilePath) -> StitchMesh:
     return fabric
 
 
-def _read_text(path: FilePath) -> StitchMesh:
+def _read_smobj(path: FilePath) -> StitchMesh:
     """Read an ``.smobj`` file of stitches only, or the stitches of one with other faces."""
     return stitches_of_faces(read_face_mesh(path), fspath(path)) if holds_foreign_faces(path) else read_smobj(path)
+
+
+def _read_hdf5(path: FilePath) -> StitchMesh:
+    return read_dataclass(path, StitchMesh, FORMAT)
+
+
+_READERS = {".h5": _read_hdf5, ".smobj": _read_smobj, ".st": read_traced_stitches}
+"""Function that reads each format."""

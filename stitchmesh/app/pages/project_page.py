@@ -25,7 +25,7 @@ from stitchmesh.mesh import Mesh
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
 
-SUFFIXES = (*MESH_FORMATS, ".h5", ".smobj")
+SUFFIXES = (*MESH_FORMATS, ".h5", ".smobj", ".st")
 """Suffixes of the files that a project can start from."""
 PREVIEW_OPACITY = 0.5
 """Opacity of an example that is only looked at."""

@@ -56,10 +56,10 @@ class Label:
         from stitchmesh.cli.labeling_faults import faults_drawn
         from stitchmesh.io import write_stitches
         from stitchmesh.io.contents import suffix_of
-        from stitchmesh.io.stitches import READABLE
+        from stitchmesh.io.stitches import TWO_WAY
         from stitchmesh.labeling.labeling_file import SUFFIXES, write_labeling
 
-        suffix_of(self.output, READABLE if self.rows is None else SUFFIXES)
+        suffix_of(self.output, TWO_WAY if self.rows is None else SUFFIXES)
         if self.picture is not None:
             suffix_of(self.picture, (".png",))
         labeling = self._labeled(self._read())

@@ -129,9 +129,7 @@ def stitch_mesh_of(contents: SmobjContents) -> StitchMesh:
         ValueError: the marks do not fit the faces.
     """
     start = np.concatenate([[0], np.cumsum([len(face) for face in contents.faces])])
-    twin = np.full(start[-1], BORDER)
-    for (face, side), (other, across) in contents.connections.items():
-        twin[start[face] + side] = start[other] + across
+    twin = connected_twins(contents, start)
     written = np.array([vertex for face in contents.faces for vertex in face])
     if contents.periods is None:
         vertices, corner_vertex = _merge_vertices(contents, written, start, twin)
@@ -148,6 +146,19 @@ def stitch_mesh_of(contents: SmobjContents) -> StitchMesh:
         row=np.zeros(len(kinds), dtype=np.int64),
     )  # fmt: skip
     return _with_marks(contents, fabric)
+
+
+def connected_twins(contents: SmobjContents, start: IntArray) -> IntArray:
+    """Return the opposite side of each side by the connections of a file, shape (C,).
+
+    Args:
+        contents: the content of the file.
+        start: first corner of each face, and the number of corners, shape (F + 1,).
+    """
+    twin = np.full(start[-1], BORDER)
+    for (face, side), (other, across) in contents.connections.items():
+        twin[start[face] + side] = start[other] + across
+    return twin
 
 
 def _merge_vertices(

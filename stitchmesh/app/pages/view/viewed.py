@@ -32,8 +32,8 @@ MOST_CHARACTERS = 20_000
 TEXTS = (".json", ".toml", ".txt", ".md", ".k")
 """Suffixes of files whose text is shown."""
 SUFFIXES = (
-    ".h5", ".bcc", ".yarns", ".usda", ".usdc", ".usd", ".vtp", ".obj", ".pyp", ".smobj", ".ply", ".off", ".stl", ".glb",
-    ".vtk", ".vtu", ".msh", ".mesh", ".csv", ".png", *TEXTS,
+    ".h5", ".bcc", ".yarns", ".usda", ".usdc", ".usd", ".vtp", ".obj", ".pyp", ".smobj", ".st", ".ply", ".off",
+    ".stl", ".glb", ".vtk", ".vtu", ".msh", ".mesh", ".csv", ".png", *TEXTS,
 )  # fmt: skip
 """Suffixes of files that can be uploaded."""
 
