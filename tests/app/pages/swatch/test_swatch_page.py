@@ -115,7 +115,7 @@ def test_the_first_swatch_relaxes_to_what_the_library_gives(rig):
     assert not rig.front.notices
 
 
-@pytest.mark.parametrize("name", ["peerie", "slip-stitch-honeycomb", "twill-2x1", "double-plain-stitched"])
+@pytest.mark.parametrize("name", ["checks", "slip-stitch-honeycomb", "twill-2x1", "double-plain-stitched"])
 def test_a_pattern_of_the_library_is_shown_and_kept(rig, name):
     rig.choose(name)
     rig.rest()
