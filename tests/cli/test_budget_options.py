@@ -88,7 +88,7 @@ def test_an_error_tightens_the_rule_and_is_expected_to_be_kept(tmp_path):
 )
 def test_the_end_by_time_is_said_and_has_the_bits_of_the_end_by_iterations(tmp_path, counted, capsys, more, shares):
     """A free repeat relaxes with several samplings, one after another; the end may lie in any of them."""
-    words = ["swatch", "rib1x1", "--quality", "standard", *more, *PLAIN]
+    words = ["swatch", "garter", "--quality", "standard", *more, *PLAIN]
     looks = all_looks(counted, *words, "-o", tmp_path / "whole")
     for share in shares:
         check_end_by_time(words, f"{round(share * looks)}s", tmp_path / str(share), capsys)

@@ -145,7 +145,7 @@ def test_a_page_that_is_loaded_again_shows_the_same(app_in_browser, tmp_path):
 def test_a_browser_that_leaves_in_the_middle_of_a_frame_ends_nothing(app_in_browser, tmp_path):
     divided_project(tmp_path / "project").close()
     with app_in_browser(page="Project") as rig:
-        for _ in range(3):
+        for _ in range(2):
             other = rig.another_window()
             rig.app.post(rig.app.open_page, "Label")
             other.browser_page.goto("about:blank")
