@@ -22,6 +22,8 @@ from stitchmesh.budget.budget import parse_error, parse_time
 from stitchmesh.errors import FileError, MeshError, ParameterError, PatternError, YarnError
 from stitchmesh.io import read_mesh, read_stitches, read_yarns, write_mesh, write_stitches, write_yarns
 from stitchmesh.io.any_file import read_any
+from stitchmesh.io.stitch_formats.face_libraries import read_face_library
+from stitchmesh.io.stitch_formats.face_meshes import read_face_mesh
 from stitchmesh.io.yarns import BCC_CURVES
 from stitchmesh.mesh.palette import parse_colour, parse_yarn_colours
 from stitchmesh.patterns.charts.leaf_chart import write_leaf_chart
@@ -32,6 +34,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import parse_rest_lengths
 from stitchmesh.yarn.yarn_presets import parse_gauge
 from stitchmesh.yarnrelax.model.material import parse_stiffnesses
+from tests.faces.face_files import EVERY_RECORD, LIBRARY
 
 
 def _ascii_ply(folder: Path) -> list[bytes]:
@@ -378,6 +381,8 @@ READERS: dict[str, Reader] = {
     "checkpoint": Reader(".smc", _read_state, _checkpoint, CHECKPOINT, (FileError, ParameterError)),
     "checkpoint yarns": Reader(".smc", _read_checkpoint_yarns, _checkpoint, CHECKPOINT),
     "frame": Reader(".smc", _read_frame, _frame, CHECKPOINT),
+    "face mesh": Reader(".smobj", read_face_mesh, lambda folder: [EVERY_RECORD.encode()]),
+    "face library": Reader(".sf", read_face_library, lambda folder: [LIBRARY.encode()]),
     "recipe": Reader(".toml", _read_recipe, files(*RECIPES)),
     "scene": Reader(".toml", _read_scene, files(*SCENES)),
     "panels": Reader(".toml", _read_panels, files("examples/mixed/panels/sleeve.toml")),
