@@ -381,6 +381,10 @@ READERS: dict[str, Reader] = {
     "checkpoint": Reader(".smc", _read_state, _checkpoint, CHECKPOINT, (FileError, ParameterError)),
     "checkpoint yarns": Reader(".smc", _read_checkpoint_yarns, _checkpoint, CHECKPOINT),
     "frame": Reader(".smc", _read_frame, _frame, CHECKPOINT),
+    "yarn chunks": Reader(".yarns", read_yarns, written(write_yarns, small_yarns, suffix=".yarns"), damage.BINARY,
+                          YARN_ERRORS),
+    "traced stitches": Reader(".st", read_stitches, lambda folder: [
+        b"0 s a -1 -1 2 -1 1 0 0\n0 s a -1 -1 3 -1 0 0 0\n0 e c 0 -1 -1 -1 0 0.7 0\n0 e c 1 -1 -1 -1 1 0.7 0\n"]),
     "face mesh": Reader(".smobj", read_face_mesh, lambda folder: [EVERY_RECORD.encode()]),
     "face library": Reader(".sf", read_face_library, lambda folder: [LIBRARY.encode()]),
     "recipe": Reader(".toml", _read_recipe, files(*RECIPES)),
