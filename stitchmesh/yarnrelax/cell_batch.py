@@ -182,9 +182,12 @@ class _Run:
     def _note(self, cells: NDArray[np.bool_]) -> None:
         """Add the last assessments of some cells to their histories."""
         seconds = time.perf_counter() - self.began
-        for cell in np.flatnonzero(cells).tolist():
-            last, count = self.loop.last[cell], int(self.loop.iterations[cell])
-            entry = HistoryEntry(iteration=count, seconds=seconds, residual=last.residual, energies=last.energies)
+        numbers, last, names = np.flatnonzero(cells), self.loop.last, tuple(self.loop.last.energies)
+        columns = self.loop.iterations, last.residual, *last.energies.values()
+        rows = zip(numbers.tolist(), *(column[numbers].tolist() for column in columns), strict=True)
+        for cell, count, residual, *energies in rows:
+            own = dict(zip(names, energies, strict=True))
+            entry = HistoryEntry(iteration=count, seconds=seconds, residual=residual, energies=own)
             self.history[cell].append(entry)
 
     @property

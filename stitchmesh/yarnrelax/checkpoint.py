@@ -36,7 +36,7 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.convergence import Assessment
+from stitchmesh.yarnrelax.assessment import Assessment
 from stitchmesh.yarnrelax.ended_step import EndedStep, StepFigures, ended_steps, step_arrays, step_figures
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.fingerprint import fingerprint

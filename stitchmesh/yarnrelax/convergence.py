@@ -36,7 +36,6 @@ the precision, cannot exclude it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -46,6 +45,7 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import CapturedLaunches, CopyArray, Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import Sums
+from stitchmesh.yarnrelax.assessment import ABOVE_NOISE, Assessments
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies import by_term, evaluation
 from stitchmesh.yarnrelax.energies.term import Constraint, Term
@@ -54,14 +54,9 @@ from stitchmesh.yarnrelax.model.resting_cells import only_in
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
-from stitchmesh.yarnrelax.solvers.newton import RemainingChange
 
 STRAINS_COUNT = 5.0
 """Weight of the residual of a cell's strains."""
-ABOVE_NOISE = 4.0
-"""Ratio to the noise above which forces are significant; the noise of one place varies by about that factor."""
-MORE_ITERATIONS = "raise max_iterations"
-"""Advice for yarns that further iterations would bring nearer to rest."""
 
 
 @kernel
@@ -134,70 +129,35 @@ def square_differences(
     change2[i] = wp.dot(change, change)
 
 
-@dataclass(frozen=True)
-class Assessment:
-    """Residual and energies of a state."""
-
-    residual: float
-    """Relative force residual."""
-    energies: dict[str, float]
-    """Energy of each term [erg]."""
-    rounding: float = 0.0
-    """Residual that the rounding of coordinates alone causes; 0 where it is certainly less than ``residual``."""
-
-    @property
-    def energy(self) -> float:
-        """Total energy [erg]."""
-        return sum(self.energies.values())
-
-    @property
-    def size(self) -> float:
-        """Sum of the magnitudes of the energies [erg]."""
-        return sum(abs(energy) for energy in self.energies.values())
-
-    @property
-    def is_noise(self) -> bool:
-        """Whether the residual cannot be distinguished from the effect of rounding."""
-        return self.residual <= ABOVE_NOISE * self.rounding
-
-    @property
-    def remedy(self) -> str:
-        """Advice for yarns that are not at rest: a higher precision if the force is noise, else more iterations."""
-        if self.is_noise:
-            return f"rounding of coordinates alone leaves {self.rounding:.2g}: take quality reference (float64)"
-        return MORE_ITERATIONS
-
-    @property
-    def finite(self) -> bool:
-        """Whether the residual and all energies are finite."""
-        return bool(np.isfinite(self.residual) and np.isfinite(self.energy))
-
-
 LARGEST_ENERGY_FALL = 0.1
 """Largest relative decrease of the energy between two assessments of yarns at rest, over the tolerance."""
 
 
-def has_converged(residual: float, energy_fall: float, tolerance: float) -> bool:
-    """Whether yarns are at rest as far as residual and energy can say.
+def has_converged(
+    residual: NDArray[np.float64], energy_fall: NDArray[np.float64], tolerance: float
+) -> NDArray[np.bool_]:
+    """Whether yarns are at rest as far as residual and energy can say, shape (C,).
 
     Args:
-        residual: relative force residual.
-        energy_fall: part of itself by which the energy fell since the assessment before.
+        residual: relative force residuals, shape (C,).
+        energy_fall: part of itself by which each energy fell since the assessment before, shape (C,).
         tolerance: ``Quality.tolerance``.
     """
-    return residual == 0.0 or (residual < tolerance and abs(energy_fall) < LARGEST_ENERGY_FALL * tolerance)
+    return (residual == 0.0) | ((residual < tolerance) & (np.abs(energy_fall) < LARGEST_ENERGY_FALL * tolerance))
 
 
-def is_at_rest(residual: float, left: RemainingChange | None, tolerance: float, largest_change: float) -> bool:
-    """Whether yarns that Newton's method relaxes are at rest.
+def is_at_rest(
+    residual: NDArray[np.float64], spacing: NDArray[np.float64], tolerance: float, largest_change: float
+) -> NDArray[np.bool_]:
+    """Whether yarns that Newton's method relaxes are at rest, shape (C,).
 
     Args:
-        residual: relative force residual.
-        left: estimate of the change that is left; None where there is none.
+        residual: relative force residuals, shape (C,).
+        spacing: estimates of the relative change of the spacing that is left; infinite if unknown, shape (C,).
         tolerance: ``Quality.tolerance``.
         largest_change: ``Quality.largest_change``.
     """
-    return residual == 0.0 or (residual < tolerance and left is not None and left.spacing < largest_change)
+    return (residual == 0.0) | ((residual < tolerance) & (spacing < largest_change))
 
 
 def rounding_force(model: Model, stiffness: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -233,7 +193,7 @@ class Assessor:
         self.launches = CapturedLaunches(self._launches(model.prepare), model.device)
         self.perturbing: CapturedLaunches | None = None
 
-    def assess(self, cells: NDArray[np.bool_] | None = None) -> list[Assessment]:
+    def assess(self, cells: NDArray[np.bool_] | None = None) -> Assessments:
         """Residual and energies of each cell in its current state; forces are overwritten.
 
         With ``cells``, only the assessments of these are of the current state.
@@ -258,9 +218,7 @@ class Assessor:
         with np.errstate(divide="ignore", invalid="ignore"):
             residual = np.maximum(np.where(still, 0.0, left / whole), in_cell)
             share = np.where(still, 0.0, noise / whole)
-        energies = zip(*(parts.tolist() for parts in found.values()), strict=True)
-        rows = zip(residual.tolist(), energies, share.tolist(), strict=True)
-        return [Assessment(left, dict(zip(found, own, strict=True)), noise) for left, own, noise in rows]
+        return Assessments(residual, found, share)
 
     def _launches(self, launcher: Launcher) -> list[Any]:
         """Forces term by term, their sums and magnitudes, and energies."""

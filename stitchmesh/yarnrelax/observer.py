@@ -22,6 +22,7 @@ from stitchmesh.progress import relaxing_progress
 from stitchmesh.quality import Quality
 from stitchmesh.run_control import RunControl, Snapshot
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.assessment import Assessments
 from stitchmesh.yarnrelax.carried_arrays import carried_arrays, resume_from_arrays
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, CheckpointState, write_state
 from stitchmesh.yarnrelax.ended_step import EndedStep
@@ -91,11 +92,9 @@ class Observer:
             RunStopped: the user has stopped the relaxation.
         """
         loop, now = self.loop, time.perf_counter()
+        last = loop.last[0]
         entry = HistoryEntry(
-            iteration=loop.iteration,
-            seconds=self.seconds(),
-            residual=loop.last[0].residual,
-            energies=loop.last[0].energies,
+            iteration=loop.iteration, seconds=self.seconds(), residual=last.residual, energies=last.energies
         )
         self.history.append(entry)
         if self.checkpoint is not None:
@@ -143,7 +142,8 @@ class Observer:
         """Continue from a checkpoint of the same relaxation."""
         loop = self.loop
         resume_from_arrays(loop.simulation, state.arrays, state.margin)
-        loop.iterations, loop.lists_age, loop.last = np.array([state.iteration]), state.lists_age, [state.last]
+        loop.iterations, loop.lists_age = np.array([state.iteration]), state.lists_age
+        loop.last = Assessments.of([state.last])
         loop.step_scale, loop.energy_fall = np.array([state.step_scale]), np.array([state.energy_fall])
         loop.ending, loop.stalled = np.array([state.ending]), np.array([state.stalled])
         loop.remaining, self.written = [state.remaining], state.iteration

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import OverloadError
 from stitchmesh.time_limit import check_time
+from stitchmesh.yarnrelax.assessment import Assessments
 from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN
-from stitchmesh.yarnrelax.convergence import Assessment, has_converged, is_at_rest
+from stitchmesh.yarnrelax.convergence import has_converged, is_at_rest
 from stitchmesh.yarnrelax.model.resting_cells import only_in
 from stitchmesh.yarnrelax.settling import settling_of
 from stitchmesh.yarnrelax.simulation import YarnSimulation
@@ -68,8 +69,8 @@ class RelaxationLoop:
         """Iterations since the candidate lists were made."""
         self.step_scale = np.ones(cells)
         """Scale of the steps of each cell, shape (C,)."""
-        self.last: list[Assessment] = []
-        """Assessment of the last accepted state of each cell."""
+        self.last = Assessments.of([])
+        """Assessments of the last accepted state of each cell; none before the first."""
         self.energy_fall = np.full(cells, np.inf)
         """Part of itself by which the energy of each cell fell over the last assessment interval; infinite before the
         first interval and after a step back, shape (C,)."""
@@ -95,10 +96,9 @@ class RelaxationLoop:
             SolverError: the energy of the only piece is not finite.
         """
         self.last = self.simulation.assess_cells()
-        for cell, assessment in enumerate(self.last):
-            if not assessment.finite:
-                where = self.simulation.largest_force(cell)
-                self._fail({cell: f"{where}: not finite at the start; {REMEDY}"})
+        for cell in np.flatnonzero(~self.last.finite).tolist():
+            where = self.simulation.largest_force(cell)
+            self._fail({cell: f"{where}: not finite at the start; {REMEDY}"})
 
     def run(self, iterations: int, note: Callable[[], None] = lambda: None) -> None:
         """Iterate until all cells are at rest, or have done ``iterations``; ``note`` is called after each assessment.
@@ -106,7 +106,7 @@ class RelaxationLoop:
         Raises:
             SolverError: the only piece cannot continue.
         """
-        if not self.last:
+        if not len(self.last):
             self.start()
             note()
         while not (self.at_rest | self.stalled).all() and self.iteration < iterations:
@@ -124,12 +124,8 @@ class RelaxationLoop:
         done = self._descend(chosen & ~stepping) + self._end(stepping)
         self.iterations += done
         found, kinetic_energy = self.simulation.assess_cells(chosen), self.simulation.solver.kinetic_energy()
-        good, noise = np.zeros(len(chosen), dtype=bool), self.simulation.noise
-        for cell in np.flatnonzero(chosen).tolist():
-            allowed = self._allowed_rise(cell, float(noise[cell]), stepping=bool(stepping[cell]))
-            good[cell] = self._is_acceptable(cell, found[cell], kinetic_energy, allowed)
-        for cell in np.flatnonzero(good).tolist():
-            self._note(cell, found[cell])
+        good = chosen & self._is_acceptable(found, kinetic_energy, self._allowed_rise(stepping))
+        self._note(good, found)
         self.kinetic_energy = kinetic_energy if good.all() else 0.0
         # other cells at rest have not moved, and copying all cells is faster than copying some
         self.accept(good | (self.at_rest & ~chosen))
@@ -238,15 +234,13 @@ class RelaxationLoop:
         """Whether the conditions of ``convergence`` hold in each cell, shape (C,)."""
         if self.simulation.newton is None and self.settling is None:
             return self._is_near_rest(self.tolerance)
-        pairs = zip(self.last, self.remaining, strict=True)
-        at_rest = [is_at_rest(now.residual, left, self.tolerance, self.largest_change) for now, left in pairs]
-        noise = [now.residual < self.tolerance and now.is_noise for now in self.last]
-        return np.array(at_rest) | (self.stalled & noise)
+        spacing = np.array([np.inf if left is None else left.spacing for left in self.remaining])
+        at_rest = is_at_rest(self.last.residual, spacing, self.tolerance, self.largest_change)
+        return at_rest | (self.stalled & self.last.is_noise & (self.last.residual < self.tolerance))
 
     def _is_near_rest(self, tolerance: float) -> NDArray[np.bool_]:
         """Whether the residual and the fall of the energy of each cell are small, shape (C,)."""
-        pairs = zip(self.last, self.energy_fall.tolist(), strict=True)
-        return np.array([has_converged(now.residual, fall, tolerance) for now, fall in pairs])
+        return has_converged(self.last.residual, self.energy_fall, tolerance)
 
     @property
     def failed(self) -> NDArray[np.bool_]:
@@ -260,29 +254,37 @@ class RelaxationLoop:
             return min(margin * MARGIN_CHANGE, WIDEST_MARGIN)
         return max(margin / MARGIN_CHANGE, NARROWEST_MARGIN) if self.lists_age > LONG_LIFE else margin
 
-    def _allowed_rise(self, cell: int, noise: float, *, stepping: bool) -> float:
-        """By how much a cell's energy may rise [erg], in a Newton step or in iterations of the solver."""
-        size = self.last[cell].size
-        if stepping:
-            return NEWTON_RISE * self.simulation.precision * size
-        return self.simulation.solver.allowed_rise * (size + self.kinetic_energy) + noise
+    def _allowed_rise(self, stepping: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """By how much the energy of each cell may rise [erg], in a Newton step of some or in iterations, shape (C,)."""
+        size, simulation = self.last.size, self.simulation
+        iterated = simulation.solver.allowed_rise * (size + self.kinetic_energy) + simulation.noise
+        return np.where(stepping, NEWTON_RISE * simulation.precision * size, iterated)
 
-    def _is_acceptable(self, cell: int, now: Assessment, kinetic_energy: float, allowed: float) -> bool:
-        """Whether a cell's energy is finite and has not risen too far."""
-        before = self.last[cell].energy + self.kinetic_energy
-        return now.finite and now.energy + kinetic_energy <= before + allowed
+    def _is_acceptable(
+        self, now: Assessments, kinetic_energy: float, allowed: NDArray[np.float64]
+    ) -> NDArray[np.bool_]:  # fmt: skip
+        """Whether the energy of each cell is finite and has not risen too far, shape (C,)."""
+        before = self.last.energy + self.kinetic_energy
+        return now.finite & (now.energy + kinetic_energy <= before + allowed)
 
-    def _note(self, cell: int, now: Assessment) -> None:
-        """Record the accepted assessment of a cell."""
-        self.energy_fall[cell] = (self.last[cell].energy - now.energy) / now.size if now.size > 0.0 else 0.0
-        self.last[cell] = now
+    def _note(self, cells: NDArray[np.bool_], now: Assessments) -> None:
+        """Record the accepted assessments of some cells."""
+        size = now.size
+        with np.errstate(divide="ignore", invalid="ignore"):
+            fall = np.where(size > 0.0, (self.last.energy - now.energy) / size, 0.0)
+        self.energy_fall = np.where(cells, fall, self.energy_fall)
+        self.last = self.last.replaced(cells, now)
+        done = self.iteration - self.before
+        if self.settling is not None and cells.any() and self.settling.is_due(done):
+            self.remaining[0] = self.settling.note_state(self.simulation, done, now[0])
         newton = self.simulation.newton
-        if self.settling is not None and self.settling.is_due(self.iteration - self.before):
-            self.remaining[cell] = self.settling.note_state(self.simulation, self.iteration - self.before, now)
-        if newton is not None and self.ending[cell]:
-            self.remaining[cell] = newton.remaining_change(cell, now.size)
-        elif newton is not None and has_converged(now.residual, float(self.energy_fall[cell]), DESCENT):
-            self.ending[cell], self.step_scale[cell] = True, 1.0
+        if newton is None:
+            return
+        for cell in np.flatnonzero(cells & self.ending).tolist():
+            self.remaining[cell] = newton.remaining_change(cell, float(size[cell]))
+        beginning = cells & ~self.ending & self._is_near_rest(DESCENT)
+        self.ending |= beginning
+        self.step_scale[beginning] = 1.0
 
     def _fail(self, errors: dict[int, str]) -> None:
         """Record the cells that cannot continue; raise the error if there is only one cell."""

@@ -12,7 +12,8 @@ import warp as wp
 
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.convergence import LARGEST_ENERGY_FALL, MORE_ITERATIONS, rest_text
+from stitchmesh.yarnrelax.assessment import MORE_ITERATIONS
+from stitchmesh.yarnrelax.convergence import LARGEST_ENERGY_FALL, rest_text
 from stitchmesh.yarnrelax.loading import Loading
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 

@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.convergence import Assessment
+from stitchmesh.yarnrelax.assessment import Assessment
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.newton import RemainingChange
 from stitchmesh.yarnrelax.solvers.spacing_change import SpacingChange

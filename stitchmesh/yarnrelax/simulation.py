@@ -25,10 +25,11 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.assessment import Assessment, Assessments
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN, make_candidates
 from stitchmesh.yarnrelax.collision.step_limit import smallest_distances
-from stitchmesh.yarnrelax.convergence import Assessment, Assessor, precision_of, rounding_force
+from stitchmesh.yarnrelax.convergence import Assessor, precision_of, rounding_force
 from stitchmesh.yarnrelax.energies.by_term import largest_force
 from stitchmesh.yarnrelax.energies.evaluation import force_launches
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
@@ -221,7 +222,7 @@ class YarnSimulation:
         """Residual and energies of the first cell, or of the only piece, in the current state."""
         return self.assess_cells()[0]
 
-    def assess_cells(self, cells: NDArray[np.bool_] | None = None) -> list[Assessment]:
+    def assess_cells(self, cells: NDArray[np.bool_] | None = None) -> Assessments:
         """Residual and energies of each cell; the effect of rounding is measured in ``cells``, by default in all."""
         return self.assessor.assess(cells)
 

@@ -25,9 +25,9 @@ from stitchmesh.periodic.relaxation.continuation import stretch_cell
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import Relaxation, RelaxCell, observer, relax_yarns
+from stitchmesh.yarnrelax.assessment import Assessments
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.constraints.pins import Pins
-from stitchmesh.yarnrelax.convergence import Assessment
 from stitchmesh.yarnrelax.energies.body import Body
 from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.energies.twist import Twist
@@ -148,11 +148,11 @@ def test_the_step_scale_after_a_step_back_is_resumed(tmp_path, monkeypatch):
     # two assessments report an increased energy: the first one, and one after the checkpoint
     assess, count = YarnSimulation.assess_cells, iter(range(1000))
 
-    def assess_with_increases(simulation: YarnSimulation, cells: np.ndarray | None = None) -> list[Assessment]:
-        (found,) = assess(simulation, cells)
+    def assess_with_increases(simulation: YarnSimulation, cells: np.ndarray | None = None) -> Assessments:
+        found = assess(simulation, cells)
         if next(count) not in (1, 3):
-            return [found]
-        return [replace(found, energies={name: 10.0 * energy for name, energy in found.energies.items()})]
+            return found
+        return replace(found, energies={name: 10.0 * energy for name, energy in found.energies.items()})
 
     monkeypatch.setattr(YarnSimulation, "assess_cells", assess_with_increases)
     uninterrupted = relaxed(replace(QUALITY, max_iterations=120))

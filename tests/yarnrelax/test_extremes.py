@@ -15,8 +15,8 @@ import pytest
 from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.assessment import Assessment
 from stitchmesh.yarnrelax.collision import broad_phase
-from stitchmesh.yarnrelax.convergence import Assessment
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))

@@ -13,8 +13,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarnrelax import Relaxation, relax_yarns
+from stitchmesh.yarnrelax.assessment import Assessment
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
-from stitchmesh.yarnrelax.convergence import Assessment
 from stitchmesh.yarnrelax.settling import SLIDE, SLOWEST, SPAN, Settling
 from stitchmesh.yarnrelax.solvers.newton import LARGEST_PIECE, RemainingChange
 from tests.yarnrelax.stockinette import fabric_of, tube

@@ -57,7 +57,7 @@ def test_parts_of_intervals_have_the_bits_of_whole_intervals(pattern, solver, ce
             break
     assert np.array_equal(whole.simulation.good_yarns().points, divided.simulation.good_yarns().points)
     assert np.array_equal(divided.current_yarns().points, divided.simulation.good_yarns().points)
-    assert whole.last == divided.last
+    assert list(whole.last) == list(divided.last)
     assert whole.simulation.candidates.margin == divided.simulation.candidates.margin
 
 

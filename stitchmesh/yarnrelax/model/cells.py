@@ -148,6 +148,21 @@ class CellTables:
         return rows[row], leg + 1, image[row, leg]
 
     @cached_property
+    def segment_corners(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        """Corners of all segments without repetition, cell after cell.
+
+        Returns:
+            Where the corners of each cell start, shape (C + 1,), and the control point, shape (K,), and the image,
+            shape (K, 2), of each corner.
+        """
+        segment, slot, image = self.wrapped
+        point = np.concatenate([np.arange(self.point_count), self.yarns.segment_points[segment, slot]])
+        cell = np.searchsorted(self.point_start, point, side="right") - 1
+        order = np.argsort(cell, kind="stable")
+        images = np.concatenate([np.zeros((self.point_count, 2), dtype=np.int64), image])
+        return starts_of(np.bincount(cell, minlength=self.cell_count).tolist()), point[order], images[order]
+
+    @cached_property
     def units(self) -> NDArray[np.float64]:
         """Unit of length of each cell [cm], shape (C,)."""
         return np.array([cell.unit for cell in self.cells])

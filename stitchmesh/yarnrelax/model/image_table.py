@@ -10,7 +10,7 @@ the box. If yarns grow beyond this box, or periods have become too short, the ta
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -62,9 +62,8 @@ def has_room(model: Model, points: wp.array[Any], cells: NDArray[np.bool_]) -> b
     """Whether the table has all images that some cells, shape (C,), would have in a table that is made anew."""
     images = model.constants.images
     places, periods = points.numpy()[: model.point_count], images.periods.numpy().reshape(-1, 2, 3)
-    corners = corners_of(model, places, periods)
-    chosen = Corners(*(getattr(corners, field.name)[cells] for field in fields(Corners)))
-    needed = near_images(chosen, CONTACT_RANGE + 2 * SPREAD, SHRINKAGE)
+    corners = corners_of(model, places, periods, np.flatnonzero(cells))
+    needed = near_images(corners, CONTACT_RANGE + 2 * SPREAD, SHRINKAGE)
     return bool(_numbers(needed, images.image.numpy())[1].all())
 
 
@@ -111,25 +110,29 @@ class Corners:
     """Largest radius of each cell, shape (C,)."""
 
 
-def corners_of(model: Model, places: NDArray[Any], periods: NDArray[Any]) -> Corners:
-    """Measure the corners for control points [units] of shape (N, 3) and periods."""
-    segment, slot, image = model.wrapped
-    cell = np.searchsorted(model.segment_start, segment, side="right") - 1
-    others = places[model.yarns.segment_points[segment, slot]] + np.einsum("ea,ead->ed", image, periods[cell])
+def corners_of(
+    model: Model, places: NDArray[Any], periods: NDArray[Any], cells: NDArray[np.int64] | None = None
+) -> Corners:  # fmt: skip
+    """Measure the corners for control points [units] of shape (N, 3) and periods.
+
+    Args:
+        model: the cells.
+        places: control points of all cells.
+        periods: periods of all cells [units], shape (C, 2, 3).
+        cells: numbers of the cells that are measured; all by default.
+    """
+    start, point, image = model.segment_corners
+    chosen = np.arange(model.cell_count) if cells is None else cells
+    counts = np.diff(start)[chosen]
+    first = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    corner = np.arange(counts.sum()) + np.repeat(start[chosen] - first, counts)
+    periods, cell = periods[chosen], np.repeat(np.arange(len(chosen)), counts)
     dual = np.linalg.pinv(periods).transpose(0, 2, 1)
-    own_turns = np.einsum("nd,nkd->nk", places, np.repeat(dual, np.diff(model.point_start), axis=0))
-    other_turns = np.einsum("ed,ekd->ek", others, dual[cell])
-    box, turns = _spans(model, places, cell, others), _spans(model, own_turns, cell, other_turns)
-    return Corners(periods, dual, box, turns, np.maximum.reduceat(model.radius, model.yarn_start[:-1]))
-
-
-def _spans(model: Model, own: NDArray[Any], cell: NDArray[np.int64], others: NDArray[Any]) -> NDArray[Any]:
-    """Largest minus smallest value in each cell, of values (N, d) and further values (E, d), shape (C, d)."""
-    first = model.point_start[:-1]
-    high, low = np.maximum.reduceat(own, first), np.minimum.reduceat(own, first)
-    np.maximum.at(high, cell, others)
-    np.minimum.at(low, cell, others)
-    return high - low
+    place = places[point[corner]] + np.einsum("ea,ead->ed", image[corner], periods[cell])
+    turns = np.einsum("ed,ekd->ek", place, dual[cell])
+    box, turns = (np.maximum.reduceat(own, first) - np.minimum.reduceat(own, first) for own in (place, turns))
+    radius = np.maximum.reduceat(model.radius, model.yarn_start[:-1])[chosen]
+    return Corners(periods, dual, box, turns, radius)
 
 
 def near_images(corners: Corners, reach: float, shrinkage: float = 1.0) -> NDArray[np.int64]:

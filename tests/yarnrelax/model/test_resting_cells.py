@@ -75,6 +75,6 @@ def test_an_interval_of_some_cells_leaves_the_others_where_they_are() -> None:
     before, assessed = points_of(simulation, 1), loop.last[1]
     loop.advance(SOME)
     assert loop.iterations.tolist() == [20, 0, 20]
-    assert np.array_equal(points_of(simulation, 1), before) and loop.last[1] is assessed
+    assert np.array_equal(points_of(simulation, 1), before) and loop.last[1] == assessed
     again = simulation.assess_cells()[1]
     assert again.energies == assessed.energies and again.residual == assessed.residual

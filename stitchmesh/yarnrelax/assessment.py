@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Residuals and energies of states, which ``convergence`` judges.
+
+A batch has thousands of cells, each of which is assessed every few iterations. Their assessments are therefore arrays
+over the cells (``Assessments``), and that of one cell (``Assessment``) is taken from them where it is asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+ABOVE_NOISE = 4.0
+"""Ratio to the noise above which forces are significant; the noise of one place varies by about that factor."""
+MORE_ITERATIONS = "raise max_iterations"
+"""Advice for yarns that further iterations would bring nearer to rest."""
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """Residual and energies of a state."""
+
+    residual: float
+    """Relative force residual."""
+    energies: dict[str, float]
+    """Energy of each term [erg]."""
+    rounding: float = 0.0
+    """Residual that the rounding of coordinates alone causes; 0 where it is certainly less than ``residual``."""
+
+    @property
+    def energy(self) -> float:
+        """Total energy [erg]."""
+        return sum(self.energies.values())
+
+    @property
+    def size(self) -> float:
+        """Sum of the magnitudes of the energies [erg]."""
+        return sum(abs(energy) for energy in self.energies.values())
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether the residual cannot be distinguished from the effect of rounding."""
+        return self.residual <= ABOVE_NOISE * self.rounding
+
+    @property
+    def remedy(self) -> str:
+        """Advice for yarns that are not at rest: a higher precision if the force is noise, else more iterations."""
+        if self.is_noise:
+            return f"rounding of coordinates alone leaves {self.rounding:.2g}: take quality reference (float64)"
+        return MORE_ITERATIONS
+
+    @property
+    def finite(self) -> bool:
+        """Whether the residual and all energies are finite."""
+        return bool(np.isfinite(self.residual) and np.isfinite(self.energy))
+
+
+@dataclass(frozen=True, eq=False)
+class Assessments:
+    """Residuals and energies of the states of C cells; ``len``, indices and loops give those of each cell."""
+
+    residual: NDArray[np.float64]
+    """Relative force residuals, shape (C,)."""
+    energies: Mapping[str, NDArray[np.float64]]
+    """Energies of each term [erg], each of shape (C,)."""
+    rounding: NDArray[np.float64]
+    """Residuals that rounding alone causes, as in ``Assessment``, shape (C,)."""
+
+    @classmethod
+    def of(cls, cells: Sequence[Assessment]) -> Assessments:
+        """Return the assessments of cells that have the same terms."""
+        names = cells[0].energies if cells else ()
+        energies = {name: np.array([each.energies[name] for each in cells]) for name in names}
+        residual, rounding = ([getattr(each, name) for each in cells] for name in ("residual", "rounding"))
+        return cls(np.array(residual, dtype=np.float64), energies, np.array(rounding, dtype=np.float64))
+
+    def __len__(self) -> int:
+        """Return the number of cells."""
+        return len(self.residual)
+
+    def __getitem__(self, cell: int) -> Assessment:
+        """Return the assessment of a cell."""
+        energies = {name: float(own[cell]) for name, own in self.energies.items()}
+        return Assessment(float(self.residual[cell]), energies, float(self.rounding[cell]))
+
+    def __iter__(self) -> Iterator[Assessment]:
+        """Return the assessments of all cells, one after another."""
+        return (self[cell] for cell in range(len(self)))
+
+    @property
+    def energy(self) -> NDArray[np.float64]:
+        """Total energies [erg], shape (C,)."""
+        return sum(self.energies.values(), start=np.zeros(len(self)))
+
+    @property
+    def size(self) -> NDArray[np.float64]:
+        """Sums of the magnitudes of the energies [erg], shape (C,)."""
+        return sum((np.abs(own) for own in self.energies.values()), start=np.zeros(len(self)))
+
+    @property
+    def is_noise(self) -> NDArray[np.bool_]:
+        """Whether each residual cannot be distinguished from the effect of rounding, shape (C,)."""
+        return self.residual <= ABOVE_NOISE * self.rounding
+
+    @property
+    def finite(self) -> NDArray[np.bool_]:
+        """Whether the residual and all energies of each cell are finite, shape (C,)."""
+        return np.isfinite(self.residual) & np.isfinite(self.energy)
+
+    def replaced(self, cells: NDArray[np.bool_], others: Assessments) -> Assessments:
+        """Return these assessments, and those of others for some cells, shape (C,)."""
+        energies = {name: np.where(cells, others.energies[name], own) for name, own in self.energies.items()}
+        residual, rounding = np.where(cells, others.residual, self.residual), others.rounding
+        return Assessments(residual, energies, np.where(cells, rounding, self.rounding))
