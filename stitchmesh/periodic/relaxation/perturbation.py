@@ -62,6 +62,13 @@ def waves(yarns: YarnSet, random: Random) -> FloatArray:
     dual = np.linalg.inv(yarns.lattice.periods @ frame.T).T
     turns = np.exp(2j * np.pi * (yarns.points @ frame.T @ dual.T) @ numbers.T)
     slopes = 2j * np.pi * np.einsum("pw,wk,wd->pdk", turns, size, numbers @ dual)
-    steepest = float(np.linalg.norm(slopes.real, ord=2, axis=(1, 2)).max())
-    displacement: FloatArray = (turns @ size).real * (STEEPEST / steepest)
+    displacement: FloatArray = (turns @ size).real * (STEEPEST / _steepest(slopes.real))
     return displacement
+
+
+def _steepest(slopes: FloatArray) -> float:
+    """Largest norm of gradients (N, 3, 2): the root of the larger eigenvalue of each J^T J, faster than by SVD."""
+    first, second = slopes[:, :, 0], slopes[:, :, 1]
+    squares, others = (first**2).sum(axis=1), (second**2).sum(axis=1)
+    apart = np.hypot((squares - others) / 2.0, (first * second).sum(axis=1))
+    return float(np.sqrt((squares + others) / 2.0 + apart).max())
