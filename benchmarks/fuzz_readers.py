@@ -134,7 +134,7 @@ def _read_labeling(path: Path) -> object:
 def _checkpoint(folder: Path) -> list[bytes]:
     """Return the checkpoint of a relaxation, made by hand; the states of solvers have the same form."""
     from stitchmesh.yarnrelax.checkpoint import CheckpointState, write_state
-    from stitchmesh.yarnrelax.convergence import Assessment
+    from stitchmesh.yarnrelax.assessment import Assessment
 
     class Held:
         def numpy(self) -> np.ndarray:
