@@ -133,8 +133,8 @@ def _read_labeling(path: Path) -> object:
 
 def _checkpoint(folder: Path) -> list[bytes]:
     """Return the checkpoint of a relaxation, made by hand; the states of solvers have the same form."""
-    from stitchmesh.yarnrelax.checkpoint import CheckpointState, write_state
     from stitchmesh.yarnrelax.assessment import Assessment
+    from stitchmesh.yarnrelax.checkpoint import CheckpointState, write_state
 
     class Held:
         def numpy(self) -> np.ndarray:

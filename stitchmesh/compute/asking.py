@@ -40,6 +40,14 @@ class Ask:
 
 
 @dataclass(frozen=True, eq=False)
+class Begun(Ask):
+    """Work that was begun with that of others, and goes on with the next that is done together."""
+
+    state: Any
+    """How far it is, for the function that does it together."""
+
+
+@dataclass(frozen=True, eq=False)
 class Several:
     """Computations that do not depend on each other; the answer is a list of their results, or of errors."""
 

@@ -11,16 +11,17 @@ What is done together depends on the computations alone and not on time, so that
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, TypeVar
 
-from stitchmesh.compute.asking import Ask, Asking
+from stitchmesh.compute.asking import Ask, Asking, Begun
 from stitchmesh.errors import StitchMeshError
 
 T = TypeVar("T")
 Together = Callable[[Sequence[Ask]], Sequence[Any]]
-"""A function that does several pieces of work at once, and returns the answer to each, or its error."""
+"""A function that does several pieces of work at once, and returns the answer to each, or its error, or ``Begun`` for a
+piece that goes on when this kind of work is done again; at least one piece is done."""
 
 
 @dataclass(eq=False)
@@ -88,7 +89,10 @@ class _Computations:
         self.waiting = others
         asks = [running.asked for running in some if running.asked is not None]
         for running, answer in zip(some, self.ways[kind](asks), strict=True):
-            self._resume(running, answer)
+            if isinstance(answer, Begun):
+                self.waiting.append(replace(running, asked=answer))
+            else:
+                self._resume(running, answer)
 
     def _resume(self, running: _Running, answer: Any) -> None:
         """Give a computation an answer, and answer at once what is done alone."""

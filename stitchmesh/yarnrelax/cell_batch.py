@@ -3,7 +3,9 @@
 """A batch of cells on its way to rest: which cells take part in the next launches, and when the rest goes on alone.
 
 Cells at rest stay still, but launches still pass over them. Once the cells that are not at rest are a small part of all
-(``SMALL_PART``), they go on as a batch of their own.
+(``SMALL_PART``), they go on as a batch of their own. A launch of few cells takes hardly less time than one of many, so
+that the last cells of a batch cost most. Where other cells will follow, the last ones are therefore left
+(``LAST_PART``), to go on together with those.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality
 from stitchmesh.time_limit import OutOfTime, without_limit
 from stitchmesh.yarn import YarnSet, segment_lengths
+from stitchmesh.yarnrelax.begun_cell import BegunCell, learned_by, teach
 from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.energies.confinement import CellConfinements, Confinement, height_of_middle
 from stitchmesh.yarnrelax.model.cells import PeriodicCell
@@ -35,6 +38,8 @@ CellProgress = Callable[[int, int], None]
 """Called with the number of cells at rest and the number of iterations."""
 SMALL_PART = 0.25
 """Part of all contact samples below which the cells that are not at rest continue without the others."""
+LAST_PART = 0.1
+"""Part of the cells that a batch may leave for the next one."""
 ENOUGH, LONGEST_WAIT = 0.5, 4
 """Part of the cells that are not at rest that is enough for a Newton step, and the most assessment intervals for which
 cells wait until there are so many."""
@@ -72,23 +77,35 @@ class CellBatch:
     """Largest number of iterations of each cell, shape (C,)."""
     samples: Sequence[int] | None = None
     """Contact samples of a segment of each cell; None for those of the quality."""
-    heights: Sequence[float | None] | None = None
-    """Heights of the middle planes [cm]; None for those of the yarns as given."""
+    begun: Sequence[BegunCell | None] | None = None
+    """The cells that another batch has begun, in their present state; None for cells that begin."""
 
     def simulation(self) -> YarnSimulation:
         """The cells on the device."""
         terms = []
         if self.planes is not None:
-            terms = [CellConfinements(tuple(self.planes), tuple(self.heights or [None] * len(self.given)))]
+            heights = tuple(None if own is None else own.height for own in self.begun or [None] * len(self.given))
+            terms = [CellConfinements(tuple(self.planes), heights)]
         return YarnSimulation(self.given, self.quality, self.device, terms, cells=self.free, samples=self.samples)
 
-    def part(self, cells: NDArray[np.bool_], yarns: Sequence[YarnSet]) -> CellBatch:
-        """Some of the cells, with their yarns in their present state; ``yarns`` are those of all cells."""
-        given = [(now, material) for now, (_, material) in zip(yarns, self.given, strict=True)]
-        heights = self.heights or [height_of_middle(PeriodicCell(*each)) for each in self.given]
-        return replace(self, given=_some(given, cells), free=_some(self.free, cells), most=self.most[cells],
+    def part(self, cells: NDArray[np.bool_]) -> CellBatch:
+        """Some of the cells as they were given."""
+        return replace(self, given=_some(self.given, cells), free=_some(self.free, cells), most=self.most[cells],
                        planes=_some(self.planes, cells), samples=_some(self.samples, cells),
-                       heights=_some(heights, cells))  # fmt: skip
+                       begun=_some(self.begun, cells))  # fmt: skip
+
+    def continued(self, cells: NDArray[np.bool_], begun: Sequence[BegunCell]) -> CellBatch:
+        """Some of the cells in their present state; ``begun`` are all cells."""
+        given = [(own.yarns, material) for own, (_yarns, material) in zip(begun, self.given, strict=True)]
+        return replace(self, given=given, begun=begun).part(cells)
+
+    def middle_heights(self) -> list[float | None]:
+        """Height of the middle plane of each cell [cm], that of its yarns as they began; None without planes."""
+        if self.planes is None:
+            return [None] * len(self.given)
+        begun = self.begun or [None] * len(self.given)
+        return [height_of_middle(PeriodicCell(*given)) if own is None else own.height
+                for given, own in zip(self.given, begun, strict=True)]  # fmt: skip
 
 
 def _some(each: Sequence[Any] | None, cells: NDArray[np.bool_]) -> Any:
@@ -96,14 +113,25 @@ def _some(each: Sequence[Any] | None, cells: NDArray[np.bool_]) -> Any:
     return None if each is None else [own for own, chosen in zip(each, cells.tolist(), strict=True) if chosen]
 
 
-def relax_batch(batch: CellBatch, progress: CellProgress | None) -> tuple[list[RelaxedCell], int]:
-    """Relax all cells of a batch; return them in their order, and the iterations of the cell that did most."""
-    found: dict[int, RelaxedCell] = {}
+def relax_batch(
+    batch: CellBatch, progress: CellProgress | None, *, others_follow: bool = False
+) -> tuple[list[RelaxedCell | BegunCell], int]:  # fmt: skip
+    """Relax the cells of a batch.
+
+    Args:
+        batch: the cells.
+        progress: called after each assessment.
+        others_follow: whether the last cells may be left, to go on in a batch with others.
+
+    Returns:
+        The cells in their order, and the iterations of the cell that did most.
+    """
+    found: dict[int, RelaxedCell | BegunCell] = {}
     numbers, launched = np.arange(len(batch.given)), 0
-    before: tuple[_Run, NDArray[np.bool_]] | None = None
-    while len(numbers):
-        run = _Run(batch.simulation(), batch, before)
-        while run.active.any() and not run.is_mostly_done:
+    few = LAST_PART * len(numbers) if others_follow else 0.0
+    while True:
+        run = _Run(batch.simulation(), batch)
+        while run.active.sum() > few and not run.is_mostly_done:
             try:
                 run.advance()
             except OutOfTime:
@@ -113,7 +141,14 @@ def relax_batch(batch: CellBatch, progress: CellProgress | None) -> tuple[list[R
         launched, remaining = max(launched, run.loop.iteration), run.active
         yarns = run.simulation.good_cells()
         found |= {int(numbers[k]): cell for k, cell in run.relaxed(yarns, np.flatnonzero(~remaining)).items()}
-        numbers, batch, before = numbers[remaining], batch.part(remaining, yarns), (run, remaining)
+        numbers = numbers[remaining]
+        if not len(numbers):
+            break
+        begun = run.begun(yarns)
+        if len(numbers) <= few:
+            found |= zip(numbers.tolist(), _some(begun, remaining), strict=True)
+            break
+        batch = batch.continued(remaining, begun)
     return [found[number] for number in sorted(found)], launched
 
 
@@ -134,33 +169,28 @@ def relax_batch_partly(batch: CellBatch, iterations: int) -> list[YarnSet | str]
 class _Run:
     """Cells on their way to rest, until only a small part of them is not at rest."""
 
-    def __init__(
-        self, simulation: YarnSimulation, batch: CellBatch, before: tuple[_Run, NDArray[np.bool_]] | None
-    ) -> None:
-        """Assess the cells as they were given; ``before`` is a run of more cells, and which of them these are."""
-        self.simulation, self.most = simulation, batch.most
+    def __init__(self, simulation: YarnSimulation, batch: CellBatch) -> None:
+        """Assess the cells as they are given."""
+        self.simulation, self.batch = simulation, batch
         self.loop = RelaxationLoop(simulation, batch.quality.tolerance, batch.quality.largest_change)
         self.loop.start()
+        begun = batch.begun or [None] * len(batch.given)
+        teach(self.loop, [None if own is None else own.learned for own in begun])
         self.began = time.perf_counter()
-        self.history: list[list[HistoryEntry]] = [[] for _ in batch.given]
-        if before is not None:
-            self._continue_from(*before)
-        else:
-            self._note(~self.loop.failed)
-        self.active = ~self.loop.failed & (self.loop.iterations < self.most)
+        self.before = [0.0 if own is None else own.seconds for own in begun]
+        """Seconds of each cell in other batches."""
+        self.history: list[list[HistoryEntry]] = [[] if own is None else list(own.history) for own in begun]
+        self._note(~self.loop.failed & np.array([own is None for own in begun]))
+        self.active = ~self.loop.failed & (self.loop.iterations < batch.most)
         self._intervals = 0
         """Intervals for which cells have waited to take a Newton step together."""
 
-    def _continue_from(self, before: _Run, cells: NDArray[np.bool_]) -> None:
-        """Count the iterations of the cells on, and end the relaxation of those that Newton's method was ending."""
-        own, earlier = self.simulation, before.simulation
-        assert isinstance(own.solver, LBFGS) and isinstance(earlier.solver, LBFGS)
-        own.solver.continue_gradients(earlier.solver, cells)
-        assert own.newton is not None and earlier.newton is not None
-        own.newton.continue_from(earlier.newton, cells)
-        self.loop.iterations, self.loop.ending = before.loop.iterations[cells], before.loop.ending[cells]
-        self.loop.alternation.continue_from(before.loop.alternation, cells)
-        self.began, self.history = before.began, [before.history[cell] for cell in np.flatnonzero(cells)]
+    def begun(self, yarns: Sequence[YarnSet]) -> list[BegunCell]:
+        """All cells, to go on in another batch; ``yarns`` are their last accepted states."""
+        seconds, heights = time.perf_counter() - self.began, self.batch.middle_heights()
+        parts = zip(yarns, heights, learned_by(self.loop), self.history, self.before, strict=True)
+        return [BegunCell(own, height, learned, history, before + seconds)
+                for own, height, learned, history, before in parts]  # fmt: skip
 
     def advance(self) -> None:
         """Iterate and assess cells that are not at rest; those that take a Newton step next may wait for others.
@@ -177,7 +207,7 @@ class _Run:
         except OverloadError:  # the only cell, whose error the loop keeps
             chosen = ~loop.failed
         self._note(chosen & ~loop.failed)
-        self.active = self.active & ~(loop.at_rest | loop.failed | loop.stalled) & (loop.iterations < self.most)
+        self.active = self.active & ~(loop.at_rest | loop.failed | loop.stalled) & (loop.iterations < self.batch.most)
 
     def _note(self, cells: NDArray[np.bool_]) -> None:
         """Add the last assessments of some cells to their histories."""
@@ -187,7 +217,7 @@ class _Run:
         rows = zip(numbers.tolist(), *(column[numbers].tolist() for column in columns), strict=True)
         for cell, count, residual, *energies in rows:
             own = dict(zip(names, energies, strict=True))
-            entry = HistoryEntry(iteration=count, seconds=seconds, residual=residual, energies=own)
+            entry = HistoryEntry(iteration=count, seconds=self.before[cell] + seconds, residual=residual, energies=own)
             self.history[cell].append(entry)
 
     @property

@@ -90,7 +90,8 @@ def relax_cells(
     given, most = list(zip(cells, materials, strict=True)), np.full(len(cells), quality.max_iterations)
     batch = CellBatch(given, free, planes, quality, device_named(device), most)
     with shown_progress(progress, partial(_report_cells, len(cells))) as report_cells:
-        found, launched = relax_batch(batch, report_cells)
+        ended, launched = relax_batch(batch, report_cells)
+    found = [cell for cell in ended if isinstance(cell, RelaxedCell)]
     report = {"seconds": time.perf_counter() - began, "launched": launched,
               "converged": sum(cell.report["converged"] for cell in found),
               "device": str(device_named(device))}  # fmt: skip

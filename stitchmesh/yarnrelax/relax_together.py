@@ -18,11 +18,12 @@ from typing import Any
 
 import numpy as np
 
-from stitchmesh.compute.asking import Ask
+from stitchmesh.compute.asking import Ask, Begun
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.time_limit import seconds_left
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.begun_cell import BegunCell
 from stitchmesh.yarnrelax.cell_batch import CellBatch, RelaxedCell, relax_batch, relax_batch_partly
 from stitchmesh.yarnrelax.cell_stress import CellStress, cell_stresses
 from stitchmesh.yarnrelax.convergence import rest_text
@@ -38,8 +39,8 @@ logger = logging.getLogger(__name__)
 
 
 @alone()
-def relax_together(asks: Sequence[Ask]) -> list[Relaxation | StitchMeshError]:
-    """Answer calls of ``relax_yarns``: those of one quality in one batch of cells each."""
+def relax_together(asks: Sequence[Ask]) -> list[Relaxation | StitchMeshError | Begun]:
+    """Answer calls of ``relax_yarns``: those of one quality in one batch of cells each, of which the last are left."""
     return _in_groups(asks, _relax_group)
 
 
@@ -62,11 +63,13 @@ def _in_groups(asks: Sequence[Ask], relax: Any) -> list[Any]:
 
 def _in_halves(asks: Sequence[Ask], relax: Any) -> list[Any]:
     """Answer calls together; where one is refused, or all need too much memory, in halves down to single ones."""
-    if len(asks) == 1:
+    if len(asks) == 1 and not isinstance(asks[0], Begun):
         return [_alone(asks[0])]
     try:
         found: list[Any] = relax(asks)
-    except StitchMeshError:
+    except StitchMeshError as error:
+        if len(asks) == 1:
+            return [error]
         middle = len(asks) // 2
         return _in_halves(asks[:middle], relax) + _in_halves(asks[middle:], relax)
     return found
@@ -93,29 +96,36 @@ def _alone(ask: Ask) -> Any:
 
 def _batch(asks: Sequence[Ask]) -> CellBatch:
     """The batch of a group of calls."""
-    given = [(ask.positional[0], ask.named["material"]) for ask in asks]
+    begun = [ask.state if isinstance(ask, Begun) else None for ask in asks]
+    given = [(ask.positional[0] if own is None else own.yarns, ask.named["material"])
+             for ask, own in zip(asks, begun, strict=True)]  # fmt: skip
     free = [ask.named["cell"] for ask in asks if ask.named.get("cell") is not None]
     terms = [ask.named.get("terms", ()) for ask in asks]
     first = asks[0].named
     return CellBatch(
         given, free or None, [own[0] for own in terms] if terms[0] else None, first["quality"],
         device_named(first.get("device")), np.array([ask.named["quality"].max_iterations for ask in asks]),
-        [ask.named["quality"].contact_samples for ask in asks],
+        [ask.named["quality"].contact_samples for ask in asks], begun,
     )  # fmt: skip
 
 
-def _relax_group(asks: Sequence[Ask]) -> list[Relaxation | StitchMeshError]:
+def _relax_group(asks: Sequence[Ask]) -> list[Relaxation | StitchMeshError | Begun]:
     began, device = time.perf_counter(), asks[0].named.get("device")
-    cells, _launched = relax_batch(_batch(asks), None)
+    cells, _launched = relax_batch(_batch(asks), None, others_follow=True)
     out_of_time, seconds = seconds_left() <= 0.0, time.perf_counter() - began
-    passes = pull_throughs_together([(ask.positional[0], cell.yarns) for ask, cell in zip(asks, cells, strict=True)],
-                                    device)  # fmt: skip
-    answers = list[Relaxation | StitchMeshError]()
-    for ask, cell, error in zip(asks, cells, passes, strict=True):
+    ended = [(ask.positional[0], cell.yarns) for ask, cell in zip(asks, cells, strict=True)
+             if isinstance(cell, RelaxedCell)]  # fmt: skip
+    passes = iter(pull_throughs_together(ended, device))
+    answers = list[Relaxation | StitchMeshError | Begun]()
+    for ask, cell in zip(asks, cells, strict=True):
+        if isinstance(cell, BegunCell):
+            answers.append(Begun(ask.function, ask.positional, ask.named, cell))
+            continue
+        error, before = next(passes), ask.state.seconds if isinstance(ask, Begun) else 0.0
         if cell.report["error"]:
             answers.append(_alone(ask))
         else:
-            answers.append(error or _relaxation(ask, cell, seconds, device, out_of_time=out_of_time))
+            answers.append(error or _relaxation(ask, cell, before + seconds, device, out_of_time=out_of_time))
     return answers
 
 

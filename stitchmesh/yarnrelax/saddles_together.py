@@ -63,7 +63,7 @@ def leave_saddles(batch: CellBatch) -> list[YarnSet | None]:
     with ThreadPoolExecutor(os.cpu_count()) as threads:
         for some in _parts(order, sizes):
             chosen = np.isin(np.arange(len(sizes)), some)
-            part = batch.part(chosen, [yarns for yarns, _material in batch.given])
+            part = batch.part(chosen)
             found = threads.map(_moved_down, part.given, _matrices(part), _free(part))
             for number, yarns in zip(np.flatnonzero(chosen).tolist(), found, strict=True):
                 moved[number] = yarns

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from stitchmesh.compute.asking import Ask, Asking, Several, answer_alone, answered_alone, ask
+from stitchmesh.compute.asking import Ask, Asking, Begun, Several, answer_alone, answered_alone, ask
 from stitchmesh.compute.asking_together import answer_together
 from stitchmesh.errors import ParameterError, StitchMeshError
 
@@ -103,3 +103,18 @@ def test_an_error_ends_its_computation_only():
 
 def test_work_that_has_no_way_is_done_alone():
     assert answer_together([steps_to_one.asking(16), refused()], {})[0] == 4
+
+
+def test_work_that_has_begun_goes_on_with_the_next() -> None:
+    """Of each set of numbers halved together the last is put off, with the number of times in its state."""
+    calls = list[list[tuple[int, int]]]()
+
+    def all_but_the_last(asks: Sequence[Ask]) -> list[Any]:
+        states = [asked.state if isinstance(asked, Begun) else 0 for asked in asks]
+        calls.append([(asked.positional[0], state) for asked, state in zip(asks, states, strict=True)])
+        done = [asked.answer() for asked in (asks[:-1] if len(asks) > 1 else asks)]
+        last = asks[-1]
+        return done if len(asks) == 1 else [*done, Begun(last.function, last.positional, last.named, states[-1] + 1)]
+
+    assert answer_together([steps_to_one.asking(number) for number in (4, 2, 8)], {half: all_but_the_last}) == [2, 1, 3]
+    assert calls == [[(4, 0), (2, 0), (8, 0)], [(2, 0), (8, 1)], [(8, 2)], [(4, 0)], [(2, 0)]]

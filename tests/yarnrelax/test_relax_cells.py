@@ -16,6 +16,8 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import tile_yarns
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies, yarn_forces
+from stitchmesh.yarnrelax.begun_cell import BegunCell
+from stitchmesh.yarnrelax.cell_batch import CellBatch, RelaxedCell, relax_batch
 from stitchmesh.yarnrelax.energies import evaluation as all_terms
 from stitchmesh.yarnrelax.model.image_table import has_room
 from stitchmesh.yarnrelax.relax_cells import relax_cells
@@ -207,3 +209,25 @@ def test_large_and_small_cells_relax_in_one_batch() -> None:
     assert batch.report["converged"] == 2
     # near rest, the error of the energy is of second order in the residual
     assert batch.cells[1].report["energy"] == pytest.approx(90 * batch.cells[0].report["energy"], rel=1e-3)
+
+
+def test_the_last_cell_of_a_batch_goes_on_with_other_cells() -> None:
+    """Ten cells at rest leave the eleventh, which goes on beside a cell that begins, to the state of a single run."""
+    (rested,) = relax_cells(CELLS[:1], materials=[KALDOR], free=[FREE], quality=EXACT, device="cpu").cells
+    given = [(rested.yarns, KALDOR)] * 10 + [(CELLS[2], LEAF)]
+    batch = CellBatch(given, [FREE] * 11, None, EXACT, device_named("cpu"), np.full(11, EXACT.max_iterations))
+    ended, _launched = relax_batch(batch, None, others_follow=True)
+    assert all(isinstance(cell, RelaxedCell) for cell in ended[:10])
+    left = ended[10]
+    assert isinstance(left, BegunCell)
+    done = int(left.learned["iterations"])
+    both = replace(batch, given=[(CELLS[0], KALDOR), (left.yarns, LEAF)], free=[FREE] * 2, most=batch.most[:2],
+                   begun=[None, left])  # fmt: skip
+    first, second = relax_batch(both, None)[0]
+    assert isinstance(first, RelaxedCell) and isinstance(second, RelaxedCell)
+    assert first.report["converged"] and second.report["converged"] and second.report["iterations"] > done
+    counts = [entry["iteration"] for entry in second.history]
+    assert counts == sorted(counts) and counts[0] == 0 and done in counts and first.history[0]["iteration"] == 0
+    alone = relax_yarns(CELLS[2], material=LEAF, quality=EXACT, device="cpu", cell=FREE)
+    # as in ``test_each_cell_relaxes_to_the_same_state_as_alone``
+    assert second.report["energy"] == pytest.approx(alone.report["energy"], rel=1e-6)

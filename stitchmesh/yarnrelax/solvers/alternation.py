@@ -48,7 +48,3 @@ class Alternation:
         goes_on = (self.newton_fall > 0.0) & (fall > interval * self.newton_fall)
         left = np.maximum(self.descent - interval, np.where(goes_on, interval, 0))
         self.descent = np.where(bad, 0, np.where(good, left, self.descent))
-
-    def continue_from(self, other: Alternation, cells: NDArray[np.bool_]) -> None:
-        """Continue with some of the cells of another one."""
-        self.descent, self.newton_fall = other.descent[cells], other.newton_fall[cells]

@@ -358,10 +358,14 @@ class LBFGS(Solver):
         part = np.divide(last, first, out=np.zeros_like(last), where=first > 0.0)
         return [count or None for count in tenth.astype(int).tolist()], part.tolist()
 
-    def continue_gradients(self, other: LBFGS, cells: NDArray[np.bool_]) -> None:
-        """Copy the recorded gradients from a solver of more cells; the cells of this solver are some of them."""
+    def recorded_gradients(self) -> NDArray[np.float64]:
+        """The recorded gradients of each cell, a row each."""
+        return np.asarray(self.memory.record.numpy()[:, FIRST_GRADIENT:])
+
+    def record_gradients(self, cells: NDArray[np.int64], gradients: NDArray[np.float64]) -> None:
+        """Set the recorded gradients of some cells, whose numbers are given."""
         record = self.memory.record.numpy()
-        record[:, FIRST_GRADIENT:] = other.memory.record.numpy()[cells, FIRST_GRADIENT:]
+        record[cells, FIRST_GRADIENT:] = gradients
         self.memory.record.assign(record)
 
     def arrays(self) -> dict[str, wp.array[Any]]:

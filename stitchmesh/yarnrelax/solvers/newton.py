@@ -19,6 +19,7 @@ the energy do not become shorter any more; for them r is at most ``SLOWEST``.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -350,21 +351,37 @@ class Newton:
             self._spacing[cell] = SpacingChange(self.model.cells[cell].yarns)
         return self._spacing[cell].of(points - step, step)
 
-    def continue_from(self, other: Newton, cells: NDArray[np.bool_]) -> None:
-        """Copy what persists from one step to the next from a solver of more cells, of which these are some."""
-        self.share, self.wait = other.share[cells], other.wait[cells]
-        self.length, self.ratio = other.length[cells], other.ratio[cells]
-        self.solve.record.assign(other.record[cells])
-        entries = np.repeat(cells, np.diff(other.model.point_start))
-        if self.strains:
-            entries = np.concatenate([entries, cells])
-        self.solve.damping.assign(other.solve.damping.numpy()[entries])
-        self._last = None
+    def learned(self) -> list[dict[str, NDArray[Any]]]:
+        """What persists from one step to the next, of each cell: as in ``arrays``, the damping with the strain last."""
+        damping, table, record = self.solve.damping.numpy(), self._trust(), self.record
+        start, points = self.model.point_start, self.model.point_count
+        of_strain = 1 if self.strains else 0
+        return [
+            {"record": record[cell], "trust": table[cell],
+             "damping": np.concatenate([damping[start[cell] : start[cell + 1]],
+                                        damping[points + cell : points + cell + of_strain]])}
+            for cell in range(len(table))
+        ]  # fmt: skip
+
+    def teach(self, cells: NDArray[np.int64], learned: Sequence[Mapping[str, NDArray[Any]]]) -> None:
+        """Continue some cells, whose numbers are given, with what persisted of each (``learned``)."""
+        table, record, damping = self._trust(), self.record.copy(), self.solve.damping.numpy()
+        start, points = self.model.point_start, self.model.point_count
+        for cell, own in zip(cells.tolist(), learned, strict=True):
+            table[cell], record[cell] = own["trust"], own["record"]
+            count = int(start[cell + 1] - start[cell])
+            damping[start[cell] : start[cell + 1]] = own["damping"][:count]
+            if self.strains:
+                damping[points + cell] = own["damping"][count]
+        self.resume({"trust": table, "record": record, "damping": damping})
+
+    def _trust(self) -> NDArray[np.float64]:
+        """Share, wait, length and ratio of each cell, shape (C, 4)."""
+        return np.column_stack([self.share, self.wait, self.length, self.ratio])
 
     def arrays(self) -> dict[str, wp.array[Any]]:
         """What persists from one step to the next: share, wait, length and ratio of each cell, (C, 4), and more."""
-        table = np.column_stack([self.share, self.wait, self.length, self.ratio])
-        trust = wp.array(table, dtype=wp.float64, device=self.model.device)
+        trust = wp.array(self._trust(), dtype=wp.float64, device=self.model.device)
         return {"record": self.solve.record, "damping": self.solve.damping, "trust": trust}
 
     def resume(self, arrays: dict[str, NDArray[Any]]) -> None:

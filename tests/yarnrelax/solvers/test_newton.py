@@ -216,7 +216,7 @@ def test_some_cells_of_a_batch_continue_alone_with_their_damping_and_estimate(fr
     both.newton_step(np.ones(2, dtype=bool), np.ones(2))
     damping, first = np.random.default_rng(5).random(len(both.newton.solve.damping)), len(cells[0].points)
     both.newton.solve.damping.assign(damping)
-    alone.newton.continue_from(both.newton, np.array([False, True]))
+    alone.newton.teach(np.array([0]), both.newton.learned()[1:])
     expected = np.concatenate([damping[first : both.model.point_count], damping[both.model.point_count + 1 :]])
     assert np.array_equal(alone.newton.solve.damping.numpy(), expected)
     assert np.array_equal(alone.newton.record, both.newton.record[1:])

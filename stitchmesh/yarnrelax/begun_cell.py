@@ -1,0 +1,73 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Cells on their way to rest that change from one batch to another.
+
+A batch of cells ends when the first cells of it can go on to other work, and cells that are not at rest go on in the
+next batch, with cells that begin there. The solver starts anew with them, as it does after new candidate lists; what
+Newton's method and the choice between the two have learned goes with the cell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.io.history import HistoryEntry
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
+
+
+@dataclass(frozen=True, eq=False)
+class BegunCell:
+    """A cell between two batches."""
+
+    yarns: YarnSet
+    """The yarns in their last accepted state."""
+    height: float | None
+    """Height of the middle plane between the planes of the yarns as they were given [cm]; None without planes."""
+    learned: Mapping[str, NDArray[Any]]
+    """What the solvers know of the cell (``learned_by``)."""
+    history: Sequence[HistoryEntry]
+    """The result of each assessment."""
+    seconds: float
+    """Time in batches [s]."""
+
+
+def learned_by(loop: RelaxationLoop) -> list[dict[str, NDArray[Any]]]:
+    """Return what the solvers know of each cell of a batch, with which ``teach`` continues.
+
+    The counts and gradients of each cell are among them, because a relaxation reports them.
+    """
+    newton, solver = loop.simulation.newton, loop.simulation.solver
+    assert newton is not None and isinstance(solver, LBFGS)
+    found: list[dict[str, NDArray[Any]]] = newton.learned()
+    columns = {
+        "iterations": loop.iterations, "ending": loop.ending, "descent": loop.alternation.descent,
+        "newton_fall": loop.alternation.newton_fall, "gradients": solver.recorded_gradients(),
+    }  # fmt: skip
+    for cell, own in enumerate(found):
+        own |= {name: np.array(column[cell]) for name, column in columns.items()}
+    return found
+
+
+def teach(loop: RelaxationLoop, cells: Sequence[Mapping[str, NDArray[Any]] | None]) -> None:
+    """Continue with what solvers have learned of cells (``learned_by``); None for cells that begin."""
+    known = [(number, own) for number, own in enumerate(cells) if own is not None]
+    if not known:
+        return
+    newton, solver = loop.simulation.newton, loop.simulation.solver
+    assert newton is not None and isinstance(solver, LBFGS)
+    numbers = np.array([number for number, _own in known])
+    learned = [own for _number, own in known]
+    columns = {name: np.array([own[name] for own in learned])
+               for name in ("iterations", "ending", "descent", "newton_fall", "gradients")}  # fmt: skip
+    loop.iterations[numbers], loop.ending[numbers] = columns["iterations"], columns["ending"]
+    loop.alternation.descent[numbers] = columns["descent"]
+    loop.alternation.newton_fall[numbers] = columns["newton_fall"]
+    solver.record_gradients(numbers, columns["gradients"])
+    newton.teach(numbers, learned)
