@@ -43,6 +43,9 @@ h 2/4 f-0.5 i
 o 1/1 2/1 u
 t 3 front-back h
 I 4/2
+o 0/1 0/2 u
+ci 16/1
+xfer f0 b0
 U 1 1
 U na 0.125
 c 1/4/1 1 1 2 2

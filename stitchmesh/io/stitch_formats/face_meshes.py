@@ -6,7 +6,8 @@ Beside the lines that the module ``smobj`` describes, a file may hold the follow
 
 - ``N line``: the line of the knitting program that made the last face, 0 if it is unknown.
 - ``e face/side face/side`` without a minus sign: a join whose sides run in the same direction.
-- ``h face/side needle``, ``o`` and ``I`` (orders of instructions) and ``t face variant``: hints for a machine.
+- ``h face/side needle``, ``o``, ``I`` and ``ci`` (orders of instructions), ``xfer`` and ``t face variant``: hints for a
+  machine. Instructions of no face are numbered with face 0 or with faces beyond the last one.
 - ``U name length``: a unit of yarn length. The first one is named 1 and has the length 1.
 - ``c face/side/crossing factor unit factor unit ...``: a checkpoint on a yarn, and the length to the next one.
 - ``vt``, ``vn``, ``tex`` and the like: texture.
@@ -30,8 +31,10 @@ from stitchmesh.faces.stitch_names import is_foreign
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath, is_coordinate, read_lines
 
-HINTS = ("h", "o", "t", "I")
+HINTS = ("h", "o", "t", "I", "ci", "xfer")
 """First words of hints for a machine."""
+ON_FACES = ("h", "t")
+"""Hints whose face must exist; those of instructions may name face 0 or later ones, for instructions of no face."""
 TEXTURE = ("vt", "vt2", "vn", "tex", "tex2", "usemtl", "mtllib")
 """First words of records of texture."""
 UNKNOWN_SOURCE = -1
@@ -206,14 +209,16 @@ def _read_join(reading: _Reading, words: Sequence[str]) -> None:
 
 
 def _hint(reading: _Reading, words: Sequence[str]) -> Record:
-    """Return a hint whose face exists."""
+    """Return a hint; if it is about a face, the face exists."""
+    if words[0] == "xfer":
+        return tuple(words)
     face, _, side = words[1].partition("/") if len(words) > 1 else ("", "", "")
     number = _whole(face, f"expected {words[0]!r} and a face")
     if side:
         _whole(side, "expected a face, or a face and a number such as 3/1")
     if words[0] == "h":
         reading.side(face, side or "0")
-    elif not 1 <= number <= reading.face_count:
+    elif words[0] in ON_FACES and not 1 <= number <= reading.face_count:
         raise ValueError(f"face {face} does not exist; {reading.face_count} faces come before this line")
     return tuple(words)
 

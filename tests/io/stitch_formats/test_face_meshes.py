@@ -32,7 +32,7 @@ def test_every_record_is_read(tmp_path):
     assert mesh.face_vertex.tolist() == [0, 1, 2, 3, 1, 4, 2, 2, 0, 1, 4, 2, 3, 0, 1, 2, 3]
     assert mesh.reverses.tolist() == [True, False, True]
     assert [mesh.side_at(corner) for corner in mesh.joins[1].tolist()] == [(0, 2), (3, 2)]
-    assert [record[0] for record in mesh.hints] == ["h", "h", "o", "t", "I"]
+    assert [record[0] for record in mesh.hints] == ["h", "h", "o", "t", "I", "o", "ci", "xfer"]
     assert mesh.units == (("1", 1.0), ("na", 0.125))
     assert mesh.checkpoints == (Checkpoint(0, 3, 0, ((1.0, 0), (2.0, 1))), Checkpoint(2, 2, 0, ()))
     assert mesh.corner_texture[:3] == ("/1", "/2", "")
@@ -66,12 +66,13 @@ def test_convert_writes_a_foreign_file_back(tmp_path):
         ("e 1/2 2/-4", "e 1/2 2/-5", "line 25: .*side 5 of face 2 does not exist; it has 4 sides"),
         ("e 1/2 2/-4", "e 1/3 2/-4", "side 2: is joined twice"),
         ("h 1/1 f20 u", "h 9/1 f20 u", "line 28: .*face 9 does not exist; 4 faces"),
+        ("t 3 front", "t 9 front", "line 31: .*face 9 does not exist; 4 faces"),
         ("o 1/1", "o x/1", "line 30: .*expected 'o' and a face"),
-        ("U 1 1", "U n 1", "line 33: .*the first unit is named 1"),
-        ("U na 0.125", "U na -1", "line 34: .*expected a length from 0"),
-        ("1 1 2 2", "1 1 2 3", "line 35: .*numbers of the 2 U lines"),
-        ("1 1 2 2", "1 1 2", "line 35: .*pairs of a factor and a unit"),
-        ("U na", "Q na", "line 34: .*expected a record of an .smobj file"),
+        ("U 1 1", "U n 1", "line 36: .*the first unit is named 1"),
+        ("U na 0.125", "U na -1", "line 37: .*expected a length from 0"),
+        ("1 1 2 2", "1 1 2 3", "line 38: .*numbers of the 2 U lines"),
+        ("1 1 2 2", "1 1 2", "line 38: .*pairs of a factor and a unit"),
+        ("U na", "Q na", "line 37: .*expected a record of an .smobj file"),
     ],
 )
 def test_each_bad_line_gets_its_message(tmp_path, old, new, message):
