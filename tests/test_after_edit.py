@@ -24,8 +24,9 @@ HAT = next(path for path in GARMENTS if path.stem == "hat")
 
 
 COARSE, FINE = 2.2, 1.6
-"""Stitch widths [cm]. The coarse hat takes a third of the time; a bobble and an open border need smaller stitches."""
-NEEDS_FINE = ("bobble", "ungraft")
+"""Stitch widths [cm]. The coarse hat takes a third of the time."""
+NEEDS_FINE = ("bobble", "set_cable", "ungraft")
+"""On the coarse hat yarns of the others start too close, and the cable starts warm: here it is relaxed anew."""
 
 
 @cache
