@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Memory that a job needs, estimated before its long stages, and compared with what its device has.
 
-``benchmarks/job_memory.py`` compares the estimates with the largest resident memory of jobs.
+On a CPU it is that of the process, and on a GPU that of the relaxation on the device. ``benchmarks/job_memory.py``
+compares the estimates with the largest resident memory of jobs, or with the largest use of the memory of a GPU.
 """
 
 from __future__ import annotations
@@ -25,6 +26,9 @@ GIGABYTE = 1e9
 KEPT, BYTES_PER_KEPT_POINT = 25e6, 540.0
 """Additional memory of a job, and for each control point in float32, for the results of earlier stages and the states
 of checkpoints [bytes]."""
+ON_GPU, ON_GPU_PER_SAMPLE = 1_315.0, 22.0
+"""Memory of a relaxation on a GPU for each control point, and additional memory for each of its contact samples times
+the control points of a stitch, with which candidate lists become longer, in float32 [bytes]."""
 RENDERER, BYTES_PER_PIXEL, BYTES_PER_DRAWN_POINT = 680e6, 500.0, 3_100.0
 """Memory of a job that draws a picture without a GPU: with the renderer, for each pixel, and for each control point
 [bytes]. A part of it takes the place of memory that the relaxation has given back."""
@@ -33,23 +37,33 @@ RENDERER, BYTES_PER_PIXEL, BYTES_PER_DRAWN_POINT = 680e6, 500.0, 3_100.0
 def garment_memory(
     labeled: StitchMesh, options: KnitOptions, quality: Quality, device: str, pictures: Sequence[RenderTable]
 ) -> float:
-    """Return the largest memory of a job that makes a garment [bytes]."""
+    """Return the largest memory that a job which makes a garment takes of its device [bytes]."""
     estimate = estimate_garment(
         labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height, counts=options.counts,
         marked=options.marked, quality=quality, device=device,
     )  # fmt: skip
+    if device_named(device).is_cuda:
+        return memory_on_gpu(estimate.control_points, quality)
     relaxed = estimate.memory + _kept_memory(estimate.control_points, quality)
     return max(relaxed, _picture_memory(estimate.control_points, pictures))
 
 
-def swatch_memory(swatch: SwatchTable, quality: Quality, pictures: Sequence[RenderTable]) -> float:
-    """Return the largest memory of a job that relaxes a swatch [bytes]."""
+def swatch_memory(swatch: SwatchTable, quality: Quality, device: str, pictures: Sequence[RenderTable]) -> float:
+    """Return the largest memory that a job which relaxes a swatch takes of its device [bytes]."""
     free = swatch.relax_cell or swatch.relaxation is not None or swatch.blocked is not None
     stitches = stitches_of(resolve_pattern(swatch.pattern)) * swatch.columns * swatch.rows
     points = stitches * quality.control_points_per_stitch * (quality.refinement if free else 1.0)
+    if device_named(device).is_cuda:
+        return memory_on_gpu(points, quality)
     drawn = points * max((picture.tiles[0] * picture.tiles[1] for picture in pictures), default=0)
     relaxed = BASE_MEMORY + points * bytes_per_point(quality) + _kept_memory(points, quality)
     return max(relaxed, _picture_memory(drawn, pictures))
+
+
+def memory_on_gpu(points: float, quality: Quality) -> float:
+    """Return the memory of a relaxation on a GPU [bytes]."""
+    listed = ON_GPU_PER_SAMPLE * quality.contact_samples * quality.control_points_per_stitch
+    return points * (ON_GPU + listed) * (2.0 if quality.precision == "float64" else 1.0)
 
 
 def _kept_memory(points: float, quality: Quality) -> float:

@@ -47,7 +47,7 @@ def relax_swatch(run: JobRun, table: SwatchTable) -> Swatch:
     run.report |= head | {"options": options | arguments | {"rest_lengths": asdict(arguments["rest_lengths"])}}
     run.report |= {"quality": asdict(given)}
     run.report["memory"] = check_memory(
-        lambda quality: swatch_memory(table, quality, run.job.render), given, device,
+        lambda quality: swatch_memory(table, quality, device, run.job.render), given, device,
         "fewer repeats, or no pictures (render = [])",
     )  # fmt: skip
     planned = {name: value for name, value in arguments.items() if name != "friction"}

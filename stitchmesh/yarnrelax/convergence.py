@@ -218,7 +218,9 @@ class Assessor:
         with np.errstate(divide="ignore", invalid="ignore"):
             residual = np.maximum(np.where(still, 0.0, left / whole), in_cell)
             share = np.where(still, 0.0, noise / whole)
-        return Assessments(residual, found, share)
+        # On a CPU, sums are the memory of the device, which the next assessment overwrites.
+        energies = {name: np.array(parts, dtype=np.float64) for name, parts in found.items()}
+        return Assessments(residual, energies, share)
 
     def _launches(self, launcher: Launcher) -> list[Any]:
         """Forces term by term, their sums and magnitudes, and energies."""

@@ -200,7 +200,7 @@ class _LoadedInSteps:
         """Begin a step from the state of rest of the step before it."""
         loop = self.loop
         loop.simulation.solver.restart(loop.step_scale)
-        loop.energy_fall[:] = np.inf
+        loop.energy_fall[:], loop.stalled[:] = np.inf, False
         loop.last = loop.simulation.assess_cells()
 
     def _relax(self, note: Callable[[], None]) -> None:

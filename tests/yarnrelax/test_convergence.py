@@ -135,3 +135,11 @@ def test_an_assessment_does_not_change_the_state() -> None:
     first, second = simulation.assess(), simulation.assess()
     assert first == second
     assert np.array_equal(simulation.state.points.numpy(), points)
+
+
+def test_an_assessment_keeps_its_energies_when_the_yarns_move():
+    simulation = YarnSimulation.start(flat_patch(2, 2), YarnMaterial.named(), PRESETS["draft"], device_named("cpu"))
+    before = simulation.assess_cells()
+    energies = dict(before[0].energies)
+    simulation.state.points.assign(1.1 * simulation.state.points.numpy())
+    assert simulation.assess_cells()[0].energies != energies and before[0].energies == energies
