@@ -25,8 +25,8 @@ from stitchmesh.jobs.sweep.sweep import Kept, Sweep
 from stitchmesh.yarnrelax.fingerprint import checksum
 
 SWATCHES_ON_GPU, SWATCHES_ON_CPU = 1000, 8
-"""Swatches of a task. On a GPU a thousand take two minutes together, and a quarter of them one; on a CPU each is relaxed
-by itself, and a task holds as many as a worker may lose."""
+"""Swatches of a task. On a GPU a thousand take two minutes together, and a quarter of them one; on a CPU each is
+relaxed by itself, and a task holds as many as a worker may lose."""
 
 
 @dataclass(frozen=True)
