@@ -37,7 +37,7 @@ from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
-from stitchmesh.yarnrelax.relax_cells import relax_cells
+from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 
 LARGEST = 12
 """Largest number of stitches and of rows of a chart."""

@@ -37,10 +37,10 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import tile_yarns
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.relax_cells import relax_cells
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
+from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 
 QUALITY = PRESETS["standard"]
 MATERIAL = YarnMaterial.named("leaf")

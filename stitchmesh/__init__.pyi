@@ -157,6 +157,6 @@ from .yarnrelax.energies.twist import Twist as Twist
 from .yarnrelax.friction.friction import Friction as Friction
 from .yarnrelax.load_steps import LoadStep as LoadStep
 from .yarnrelax.load_steps import relax_through_steps as relax_through_steps
-from .yarnrelax.relax_cells import relax_cells as relax_cells
+from .yarnrelax.together.relax_cells import relax_cells as relax_cells
 
 __version__: str

@@ -15,7 +15,7 @@ from stitchmesh.errors import ParameterError, YarnError
 from stitchmesh.mesh.palette import make_palette
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import APPARENT_OVER_CONTACT
-from stitchmesh.yarnrelax.relax_cells import relax_cells
+from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 from tests.gallery import tube
 
 PALETTE = make_palette(["#aa2233", "cream", "navy"])

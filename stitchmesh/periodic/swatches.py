@@ -3,7 +3,7 @@
 """Many swatches, as in a sweep over patterns, materials and options.
 
 How one swatch is made is written once (``swatch.make_swatch``). Its relaxations and examinations are done together with
-those of the other swatches (``compute.asking_together``), in batches of cells (``yarnrelax.relax_together``).
+those of the other swatches (``compute.asking_together``), in batches of cells (``yarnrelax.together.relax_together``).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.progress import Progress, shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
-from stitchmesh.yarnrelax.ways_together import ways_together
+from stitchmesh.yarnrelax.together.ways_together import ways_together
 
 SwatchProgress = Callable[[int, int], None]
 """Called with the number of swatches that are done, and with that of all swatches."""

@@ -7,6 +7,6 @@ from .linking.certificate import linking_certificate as linking_certificate
 from .model.material import REFERENCE_RADIUS as REFERENCE_RADIUS
 from .model.material import YarnMaterial as YarnMaterial
 from .relax import relax_yarns as relax_yarns
-from .relax_cells import RelaxedCells as RelaxedCells
 from .relaxation_result import Relaxation as Relaxation
 from .solvers.cell_strain import RelaxCell as RelaxCell
+from .together.relax_cells import RelaxedCells as RelaxedCells

@@ -27,8 +27,8 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, linking_certificate, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.cell_stress import cell_stress
 from stitchmesh.yarnrelax.linking.certificate import doubled_linking, refuse_pull_through
-from stitchmesh.yarnrelax.relax_cells import relax_cells
 from stitchmesh.yarnrelax.relax_partly import relax_partly
+from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 
 SAFETY = 120.0  # Time after which a test that blocks fails [s]; a test that passes waits for a much shorter time.
 RADIUS = 0.125

@@ -15,8 +15,8 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.reporting.verdict import relaxation_verdict
 from stitchmesh.time_limit import TimeLimit, limited_to
 from stitchmesh.yarnrelax import Relaxation, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.relax_cells import relax_cells
 from stitchmesh.yarnrelax.relax_partly import relax_partly
+from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 from tests.yarnrelax.stockinette import tube
 
 

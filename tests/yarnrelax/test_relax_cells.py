@@ -16,14 +16,14 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import tile_yarns
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies, yarn_forces
-from stitchmesh.yarnrelax.begun_cell import BegunCell
-from stitchmesh.yarnrelax.cell_batch import CellBatch, RelaxedCell, relax_batch
 from stitchmesh.yarnrelax.energies import evaluation as all_terms
 from stitchmesh.yarnrelax.model.image_table import has_room
-from stitchmesh.yarnrelax.relax_cells import relax_cells
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers import point_blocks
 from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
+from stitchmesh.yarnrelax.together.begun_cell import BegunCell
+from stitchmesh.yarnrelax.together.cell_batch import CellBatch, RelaxedCell, relax_batch
+from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 from tests.yarnrelax.loops import iterate
 from tests.yarnrelax.stockinette import flat_patch, periodic_patch, woven_cell
 

@@ -18,8 +18,8 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
-from stitchmesh.yarnrelax.relax_together import leave_saddles_together
 from stitchmesh.yarnrelax.saddle import GRID, MOVE, STRAIN, leave_saddle, moved, relax_to_minimum
+from stitchmesh.yarnrelax.together.relax_together import leave_saddles_together
 
 
 @cache

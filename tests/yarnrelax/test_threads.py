@@ -19,7 +19,7 @@ from stitchmesh.yarnrelax.energies.body import Body
 from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.energies.twist import Twist
 from stitchmesh.yarnrelax.friction.friction import Friction
-from stitchmesh.yarnrelax.relax_cells import relax_cells
+from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 from tests.compute.thread_counts import thread_count
 from tests.gallery import grid, tube
 from tests.yarnrelax.stockinette import periodic_patch, woven_cell

@@ -33,9 +33,9 @@ from stitchmesh.yarnrelax.energies.confinement import (
 from stitchmesh.yarnrelax.model.cells import PeriodicCell
 from stitchmesh.yarnrelax.model.state import make_state
 from stitchmesh.yarnrelax.model.upload import put_model
-from stitchmesh.yarnrelax.relax_cells import relax_cells
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
+from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 from tests.yarnrelax.stockinette import flat_patch, periodic_patch, woven_cell
 
 KALDOR = YarnMaterial.named("kaldor-simulation")

@@ -22,10 +22,10 @@ from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.constraints.pins import Pins, pinned_points
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.friction.friction import Friction
-from stitchmesh.yarnrelax.relax_cells import relax_cells
 from stitchmesh.yarnrelax.relaxation_loop import SMALLEST_NEWTON_SCALE, RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.newton import Newton, RemainingChange
+from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 from tests.yarnrelax.stockinette import fabric_of, periodic_patch, tube, woven_cell
 
 KALDOR, LEAF, FREE = YarnMaterial.named("kaldor-simulation"), YarnMaterial.named("leaf"), RelaxCell()

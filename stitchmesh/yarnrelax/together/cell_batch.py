@@ -24,7 +24,6 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality
 from stitchmesh.time_limit import OutOfTime, without_limit
 from stitchmesh.yarn import YarnSet, segment_lengths
-from stitchmesh.yarnrelax.begun_cell import BegunCell, learned_by, teach
 from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.energies.confinement import CellConfinements, Confinement, height_of_middle
 from stitchmesh.yarnrelax.model.cells import PeriodicCell
@@ -33,6 +32,7 @@ from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 from stitchmesh.yarnrelax.solvers.lbfgs import LBFGS
+from stitchmesh.yarnrelax.together.begun_cell import BegunCell, learned_by, teach
 
 CellProgress = Callable[[int, int], None]
 """Called with the number of cells at rest and the number of iterations."""

@@ -12,14 +12,14 @@ from stitchmesh.yarnrelax.cell_stress import cell_stress
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.relax import relax_yarns
 from stitchmesh.yarnrelax.relax_partly import relax_partly
-from stitchmesh.yarnrelax.relax_together import (
+from stitchmesh.yarnrelax.saddle import leave_saddle
+from stitchmesh.yarnrelax.together.relax_together import (
     cell_stresses_together,
     leave_saddles_together,
     refuse_pull_through_together,
     relax_partly_together,
     relax_together,
 )
-from stitchmesh.yarnrelax.saddle import leave_saddle
 
 
 def ways_together() -> dict[Callable[..., Any], Together]:

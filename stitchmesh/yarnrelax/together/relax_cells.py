@@ -21,10 +21,10 @@ from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.progress import Progress, shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.cell_batch import CellBatch, CellProgress, RelaxedCell, relax_batch
 from stitchmesh.yarnrelax.energies.confinement import Confinement
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
+from stitchmesh.yarnrelax.together.cell_batch import CellBatch, CellProgress, RelaxedCell, relax_batch
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,14 +23,14 @@ from stitchmesh.compute.device import alone, device_named
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.time_limit import seconds_left
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.begun_cell import BegunCell
-from stitchmesh.yarnrelax.cell_batch import CellBatch, RelaxedCell, relax_batch, relax_batch_partly
 from stitchmesh.yarnrelax.cell_stress import CellStress, cell_stresses
 from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.energies.confinement import Confinement
 from stitchmesh.yarnrelax.linking.certificate import pull_throughs_together
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
-from stitchmesh.yarnrelax.saddles_together import leave_saddles
+from stitchmesh.yarnrelax.together.begun_cell import BegunCell
+from stitchmesh.yarnrelax.together.cell_batch import CellBatch, RelaxedCell, relax_batch, relax_batch_partly
+from stitchmesh.yarnrelax.together.saddles_together import leave_saddles
 
 IN_CELLS = {"material", "quality", "device", "cell", "terms", "progress", "iterations"}
 """Arguments of relaxations that cells of a batch have."""

@@ -22,10 +22,10 @@ from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.cell_batch import CellBatch
 from stitchmesh.yarnrelax.hessian.hessian_product import Hessian
 from stitchmesh.yarnrelax.saddle import LARGEST_CELL, moved_down
 from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.together.cell_batch import CellBatch
 
 ROOM = 2**28
 """Coordinates of all columns that are found together."""
