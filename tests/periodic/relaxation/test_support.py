@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -30,10 +31,16 @@ def free(pattern: str, **options: Any) -> Swatch:
     return swatch(pattern, **({"relax_cell": True, "quality": EXACT, "device": "cpu", "progress": False} | options))
 
 
+@cache
+def draft(pattern: str) -> dict[str, Any]:
+    """The report of a swatch between planes at the quality draft."""
+    return free(pattern, quality="draft").report
+
+
 @pytest.mark.parametrize("pattern", ["eyelet-lace", "checks", "rib3x3"])
 def test_a_free_swatch_lies_flat(pattern: str) -> None:
     """Without support each of these patterns is soon thicker than ``THICK`` flat thicknesses."""
-    report = free(pattern, quality="draft").report
+    report = draft(pattern)
     assert report["shape"] == "flat" and report["thickness_ratio"] <= THICK
     soon = replace(PRESETS["draft"], max_iterations=800)
     assert free(pattern, quality=soon, unsupported=True).report["shape"] != "flat"
@@ -83,7 +90,7 @@ def test_the_tension_of_a_blocked_swatch_is_that_over_its_size_as_generated(gamm
 
 def test_lace_has_courses_as_high_as_those_of_plain_knit() -> None:
     """Its decreases are thicker than its other stitches, which do not slide behind one another for that."""
-    lace, plain = free("eyelet-lace", quality="draft").report, free("stockinette", quality="draft").report
+    lace, plain = draft("eyelet-lace"), draft("stockinette")
     assert lace["converged"] and lace["course_spacing"] == pytest.approx(plain["course_spacing"], rel=0.1)
 
 
