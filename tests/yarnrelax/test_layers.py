@@ -12,6 +12,8 @@ from tests.gallery import ROOT
 PACKAGE = ROOT / "stitchmesh" / "yarnrelax"
 FOLDERS = ["linking", "model", "collision", "energies", "friction", "hessian", "constraints", "solvers"]
 """Folders from the lowest layer to the highest. A folder imports only those before it; files at the root import all."""
+ABOVE = "together"
+"""The folder whose files import those at the root, which import nothing of it."""
 MOST_FILES = 22
 """Largest number of files in a folder, without its ``__init__``."""
 
@@ -48,9 +50,14 @@ def test_folders_import_only_those_below_them() -> None:
 
 def test_every_folder_is_listed_and_small() -> None:
     folders = sorted(path for path in PACKAGE.iterdir() if path.is_dir() and list(path.glob("*.py")))
-    assert [path.name for path in folders] == sorted(FOLDERS)
+    assert [path.name for path in folders] == sorted([*FOLDERS, ABOVE])
     for folder in folders:
         assert len(list(folder.glob("*.py"))) - 1 <= MOST_FILES, folder.name
+
+
+def test_the_root_imports_nothing_of_the_folder_above_it() -> None:
+    found = [f"{path} imports {name}" for path in PACKAGE.glob("*.py") for name in imported(path)]
+    assert not [text for text in found if f"stitchmesh.yarnrelax.{ABOVE}" in text]
 
 
 def test_no_two_files_of_the_root_import_each_other() -> None:
