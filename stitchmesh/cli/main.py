@@ -16,6 +16,7 @@ from stitchmesh.cli.arguments import BAD_INPUT, parse
 from stitchmesh.cli.budget_options import mark_start
 from stitchmesh.cli.commands.app import App
 from stitchmesh.cli.commands.batch import Batch
+from stitchmesh.cli.commands.capture import Capture
 from stitchmesh.cli.commands.check import Check
 from stitchmesh.cli.commands.convert import Convert
 from stitchmesh.cli.commands.drape import Drape
@@ -47,7 +48,7 @@ INTERRUPTED = 130
 """Exit status after an interrupt from the keyboard."""
 DESCRIPTION = "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --version` prints the version."
 COMMANDS = (
-    Knit, Label, Tessellate, Pattern, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Swatch, Stretch, Drape,
+    Knit, Label, Tessellate, Pattern, Capture, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Swatch, Stretch, Drape,
     Run, Job, Status, Batch,
     Info, Select, Check, Patterns, Instructions, Convert, Render, View, App,
 )  # fmt: skip

@@ -1,5 +1,7 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
+from .capture.capture import capture_pattern as capture_pattern
+from .capture.smallest_repeat import smallest_repeat as smallest_repeat
 from .charts.colour_chart import chart_palette as chart_palette
 from .charts.colour_chart import read_colour_chart as read_colour_chart
 from .charts.colour_chart import write_colour_chart as write_colour_chart

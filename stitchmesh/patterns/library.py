@@ -11,10 +11,11 @@ from os import fspath
 from pathlib import Path
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.io.contents import FilePath, check_path, read_lines
+from stitchmesh.io.contents import FilePath, check_path, read_bytes, read_lines
 from stitchmesh.patterns.charts.colour_chart import read_colour_chart
 from stitchmesh.patterns.charts.leaf_chart import SUFFIX as LEAF_SUFFIX
 from stitchmesh.patterns.charts.leaf_chart import read_leaf_chart
+from stitchmesh.patterns.charts.picture_text import picture_text
 from stitchmesh.patterns.language.leaf_codes import holds_digits, parse_colour_digits, parse_leaf_codes
 from stitchmesh.patterns.language.parse import begins_with_statement, parse_pattern
 from stitchmesh.patterns.pattern import Pattern
@@ -45,8 +46,8 @@ def read_pattern(name_or_path: FilePath) -> Pattern:
         name_or_path: a name of ``pattern_names``, such as ``rib2x2``, or the path of a file. The file is a text in the
             language of ``docs/patterns.md``, a text of tile codes alone (``.leaf``, or ``.txt`` that does not begin
             with a statement), a text of yarn numbers alone (``.txt`` whose first line is digits), an image of tile
-            codes (``.leaf.png``), or an image of yarn colours (``.png``). A string with neither a folder nor a suffix
-            is taken as a name.
+            codes (``.leaf.png``), a picture of a chart that holds its text, or an image of yarn colours (``.png``). A
+            string with neither a folder nor a suffix is taken as a name.
 
     Raises:
         ParameterError: the library has no pattern of that name.
@@ -61,7 +62,8 @@ def read_pattern(name_or_path: FilePath) -> Pattern:
         return read_leaf_chart(path)
     suffix = path.suffix.lower()
     if suffix == ".png":
-        return read_colour_chart(path)
+        held = picture_text(read_bytes(path))
+        return read_colour_chart(path) if held is None else parse_pattern(held, fspath(name_or_path))
     text = "\n".join(read_lines(path))
     if suffix == ".txt" and holds_digits(text):
         logger.warning("%s: %s", fspath(name_or_path), READ_AS_COLOURS)

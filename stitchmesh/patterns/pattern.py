@@ -127,6 +127,16 @@ class Row:
         left, tile, right = (sum(cell.n_top for cell in section) for section in self.sections)
         return left, tile, right
 
+    @cached_property
+    def made_twists(self) -> tuple[int, ...]:
+        """Half turn with which each loop on top is made, left to right."""
+        return tuple(twist for cell in self.cells for twist in cell.twist)
+
+    @cached_property
+    def held_twists(self) -> tuple[int, ...]:
+        """Half turn that the stitches give to each loop below, left to right."""
+        return tuple(loop.twist for loop in self.loops)
+
     @property
     def n_bottom(self) -> int:
         """Number of loops the row is worked on, with the tile counted once."""
@@ -242,9 +252,10 @@ def _mismatch(below: Row, row: Row) -> str | None:
         if made != worked:
             found = f"its {section} is worked on {worked} loops, but the row below leaves {made}"
             return f"{found}; expected equal numbers"
-    twists = [twist for cell in below.cells for twist in cell.twist]
-    for place, (twist, loop) in enumerate(zip(twists, row.loops, strict=True)):
-        if abs(twist + loop.twist) > 1:
+    if not (any(below.made_twists) and any(row.held_twists)):
+        return None
+    for place, (made, held) in enumerate(zip(below.made_twists, row.held_twists, strict=True)):
+        if abs(made + held) > 1:
             return f"loop {place + 1} from the left is twisted twice in one direction; expected one half turn at most"
     return None
 

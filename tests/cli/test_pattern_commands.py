@@ -79,3 +79,21 @@ def test_bad_options_are_errors_before_the_computation(tmp_path, fabric, capsys)
     assert "did you mean rib3x3 or rib2x2" in refused(capsys, *knit, "--pattern", "rib2x3")
     assert "remainder 'crop'" in refused(capsys, *knit, "--pattern-remainder", "crop")
     assert not made.exists() and not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("suffix", [".knit", ".png"])
+def test_a_part_is_captured_as_a_pattern(tmp_path, fabric, capsys, suffix):
+    ribbed, own = tmp_path / "ribbed.h5", tmp_path / f"own{suffix}"
+    assert cli.main(["pattern", str(fabric), "rib3x3", "-o", str(ribbed)]) == 0
+    capsys.readouterr()
+    assert cli.main(["capture", str(ribbed), "--on", "rows 1-4", "-o", str(own)]) == 0
+    assert capsys.readouterr().out == f"Wrote {own}: 6 loops x 1 rows, one repeat of 18 x 4.\n"
+    assert len(read_pattern(own).rows) == 1 and read_pattern(own).width == 6
+    assert cli.main(["capture", str(ribbed), "--on", "rows 1-4", "--whole", "-o", str(own)]) == 0
+    assert (read_pattern(own).width, read_pattern(own).height) == (18, 4)
+
+
+def test_a_part_that_is_no_pattern_is_refused_and_nothing_is_written(tmp_path, fabric, capsys):
+    own = tmp_path / "own.knit"
+    assert "face 0, 1, 2 (+15 more): is CAST_ON" in refused(capsys, "capture", fabric, "-o", own)
+    assert not own.exists()

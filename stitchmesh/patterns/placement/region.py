@@ -60,17 +60,18 @@ def find_runs(fabric: StitchMesh, inside: NDArray[np.bool_]) -> list[Course]:
     right = fabric.side_face[across]
     joined = (across != BORDER) & inside[right] & (fabric.row[right] == fabric.row[own])
     joined &= fabric.left_wale[right] == across
-    step = dict(zip(own[joined].tolist(), right[joined].tolist(), strict=True))
-    starts = np.setdiff1d(own, right[joined])
-    used: set[int] = set()
+    step, has_left = np.full(fabric.face_count, BORDER), np.zeros(fabric.face_count, dtype=bool)
+    step[own[joined]] = right[joined]
+    has_left[right[joined]] = True
+    following, used = step.tolist(), bytearray(fabric.face_count)
     runs = []
-    for start in [*starts.tolist(), *own.tolist()]:
-        if start in used:
+    for start in [*own[~has_left[own]].tolist(), *own.tolist()]:
+        if used[start]:
             continue
         faces, face = [], start
-        while face != BORDER and face not in used:
-            used.add(face)
+        while face != BORDER and not used[face]:
+            used[face] = True
             faces.append(face)
-            face = step.get(face, BORDER)
+            face = following[face]
         runs.append(Course(tuple(faces), closed=face != BORDER))
     return runs

@@ -13,11 +13,12 @@ import numpy as np
 from stitchmesh.errors import FileError, PatternError
 from stitchmesh.mesh.palette import filled_palette
 from stitchmesh.patterns import Pattern
-from stitchmesh.patterns.charts.chart_image import PNG_BEGINS, opened_png, png_of_numbers
+from stitchmesh.patterns.charts.chart_image import png_of_numbers
 from stitchmesh.patterns.charts.knit_chart import PLAIN, KnitChart, knit_chart
 from stitchmesh.patterns.charts.knit_chart_text import KnitChartText, parse_knit_chart, write_knit_chart
 from stitchmesh.patterns.charts.leaf_chart import SUFFIX as LEAF_SUFFIX
 from stitchmesh.patterns.charts.leaf_chart import leaf_image
+from stitchmesh.patterns.charts.picture_text import picture_text
 from stitchmesh.patterns.language.parse import begins_with_statement
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern, states_a_weave
 from stitchmesh.periodic.weave.image import weave_image
@@ -34,10 +35,6 @@ Chart = KnitChart | WeaveChart
 ChartText = KnitChartText | WeaveChartText
 CHART_SUFFIXES = (".knit", ".weave", ".leaf", ".txt", ".png")
 """Suffixes of files that hold charts."""
-
-
-TEXT_KEY = "stitchmesh chart"
-"""Name under which a picture holds the text of its chart."""
 MOST_CHARACTERS = 80
 """Number of characters of the name of a file that messages show."""
 _UNSAFE = re.compile(r"[^\w. -]")
@@ -102,17 +99,6 @@ def read_chart(name: str, content: bytes) -> ChartText:
             return write_chart(chart_of(resolve_pattern(path)))
         except (FileError, PatternError) as error:
             raise type(error)(str(error).replace(f"{folder}/", "")) from None
-
-
-def picture_text(content: bytes) -> str | None:
-    """Return the text of the chart that a picture of ``chart_picture`` holds; None for any other content."""
-    if not content.startswith(PNG_BEGINS):
-        return None
-    try:
-        held = opened_png("picture", content).info.get(TEXT_KEY)
-    except FileError:
-        return None  # the reader of images gives the reason
-    return held if isinstance(held, str) else None
 
 
 def chart_image(chart: Chart) -> tuple[str, bytes]:

@@ -17,12 +17,15 @@ from stitchmesh.app.scene.scene import Pick
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.mesh import IntArray
 from stitchmesh.mesh.picking import PickedPlace
+from stitchmesh.patterns.capture.capture import capture_pattern
+from stitchmesh.patterns.capture.smallest_repeat import smallest_repeat
 from stitchmesh.patterns.language.parse import parse_pattern
 from stitchmesh.patterns.language.writing import format_pattern
 from stitchmesh.patterns.library import read_pattern
 from stitchmesh.patterns.pattern import Pattern
 from stitchmesh.patterns.placement.apply import LaidPattern, lay_pattern
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
+from stitchmesh.periodic.charts.pattern_file import PICTURE_SUFFIX, TEXT_SUFFIX, pattern_content
 from stitchmesh.selection import select
 
 Area = Literal["Selection", "Around a click", "Whole fabric"]
@@ -30,6 +33,8 @@ AREAS: tuple[Area, ...] = get_args(Area)
 REMAINDERS = {"leave them plain": "centre", "stretch the pattern": "stretch", "refuse": "refuse"}
 """What happens to loops beside whole repeats, by the words of the page."""
 SUFFIXES = (".knit", ".txt", ".leaf", ".png")
+SAVED = {"Text": TEXT_SUFFIX, "Chart": PICTURE_SUFFIX}
+"""Suffix of the file of a pattern, by the words of the page."""
 LARGEST_FILE = 4_000_000
 """Largest file of a pattern [bytes]."""
 MOST_REASONS = 3
@@ -63,6 +68,10 @@ class LayPatterns(Tool):
                         tuple(REMAINDERS), words, self._set_remainder)  # fmt: skip
         controls.upload("Pattern from a file", "Read a pattern from a text or an image of a chart", SUFFIXES,
                         self.read_file)  # fmt: skip
+        controls.button("Capture the selection", "Take the selected stitches as the pattern, to lay them elsewhere",
+                        self.capture)  # fmt: skip
+        controls.buttons("Save the pattern", "Keep the chosen pattern as a text, or as a picture of its chart",
+                         tuple(SAVED), self._save)  # fmt: skip
         self._lay = controls.button("Lay the pattern", "Replace the stitches by those of the pattern", self.lay,
                                     main=True)  # fmt: skip
         self._discard = controls.button("Discard the preview", "Show the fabric as it is", self.discard)
@@ -104,6 +113,24 @@ class LayPatterns(Tool):
             path = Path(folder) / Path(name.replace("\\", "/")).name
             path.write_bytes(content)
             self.choose(format_pattern(read_pattern(path)))
+
+    def capture(self) -> None:
+        """Take one repeat of the selected stitches as the pattern, to be laid around a click.
+
+        Raises:
+            ParameterError: nothing is selected.
+        """
+        faces = self.session.selection.faces
+        self.session.on_selection()
+        try:
+            pattern = smallest_repeat(capture_pattern(self.session.fabric, faces))
+        except StitchMeshError as error:
+            self.session.refuse(faces, str(error))
+            return
+        self.pattern, self.area, self._face = format_pattern(pattern), "Around a click", None
+        self._area.value = self.area
+        self.discard()
+        self._say(f"**Captured** {pattern.width} stitches by {pattern.height} rows. Next: {self._missing()}.")
 
     def clicked(self, place: PickedPlace, pick: Pick) -> None:
         """Show the pattern on the plain stitches around a click."""
@@ -196,6 +223,12 @@ class LayPatterns(Tool):
     def _say(self, text: str) -> None:
         self._words.content = text or f"Next: {self._missing()}."
         self._lay.disabled = self._discard.disabled = self.laid is None
+
+    def _save(self, kind: str) -> None:
+        if not self.pattern:
+            raise ParameterError(f"pattern: {self._missing()}")
+        suffix = SAVED[kind]
+        self.session.app.download(f"pattern{suffix}", pattern_content(self._read(), suffix))
 
     def _set_area(self, area: str) -> None:
         self.area = next(known for known in AREAS if known == area)

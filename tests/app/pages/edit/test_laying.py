@@ -4,11 +4,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from stitchmesh.editing.edit import Edit
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.patterns import apply_pattern
+from stitchmesh.patterns import apply_pattern, parse_pattern, read_pattern
 from stitchmesh.selection import select
 from tests.app.pages.edit.opened import WIDE, OpenedEdit, edit_page, same_as
 from tests.editing.fabrics import flat
@@ -96,3 +97,21 @@ def test_stitches_that_a_pattern_leaves_out_are_marked_and_described(tmp_path):
         page.controls.set("Where", "Whole fabric")
         assert "left over beside whole repeats" in page.controls.text_shown()
         assert "left out/faces" in page.scene.drawings
+
+
+def test_the_selection_is_captured_saved_and_laid_elsewhere(page):
+    page.act("tool", "Lay a pattern")
+    page.press("Capture the selection")
+    assert "nothing is selected" in page.front.notices[-1][1]
+    page.page.session.edit("change_stitch", {"faces": [22, 33], "stitch": "p"})
+    page.page.session.choose(np.array([22, 23, 32, 33]))
+    page.press("Capture the selection")
+    page.press("Save the pattern", "Text")
+    name, content = page.front.downloads[-1]
+    assert name == "pattern.knit" and parse_pattern(content.decode()).rows == read_pattern("seed").rows
+    page.page.session.choose(np.array([22, 23, 33]))
+    page.press("Capture the selection")
+    assert "expected a rectangle of wales and courses" in page.front.notices[-1][1]
+    page.controls.set("Where", "Whole fabric")
+    page.press("Lay the pattern")
+    assert bits(page.fabric) == bits(apply_pattern(page.fabric, "seed"))

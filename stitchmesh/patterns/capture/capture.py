@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Capture: a region of a fabric becomes a pattern, which can be laid elsewhere.
+
+The region is a rectangle in wales and courses. Its stitches, loops, cables and yarns become one tile without borders.
+The row above a loop decides how the loop is crossed, so that the marks of the loops below the region belong to the
+pattern and the marks of the loops on top of it do not. A half turn belongs to the stitch that works the loop if
+that stitch is knit or purled through the back leg, and otherwise to the stitch that makes the loop.
+
+Source: Yuksel et al. 2012, section 5.3, read backwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.errors import ParameterError, PatternError, check_kind
+from stitchmesh.mesh import BORDER, BOTTOM, IntArray, StitchMesh
+from stitchmesh.mesh.courses import faces_across
+from stitchmesh.mesh.palette import filled_palette
+from stitchmesh.mesh.stitch import VOCABULARY, Stitch
+from stitchmesh.patterns.capture.region_rows import RegionRow, stacked_rows
+from stitchmesh.patterns.capture.ring_cut import cut_rings
+from stitchmesh.patterns.pattern import Cell, Loop, Pattern, Row, check_closes
+from stitchmesh.patterns.placement.region import region_of
+
+THROUGH_BACK = -1
+"""Half turn that a knit or purl stitch through the back leg gives to its loop."""
+MOST_TOPS = max(making.n_top for making in VOCABULARY.values())
+_KNIT_OR_PURL = np.isin(np.arange(max(Stitch) + 1), [Stitch.KNIT, Stitch.PURL])
+_YARN_OVER_MADE = np.isin(np.arange(max(Stitch) + 1), [Stitch.YARN_OVER])
+
+
+def capture_pattern(
+    fabric: StitchMesh, faces: Iterable[int] | None = None, *, name: str = "captured", source: str = ""
+) -> Pattern:
+    """Return the pattern of a region of a fabric, seen from the right side, with its lowest row first.
+
+    ``apply_pattern`` lays it elsewhere with the same stitches. ``smallest_repeat`` reduces it to one repeat.
+
+    Args:
+        fabric: a mesh of stitches, relaxed or not.
+        faces: numbers of the faces of the region, in any order; the whole fabric if None. The rows of the region are
+            flat, or whole rings of a tube. The rings are cut open at the face with the lowest number of the lowest
+            ring, if stitches and cables allow it.
+        name: name of the pattern.
+        source: where the pattern comes from.
+
+    Raises:
+        ParameterError: the region is no rectangle in wales and courses, a face holds no stitch of a pattern, or the
+            fabric repeats on a lattice.
+        PatternError: a cable crosses the limit of the region, or the highest row leaves another number of loops than
+            the lowest row is worked on.
+    """
+    check_kind("capture_pattern", fabric, StitchMesh)
+    if fabric.lattice is not None:
+        raise ParameterError("fabric: repeats on a lattice; the chart from which it was made is its pattern")
+    rows = stacked_rows(fabric, region_of(fabric, faces))
+    if rows[0].closed:
+        rows = cut_rings(fabric, rows)
+    pattern = Pattern(name, source, tuple(_Rows(fabric, rows).rows()), _colours(fabric, rows))
+    check_closes(pattern)
+    return pattern
+
+
+class _Rows:
+    """The rows of the pattern; equal rows are made once."""
+
+    def __init__(self, fabric: StitchMesh, region: list[RegionRow]) -> None:
+        self.fabric, self.region = fabric, region
+        self.held = _held_twist(fabric)
+        self.cells: dict[tuple[int, ...], Cell] = {}
+        self.loops: dict[tuple[int, int, int], Loop] = {}
+        self.known: dict[tuple[bytes, bytes], Row] = {}
+
+    def rows(self) -> list[Row]:
+        """Return the rows from the bottom up.
+
+        Raises:
+            PatternError: a cable crosses the limit of the region; the message names the row.
+        """
+        return [self._row(row) for row in self.region]
+
+    def _row(self, row: RegionRow) -> Row:
+        cells, loops = self._cell_numbers(row), self._loop_numbers(row)
+        key = cells.tobytes(), loops.tobytes()
+        if key not in self.known:
+            try:
+                self.known[key] = Row(self._cells(cells), self._loops(loops))
+            except PatternError as error:
+                where = f"region: row {self.fabric.row[row.faces[0]]} (face {row.faces[0]})"
+                raise PatternError(f"{where}: {error}; widen the region or clear the cable") from None
+        return self.known[key]
+
+    def _cell_numbers(self, row: RegionRow) -> IntArray:
+        """Return the stitch, the yarn and the twists of each face, shape (n, 2 + ``MOST_TOPS``)."""
+        fabric, count = self.fabric, self.fabric.n_top[row.faces]
+        numbers = np.zeros((len(row.faces), 2 + MOST_TOPS), dtype=np.int64)
+        numbers[:, 0], numbers[:, 1] = fabric.stitch[row.faces], fabric.yarn[row.faces]
+        face = np.repeat(np.arange(len(count)), count)
+        place = np.arange(len(row.tops)) - np.repeat(np.cumsum(count) - count, count)
+        numbers[face, 2 + place] = fabric.twist[row.tops] - self.held[row.tops]
+        return numbers
+
+    def _loop_numbers(self, row: RegionRow) -> IntArray:
+        """Return shift, layer and twist of each loop below, shape (b, 3)."""
+        fabric = self.fabric
+        marks = np.stack([each[row.below] for each in (fabric.cable_shift, fabric.cable_layer, self.held)], axis=1)
+        marks[row.below == BORDER] = 0
+        return marks
+
+    def _cells(self, numbers: IntArray) -> tuple[Cell, ...]:
+        keys = list(map(tuple, numbers.tolist()))
+        for key in set(keys) - self.cells.keys():
+            stitch = Stitch(key[0])
+            self.cells[key] = Cell(stitch, key[2 : 2 + VOCABULARY[stitch].n_top], key[1])
+        return tuple(self.cells[key] for key in keys)
+
+    def _loops(self, numbers: IntArray) -> tuple[Loop, ...]:
+        keys = [(shift, layer, twist) for shift, layer, twist in numbers.tolist()]
+        for key in set(keys) - self.loops.keys():
+            self.loops[key] = Loop(*key)
+        return tuple(self.loops[key] for key in keys)
+
+
+def _held_twist(fabric: StitchMesh) -> IntArray:
+    """Return the half turn that the stitch above gives to the loop of each top side, shape (C,)."""
+    held = np.zeros(fabric.side_count, dtype=np.int64)
+    turned = np.flatnonzero(fabric.twist == THROUGH_BACK)
+    below, above = fabric.side_face[turned], faces_across(fabric, turned, BOTTOM)
+    through = _is_plain(fabric, above) & (fabric.cable_shift[turned] == 0)
+    through &= ~_YARN_OVER_MADE[fabric.stitch[below]]
+    held[turned[through]] = THROUGH_BACK
+    return held
+
+
+def _is_plain(fabric: StitchMesh, faces: IntArray) -> NDArray[np.bool_]:
+    """Whether each face is there and is a plain knit or purl stitch, shape (n,)."""
+    return np.asarray((faces != BORDER) & _KNIT_OR_PURL[fabric.stitch[faces]])
+
+
+def _colours(fabric: StitchMesh, rows: list[RegionRow]) -> tuple[tuple[int, int, int], ...]:
+    """Return the colours of the yarns of a region; empty if the fabric numbers its yarns only."""
+    if not len(fabric.palette):
+        return ()
+    last = max(int(fabric.yarn[row.faces].max()) for row in rows)
+    colours = filled_palette(fabric.palette, last + 1)[: last + 1].tolist()
+    return tuple((red, green, blue) for red, green, blue in colours)

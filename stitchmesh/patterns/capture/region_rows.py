@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The rows of a region that is a rectangle in wales and courses: each row is worked on all loops of the row below."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.errors import ParameterError, first_few
+from stitchmesh.mesh import BORDER, BOTTOM, TOP, IntArray, StitchMesh
+from stitchmesh.mesh.courses import faces_across, sides_across
+from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.patterns.placement.placement import is_worked
+from stitchmesh.patterns.placement.region import find_runs
+
+
+@dataclass(frozen=True, eq=False)
+class RegionRow:
+    """One row of a region."""
+
+    faces: IntArray
+    """Faces from left to right, shape (n,)."""
+    below: IntArray
+    """Top side across each bottom side, from left to right, ``BORDER`` where there is none, shape (b,)."""
+    tops: IntArray
+    """Top sides from left to right, shape (t,)."""
+    closed: bool
+    """Whether the row is a ring."""
+
+    def rolled(self, faces: int, bottoms: int, tops: int) -> RegionRow:
+        """Return a ring that starts after a number of faces, with as many bottom and top sides as given."""
+        turned = np.roll(self.faces, -faces), np.roll(self.below, -bottoms), np.roll(self.tops, -tops)
+        return RegionRow(*turned, self.closed)
+
+
+def stacked_rows(fabric: StitchMesh, inside: NDArray[np.bool_]) -> list[RegionRow]:
+    """Return the rows of a region from the bottom up; a ring starts at any face.
+
+    Args:
+        fabric: stitch mesh.
+        inside: whether each face belongs to the region, shape (F,).
+
+    Raises:
+        ParameterError: a face is no stitch of a pattern, rings and flat rows are mixed, or the rows do not form one
+            stack of which each row is worked on all loops of the row below.
+    """
+    _check_stitches(fabric, inside)
+    rows = [_region_row(fabric, np.array(run.faces), run.closed) for run in find_runs(fabric, inside)]
+    flat = next((row for row in rows if not row.closed), None)
+    ring = next((row for row in rows if row.closed), None)
+    if flat and ring:
+        raise ParameterError(
+            f"region: {_place(fabric, ring)} is a whole ring and {_place(fabric, flat)} is not; "
+            "take whole rings only, or leave a wale out of each ring"
+        )
+    lowest = [row for row in rows if not _taken(fabric, row, inside).any()]
+    if len(lowest) != 1:
+        ends = " and ".join(_place(fabric, row) for row in lowest[:2]) or "none"
+        raise ParameterError(
+            f"region: {len(lowest)} of its rows lie on no other row of it ({ends}); expected one, the lowest row of a "
+            "rectangle: choose one part, without steps at its lower edge"
+        )
+    return _stack(fabric, rows, lowest[0])
+
+
+def _check_stitches(fabric: StitchMesh, inside: NDArray[np.bool_]) -> None:
+    bad = np.flatnonzero(inside & ~is_worked(fabric))
+    if len(bad):
+        name = Stitch(int(fabric.stitch[bad[0]])).name
+        raise ParameterError(
+            f"region: face {first_few(bad)}: is {name}, which no pattern holds; leave cast-on rows, bind-offs, "
+            "drawn-through loops and panels out"
+        )
+
+
+def _region_row(fabric: StitchMesh, faces: IntArray, closed: bool) -> RegionRow:
+    start = fabric.face_start[faces]
+    bottoms = _ranges(start, fabric.n_bottom[faces], 1)
+    tops = _ranges(fabric.left_wale[faces] - 1, fabric.n_top[faces], -1)
+    return RegionRow(faces, sides_across(fabric, bottoms, TOP), tops, closed)
+
+
+def _ranges(first: IntArray, count: IntArray, step: int) -> IntArray:
+    """Return ``count`` numbers from each first number, ``step`` apart."""
+    within: IntArray = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    return np.repeat(first, count) + step * within
+
+
+def _taken(fabric: StitchMesh, row: RegionRow, inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Whether each loop below a row is made by a face of the region, shape (b,)."""
+    return np.asarray((row.below != BORDER) & inside[fabric.side_face[row.below]])
+
+
+def _stack(fabric: StitchMesh, rows: list[RegionRow], lowest: RegionRow) -> list[RegionRow]:
+    """Return the rows from the lowest row up."""
+    number = np.full(fabric.face_count, BORDER)
+    for index, row in enumerate(rows):
+        number[row.faces] = index
+    stack = [lowest]
+    while len(stack) <= len(rows):
+        above = faces_across(fabric, stack[-1].tops, BOTTOM)
+        above = number[above[above != BORDER]]
+        if not (above != BORDER).any():
+            break
+        stack.append(_on_top(fabric, stack[-1], rows[above[above != BORDER][0]]))
+    if len(stack) != len(rows):
+        seen = {int(row.faces.min()) for row in stack}
+        left = next(row for row in rows if int(row.faces.min()) not in seen)
+        raise ParameterError(
+            f"region: {_place(fabric, left)} does not lie on the {len(stack)} rows from {_place(fabric, lowest)} up; "
+            "expected one rectangle of wales and courses"
+        )
+    return stack
+
+
+def _on_top(fabric: StitchMesh, below: RegionRow, row: RegionRow) -> RegionRow:
+    """Return a row that is worked on exactly the loops of the row below it; a ring may begin at another loop.
+
+    Raises:
+        ParameterError: the row leaves loops out, or takes other loops.
+    """
+    turn = int(np.argmax(row.below == below.tops[0])) if row.closed else 0
+    if not np.array_equal(np.roll(row.below, -turn), below.tops):
+        missing, more = len(np.setdiff1d(below.tops, row.below)), len(np.setdiff1d(row.below, below.tops))
+        raise ParameterError(
+            f"region: {_place(fabric, row)} leaves out {missing} of the {len(below.tops)} loops of the row below in "
+            f"the region, and takes {more} from elsewhere; expected a rectangle of wales and courses"
+        )
+    return row
+
+
+def _place(fabric: StitchMesh, row: RegionRow) -> str:
+    return f"row {fabric.row[row.faces[0]]} (face {row.faces[0]})"
