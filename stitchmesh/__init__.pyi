@@ -14,7 +14,10 @@ from .errors import StitchMeshError as StitchMeshError
 from .faces.face_drawing import FaceDrawing as FaceDrawing
 from .faces.face_drawing import FaceLibrary as FaceLibrary
 from .faces.face_mesh import FaceMesh as FaceMesh
+from .hand_knitting import WrittenPiece as WrittenPiece
 from .hand_knitting import knitting_instructions as knitting_instructions
+from .hand_knitting import parse_instructions as parse_instructions
+from .hand_knitting import written_pieces as written_pieces
 from .io import read_mesh as read_mesh
 from .io import read_stitches as read_stitches
 from .io import read_yarns as read_yarns

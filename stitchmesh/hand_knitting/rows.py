@@ -67,10 +67,13 @@ def _worked(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> Iterator
             inside -= 1
             continue
         stitch = Stitch(int(fabric.stitch[face]))
-        twists = [int(fabric.twist[crossings.loop_at.get(place, place)]) for place in places]
-        word = word_with_twists(stitch_word(stitch, row.right_side), twists)
-        for _ in range(_times(fabric, face, stitch)):
-            yield face, word
+        twists = twists_below(fabric, face, crossings)[:: -1 if row.right_side else 1]
+        word = stitch_word(stitch, row.right_side)
+        if stitch == Stitch.DRAW_THROUGH:
+            yield from [(face, word_with_twists(word, [twist])) for twist in twists]
+            continue
+        for _ in range(times_written(fabric, face)):
+            yield face, word_with_twists(word, twists)
 
 
 def places_below(fabric: StitchMesh, face: int) -> list[int]:
@@ -79,11 +82,17 @@ def places_below(fabric: StitchMesh, face: int) -> list[int]:
     return [int(side) for side in across if side != BORDER]
 
 
-def _times(fabric: StitchMesh, face: int, stitch: Stitch) -> int:
-    """Number of times that the word of a face is written: once per loop for cast-on and draw-through, else once."""
-    if stitch == Stitch.CAST_ON:
-        return int(fabric.n_top[face])
-    return int(fabric.n_bottom[face]) if stitch == Stitch.DRAW_THROUGH else 1
+def twists_below(fabric: StitchMesh, face: int, crossings: Crossings) -> list[int]:
+    """Return the half turn of each loop that a face is worked through, from left to right; 0 for a loop cast on."""
+    if fabric.stitch[face] == Stitch.CAST_ON:
+        return []
+    across = fabric.twin[bottom_sides(fabric, (face,))].tolist()
+    return [0 if side == BORDER else int(fabric.twist[crossings.loop_at.get(side, side)]) for side in across]
+
+
+def times_written(fabric: StitchMesh, face: int) -> int:
+    """Number of times that the word of a face is written: once per loop for cast-on, else once."""
+    return int(fabric.n_top[face]) if fabric.stitch[face] == Stitch.CAST_ON else 1
 
 
 def _short_cable(fabric: StitchMesh, group: CableGroup, right_side: bool, crossings: Crossings) -> str:

@@ -11,7 +11,9 @@ from os import fspath
 from pathlib import Path
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.hand_knitting.parse import FIRST_WORDS
 from stitchmesh.io.contents import FilePath, check_path, read_bytes, read_lines
+from stitchmesh.patterns.capture.from_instructions import pattern_from_instructions
 from stitchmesh.patterns.charts.colour_chart import read_colour_chart
 from stitchmesh.patterns.charts.leaf_chart import SUFFIX as LEAF_SUFFIX
 from stitchmesh.patterns.charts.leaf_chart import read_leaf_chart
@@ -45,9 +47,10 @@ def read_pattern(name_or_path: FilePath) -> Pattern:
     Args:
         name_or_path: a name of ``pattern_names``, such as ``rib2x2``, or the path of a file. The file is a text in the
             language of ``docs/patterns.md``, a text of tile codes alone (``.leaf``, or ``.txt`` that does not begin
-            with a statement), a text of yarn numbers alone (``.txt`` whose first line is digits), an image of tile
-            codes (``.leaf.png``), a picture of a chart that holds its text, or an image of yarn colours (``.png``). A
-            string with neither a folder nor a suffix is taken as a name.
+            with a statement), written instructions of one piece (``.txt``), a text of yarn numbers alone (``.txt``
+            whose first line is digits), an image of tile codes (``.leaf.png``), a picture of a chart that holds its
+            text, or an image of yarn colours (``.png``). A string with neither a folder nor a suffix is taken as a
+            name.
 
     Raises:
         ParameterError: the library has no pattern of that name.
@@ -68,6 +71,8 @@ def read_pattern(name_or_path: FilePath) -> Pattern:
     if suffix == ".txt" and holds_digits(text):
         logger.warning("%s: %s", fspath(name_or_path), READ_AS_COLOURS)
         return parse_colour_digits(text, fspath(name_or_path))
+    if suffix == ".txt" and text.startswith(FIRST_WORDS):
+        return pattern_from_instructions(text, fspath(name_or_path))
     if suffix == ".leaf" or (suffix == ".txt" and not begins_with_statement(text)):
         return parse_leaf_codes(text, fspath(name_or_path))
     return parse_pattern(text, fspath(name_or_path))

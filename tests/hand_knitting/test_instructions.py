@@ -13,7 +13,7 @@ import pytest
 from stitchmesh.cli import main as cli
 from stitchmesh.editing.spiral import make_spiral
 from stitchmesh.errors import ParameterError
-from stitchmesh.hand_knitting import knitting_instructions
+from stitchmesh.hand_knitting import knitting_instructions, parse_instructions, written_pieces
 from stitchmesh.hand_knitting.folding import fold_words, repeats
 from stitchmesh.hand_knitting.pieces import find_pieces
 from stitchmesh.io import read_mesh, write_stitches
@@ -41,7 +41,9 @@ class Comparison:
 
     def __init__(self, fabric: StitchMesh) -> None:
         self.fabric = fabric
-        self.knitter = HandKnitter().knit(knitting_instructions(fabric))
+        text = knitting_instructions(fabric)
+        assert parse_instructions(text) == written_pieces(fabric)
+        self.knitter = HandKnitter().knit(text)
         self.side_of: dict[int, int] = {}
         self.faces: list[int] = []
 
