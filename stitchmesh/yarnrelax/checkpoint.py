@@ -39,7 +39,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.assessment import Assessment
 from stitchmesh.yarnrelax.ended_step import EndedStep, StepFigures, ended_steps, step_arrays, step_figures
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
-from stitchmesh.yarnrelax.fingerprint import fingerprint
+from stitchmesh.yarnrelax.fingerprint import fingerprint, refuse_other_inputs
 from stitchmesh.yarnrelax.load_position import AT_ONCE, LoadPosition
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
@@ -210,7 +210,7 @@ def read_state(path: FilePath, inputs: Mapping[str, str]) -> CheckpointState:
     """
     content = read_checkpoint(path)
     header: dict[str, Any] = {**checked_header(path, content, _Header)}
-    _refuse_other(fspath(path), header.pop("inputs"), inputs)
+    refuse_other_inputs(fspath(path), header.pop("inputs"), inputs)
     starts: dict[str, Any] = {name: content.arrays.get(f"{LOAD}{name}") for name in START}
     arrays = {name: array for name, array in content.arrays.items() if not name.startswith(LOAD)}
     position = replace(AT_ONCE, **header["position"], **starts)
@@ -226,11 +226,3 @@ def seconds_of(path: FilePath) -> float:
         FileError: as for ``read_state``.
     """
     return checked_header(path, read_checkpoint(path), _Header)["seconds"]
-
-
-def _refuse_other(name: str, written: Mapping[str, str], inputs: Mapping[str, str]) -> None:
-    differing = [key for key in {**written, **inputs} if written.get(key) != inputs.get(key)]
-    if differing:
-        key, more = differing[0], f", and {len(differing) - 1} more" if len(differing) > 1 else ""
-        found = f"{key} is {inputs.get(key, 'absent')} and was {written.get(key, 'absent')}{more}"
-        raise ParameterError(f"{name}: is of a relaxation that was given something else: {found}; give it the same")

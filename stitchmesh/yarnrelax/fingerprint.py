@@ -32,6 +32,19 @@ def fingerprint(name: str, value: Any, *, without: tuple[str, ...] = ()) -> dict
     return {f"{name}.{field}": _text_of(f"{name}.{field}", getattr(value, field)) for field in names}
 
 
+def refuse_other_inputs(name: str, written: Mapping[str, str], inputs: Mapping[str, str]) -> None:
+    """Check that the inputs of a checkpoint are those of the present run; ``name`` is that of the file.
+
+    Raises:
+        ParameterError: an input differs; the message says which.
+    """
+    differing = [key for key in {**written, **inputs} if written.get(key) != inputs.get(key)]
+    if differing:
+        key, more = differing[0], f", and {len(differing) - 1} more" if len(differing) > 1 else ""
+        found = f"{key} is {inputs.get(key, 'absent')} and was {written.get(key, 'absent')}{more}"
+        raise ParameterError(f"{name}: is of a relaxation that was given something else: {found}; give it the same")
+
+
 def _text_of(name: str, value: Any) -> str:
     if value is None or isinstance(value, str | bool | int | float | np.generic):
         return str(value)

@@ -3,7 +3,8 @@
 """USD files of a cloth that moves: yarns as ``BasisCurves`` and a surface as ``Mesh``, with time samples.
 
     /yarns          Xform, the default prim; the stage is y up with 0.01 metres to the unit
-    /yarns/open     BasisCurves as in ``usd``, with samples of the points
+    /yarns/closed   BasisCurves as in ``usd``, with samples of the points; left out without closed yarns
+    /yarns/open     the same of open yarns
     /yarns/cloth    Mesh of triangles with samples of the points; left out without triangles
 
 Where the triangles of a frame differ from those of the frame before it, the mesh has samples of its topology too. The
@@ -23,8 +24,8 @@ import numpy as np
 from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.float32 import to_float32
+from stitchmesh.io.usd_child import METRES_PER_UNIT
 from stitchmesh.io.yarn_formats.usd import define_curves, define_wool, export_stage
-from stitchmesh.io.yarn_formats.usd_curves import METRES_PER_UNIT
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
 
@@ -36,7 +37,7 @@ class UsdFrame:
     time: float
     """Time [s]."""
     yarns: YarnSet
-    """The yarns; their numbers and those of their points are the same in all frames. All are open."""
+    """The yarns; their numbers and those of their points are the same in all frames."""
     surface: FloatArray
     """Vertices of the surface [cm], shape (W, 3)."""
     triangles: IntArray
@@ -63,15 +64,16 @@ def write_animated_usd(path: FilePath, frames: Iterable[UsdFrame], *, frames_per
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
     stage.SetTimeCodesPerSecond(frames_per_second)
     stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/yarns").GetPrim())
-    curves: Any = None
+    curves: list[tuple[Any, Any]] = []
     surface = _Surface(path, stage)
     code, count = 0.0, 0
     for frame in frames:
         code, count = frame.time * frames_per_second, count + 1
-        if curves is None:
+        if count == 1:
             curves = _define_curves(path, stage, frame)
             stage.SetStartTimeCode(code)
-        _set_points(curves, to_float32(path, "the coordinates", frame.yarns.points), frame.yarns, code)
+        for target, own in curves:
+            _set_points(target, to_float32(path, "the coordinates", frame.yarns.points[own]), frame.yarns, code)
         surface.add(frame, code)
     if not count:
         raise FileError(f"{fspath(path)}: got no frame; expected at least one")
@@ -80,18 +82,24 @@ def write_animated_usd(path: FilePath, frames: Iterable[UsdFrame], *, frames_per
     return count
 
 
-def _define_curves(path: FilePath, stage: Any, frame: UsdFrame) -> Any:
-    """Define the curves, and return their schema."""
+def _define_curves(path: FilePath, stage: Any, frame: UsdFrame) -> list[tuple[Any, Any]]:
+    """Define the curves of closed and of open yarns; return the schema of each, and which points it has."""
     from pxr import UsdGeom, UsdShade
 
-    everything = np.arange(frame.yarns.yarn_count)
-    points = to_float32(path, "the coordinates", frame.yarns.points)
-    widths = to_float32(path, "the widths", 2.0 * frame.yarns.drawn_radius)
-    wool = define_wool(stage, "/yarns/wool")
-    curves = define_curves(stage, "/yarns/open", frame.yarns, everything, points, widths)
-    UsdShade.MaterialBindingAPI.Apply(curves).Bind(wool)
-    UsdGeom.BasisCurves(curves).GetPointsAttr().Clear()
-    return UsdGeom.BasisCurves(curves)
+    yarns, wool = frame.yarns, define_wool(stage, "/yarns/wool")
+    points = to_float32(path, "the coordinates", yarns.points)
+    widths = to_float32(path, "the widths", 2.0 * yarns.drawn_radius)
+    defined = []
+    for name, closed in (("closed", True), ("open", False)):
+        chosen = np.flatnonzero(yarns.closed == closed)
+        if not len(chosen):
+            continue
+        prim = define_curves(stage, f"/yarns/{name}", yarns, chosen, points, widths[chosen])
+        UsdShade.MaterialBindingAPI.Apply(prim).Bind(wool)
+        curves = UsdGeom.BasisCurves(prim)
+        curves.GetPointsAttr().Clear()
+        defined.append((curves, np.isin(yarns.point_yarn, chosen)))
+    return defined
 
 
 class _Surface:

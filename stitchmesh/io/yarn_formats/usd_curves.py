@@ -1,49 +1,34 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Curves of USD stages, read in a process of their own.
+"""Curves of USD stages, read in a process of their own (``stitchmesh.io.usd_child``).
 
-The library of USD can end its process at a damaged file, ask for any memory, or not come to an end. A child process
-therefore opens the stage, within limits of memory and processor time that grow with the file, and hands the curves over
-in a file with a checksum (``stitchmesh.io.checkpoint_file``). The end of the child is an error as any other one.
-
-    python -m stitchmesh.io.yarn_formats.usd_curves STAGE CURVES
+python -m stitchmesh.io.yarn_formats.usd_curves STAGE CURVES
 """
 
 from __future__ import annotations
 
-import os
-import subprocess
 import sys
-import tempfile
 from dataclasses import dataclass
 from os import fspath
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import FileError, first_few
-from stitchmesh.io.checkpoint_file import CheckpointFile, checked_header, read_checkpoint, write_checkpoint
-from stitchmesh.io.contents import FilePath, check_points, read_bytes
+from stitchmesh.io.checkpoint_file import CheckpointFile, checked_header
+from stitchmesh.io.contents import FilePath, check_points
+from stitchmesh.io.usd_child import answer_of_child, answer_parent, read_stage, to_centimetres
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.palette import srgb_colour
 
 if TYPE_CHECKING:
     from pxr import Usd
 
-METRES_PER_UNIT = 0.01
-"""Unit of the coordinates in files that are written [m]."""
 LABELS = ("row", "face", "part")
 """Fields of a yarn set that are kept for each control point."""
 CONTACT_RADIUS = "contactRadius"
 """Name of the primvar with the contact radius of each curve [cm]."""
-Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-"""Rotation of points with z up, as rows, to points with y up."""
-MEMORY = 2**30, 1000
-"""Memory that the child may add to what its libraries take: a constant [bytes], and bytes for each byte of the file."""
-SECONDS = 60, 2e-5
-"""Processor time that the child may take: a constant [s], and seconds for each byte of the file."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +67,7 @@ class _Header(TypedDict):
     """What the child hands over beside the arrays of the curves."""
 
     error: str
-    """Message of the error; empty if the stage was read."""
+    """Empty: the stage was read."""
     curves: list[_CurveHeader]
 
 
@@ -93,23 +78,8 @@ def read_usd(path: FilePath) -> list[UsdCurve]:
         FileError: the file cannot be read, is malformed, has no curves, or has curves that are not cubic B-splines, or
             the process that reads it ends.
     """
-    name = fspath(path)
-    read_bytes(path)
-    with tempfile.TemporaryDirectory() as folder:
-        answer = Path(folder) / "curves.smc"
-        command = [sys.executable, "-m", __name__, name, str(answer)]
-        ended = subprocess.run(
-            command,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, [*sys.path, os.getcwd()]))},
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False,
-        )  # fmt: skip
-        if ended.returncode or not answer.exists():
-            found = f"USD could not read it and ended with status {ended.returncode}"
-            raise FileError(f"{name}: is not a valid USD file ({found}); write it again")
-        content = read_checkpoint(answer)
-    header = checked_header(answer, content, _Header)
-    if header["error"]:
-        raise FileError(header["error"])
+    content = answer_of_child(__name__, path)
+    header = checked_header(path, content, _Header)
     return [_unpacked(content, number, own) for number, own in enumerate(header["curves"])]
 
 
@@ -120,59 +90,26 @@ def curves_of_stage(path: FilePath) -> list[UsdCurve]:
         FileError: the file is malformed, names files outside of its folder, has no curves, or has curves that are not
             cubic B-splines.
     """
-    from pxr import Tf, Usd, UsdGeom
+    from pxr import UsdGeom
 
-    name = fspath(path)
-    try:
-        stage = Usd.Stage.Open(name)
-        _check_layers(name, stage)
+    def read(name: str, stage: Usd.Stage) -> list[UsdCurve]:
         prims = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.BasisCurves)]
-        with np.errstate(all="ignore"):  # Numbers that overflow are not finite, which is checked.
-            curves = [curve for prim in prims for curve in _curves_of(name, prim)]
-    except FileError:
-        raise
-    except Exception as error:  # USD raises exceptions of many types for malformed files.
-        reason = reason_of(error) if isinstance(error, Tf.ErrorException) else " ".join(str(error).split())[:100]
-        raise FileError(f"{name}: is not a valid USD file ({reason}); write it again") from error
+        return [curve for prim in prims for curve in _curves_of(name, prim)]
+
+    curves = read_stage(path, read)
     if not curves:
-        raise FileError(f"{name}: has no curves; expected prims of type BasisCurves")
+        raise FileError(f"{fspath(path)}: has no curves; expected prims of type BasisCurves")
     if any(curve.yarn is None for curve in curves):
         return curves
     return sorted(curves, key=lambda curve: curve.yarn or 0)
 
 
-def _check_layers(name: str, stage: Usd.Stage) -> None:
-    """Refuse a stage that is composed of files outside of the folder of its own file."""
-    folder = Path(name).resolve().parent
-    for layer in stage.GetUsedLayers():
-        if layer.realPath and not Path(layer.realPath).resolve().is_relative_to(folder):
-            raise FileError(f"{name}: names the file {layer.realPath[:80]}; expected files in its own folder only")
-
-
-def main(stage: str, answer: str) -> None:
-    """Read a stage, and write its curves or the error to a file; the work of the child process."""
-    _limit(Path(stage).stat().st_size)
-    try:
-        curves, error = curves_of_stage(stage), ""
-    except FileError as refused:
-        curves, error = [], str(refused)
+def packed_curves(stage: str) -> CheckpointFile:
+    """Read the curves of a stage for the parent of this process."""
+    curves = curves_of_stage(stage)
     arrays = {f"{number} {name}": values for number, curve in enumerate(curves) for name, values in _arrays(curve)}
     heads = [{name: getattr(curve, name) for name in _CurveHeader.__annotations__} for curve in curves]
-    write_checkpoint(answer, CheckpointFile({"error": error, "curves": heads}, arrays))
-
-
-def _limit(size: int) -> None:
-    """Limit the memory and the processor time of this process, for a file of a size [bytes]."""
-    import resource
-
-    from pxr import Usd, UsdGeom  # noqa: F401  What the libraries take is not counted.
-
-    pages = int(Path("/proc/self/statm").read_text().split()[0]) if Path("/proc/self/statm").exists() else 0
-    memory = pages * resource.getpagesize() + MEMORY[0] + MEMORY[1] * size
-    seconds = int(SECONDS[0] + SECONDS[1] * size)
-    for kind, value in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, seconds), (resource.RLIMIT_CORE, 0)):
-        hard = resource.getrlimit(kind)[1]
-        resource.setrlimit(kind, (value if hard == resource.RLIM_INFINITY else min(value, hard), hard))
+    return CheckpointFile({"curves": heads}, arrays)
 
 
 def _arrays(curve: UsdCurve) -> list[tuple[str, NDArray[Any]]]:
@@ -201,7 +138,7 @@ def _curves_of(name: str, prim: Usd.Prim) -> list[UsdCurve]:
     if (counts < 0).any() or counts.sum() != len(points):
         found = f"curves of {first_few(counts)} points, {counts.sum()} in total"
         raise FileError(f"{where}: got {found}; expected {len(points)} points in total; write it again")
-    turn, shift, scale = _to_centimetres(prim.GetStage(), curves.ComputeLocalToWorldTransform(time))
+    turn, shift, scale = to_centimetres(prim.GetStage(), curves.ComputeLocalToWorldTransform(time))
     placed = points @ turn + shift
     check_points(f"{where}: point", placed)
     cuts = np.cumsum(counts)[:-1]
@@ -235,20 +172,6 @@ def _is_closed(where: str, attributes: list[Usd.Attribute]) -> bool:
         found = f"{wrap} {kind} {basis}"
         raise FileError(f"{where}: got {found} curves; expected cubic bspline, periodic or nonperiodic; convert them")
     return bool(wrap == "periodic")
-
-
-def _to_centimetres(stage: Usd.Stage, world: Any) -> tuple[FloatArray, FloatArray, float]:
-    """Return the transform of the points of a prim, as rows, to centimetres with y up.
-
-    Returns:
-        Matrix, shape (3, 3), translation [cm], shape (3,), and the mean factor of lengths.
-    """
-    from pxr import UsdGeom
-
-    matrix = np.array(world, dtype=np.float64) * (UsdGeom.GetStageMetersPerUnit(stage) / METRES_PER_UNIT)
-    if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z:
-        matrix[:, :3] = matrix[:, :3] @ Z_UP
-    return matrix[:3, :3], matrix[3, :3], float(np.cbrt(abs(np.linalg.det(matrix[:3, :3]))))
 
 
 def _radii(where: str, curves: Any, count: int) -> FloatArray | None:
@@ -288,13 +211,5 @@ def _array(attribute: Usd.Attribute, kind: Any) -> NDArray:
     return np.array([] if values is None else values, dtype=kind)
 
 
-def reason_of(error: Any) -> str:
-    """Return the first of USD's error messages in one line."""
-    try:
-        return " ".join(str(error.args[0].commentary).split())[:160]
-    except UnicodeDecodeError:  # The message quotes the file.
-        return "it holds characters that are not UTF-8"
-
-
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    answer_parent(*sys.argv[1:], read=packed_curves)

@@ -17,7 +17,8 @@ import warp as wp
 from stitchmesh.compute.precision import matrix, vector
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, Mesh
-from stitchmesh.mixed.contact.motion import RigidMotion, VertexMotion
+from stitchmesh.mesh.vertex_motion import VertexMotion
+from stitchmesh.mixed.contact.motion import RigidMotion
 from stitchmesh.yarnrelax.energies.body_surface import surface_of
 from stitchmesh.yarnrelax.energies.mesh_features import enclosed_volume, feature_topology, features_at
 

@@ -41,33 +41,10 @@ from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
 from stitchmesh.yarnrelax.energies.body_surface import single
 from stitchmesh.yarnrelax.friction.friction_law import slip_curvature, slip_energy, slip_slope, within
+from stitchmesh.yarnrelax.friction.surface_anchor import NO_ANCHOR, anchor_at, anchor_place
 
 SLIP_LENGTH = 0.005
 """Default of e [cm]: how far a point moves from where it rests until friction has its full size."""
-NO_ANCHOR = wp.constant(-1)
-"""Triangle of the anchor of a point that does not touch the body."""
-
-
-@wp.func
-def anchor_place(surface: Any, face: int, local: Any) -> Any:
-    """The place of an anchor, from its coordinates along two sides of a triangle and its normal."""
-    start = surface.corners[3 * face]
-    along = surface.corners[3 * face + 1] - start
-    other = surface.corners[3 * face + 2] - start
-    return start + along * local[0] + other * local[1] + surface.outward[7 * face] * local[2]
-
-
-@wp.func
-def anchor_at(surface: Any, face: int, place: Any) -> Any:
-    """Coordinates of a place along two sides of a triangle and its normal."""
-    apart = place - surface.corners[3 * face]
-    along = surface.corners[3 * face + 1] - surface.corners[3 * face]
-    other = surface.corners[3 * face + 2] - surface.corners[3 * face]
-    normal = wp.cross(along, other)
-    square = wp.dot(normal, normal)
-    first = wp.dot(wp.cross(apart, other), normal) / square
-    second = wp.dot(wp.cross(along, apart), normal) / square
-    return type(place)(first, second, wp.dot(apart, surface.outward[7 * face]))
 
 
 @wp.func

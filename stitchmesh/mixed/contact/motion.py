@@ -1,14 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Given motions of bodies and attachments: rigid motions by keyframes, and vertex positions at given times.
+"""Rigid motions of bodies and attachments by keyframes; ``stitchmesh.mesh.vertex_motion`` holds those of vertices.
 
 A rigid motion takes a point X of the first place to
 
     x = R(t) (X - c) + c + d(t)
 
 with a centre c. Between keyframes the displacement d is linear in time, and the rotation R turns about one axis at
-constant speed (spherical linear interpolation). Vertex positions are linear in time. Before the first keyframe and
-after the last one nothing moves.
+constant speed (spherical linear interpolation). Before the first keyframe and after the last one nothing moves.
 """
 
 from __future__ import annotations
@@ -19,7 +18,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import FloatArray, frozen_array
+from stitchmesh.mesh import FloatArray
+from stitchmesh.mesh.vertex_motion import check_increasing, checked_numbers
 
 Pose = tuple[FloatArray, FloatArray]
 """A rotation matrix (3, 3) and an offset (3,) [cm]: a point X is at R X + offset."""
@@ -52,8 +52,8 @@ class RigidMotion:
             ("rotation", rotation, (count, 3, 3)),
             ("centre", self.centre, (3,)),
         ):
-            object.__setattr__(self, name, _checked("motion", name, values, shape))
-        _check_increasing(self.times)
+            object.__setattr__(self, name, checked_numbers("motion", name, values, shape))
+        check_increasing(self.times)
         matrices = np.asarray(self.rotation)
         error = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
         wrong = np.flatnonzero((error > 1e-6) | (np.linalg.det(matrices) < 0.0))
@@ -78,54 +78,3 @@ class RigidMotion:
         turn, offset = self.pose_at(time)
         places: FloatArray = points @ turn.T + offset
         return places
-
-
-@dataclass(frozen=True, eq=False)
-class VertexMotion:
-    """Positions of all vertices of a mesh at K times; the faces stay the same.
-
-    Raises:
-        ParameterError: times that do not increase, or arrays of other shapes or without finite numbers.
-    """
-
-    times: FloatArray
-    """Times [s], increasing, shape (K,)."""
-    vertices: FloatArray
-    """Positions [cm], shape (K, V, 3)."""
-
-    def __post_init__(self) -> None:
-        count, positions = len(np.atleast_1d(self.times)), np.shape(self.vertices)[1:2]
-        object.__setattr__(self, "times", _checked("motion", "times", self.times, (count,)))
-        shape = (count, *positions, 3)
-        object.__setattr__(self, "vertices", _checked("motion", "vertices", self.vertices, shape))
-        _check_increasing(self.times)
-
-    def vertices_at(self, time: float) -> FloatArray:
-        """Positions [cm] at a time [s], shape (V, 3)."""
-        when = float(np.clip(time, self.times[0], self.times[-1]))
-        later = int(np.clip(np.searchsorted(self.times, when), 1, max(len(self.times) - 1, 1)))
-        if len(self.times) == 1:
-            return self.vertices[0]
-        span = self.times[later] - self.times[later - 1]
-        part = (when - self.times[later - 1]) / span
-        positions: FloatArray = (1.0 - part) * self.vertices[later - 1] + part * self.vertices[later]
-        return positions
-
-
-def _checked(place: str, name: str, values: object, shape: tuple[int, ...]) -> FloatArray:
-    found = np.asarray(values, dtype=np.float64)
-    if found.shape != shape:
-        raise ParameterError(f"{place}: {name}: got shape {found.shape}; expected {shape}")
-    if not np.isfinite(found).all():
-        raise ParameterError(f"{place}: {name}: got numbers that are not finite; expected finite ones")
-    return frozen_array(found, np.float64)
-
-
-def _check_increasing(times: FloatArray) -> None:
-    if len(times) == 0:
-        raise ParameterError("motion: got no keyframe; expected at least one")
-    wrong = np.flatnonzero(np.diff(times) <= 0.0)
-    if len(wrong):
-        k = int(wrong[0])
-        found = f"got {times[k + 1]:g} s after {times[k]:g} s"
-        raise ParameterError(f"motion: keyframe {k + 1}: {found}; expected times that increase")

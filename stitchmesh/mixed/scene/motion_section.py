@@ -12,7 +12,8 @@ import numpy as np
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
-from stitchmesh.mixed.contact.motion import RigidMotion, VertexMotion
+from stitchmesh.mesh.vertex_motion import VertexMotion
+from stitchmesh.mixed.contact.motion import RigidMotion
 from stitchmesh.mixed.scene.bending_arm import Arm, check_bend
 from stitchmesh.mixed.scene.region_section import BoxSection
 from stitchmesh.mixed.scene.simple_bodies import ball, box

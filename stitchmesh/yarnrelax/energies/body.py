@@ -190,11 +190,19 @@ class Body(TermChoice):
         Raises:
             ParameterError: the yarns are on a lattice, or do not resist contact.
         """
+        self.check_fits(model)
+        return _Collision(model, self)
+
+    def check_fits(self, model: Model) -> None:
+        """Check that a body can be put beside a model's yarns.
+
+        Raises:
+            ParameterError: the yarns are on a lattice, or do not resist contact.
+        """
         if model.yarns.lattice is not None:
             raise ParameterError("body: got yarns on a lattice; a body does not repeat, take yarns without one")
         if model.material.k_contact == 0.0:
             raise ParameterError("body: got a material of k_contact 0, from which its stiffness comes; raise it")
-        return _Collision(model, self)
 
 
 class _Collision(Term):
@@ -212,7 +220,7 @@ class _Collision(Term):
         self.measured = model.empty(model.sample_count, 4)
         self.measured.fill_(NOWHERE)
         self.list_count = model.integers(np.zeros(model.sample_count))
-        self.listed = _lists(model)
+        self.listed = allocate_triangle_lists(model)
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
         """Add the push on each sample to ``state.sample_force``."""
@@ -253,7 +261,7 @@ class _Collision(Term):
         return f"{place}: {depth:.3g} cm inside the body; expected at most {most:.3g}; move the yarns out of it"
 
 
-def _lists(model: Model) -> wp.array[Any]:
+def allocate_triangle_lists(model: Model) -> wp.array[Any]:
     """Allocate the list of each sample; on a GPU the lists of neighbouring samples are interleaved."""
     if model.device.is_cuda:
         return wp.zeros((LIST, model.sample_count), dtype=wp.int32, device=model.device).transpose()

@@ -27,6 +27,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 from stitchmesh.compute.captured import Launcher
@@ -59,20 +60,28 @@ def time_within(reach: Any, speed: Any, acceleration: Any) -> Any:
 @kernel
 def set_time_step(
     # model
-    longest: wp.float64,
+    bounds: wp.array[wp.float64],
     # state in
     maxima: wp.array[wp.float64],
     step_scale: wp.array[wp.float64],
     # state out
     clock: wp.array[wp.float64],
 ) -> None:
-    """Set the shortest time step and advance the time; one thread. ``maxima`` are those of minus the time steps."""
-    shortest = longest
+    """Set the shortest time step and advance the time; one thread. ``maxima`` are those of minus the time steps.
+
+    ``bounds`` are the longest time step and the time at which the motion ends; there the time step is 0.
+    """
+    shortest = bounds[0]
     for k in range(maxima.shape[0]):
         if -maxima[k] < shortest:  # a value that is not a number is ignored here; the forces show it
             shortest = -maxima[k]
-    clock[0] = shortest * step_scale[0]
-    clock[1] = clock[1] + clock[0]
+    step, left = shortest * step_scale[0], bounds[1] - clock[1]
+    if step >= left:
+        clock[0] = left
+        clock[1] = bounds[1]
+    else:
+        clock[0] = step
+        clock[1] = clock[1] + step
 
 
 class Clock:
@@ -84,8 +93,14 @@ class Clock:
         """The last time step, and the time since the start [s]."""
         self.step_scale = wp.ones(1, dtype=wp.float64, device=device)
         """Scale of time steps."""
+        self.bounds = wp.array([LONGEST_TIME_STEP, np.inf], dtype=wp.float64, device=device)
+        """Longest time step, and the time at which the motion ends [s]."""
         self.many = wp.zeros(strands_for(count), dtype=wp.float64, device=device)
         self.few = wp.zeros(FEW_STRANDS, dtype=wp.float64, device=device)
+
+    def run_until(self, end: float, longest: float = LONGEST_TIME_STEP) -> None:
+        """Let the motion end at a time, with time steps of at most ``longest`` [s]."""
+        self.bounds.assign(np.array([min(longest, LONGEST_TIME_STEP), end]))
 
     def launches(self, longest: wp.array[Any], launcher: Launcher) -> list[Any]:
         """Advance by the shortest of the control points' longest time steps."""
@@ -93,5 +108,5 @@ class Clock:
         return [
             launcher(strand_maxima, len(self.many), [smallest, longest], [self.many]),
             launcher(strand_maxima, len(self.few), [largest, self.many], [self.few]),
-            launcher(set_time_step, 1, [wp.float64(LONGEST_TIME_STEP), self.few, self.step_scale], [self.now]),
+            launcher(set_time_step, 1, [self.bounds, self.few, self.step_scale], [self.now]),
         ]

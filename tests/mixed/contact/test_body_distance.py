@@ -13,10 +13,11 @@ from scipy.spatial.transform import Rotation
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mesh import Mesh
+from stitchmesh.mesh.vertex_motion import VertexMotion
 from stitchmesh.mixed.contact.body import Body
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.contact_points import ContactPoints, points_at_nodes
-from stitchmesh.mixed.contact.motion import RigidMotion, VertexMotion
+from stitchmesh.mixed.contact.motion import RigidMotion
 from tests.mixed.contact.bodies import ball, box
 from tests.mixed.contact.sheets import (
     blocks_of,

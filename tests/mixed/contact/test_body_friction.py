@@ -11,10 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
+from stitchmesh.mesh.vertex_motion import VertexMotion
 from stitchmesh.mixed.contact.body import Body
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import NO_ANCHOR, BodyFriction
-from stitchmesh.mixed.contact.motion import RigidMotion, VertexMotion
+from stitchmesh.mixed.contact.motion import RigidMotion
 from tests.mixed.contact.bodies import ball, box
 from tests.mixed.contact.moving_cloth import MovingCloth
 from tests.mixed.contact.sheets import (

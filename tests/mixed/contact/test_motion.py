@@ -9,7 +9,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.contact.motion import RigidMotion, VertexMotion
+from stitchmesh.mesh.vertex_motion import VertexMotion
+from stitchmesh.mixed.contact.motion import RigidMotion
 
 QUARTER = Rotation.from_rotvec([0.0, 0.0, np.pi / 2]).as_matrix()
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mixed.contact.motion import VertexMotion
+from stitchmesh.mesh.vertex_motion import VertexMotion
 from stitchmesh.mixed.scene.bending_arm import LARGEST_BEND, Arm
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
 from stitchmesh.yarnrelax.energies.mesh_features import enclosed_volume

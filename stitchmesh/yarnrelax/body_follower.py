@@ -1,0 +1,155 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The simulation of yarns that follow a moving body, from one frame of the body to the next.
+
+Between two launches the surface moves to the present time, by no more than ``LARGEST_MOTION`` of the reach of a contact
+sample, which bounds the time step: the surface cannot pass a sample between two forces. Candidate lists and budgets are
+those of a relaxation (``relaxation_loop``), so no yarn passes through another one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from stitchmesh.errors import SolverError
+from stitchmesh.quality import Quality
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.carried_arrays import carried_arrays, resume_from_arrays
+from stitchmesh.yarnrelax.collision.step_limit import smallest_distances, yarn_place
+from stitchmesh.yarnrelax.constraints.pins import Pins, pinned_points
+from stitchmesh.yarnrelax.energies.body import DEPTH
+from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.model.spline import place_contact_samples
+from stitchmesh.yarnrelax.motion.carried_points import CarriedPoints
+from stitchmesh.yarnrelax.motion.moving_body import MovingBody, MovingBodyTerm
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.dynamics import Dynamics
+
+LARGEST_MOTION = 0.1
+"""Largest motion of the surface between two launches, in reaches of the contact samples."""
+
+
+@dataclass(frozen=True, eq=False)
+class FollowInputs:
+    """What decides a run."""
+
+    yarns: YarnSet
+    body: MovingBody
+    material: YarnMaterial
+    """The material, with the drag as its global damping."""
+    quality: Quality
+    terms: tuple[TermChoice, ...]
+    carried: Pins | None
+    """Control points that the body carries."""
+    device: wp.Device
+
+
+class BodyFollower:
+    """Yarns and a moving body on a device."""
+
+    def __init__(self, inputs: FollowInputs) -> None:
+        """Yarns at rest where they were given, and the body at its first time.
+
+        Raises:
+            ParameterError: a choice does not fit the yarns.
+            SolverError: yarns are too close to each other, or too deep in the body.
+        """
+        self.inputs, self.times = inputs, inputs.body.moving.motion.times
+        terms = [*inputs.terms, inputs.body]
+        self.simulation = YarnSimulation.start(inputs.yarns, inputs.material, inputs.quality, inputs.device, terms)
+        term, solver = self.simulation.terms[-1], self.simulation.solver
+        assert isinstance(term, MovingBodyTerm)
+        assert isinstance(solver, Dynamics)
+        self.term, self.solver = term, solver
+        if inputs.carried is not None:
+            points = pinned_points(inputs.yarns, inputs.carried)
+            self.simulation.constraints.append(CarriedPoints(self.simulation.model, term.surface, points))
+        self.loop = RelaxationLoop(self.simulation, inputs.quality.tolerance)
+        self.frame, self.steps = 0, 0
+        solver.clock.now.assign(np.array([0.0, float(self.times[0])]))
+        self.gap = self._checked_gap()
+
+    def advance(self) -> None:
+        """Simulate to the next frame of the body.
+
+        Raises:
+            SolverError: a number is not finite, or a yarn is too deep in the body; the message names the frame.
+        """
+        begin, end = float(self.times[self.frame]), float(self.times[self.frame + 1])
+        self.term.forget_distances()
+        self.simulation.iterations  # noqa: B018 - captures them, which decides how many are in a launch
+        launched = self.simulation.graph_iterations
+        self.solver.clock.run_until(end, self._longest_step(begin, end) / launched)
+        while (now := self.solver.time) < end:
+            self.term.surface.move_to(now)
+            self.loop.iterate(launched)
+            self.steps += launched
+        self.term.surface.move_to(end)
+        self.frame += 1
+        self.gap = self._checked_gap()
+
+    def yarns(self) -> YarnSet:
+        """The yarns at the present frame."""
+        model = self.simulation.model
+        return replace(self.inputs.yarns, points=model.from_device(self.simulation.state.points))
+
+    def report(self) -> dict[str, Any]:
+        """Plain numbers of the present frame."""
+        simulation = self.simulation
+        self.loop.search_contacts()
+        nearest = smallest_distances(simulation.model, simulation.state, simulation.candidates)
+        return {
+            "frame": self.frame,
+            "time": float(self.times[self.frame]),
+            "steps": self.steps,
+            "kinetic_energy": self.solver.kinetic_energy(),
+            "min_distance_over_radius": float(nearest[0]),
+            "body_gap_over_reach": self.gap,
+        }
+
+    def arrays(self) -> dict[str, wp.array[Any]]:
+        """What a checkpoint holds."""
+        return carried_arrays(self.simulation)
+
+    def resume(self, header: dict[str, Any], arrays: dict[str, Any]) -> None:
+        """Continue from a checkpoint of the same run."""
+        resume_from_arrays(self.simulation, arrays, header["margin"])
+        self.loop.lists_age, self.frame, self.steps = header["lists_age"], header["frame"], header["steps"]
+        self.term.surface.move_to(float(self.times[self.frame]))
+
+    def header(self) -> dict[str, Any]:
+        """The numbers of a checkpoint."""
+        margin, age = self.simulation.candidates.margin, self.loop.lists_age
+        return {"frame": self.frame, "steps": self.steps, "margin": margin, "lists_age": age}
+
+    def _longest_step(self, begin: float, end: float) -> float:
+        """Time in which the surface moves by ``LARGEST_MOTION`` of the smallest reach [s]."""
+        speed = self.term.surface.speed(begin, end)
+        reach = float(self.simulation.model.radius.min() + float(self.term.thickness))
+        return LARGEST_MOTION * reach / speed if speed > 0.0 else np.inf
+
+    def _checked_gap(self) -> float:
+        """Smallest signed distance of a sample from the body over its reach.
+
+        Raises:
+            SolverError: it is not finite, or so small that the body cannot push the yarn out any more.
+        """
+        simulation, model = self.simulation, self.simulation.model
+        place_contact_samples(model, simulation.state, model.launch)
+        frame = f"frame {self.frame} ({self.times[self.frame]:g} s)"
+        if not np.isfinite(simulation.state.points.numpy()).all():
+            raise SolverError(f"{frame}: got positions that are not finite; expected finite ones; raise the drag")
+        gaps = self.term.gaps(simulation.state)
+        least = int(gaps.argmin())
+        if self.term.closed and gaps[least] < -DEPTH:
+            segment = int(np.searchsorted(model.sample_start, least, side="right") - 1)
+            where = yarn_place(model.yarns, int(model.yarns.segment_points[segment, 1]))
+            found = f"{-gaps[least]:.3g} reaches inside the body; expected at most {float(DEPTH):g}"
+            raise SolverError(f"{frame}: {where}: {found}; give the body more frames, or move the yarns out of it")
+        return float(gaps[least])

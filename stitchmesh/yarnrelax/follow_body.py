@@ -1,0 +1,173 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Yarns that follow a moving body in time: the order of operations."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from os import fspath
+from pathlib import Path
+from typing import Any, Literal, TypedDict
+
+import numpy as np
+
+from stitchmesh import __version__
+from stitchmesh.compute.device import alone, device_named
+from stitchmesh.errors import ParameterError, check_kind
+from stitchmesh.io.checkpoint_file import CheckpointFile, checked_header, read_checkpoint, write_checkpoint
+from stitchmesh.io.contents import FilePath
+from stitchmesh.progress import Progress, shown_stages
+from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.body_follower import BodyFollower, FollowInputs
+from stitchmesh.yarnrelax.constraints.pins import Pins
+from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.fingerprint import fingerprint, refuse_other_inputs
+from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking, refuse_changed_linking
+from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.motion.moving_body import MovingBody
+from stitchmesh.yarnrelax.motion.self_cuts import refuse_self_cuts
+
+DRAG = 10.0
+"""Default of the drag of the air [1 / s]: a free fall then ends at 98 cm/s."""
+NAME = "checkpoint.smc"
+"""Name of the checkpoint in its folder."""
+
+
+@dataclass(frozen=True, eq=False)
+class YarnFrame:
+    """The yarns at one frame of the body."""
+
+    number: int
+    """Number of the frame, from 0."""
+    time: float
+    """Time [s]."""
+    yarns: YarnSet
+    """The yarns."""
+    report: dict[str, Any]
+    """Plain numbers."""
+
+
+class _Header(TypedDict):
+    """The header of a checkpoint."""
+
+    inputs: dict[str, str]
+    frame: int
+    steps: int
+    margin: float
+    lists_age: int
+
+
+def follow_body(
+    yarns: YarnSet,
+    body: MovingBody,
+    *,
+    material: YarnMaterial | None = None,
+    quality: str | Quality = DEFAULT_QUALITY,
+    device: str | None = None,
+    terms: Sequence[TermChoice] = (),
+    carried: Pins | None = None,
+    drag: float = DRAG,
+    checkpoint: FilePath | None = None,
+    resume: bool = False,
+    progress: Progress | Literal[False] | None = None,
+) -> Iterator[YarnFrame]:
+    """Simulate yarns that follow a moving body, and yield them at each frame of the body.
+
+    The yarns begin at rest. They move by the solver ``dynamics`` with contact among themselves, and with contact and
+    friction with the body. All arguments are checked before the first frame.
+
+    Args:
+        yarns: the yarns at the first frame, outside of the body, for example relaxed around it.
+        body: the body and its friction.
+        material: stiffnesses; the material ``stitchmesh`` scaled to the radius of the yarns where not given. ``drag``
+            replaces its global damping.
+        quality: a preset or a ``Quality``; its solver is not used.
+        device: "cpu", "cuda:0" ...; the first GPU, else the CPU, where not given.
+        terms: further energies, such as gravity.
+        carried: control points that move with the body, such as those of a waistband.
+        drag: rate at which the air slows motion down [1 / s].
+        checkpoint: folder of a checkpoint that is written after each frame.
+        resume: whether to continue from the checkpoint. The frames after it have the bits of a run that never stopped.
+        progress: called with the completed part and a line of text; by default a line shows them on a terminal or in a
+            notebook, and False shows nothing.
+
+    Yields:
+        The yarns at the first frame and at all others; a resumed run yields those after its checkpoint.
+
+    Raises:
+        ParameterError: a choice does not fit, a frame of the body cuts through itself, or a checkpoint is of a run with
+            other inputs.
+        FileError: a checkpoint cannot be written or read.
+        SolverError: yarns are too close to each other or too deep in the body; the message names the frame.
+    """
+    check_kind("follow_body", yarns, YarnSet)
+    check_kind("follow_body, body", body, MovingBody)
+    if not (np.isfinite(drag) and drag >= 0.0):
+        raise ParameterError(f"follow_body: got a drag of {drag}; expected a number of at least 0 [1/s]")
+    if resume and checkpoint is None:
+        raise ParameterError("follow_body: got a run to resume without its checkpoint; name the folder")
+    if material is None:
+        material = YarnMaterial.named().scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
+    dragged = replace(material, k_global=0.5 * drag * material.mass_per_length * float(yarns.rest_length.mean()))
+    own = replace(quality_named(quality), solver="dynamics")
+    inputs = FollowInputs(yarns, body, dragged, own, tuple(terms), carried, device_named(device))
+    with alone():
+        refuse_self_cuts(body.moving, inputs.device)
+        follower = BodyFollower(inputs)
+        path = None if checkpoint is None else Path(checkpoint) / NAME
+        written = None if path is None else _fingerprints(inputs)
+        if resume and path is not None and written is not None:
+            _resume(follower, path, written)
+    return _frames(follower, path, written, progress, resumed=resume)
+
+
+def _frames(
+    follower: BodyFollower, path: Path | None, written: dict[str, str] | None,
+    progress: Progress | Literal[False] | None, *, resumed: bool,
+) -> Iterator[YarnFrame]:  # fmt: skip
+    """Yield the frames; a checkpoint is written after the caller has dealt with a frame."""
+    given, last = follower.inputs.yarns, len(follower.times) - 1
+    with shown_stages(progress) as report:
+        if not resumed:
+            yield _frame(follower, 0.0)
+        while follower.frame < last:
+            began = time.perf_counter()
+            with alone():
+                follower.advance()
+                frame = _frame(follower, time.perf_counter() - began)
+            report("follow", follower.frame / last, f"frame {follower.frame} of {last}")
+            yield frame
+            if path is not None and written is not None:
+                arrays = {name: array.numpy() for name, array in follower.arrays().items()}
+                write_checkpoint(path, CheckpointFile({"inputs": written, **follower.header()}, arrays))
+    device = str(follower.inputs.device)
+    linking = [doubled_linking(each, device=device) for each in (given, follower.yarns())]
+    refuse_changed_linking(given, changed_pairs(linking[0], linking[1]))
+
+
+def _frame(follower: BodyFollower, seconds: float) -> YarnFrame:
+    report = {**follower.report(), "seconds": seconds}
+    return YarnFrame(follower.frame, report["time"], follower.yarns(), report)
+
+
+def _resume(follower: BodyFollower, path: Path, written: dict[str, str]) -> None:
+    content = read_checkpoint(path)
+    header = checked_header(path, content, _Header)
+    refuse_other_inputs(fspath(path), header["inputs"], written)
+    follower.resume(dict(header), dict(content.arrays))
+
+
+def _fingerprints(inputs: FollowInputs) -> dict[str, str]:
+    """Return everything that decides a run, as short strings."""
+    found = {"stitchmesh": __version__, "device": "cuda" if inputs.device.is_cuda else "cpu"}
+    found |= fingerprint("yarns", inputs.yarns, without=("palette", "drawn_radius"))
+    found |= fingerprint("material", inputs.material)
+    found |= fingerprint("quality", inputs.quality, without=("tolerance", "largest_change", "max_iterations"))
+    found |= fingerprint("body", inputs.body)
+    found |= {"carried": "none"} if inputs.carried is None else fingerprint("carried", inputs.carried)
+    for number, term in enumerate(inputs.terms):
+        found |= fingerprint(f"term {number} ({type(term).__name__})", term)
+    return found

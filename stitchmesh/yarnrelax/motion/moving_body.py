@@ -1,0 +1,215 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Contact and friction of yarns with a body that moves.
+
+The contact has the energy of a still body (``energies.body``) at the place of the surface. Friction is Coulomb's law for
+each contact sample, with an anchor that moves with a triangle of the surface, so that slip is measured against the body:
+
+    F = -mu N (phi'(s) / s) u_t,    s = |u_t|,    N = |push|
+
+u_t is the displacement from the anchor in the plane across the push, and phi the law of ``friction.friction_law``: the
+force is mu N beyond a slip length e. An anchor farther away is dragged along until s = e, so a sample that slides feels
+mu N against its velocity relative to the body, and one that sticks returns to where it stuck. N, n and the anchor are
+those of the present step, which an explicit solver (``solvers.dynamics``) can use.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import vector
+from stitchmesh.compute.reduction import minimum
+from stitchmesh.compute.vector_loads import load_vector, store_vector
+from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.mesh.vertex_motion import MovingMesh
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.collision.step_limit import yarn_place
+from stitchmesh.yarnrelax.energies.body import DEPTH, MARGIN, NOWHERE, Body, allocate_triangle_lists, body_gaps, list_triangles
+from stitchmesh.yarnrelax.energies.body_penalty import push_listed, push_of
+from stitchmesh.yarnrelax.energies.body_surface import gap_to, single
+from stitchmesh.yarnrelax.energies.term import Term, TermChoice
+from stitchmesh.yarnrelax.friction.friction_law import slip_slope, within
+from stitchmesh.yarnrelax.friction.surface_anchor import NO_ANCHOR, anchor_at, anchor_place
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.state import State
+from stitchmesh.yarnrelax.motion.moving_surface import MovingSurface
+
+LARGEST_COEFFICIENT = 2.0
+"""Coefficient that no yarn has on skin or cloth."""
+
+
+@kernel
+def moving_body_forces(
+    # model
+    model: Any,
+    surface: Any,
+    travel: wp.array[Any],
+    thickness: Any,
+    stiffness: Any,
+    law: Any,
+    # state in
+    samples: wp.array[Any],
+    # state out
+    measured: wp.array[Any],
+    measured_travel: wp.array[Any],
+    list_count: wp.array[wp.int32],
+    listed: wp.array2d[wp.int32],
+    face: wp.array[wp.int32],
+    anchor: wp.array[Any],
+    sample_force: wp.array[Any],
+) -> None:
+    """Add push and friction of the body on each sample, and the row sums of their stiffness.
+
+    The law is mu and the slip length.
+    """
+    p = wp.tid()
+    here = load_vector(samples, p)
+    place = type(surface.corners[0])(here[0], here[1], here[2])
+    reach = here[3] + thickness
+    wide = reach * type(reach)(1.0 + MARGIN)
+    last = load_vector(measured, p)
+    moved = wp.length(place - type(place)(last[0], last[1], last[2])) + travel[0] - measured_travel[p]
+    # a thousandth allows for rounding
+    if (moved + reach) * type(reach)(1.001) < last[3]:
+        face[p] = NO_ANCHOR
+        return
+    count = list_count[p]
+    if (moved + reach) * type(reach)(1.001) > wide:
+        moved = reach - reach
+        last = gap_to(surface, here, reach * type(reach)(DEPTH))
+        count = 0
+        if last[3] < wide:
+            count = list_triangles(surface, here, wide, p, listed)
+        list_count[p] = count
+        measured_travel[p] = travel[0]
+        store_vector(measured, p, type(here)(here[0], here[1], here[2], last[3]))
+    push = type(here)()
+    if count >= 0 and moved < last[3]:
+        push = push_listed(surface, listed, p, count, here, reach)
+    else:
+        push, _energy = push_of(surface, here, reach, reach * type(reach)(DEPTH))
+    push = push * (stiffness * here[3] * model.sample_weight[p])
+    pressing = wp.length(type(place)(push[0], push[1], push[2]))
+    if pressing == pressing - pressing or law[0] == pressing - pressing:
+        face[p] = NO_ANCHOR
+        store_vector(sample_force, p, load_vector(sample_force, p) + push)
+        return
+    f = face[p]
+    if f == NO_ANCHOR:
+        query = wp.mesh_query_point_no_sign(surface.tree, single(place), float(reach) * DEPTH)
+        if query.result:
+            f = query.face
+            face[p] = f
+            anchor[p] = anchor_at(surface, f, place)
+    if f != NO_ANCHOR:
+        normal = type(place)(push[0], push[1], push[2]) / pressing
+        slip = within(place - anchor_place(surface, f, anchor[p]), normal)
+        measure = wp.length(slip)
+        if measure > law[1]:
+            query = wp.mesh_query_point_no_sign(surface.tree, single(place), float(reach) * DEPTH)
+            slip = slip * (law[1] / measure)
+            measure = law[1]
+            if query.result:
+                f = query.face
+                face[p] = f
+            anchor[p] = anchor_at(surface, f, place - slip)
+        size = law[0] * pressing * slip_slope(measure, law[1])
+        push += type(push)(-slip[0] * size, -slip[1] * size, -slip[2] * size, size)
+    store_vector(sample_force, p, load_vector(sample_force, p) + push)
+
+
+@dataclass(frozen=True, eq=False)
+class MovingBody(TermChoice):
+    """A body that moves, and with which yarns have friction; for the solver ``dynamics`` (``follow_body``).
+
+    Raises:
+        ParameterError: as for ``Body``, or a coefficient that is negative or larger than that of any yarn.
+    """
+
+    moving: MovingMesh
+    """The surface in motion; its faces are oriented outwards."""
+    friction: float = 0.3
+    """Coefficient of friction with the body."""
+    thickness: float = 0.0
+    """Distance from the body at which the surface of a yarn begins to feel a force [cm]."""
+    stiffness: float = 1.0
+    """Stiffness over that of a yarn."""
+    slip_length: float = 0.05
+    """Slip at which friction is full, in mean yarn radii."""
+
+    def __post_init__(self) -> None:
+        Body(self.moving.mesh, self.thickness, self.stiffness)
+        if not 0.0 <= self.friction <= LARGEST_COEFFICIENT:
+            expected = f"expected a number from 0 to {LARGEST_COEFFICIENT:g}, for yarn on skin 0.2 to 0.6"
+            raise ParameterError(f"moving body: got a coefficient of friction of {self.friction}; {expected}")
+        if not (np.isfinite(self.slip_length) and self.slip_length > 0.0):
+            raise ParameterError(f"moving body: got a slip length of {self.slip_length}; expected a positive number")
+
+    def on(self, model: Model) -> MovingBodyTerm:
+        """The body on a model's device, where it is at its first time.
+
+        Raises:
+            ParameterError: the yarns are on a lattice, or do not resist contact.
+        """
+        Body(self.moving.mesh, self.thickness, self.stiffness).check_fits(model)
+        return MovingBodyTerm(model, self)
+
+
+class MovingBodyTerm(Term):
+    """A moving body on a device."""
+
+    name = "moving body"
+
+    def __init__(self, model: Model, body: MovingBody) -> None:
+        """The body at its first time, without contacts."""
+        self.model = model
+        self.closed = Body(body.moving.mesh).closed
+        self.surface = MovingSurface(model, body.moving)
+        self.thickness = model.number(body.thickness / model.unit)
+        stiffness = model.number(2.0 * model.material.k_contact * body.stiffness)
+        law = vector(2, model.scalar)(body.friction, body.slip_length)
+        self.inputs = [model.constants, self.surface.constants, self.surface.travel, self.thickness, stiffness, law]
+        count = model.sample_count
+        self.measured, self.measured_travel = model.empty(count, 4), model.empty(count)
+        self.list_count = model.integers(np.zeros(count))
+        self.listed = allocate_triangle_lists(model)
+        self.face = wp.full(count, NO_ANCHOR, dtype=wp.int32, device=model.device)
+        self.anchor = model.empty(count, 3)
+        self.forget_distances()
+
+    def forget_distances(self) -> None:
+        """Measure all distances again at the next forces; a resumed run begins in the same way."""
+        self.measured.fill_(NOWHERE)
+        self.surface.forget_travel()
+
+    def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
+        """Add push and friction on each sample to ``state.sample_force``."""
+        kept = [self.measured, self.measured_travel, self.list_count, self.listed, self.face, self.anchor]
+        outputs = [*kept, state.sample_force]
+        return [launcher(moving_body_forces, self.model.sample_count, [*self.inputs, state.samples], outputs)]
+
+    def energy(self, state: State, candidates: Candidates) -> float:
+        """Zero: the body does work, and friction loses energy."""
+        return 0.0
+
+    def stiffness(self) -> NDArray[np.float64]:
+        """Zero: the stiffness comes with ``forces``."""
+        return np.zeros(self.model.point_count)
+
+    def arrays(self) -> dict[str, wp.array[Any]]:
+        """The anchors."""
+        return {"face": self.face, "anchor": self.anchor}
+
+    def gaps(self, state: State) -> NDArray[np.float64]:
+        """Signed distance of each sample from the surface over its reach, shape (P,); the samples are up to date."""
+        gap = self.model.empty(self.model.sample_count)
+        inputs = [self.surface.constants, self.thickness, self.model.number(1e30), state.samples]
+        self.model.launch(body_gaps, self.model.sample_count, inputs, [gap])
+        return np.asarray(gap.numpy(), dtype=np.float64)
