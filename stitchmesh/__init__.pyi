@@ -160,9 +160,13 @@ from .yarnrelax.energies.confinement import Confinement as Confinement
 from .yarnrelax.energies.gravity import Gravity as Gravity
 from .yarnrelax.energies.point_load import PointLoad as PointLoad
 from .yarnrelax.energies.twist import Twist as Twist
+from .yarnrelax.follow_body import YarnFrame as YarnFrame
+from .yarnrelax.follow_body import follow_body as follow_body
+from .yarnrelax.follow_files import FollowFiles as FollowFiles
 from .yarnrelax.friction.friction import Friction as Friction
 from .yarnrelax.load_steps import LoadStep as LoadStep
 from .yarnrelax.load_steps import relax_through_steps as relax_through_steps
+from .yarnrelax.motion.moving_body import MovingBody as MovingBody
 from .yarnrelax.together.relax_cells import relax_cells as relax_cells
 
 __version__: str

@@ -34,6 +34,7 @@ STAGE_TEXTS = {
     "match": "matching the cloth to its yarns",
     "triangles": "draping triangles alone",
     "drape": "draping",
+    "follow": "following the body",
     "swatches": "relaxing swatches",
     "picture": "drawing the picture",
     "sweep": "running the sweep",

@@ -21,6 +21,7 @@ from stitchmesh.cli.commands.check import Check
 from stitchmesh.cli.commands.convert import Convert
 from stitchmesh.cli.commands.drape import Drape
 from stitchmesh.cli.commands.edit import Edit
+from stitchmesh.cli.commands.follow import Follow
 from stitchmesh.cli.commands.info import Info
 from stitchmesh.cli.commands.instructions import Instructions
 from stitchmesh.cli.commands.job import Job
@@ -49,7 +50,7 @@ INTERRUPTED = 130
 DESCRIPTION = "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --version` prints the version."
 COMMANDS = (
     Knit, Label, Tessellate, Pattern, Capture, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Swatch, Stretch, Drape,
-    Run, Job, Status, Batch,
+    Follow, Run, Job, Status, Batch,
     Info, Select, Check, Patterns, Instructions, Convert, Render, View, App,
 )  # fmt: skip
 """The commands, in the order in which the help lists them."""

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulation of yarns that follow a moving body, from one frame of the body to the next.
 
-Between two launches the surface moves to the present time, by no more than ``LARGEST_MOTION`` of the reach of a contact
-sample, which bounds the time step: the surface cannot pass a sample between two forces. Candidate lists and budgets are
-those of a relaxation (``relaxation_loop``), so no yarn passes through another one.
+In a time step the surface moves by no more than ``LARGEST_MOTION`` of the reach of a contact sample, so it cannot pass a
+sample between two evaluations of forces. Candidate lists and budgets are those of a relaxation (``relaxation_loop``), so
+no yarn passes through another one.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.dynamics import Dynamics
 
-LARGEST_MOTION = 0.1
-"""Largest motion of the surface between two launches, in reaches of the contact samples."""
+LARGEST_MOTION = 0.2
+"""Largest motion of the surface in a time step, in reaches of the contact samples."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +72,7 @@ class BodyFollower:
             self.simulation.constraints.append(CarriedPoints(self.simulation.model, term.surface, points))
         self.loop = RelaxationLoop(self.simulation, inputs.quality.tolerance)
         self.frame, self.steps = 0, 0
+        term.surface.clock = solver.clock.now
         solver.clock.now.assign(np.array([0.0, float(self.times[0])]))
         self.gap = self._checked_gap()
 
@@ -81,16 +82,14 @@ class BodyFollower:
         Raises:
             SolverError: a number is not finite, or a yarn is too deep in the body; the message names the frame.
         """
-        begin, end = float(self.times[self.frame]), float(self.times[self.frame + 1])
+        end, surface = float(self.times[self.frame + 1]), self.term.surface
+        surface.begin(self.frame)
         self.term.forget_distances()
-        self.simulation.iterations  # noqa: B018 - captures them, which decides how many are in a launch
-        launched = self.simulation.graph_iterations
-        self.solver.clock.run_until(end, self._longest_step(begin, end) / launched)
-        while (now := self.solver.time) < end:
-            self.term.surface.move_to(now)
-            self.loop.iterate(launched)
-            self.steps += launched
-        self.term.surface.move_to(end)
+        self.solver.clock.run_until(end, self._longest_step())
+        while self.solver.time < end:
+            self.loop.iterate(1)
+            self.steps += self.simulation.graph_iterations
+        surface.place()
         self.frame += 1
         self.gap = self._checked_gap()
 
@@ -121,16 +120,16 @@ class BodyFollower:
         """Continue from a checkpoint of the same run."""
         resume_from_arrays(self.simulation, arrays, header["margin"])
         self.loop.lists_age, self.frame, self.steps = header["lists_age"], header["frame"], header["steps"]
-        self.term.surface.move_to(float(self.times[self.frame]))
+        self.term.surface.begin(max(self.frame - 1, 0))
 
     def header(self) -> dict[str, Any]:
         """The numbers of a checkpoint."""
         margin, age = self.simulation.candidates.margin, self.loop.lists_age
         return {"frame": self.frame, "steps": self.steps, "margin": margin, "lists_age": age}
 
-    def _longest_step(self, begin: float, end: float) -> float:
+    def _longest_step(self) -> float:
         """Time in which the surface moves by ``LARGEST_MOTION`` of the smallest reach [s]."""
-        speed = self.term.surface.speed(begin, end)
+        speed = self.term.surface.speed(self.frame)
         reach = float(self.simulation.model.radius.min() + float(self.term.thickness))
         return LARGEST_MOTION * reach / speed if speed > 0.0 else np.inf
 

@@ -187,13 +187,14 @@ class MovingBodyTerm(Term):
     def forget_distances(self) -> None:
         """Measure all distances again at the next forces; a resumed run begins in the same way."""
         self.measured.fill_(NOWHERE)
-        self.surface.forget_travel()
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
-        """Add push and friction on each sample to ``state.sample_force``."""
+        """Place the surface, and add push and friction on each sample to ``state.sample_force``."""
         kept = [self.measured, self.measured_travel, self.list_count, self.listed, self.face, self.anchor]
         outputs = [*kept, state.sample_force]
-        return [launcher(moving_body_forces, self.model.sample_count, [*self.inputs, state.samples], outputs)]
+        inputs = [*self.inputs, state.samples]
+        placed = self.surface.launches(launcher)
+        return [*placed, launcher(moving_body_forces, self.model.sample_count, inputs, outputs)]
 
     def energy(self, state: State, candidates: Candidates) -> float:
         """Zero: the body does work, and friction loses energy."""

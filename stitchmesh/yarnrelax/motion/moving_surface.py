@@ -2,22 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """The surface of a moving body on the device, at one time.
 
-Between two frames the corners move along straight lines. Outward directions follow from the corners by the formulas of
-``mesh_features``, in the same order of sums, and the tree of boxes is fitted to them.
+Between two frames the corners move along straight lines. Launches place them at the time of a solver's clock before each
+evaluation of forces. Outward directions follow from the corners by the formulas of ``mesh_features``, in the same order
+of sums, and the tree of boxes is fitted to them. A surface that never moves launches nothing.
 
-``travel`` is a bound of the distance that any point of the surface has moved since the start. A distance from the
+``travel`` is a bound of the distance that any point of the surface has moved since the last frame. A distance from the
 surface that was measured at an earlier travel is wrong by no more than the difference.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import warp as wp
 
+from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh import IntArray
 from stitchmesh.mesh.vertex_motion import MovingMesh
 from stitchmesh.yarnrelax.energies.body_surface import single, surface_of
 from stitchmesh.yarnrelax.energies.mesh_features import FeatureTopology, feature_topology, features_at
@@ -33,27 +36,41 @@ def unit_of(along: Any) -> Any:
     return along - along
 
 
+@wp.func
+def part_of(interval: wp.array[wp.float64], clock: wp.array[wp.float64]) -> wp.float64:
+    """Part of an interval (begin, end and speed) that has passed."""
+    zero, one = wp.float64(0.0), wp.float64(1.0)
+    return wp.clamp((clock[1] - interval[0]) / (interval[1] - interval[0]), zero, one)
+
+
 @kernel
 def place_triangles(
     # model
     before: wp.array[Any],
     after: wp.array[Any],
-    part: Any,
+    interval: wp.array[wp.float64],
+    # state in
+    clock: wp.array[wp.float64],
     # state out
     corners: wp.array[Any],
     tree_points: wp.array[wp.vec3],
     outward: wp.array[Any],
+    travel: wp.array[Any],
 ) -> None:
-    """Move the corners of each triangle to a part of the way between two frames, and find its normal."""
+    """Move the corners of each triangle to their places at a time between two frames, and find its normal."""
     t = wp.tid()
+    passed = part_of(interval, clock)
+    part = type(travel[0])(passed)
     for k in range(3):
         here = before[3 * t + k] + (after[3 * t + k] - before[3 * t + k]) * part
-        if part == type(part)(1.0):
+        if passed == wp.float64(1.0):
             here = after[3 * t + k]
         corners[3 * t + k] = here
         tree_points[3 * t + k] = single(here)
     start = corners[3 * t]
     outward[7 * t] = unit_of(wp.cross(corners[3 * t + 1] - start, corners[3 * t + 2] - start))
+    if t == 0:
+        travel[0] = type(travel[0])(passed * (interval[1] - interval[0]) * interval[2])
 
 
 @kernel
@@ -91,6 +108,17 @@ def place_outward(
         outward[7 * t + 4 + k] = unit_of(of_corner)
 
 
+@dataclass(frozen=True, eq=False)
+class Refit:
+    """A launch that fits a tree of boxes to its points."""
+
+    tree: wp.Mesh
+
+    def launch(self) -> None:
+        """Fit the tree."""
+        self.tree.refit()
+
+
 class MovingSurface:
     """The surface of a moving body on the device of a model."""
 
@@ -98,61 +126,54 @@ class MovingSurface:
         """Put the surface where it is at the first time."""
         self.model, self.motion = model, moving.motion
         self.topology = feature_topology(moving.mesh)
-        features = features_at(self.topology, model.to_device(moving.mesh.vertices))
-        self.triangle_count = len(features.corners)
+        features = features_at(self.topology, model.to_device(moving.motion.vertices[0]))
         self._surface = surface_of(features, model.scalar, model.device)
         self.constants = self._surface.constants
         """The struct that kernels receive."""
         self.travel = model.empty(1)
-        """Bound of the distance that the surface has moved [units], an array of one number."""
-        self._tables = _neighbour_tables(model, self.topology)
+        """Bound of the distance that the surface has moved since the last frame [units], an array of one number."""
+        self.clock = wp.zeros(2, dtype=wp.float64, device=model.device)
+        """The clock of the solver, whose second number is the time [s]."""
         self._moves = bool((self.motion.vertices != self.motion.vertices[0]).any())
-        self._interval, self._time = -1, float(self.motion.times[0])
-        self._speed = self._moved = 0.0
-        self._ends: list[wp.array[Any]] = []
+        self._tables = _neighbour_tables(model, self.topology)
+        self._interval = wp.zeros(3, dtype=wp.float64, device=model.device)
+        self._ends = [self._corners(0), self._corners(0)]
 
-    def speed(self, begin: float, end: float) -> float:
-        """Largest mean speed of a vertex between two times of one interval [units / s]."""
-        apart = self.motion.vertices_at(end) - self.motion.vertices_at(begin)
-        return float(np.linalg.norm(apart, axis=1).max()) / (end - begin) / self.model.unit
+    def speed(self, frame: int) -> float:
+        """Largest speed of a vertex between a frame and the next one [units / s]."""
+        times, places = self.motion.times, self.motion.vertices
+        apart = float(np.linalg.norm(places[frame + 1] - places[frame], axis=1).max())
+        return apart / float(times[frame + 1] - times[frame]) / self.model.unit
 
-    def move_to(self, time: float) -> None:
-        """Move the surface to a time [s]; a surface that does not move keeps all its bits."""
-        if not self._moves or time == self._time:
-            return
+    def begin(self, frame: int) -> None:
+        """Move from a frame to the next one from now on; the surface is placed at the time of the clock."""
         times = self.motion.times
-        interval = int(np.clip(np.searchsorted(times, time), 1, len(times) - 1)) - 1
-        if interval != self._interval:
-            self._begin_interval(interval)
-        elif self._speed == 0.0:
-            return
-        self._moved += self._speed * abs(time - self._time)
-        self._time = time
-        self.travel.fill_(self.model.number(self._moved))
-        begin, end = float(times[interval]), float(times[interval + 1])
-        self._place(min(max((time - begin) / (end - begin), 0.0), 1.0))
+        self._interval.assign(np.array([times[frame], times[frame + 1], self.speed(frame)]))
+        for k, end in enumerate(self._ends):
+            wp.copy(end, self._corners(frame + k))
+        self.place()
 
-    def forget_travel(self) -> None:
-        """Count the travel from here; distances that were measured before are no longer used."""
-        self._moved = 0.0
-        self.travel.zero_()
+    def place(self) -> None:
+        """Place the surface at the time of the clock."""
+        for launch in self.launches(self.model.prepare):
+            launch.launch()
 
-    def _begin_interval(self, interval: int) -> None:
-        motion, times = self.motion, self.motion.times
-        self._interval = interval
-        self._speed = self.speed(float(times[interval]), float(times[interval + 1]))
-        self._ends = [self._corners(motion.vertices[interval + k]) for k in range(2)]
+    def launches(self, launcher: Launcher) -> list[Any]:
+        """The prepared launches that place the surface at the time of the clock."""
+        if not self._moves:
+            return []
+        surface, tree = self.constants, self._surface.tree
+        count = len(surface.corners) // 3
+        placed = [surface.corners, tree.points, surface.outward, self.travel]
+        return [
+            launcher(place_triangles, count, [*self._ends, self._interval, self.clock], placed),
+            launcher(place_outward, count, [*self._tables, surface.corners], [surface.outward]),
+            Refit(tree),
+        ]
 
-    def _corners(self, vertices: FloatArray) -> wp.array[Any]:
-        return self.model.upload(self.model.to_device(vertices)[self.topology.corner].reshape(-1, 3), 3)
-
-    def _place(self, part: float) -> None:
-        surface, count = self.constants, self.triangle_count
-        points = self._surface.tree.points
-        inputs = [*self._ends, self.model.number(part)]
-        self.model.launch(place_triangles, count, inputs, [surface.corners, points, surface.outward])
-        self.model.launch(place_outward, count, [*self._tables, surface.corners], [surface.outward])
-        self._surface.tree.refit()
+    def _corners(self, frame: int) -> wp.array[Any]:
+        places = self.model.to_device(self.motion.vertices[frame])[self.topology.corner]
+        return self.model.upload(places.reshape(-1, 3), 3)
 
 
 def _neighbour_tables(model: Model, topology: FeatureTopology) -> list[wp.array[Any]]:

@@ -1,0 +1,109 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``follow``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated
+
+from tyro.conf import Positional
+
+from stitchmesh.cli.arguments import Flag, help_entry
+from stitchmesh.cli.options import FOUND_RADIUS, READ_STITCHES, READ_YARNS, Device, MaterialOptions, Threads, Unit
+from stitchmesh.cli.output_folder import output_folder
+from stitchmesh.cli.summary import AsJson, print_result
+from stitchmesh.errors import ParameterError
+from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.quality import DEFAULT_QUALITY, PRESETS
+
+if TYPE_CHECKING:
+    from stitchmesh.yarnrelax.constraints.pins import Pins
+
+
+@dataclass(frozen=True)
+class Follow:
+    """Simulate yarns in time that follow a moving body."""
+
+    yarns: Annotated[Positional[str], help_entry("YARNS", help=f"{READ_YARNS}, at the first frame of the body")]
+    body: Annotated[Positional[str], help_entry("BODY")]
+    """folder with a mesh for each frame, such as walk.0001.obj, or a USD file with time samples of one mesh"""
+    output: Annotated[str, help_entry("DIR", short="-o")]
+    """output folder for the frames, an animation (USD), a report and a checkpoint"""
+    resume: Flag = False
+    """continue from the checkpoint in the output folder; give the same other options as before"""
+    frames_per_second: Annotated[float, help_entry("N")] = 30.0
+    """frames of a folder for each second; a USD file states its times"""
+    body_unit: Annotated[str, help_entry("UNIT")] = DEFAULT_UNIT
+    """unit of the files of a folder"""
+    body_friction: Annotated[float, help_entry("MU")] = 0.3
+    """coefficient of friction between the yarns and the body"""
+    body_thickness: Annotated[float, help_entry("CM")] = 0.0
+    """distance from the body that the yarns keep"""
+    gravity: Annotated[tuple[float, float, float], help_entry("X Y Z")] = (0.0, -981.0, 0.0)
+    """acceleration of gravity [cm/s^2]"""
+    drag: Annotated[float, help_entry("RATE")] = 10.0
+    """rate at which the air slows motion down [1/s]"""
+    carry: Annotated[str | None, help_entry("SELECTION", "none")] = None
+    """part of the fabric that moves with the body, such as 'hem 2' (docs/selections.md); needs --fabric"""
+    fabric: Annotated[str | None, help_entry("FABRIC", "none", help=f"{READ_STITCHES}, of which the yarns were made")] = (
+        None
+    )
+    yarn_radius: Annotated[float | None, help_entry("CM", FOUND_RADIUS)] = None
+    """yarn radius [cm]"""
+    unit: Unit = DEFAULT_UNIT
+    quality: Annotated[str, help_entry("NAME", help=f"preset of accuracy and cost: {', '.join(PRESETS)}")] = (
+        DEFAULT_QUALITY
+    )
+    device: Device = None
+    threads: Threads = None
+    material: Annotated[MaterialOptions, help_entry("")] = field(default_factory=MaterialOptions)
+    json: AsJson = False
+
+    def run(self) -> None:
+        """Simulate the frames, write them, and print a summary.
+
+        Raises:
+            ParameterError: a part of the fabric is to be carried, and there is no fabric.
+        """
+        from stitchmesh.cli.progress import show_progress
+        from stitchmesh.io import read_yarns
+        from stitchmesh.io.mesh_sequences import read_moving_mesh
+        from stitchmesh.yarnrelax.energies.gravity import Gravity
+        from stitchmesh.yarnrelax.follow_body import follow_body
+        from stitchmesh.yarnrelax.follow_files import FollowFiles
+        from stitchmesh.yarnrelax.motion.moving_body import MovingBody
+
+        yarns = read_yarns(self.yarns, unit=self.unit, radius=self.yarn_radius)
+        moving = read_moving_mesh(self.body, unit=self.body_unit, frames_per_second=self.frames_per_second)
+        body = MovingBody(moving, friction=self.body_friction, thickness=self.body_thickness)
+        with output_folder(self.output) as folder, show_progress() as progress:
+            frames = follow_body(
+                yarns, body, material=self.material.yarn_material(float(yarns.radius.mean())), quality=self.quality,
+                device=self.device, terms=[Gravity(self.gravity)], carried=self._carried(), drag=self.drag,
+                checkpoint=folder, resume=self.resume, progress=progress,
+            )  # fmt: skip
+            files = FollowFiles(folder, yarns, moving)
+            for frame in frames:
+                files.add(frame)
+            report = files.finish()
+        seconds = sum(frame["seconds"] for frame in report["frames"])
+        nearest = min(frame["body_gap_over_reach"] for frame in report["frames"])
+        lines = [
+            f"Simulated {len(report['frames'])} frames in {seconds:.3g} s; smallest distance of yarn from the body over "
+            f"what it keeps: {nearest:.2f}.",
+            f"Wrote {folder / 'animation.usdc'}; {folder / 'frames'} holds a BCC file for each frame.",
+        ]
+        print_result(report, lines, as_json=self.json)
+
+    def _carried(self) -> Pins | None:
+        """Return the control points that the body carries."""
+        if self.carry is None:
+            return None
+        if self.fabric is None:
+            raise ParameterError("follow: got --carry without --fabric; name the stitch mesh of the yarns")
+        from stitchmesh.io import read_stitches
+        from stitchmesh.selection import select
+        from stitchmesh.yarnrelax.constraints.pins import Pins
+
+        return Pins(faces=select(read_stitches(self.fabric), self.carry))
