@@ -4,10 +4,10 @@
 
     python benchmarks/walking_body.py makehuman-body.obj --unit dm --frames 60 -o walk.usdc
 
-The body stands upright, y up, looks along z, and is symmetric in x; its legs are apart. Joints are given as parts of its
-height above its feet and of it to the side, as on the base mesh of MakeHuman. A vertex turns about the hip, and below
-the knee about the knee too, by the angle of the joint times a weight that rises smoothly over a length around the
-joint. The steps begin from standing still.
+The body stands upright, y up, looks along z, and is symmetric in x; its legs are apart. Joints are given in parts of
+its height, as on the base mesh of MakeHuman. A vertex turns about the hip, and below the knee about the knee too, by
+the angle of the joint times a weight that rises smoothly over a length around the joint. The steps begin from standing
+still.
 """
 
 from __future__ import annotations
@@ -19,9 +19,7 @@ from pathlib import Path
 import numpy as np
 
 import stitchmesh as sm
-from stitchmesh.io.mesh_sequences import write_moving_mesh
 from stitchmesh.mesh import FloatArray, Mesh
-from stitchmesh.mesh.vertex_motion import MovingMesh, VertexMotion
 
 FRAMES_PER_SECOND = 30.0
 STEPS_PER_SECOND, RAMP = 1.0, 0.5
@@ -73,7 +71,7 @@ def bent(standing: FloatArray, side: int, hip_angle: float, knee_angle: float) -
     return moved
 
 
-def walking(body: Mesh, frames: int) -> MovingMesh:
+def walking(body: Mesh, frames: int) -> sm.MovingMesh:
     """The body at some frames of walking in place."""
     times = np.arange(frames) / FRAMES_PER_SECOND
     places = []
@@ -85,7 +83,7 @@ def walking(body: Mesh, frames: int) -> MovingMesh:
             knee = np.radians(KNEE_ANGLE) * 0.5 * (1.0 + np.cos(phase + shift))
             moved = bent(moved, side, size * hip, size * knee)
         places.append(moved)
-    return MovingMesh(body, VertexMotion(times, np.array(places)))
+    return sm.MovingMesh(body, sm.VertexMotion(times, np.array(places)))
 
 
 def main() -> None:
@@ -97,7 +95,7 @@ def main() -> None:
     arguments.add_argument("-o", "--output", type=Path, required=True)
     given = arguments.parse_args()
     body = sm.read_mesh(given.body, unit=given.unit)
-    write_moving_mesh(given.output, walking(body, given.frames), frames_per_second=FRAMES_PER_SECOND)
+    sm.write_moving_mesh(given.output, walking(body, given.frames), frames_per_second=FRAMES_PER_SECOND)
     print(f"{given.output}: {given.frames} frames of {len(body.vertices):,} vertices")
 
 

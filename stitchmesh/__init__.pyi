@@ -24,6 +24,8 @@ from .io import read_yarns as read_yarns
 from .io import write_mesh as write_mesh
 from .io import write_stitches as write_stitches
 from .io import write_yarns as write_yarns
+from .io.mesh_sequences import read_moving_mesh as read_moving_mesh
+from .io.mesh_sequences import write_moving_mesh as write_moving_mesh
 from .io.stitch_formats.face_libraries import read_face_library as read_face_library
 from .io.stitch_formats.face_meshes import read_face_mesh as read_face_mesh
 from .io.stitch_formats.face_meshes import write_face_mesh as write_face_mesh
@@ -50,6 +52,8 @@ from .mesh import StitchMesh as StitchMesh
 from .mesh.orientation import is_inside_out as is_inside_out
 from .mesh.orientation import turn_inside_out as turn_inside_out
 from .mesh.stitch import Stitch as Stitch
+from .mesh.vertex_motion import MovingMesh as MovingMesh
+from .mesh.vertex_motion import VertexMotion as VertexMotion
 from .meshrelax import relax_mesh as relax_mesh
 from .meshrelax import relax_mesh_around_edit as relax_mesh_around_edit
 from .meshrelax.evenness import evenness_verdict as evenness_verdict

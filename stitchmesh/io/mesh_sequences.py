@@ -19,12 +19,10 @@ from stitchmesh.io.mesh_formats.usd_mesh import read_usd_mesh, write_usd_mesh
 from stitchmesh.io.meshes import FORMATS, read_mesh
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
 from stitchmesh.mesh import Mesh
-from stitchmesh.mesh.vertex_motion import MovingMesh, VertexMotion
+from stitchmesh.mesh.vertex_motion import FRAMES_PER_SECOND, MovingMesh, VertexMotion
 
 USD = (".usd", ".usda", ".usdc")
 """Suffixes of USD files."""
-FRAMES_PER_SECOND = 30.0
-"""Frames of a folder for each second if the caller states no other number."""
 
 
 def read_moving_mesh(

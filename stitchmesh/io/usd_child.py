@@ -3,8 +3,8 @@
 """Reading of USD stages in a process of its own.
 
 The library of USD can end its process at a damaged file, ask for any memory, or not come to an end. A child process
-therefore opens the stage, within limits of memory and processor time that grow with the file, and hands over the content
-in a file with a checksum (``stitchmesh.io.checkpoint_file``). The end of the child is an error as any other one.
+therefore opens the stage, within limits of memory and processor time that grow with the file, and hands over what it
+reads in a file with a checksum (``stitchmesh.io.checkpoint_file``). The end of the child is an error as any other one.
 
     python -m MODULE STAGE ANSWER
 """
@@ -65,8 +65,12 @@ def answer_of_child(module: str, path: FilePath) -> CheckpointFile:
     return content
 
 
-def answer_parent(stage: str, answer: str, read: Callable[[str], CheckpointFile]) -> None:
-    """Read a stage, and write its content or the error to a file; the work of the child process."""
+def answer_parent(read: Callable[[str], CheckpointFile]) -> None:
+    """Read the stage that the first argument of this process names, and write its content or the error to the second.
+
+    The work of the child process.
+    """
+    stage, answer = sys.argv[1:]
     _limit(Path(stage).stat().st_size)
     try:
         content = read(stage)

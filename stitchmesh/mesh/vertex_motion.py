@@ -15,6 +15,9 @@ import numpy as np
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh.polygon_mesh import FloatArray, Mesh, frozen_array
 
+FRAMES_PER_SECOND = 30.0
+"""Frames for each second where a caller states no other number."""
+
 
 @dataclass(frozen=True, eq=False)
 class VertexMotion:
@@ -91,8 +94,8 @@ def _check_same_faces(number: int, frame: Mesh, first: Mesh) -> None:
     if np.array_equal(frame.face_start, first.face_start) and np.array_equal(frame.face_vertex, first.face_vertex):
         return
     pairs = enumerate(zip(_faces(frame), _faces(first), strict=True))
-    face, own, expected = next((face, own, other) for face, (own, other) in pairs if own != other)
-    found = f"face {face}: got vertices {own}; expected {expected}, those of the first frame"
+    face, (own, other) = next((face, pair) for face, pair in pairs if pair[0] != pair[1])
+    found = f"face {face}: got vertices {own}; expected {other}, those of the first frame"
     raise ParameterError(f"moving mesh: frame {number}: {found}; export every frame of one mesh")
 
 

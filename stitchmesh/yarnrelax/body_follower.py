@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulation of yarns that follow a moving body, from one frame of the body to the next.
 
-In a time step the surface moves by no more than ``LARGEST_MOTION`` of the reach of a contact sample, so it cannot pass a
-sample between two evaluations of forces. Candidate lists and budgets are those of a relaxation (``relaxation_loop``), so
-no yarn passes through another one.
+In a time step the surface moves by no more than ``LARGEST_MOTION`` of the reach of a contact sample, so it cannot pass
+a sample between two evaluations of forces. Candidate lists and budgets are those of a relaxation
+(``relaxation_loop``), so no yarn passes through another one.
 """
 
 from __future__ import annotations

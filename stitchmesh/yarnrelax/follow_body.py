@@ -27,11 +27,10 @@ from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.fingerprint import fingerprint, refuse_other_inputs
 from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking, refuse_changed_linking
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.motion.follow_defaults import DRAG
 from stitchmesh.yarnrelax.motion.moving_body import MovingBody
 from stitchmesh.yarnrelax.motion.self_cuts import refuse_self_cuts
 
-DRAG = 10.0
-"""Default of the drag of the air [1 / s]: a free fall then ends at 98 cm/s."""
 NAME = "checkpoint.smc"
 """Name of the checkpoint in its folder."""
 

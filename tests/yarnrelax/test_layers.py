@@ -10,7 +10,7 @@ from pathlib import Path
 from tests.gallery import ROOT
 
 PACKAGE = ROOT / "stitchmesh" / "yarnrelax"
-FOLDERS = ["linking", "model", "collision", "energies", "friction", "hessian", "constraints", "solvers"]
+FOLDERS = ["linking", "model", "collision", "energies", "friction", "hessian", "constraints", "motion", "solvers"]
 """Folders from the lowest layer to the highest. A folder imports only those before it; files at the root import all."""
 ABOVE = "together"
 """The folder whose files import those at the root, which import nothing of it."""

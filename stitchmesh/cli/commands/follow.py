@@ -15,7 +15,9 @@ from stitchmesh.cli.output_folder import output_folder
 from stitchmesh.cli.summary import AsJson, print_result
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.mesh.vertex_motion import FRAMES_PER_SECOND
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS
+from stitchmesh.yarnrelax.motion.follow_defaults import BODY_FRICTION, DRAG
 
 if TYPE_CHECKING:
     from stitchmesh.yarnrelax.constraints.pins import Pins
@@ -32,23 +34,21 @@ class Follow:
     """output folder for the frames, an animation (USD), a report and a checkpoint"""
     resume: Flag = False
     """continue from the checkpoint in the output folder; give the same other options as before"""
-    frames_per_second: Annotated[float, help_entry("N")] = 30.0
+    frames_per_second: Annotated[float, help_entry("N")] = FRAMES_PER_SECOND
     """frames of a folder for each second; a USD file states its times"""
     body_unit: Annotated[str, help_entry("UNIT")] = DEFAULT_UNIT
     """unit of the files of a folder"""
-    body_friction: Annotated[float, help_entry("MU")] = 0.3
+    body_friction: Annotated[float, help_entry("MU")] = BODY_FRICTION
     """coefficient of friction between the yarns and the body"""
     body_thickness: Annotated[float, help_entry("CM")] = 0.0
     """distance from the body that the yarns keep"""
     gravity: Annotated[tuple[float, float, float], help_entry("X Y Z")] = (0.0, -981.0, 0.0)
     """acceleration of gravity [cm/s^2]"""
-    drag: Annotated[float, help_entry("RATE")] = 10.0
+    drag: Annotated[float, help_entry("RATE")] = DRAG
     """rate at which the air slows motion down [1/s]"""
     carry: Annotated[str | None, help_entry("SELECTION", "none")] = None
     """part of the fabric that moves with the body, such as 'hem 2' (docs/selections.md); needs --fabric"""
-    fabric: Annotated[str | None, help_entry("FABRIC", "none", help=f"{READ_STITCHES}, of which the yarns were made")] = (
-        None
-    )
+    fabric: Annotated[str | None, help_entry("FABRIC", "none", help=f"{READ_STITCHES}, of the yarns")] = None
     yarn_radius: Annotated[float | None, help_entry("CM", FOUND_RADIUS)] = None
     """yarn radius [cm]"""
     unit: Unit = DEFAULT_UNIT
@@ -57,7 +57,7 @@ class Follow:
     )
     device: Device = None
     threads: Threads = None
-    material: Annotated[MaterialOptions, help_entry("")] = field(default_factory=MaterialOptions)
+    material: MaterialOptions = field(default_factory=MaterialOptions)
     json: AsJson = False
 
     def run(self) -> None:
@@ -90,8 +90,8 @@ class Follow:
         seconds = sum(frame["seconds"] for frame in report["frames"])
         nearest = min(frame["body_gap_over_reach"] for frame in report["frames"])
         lines = [
-            f"Simulated {len(report['frames'])} frames in {seconds:.3g} s; smallest distance of yarn from the body over "
-            f"what it keeps: {nearest:.2f}.",
+            f"Simulated {len(report['frames'])} frames in {seconds:.3g} s.",
+            f"Smallest distance of the yarns from the body, over the distance that they keep: {nearest:.2f}.",
             f"Wrote {folder / 'animation.usdc'}; {folder / 'frames'} holds a BCC file for each frame.",
         ]
         print_result(report, lines, as_json=self.json)

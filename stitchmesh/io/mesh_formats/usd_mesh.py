@@ -9,7 +9,6 @@ A frame is a time sample of the points or of a transform above them. The faces m
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -131,4 +130,4 @@ def _places(name: str, mesh: Any, code: float) -> FloatArray:
 
 
 if __name__ == "__main__":
-    answer_parent(*sys.argv[1:], read=packed_mesh)
+    answer_parent(packed_mesh)

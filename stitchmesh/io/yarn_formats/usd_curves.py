@@ -7,7 +7,6 @@ python -m stitchmesh.io.yarn_formats.usd_curves STAGE CURVES
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from os import fspath
 from typing import TYPE_CHECKING, Any, TypedDict
@@ -212,4 +211,4 @@ def _array(attribute: Usd.Attribute, kind: Any) -> NDArray:
 
 
 if __name__ == "__main__":
-    answer_parent(*sys.argv[1:], read=packed_curves)
+    answer_parent(packed_curves)

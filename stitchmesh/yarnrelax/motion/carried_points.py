@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Control points that a moving body carries: each keeps its place relative to the nearest triangle.
 
-The body has the whole force on such a point, and the step of the point leads to its place on the body, as a waistband or
-a sewn seam does.
+The body has the whole force on such a point, and the step of the point leads to its place on the body, as a waistband
+or a sewn seam does.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contact and friction of yarns with a body that moves.
 
-The contact has the energy of a still body (``energies.body``) at the place of the surface. Friction is Coulomb's law for
-each contact sample, with an anchor that moves with a triangle of the surface, so that slip is measured against the body:
+The contact has the energy of a still body (``energies.body``) at the place of the surface. Friction is Coulomb's law
+for each contact sample, with an anchor that moves with a triangle of the surface, so slip is measured against the body:
 
     F = -mu N (phi'(s) / s) u_t,    s = |u_t|,    N = |push|
 
@@ -25,13 +25,19 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
-from stitchmesh.compute.reduction import minimum
 from stitchmesh.compute.vector_loads import load_vector, store_vector
-from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.errors import ParameterError
 from stitchmesh.mesh.vertex_motion import MovingMesh
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.collision.step_limit import yarn_place
-from stitchmesh.yarnrelax.energies.body import DEPTH, MARGIN, NOWHERE, Body, allocate_triangle_lists, body_gaps, list_triangles
+from stitchmesh.yarnrelax.energies.body import (
+    DEPTH,
+    MARGIN,
+    NOWHERE,
+    Body,
+    allocate_triangle_lists,
+    body_gaps,
+    list_triangles,
+)
 from stitchmesh.yarnrelax.energies.body_penalty import push_listed, push_of
 from stitchmesh.yarnrelax.energies.body_surface import gap_to, single
 from stitchmesh.yarnrelax.energies.term import Term, TermChoice
@@ -39,10 +45,47 @@ from stitchmesh.yarnrelax.friction.friction_law import slip_slope, within
 from stitchmesh.yarnrelax.friction.surface_anchor import NO_ANCHOR, anchor_at, anchor_place
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
+from stitchmesh.yarnrelax.motion.follow_defaults import BODY_FRICTION
 from stitchmesh.yarnrelax.motion.moving_surface import MovingSurface
 
 LARGEST_COEFFICIENT = 2.0
 """Coefficient that no yarn has on skin or cloth."""
+
+
+@wp.func
+def nearest_face(surface: Any, place: Any, depth: Any, otherwise: int) -> int:
+    """The triangle that is nearest to a place; another one if none is within the depth."""
+    query = wp.mesh_query_point_no_sign(surface.tree, single(place), float(depth))
+    if query.result:
+        return query.face
+    return otherwise
+
+
+@wp.func
+def friction_on(
+    surface: Any, law: Any, place: Any, push: Any, depth: Any, p: int, face: wp.array[wp.int32], anchor: wp.array[Any]
+) -> Any:
+    """Friction on a sample and the row sum of its stiffness, by the push of the body; the anchor is renewed."""
+    pressing = wp.length(type(place)(push[0], push[1], push[2]))
+    none = pressing - pressing
+    if pressing == none or law[0] == none:
+        face[p] = NO_ANCHOR
+        return push - push
+    normal = type(place)(push[0], push[1], push[2]) / pressing
+    slip = place - place
+    if face[p] == NO_ANCHOR:
+        face[p] = nearest_face(surface, place, depth, 0)
+        anchor[p] = anchor_at(surface, face[p], place)
+    else:
+        slip = within(place - anchor_place(surface, face[p], anchor[p]), normal)
+    measure = wp.length(slip)
+    if measure > law[1]:
+        slip = slip * (law[1] / measure)
+        measure = law[1]
+        face[p] = nearest_face(surface, place, depth, face[p])
+        anchor[p] = anchor_at(surface, face[p], place - slip)
+    size = law[0] * pressing * slip_slope(measure, law[1])
+    return type(push)(-slip[0] * size, -slip[1] * size, -slip[2] * size, size)
 
 
 @kernel
@@ -96,32 +139,7 @@ def moving_body_forces(
     else:
         push, _energy = push_of(surface, here, reach, reach * type(reach)(DEPTH))
     push = push * (stiffness * here[3] * model.sample_weight[p])
-    pressing = wp.length(type(place)(push[0], push[1], push[2]))
-    if pressing == pressing - pressing or law[0] == pressing - pressing:
-        face[p] = NO_ANCHOR
-        store_vector(sample_force, p, load_vector(sample_force, p) + push)
-        return
-    f = face[p]
-    if f == NO_ANCHOR:
-        query = wp.mesh_query_point_no_sign(surface.tree, single(place), float(reach) * DEPTH)
-        if query.result:
-            f = query.face
-            face[p] = f
-            anchor[p] = anchor_at(surface, f, place)
-    if f != NO_ANCHOR:
-        normal = type(place)(push[0], push[1], push[2]) / pressing
-        slip = within(place - anchor_place(surface, f, anchor[p]), normal)
-        measure = wp.length(slip)
-        if measure > law[1]:
-            query = wp.mesh_query_point_no_sign(surface.tree, single(place), float(reach) * DEPTH)
-            slip = slip * (law[1] / measure)
-            measure = law[1]
-            if query.result:
-                f = query.face
-                face[p] = f
-            anchor[p] = anchor_at(surface, f, place - slip)
-        size = law[0] * pressing * slip_slope(measure, law[1])
-        push += type(push)(-slip[0] * size, -slip[1] * size, -slip[2] * size, size)
+    push += friction_on(surface, law, place, push, reach * type(reach)(DEPTH), p, face, anchor)
     store_vector(sample_force, p, load_vector(sample_force, p) + push)
 
 
@@ -135,7 +153,7 @@ class MovingBody(TermChoice):
 
     moving: MovingMesh
     """The surface in motion; its faces are oriented outwards."""
-    friction: float = 0.3
+    friction: float = BODY_FRICTION
     """Coefficient of friction with the body."""
     thickness: float = 0.0
     """Distance from the body at which the surface of a yarn begins to feel a force [cm]."""

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The surface of a moving body on the device, at one time.
 
-Between two frames the corners move along straight lines. Launches place them at the time of a solver's clock before each
-evaluation of forces. Outward directions follow from the corners by the formulas of ``mesh_features``, in the same order
-of sums, and the tree of boxes is fitted to them. A surface that never moves launches nothing.
+Between two frames the corners move along straight lines. Launches place them at the time of a solver's clock before
+each evaluation of forces. Outward directions follow from the corners by the formulas of ``mesh_features``, in the same
+order of sums, and the tree of boxes is fitted to them. A surface that never moves launches nothing.
 
 ``travel`` is a bound of the distance that any point of the surface has moved since the last frame. A distance from the
 surface that was measured at an earlier travel is wrong by no more than the difference.
@@ -55,9 +55,10 @@ def place_triangles(
     corners: wp.array[Any],
     tree_points: wp.array[wp.vec3],
     outward: wp.array[Any],
+    angle: wp.array[Any],
     travel: wp.array[Any],
 ) -> None:
-    """Move the corners of each triangle to their places at a time between two frames, and find its normal."""
+    """Move the corners of each triangle to their places at a time between two frames; find normal and angles."""
     t = wp.tid()
     passed = part_of(interval, clock)
     part = type(travel[0])(passed)
@@ -69,6 +70,10 @@ def place_triangles(
         tree_points[3 * t + k] = single(here)
     start = corners[3 * t]
     outward[7 * t] = unit_of(wp.cross(corners[3 * t + 1] - start, corners[3 * t + 2] - start))
+    for k in range(3):
+        ahead = corners[3 * t + (k + 1) % 3] - corners[3 * t + k]
+        behind = corners[3 * t + (k + 2) % 3] - corners[3 * t + k]
+        angle[3 * t + k] = wp.atan2(wp.length(wp.cross(ahead, behind)), wp.dot(ahead, behind))
     if t == 0:
         travel[0] = type(travel[0])(passed * (interval[1] - interval[0]) * interval[2])
 
@@ -82,7 +87,7 @@ def place_outward(
     place: wp.array[wp.int32],
     on_border: wp.array[wp.int32],
     # state in
-    corners: wp.array[Any],
+    angle: wp.array[Any],
     # state out
     outward: wp.array[Any],
 ) -> None:
@@ -99,12 +104,7 @@ def place_outward(
         if on_border[p] == 0:
             for n in range(around_start[p], around_start[p + 1]):
                 c = around[n]
-                o = c // 3
-                here = corners[c]
-                ahead = corners[3 * o + (c + 1) % 3] - here
-                behind = corners[3 * o + (c + 2) % 3] - here
-                angle = wp.atan2(wp.length(wp.cross(ahead, behind)), wp.dot(ahead, behind))
-                of_corner += outward[7 * o] * angle
+                of_corner += outward[7 * (c // 3)] * angle[c]
         outward[7 * t + 4 + k] = unit_of(of_corner)
 
 
@@ -132,6 +132,8 @@ class MovingSurface:
         """The struct that kernels receive."""
         self.travel = model.empty(1)
         """Bound of the distance that the surface has moved since the last frame [units], an array of one number."""
+        self.angle = model.empty(len(self.constants.corners))
+        """Angle of each triangle at each corner, shape (3 T,)."""
         self.clock = wp.zeros(2, dtype=wp.float64, device=model.device)
         """The clock of the solver, whose second number is the time [s]."""
         self._moves = bool((self.motion.vertices != self.motion.vertices[0]).any())
@@ -164,10 +166,10 @@ class MovingSurface:
             return []
         surface, tree = self.constants, self._surface.tree
         count = len(surface.corners) // 3
-        placed = [surface.corners, tree.points, surface.outward, self.travel]
+        placed = [surface.corners, tree.points, surface.outward, self.angle, self.travel]
         return [
             launcher(place_triangles, count, [*self._ends, self._interval, self.clock], placed),
-            launcher(place_outward, count, [*self._tables, surface.corners], [surface.outward]),
+            launcher(place_outward, count, [*self._tables, self.angle], [surface.outward]),
             Refit(tree),
         ]
 

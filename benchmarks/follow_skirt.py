@@ -1,0 +1,105 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+r"""A knitted skirt on a body that walks in place: seconds for each frame, and a sheet of the frames as one picture.
+
+    python benchmarks/follow_skirt.py makehuman-helper-skirt.obj makehuman-body.obj --unit dm --stitch-width 1.5 \
+        --frames 60 --device cuda:0 -o out/walk
+    python benchmarks/follow_skirt.py SKIRT BODY --unit dm --stitch-width 4 --frames 4 --device cpu -o out/short
+
+The skirt is knitted, relaxed around the standing body, and follows it (``walking_body``); the body carries the two rows
+at the waist. Yarns that are at rest in the output folder are taken from there, and a run that was stopped continues
+there. The first frame includes the loading of kernels, and the mean leaves it out.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+from walking_body import FRAMES_PER_SECOND, walking
+
+import stitchmesh as sm
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.yarn import YarnSet
+
+COLUMNS, SIZE, MOST = 6, (400, 520), 30
+"""Pictures in a row of the sheet, their size [pixels], and their largest number."""
+
+
+def skirt_at_rest(given: argparse.Namespace, body: sm.Mesh, folder: Path) -> tuple[StitchMesh, YarnSet]:
+    """The skirt, relaxed around the standing body."""
+    fabric_file, yarn_file = folder / "stitches.h5", folder / "yarns.h5"
+    if yarn_file.exists():
+        return sm.read_stitches(fabric_file), sm.read_yarns(yarn_file)
+    mesh = sm.read_mesh(given.skirt, unit=given.unit)
+    fabric = sm.relax_mesh(sm.tessellate(sm.label(mesh), stitch_width=given.stitch_width), surface=mesh)
+    yarns = sm.generate_yarns(fabric, yarn_radius=given.stitch_width / 8.0)
+    relaxed = sm.relax_yarns(
+        yarns, quality=given.quality, keep_shape=fabric, terms=[sm.Body(body)], device=given.device
+    )
+    print(f"at rest: {relaxed.report['seconds']:.3g} s, residual {relaxed.report['residual']:.2g}")
+    sm.write_stitches(fabric_file, fabric)
+    sm.write_yarns(yarn_file, relaxed.yarns)
+    return fabric, relaxed.yarns
+
+
+def draw_sheet(files: sm.FollowFiles, moving: sm.MovingMesh, path: Path) -> None:
+    """Draw frames, evenly spaced in time, beside each other."""
+    frames = list(files.frames())
+    chosen = np.unique(np.linspace(0, len(frames) - 1, min(len(frames), MOST)).round().astype(int)).tolist()
+    rows = -(-len(chosen) // COLUMNS)
+    sheet = Image.new("RGB", (SIZE[0] * COLUMNS, SIZE[1] * rows), "white")
+    single = path.with_suffix(".part.png")
+    for place, number in enumerate(chosen):
+        body = sm.Mesh.from_polygons(moving.motion.vertices[number], _faces(moving.mesh))
+        sm.render(frames[number].yarns, single, body=body, view="25,5", size=SIZE)
+        sheet.paste(Image.open(single), (SIZE[0] * (place % COLUMNS), SIZE[1] * (place // COLUMNS)))
+    single.unlink()
+    sheet.save(path)
+
+
+def _faces(mesh: sm.Mesh) -> list[list[int]]:
+    return [face.tolist() for face in np.split(mesh.face_vertex, mesh.face_start[1:-1])]
+
+
+def main() -> None:
+    """Knit, relax, follow, and draw."""
+    arguments = argparse.ArgumentParser(description="A knitted skirt on a body that walks in place.")
+    arguments.add_argument("skirt", type=Path)
+    arguments.add_argument("body", type=Path)
+    arguments.add_argument("--unit", default="cm")
+    arguments.add_argument("--stitch-width", type=float, default=1.5)
+    arguments.add_argument("--frames", type=int, default=60)
+    arguments.add_argument("--quality", default="draft")
+    arguments.add_argument("--device", default=None)
+    arguments.add_argument("--no-picture", action="store_true")
+    arguments.add_argument("-o", "--output", type=Path, required=True)
+    given = arguments.parse_args()
+    folder: Path = given.output
+    body = sm.read_mesh(given.body, unit=given.unit)
+    moving = walking(body, given.frames)
+    fabric, yarns = skirt_at_rest(given, body, folder)
+    sm.write_moving_mesh(folder / "walk.usdc", moving, frames_per_second=FRAMES_PER_SECOND)
+    print(f"{fabric.face_count:,} stitches, {len(yarns.points):,} control points")
+    print("| frame | steps | s | smallest distance / r | from the body / reach |\n|---:|---:|---:|---:|---:|")
+    frames = sm.follow_body(
+        yarns, sm.MovingBody(moving), quality=given.quality, device=given.device, terms=[sm.Gravity()],
+        carried=sm.Pins(faces=sm.select(fabric, "neck 2")), checkpoint=folder,
+        resume=(folder / "checkpoint.smc").exists(),
+    )  # fmt: skip
+    files = sm.FollowFiles(folder, yarns, moving)
+    for frame in frames:
+        files.add(frame)
+        own = frame.report
+        distances = f"{own['min_distance_over_radius']:.2f} | {own['body_gap_over_reach']:.2f}"
+        print(f"| {frame.number} | {own['steps']} | {own['seconds']:.2f} | {distances} |", flush=True)
+    seconds = [own["seconds"] for own in files.finish()["frames"][2:]]
+    print(f"mean of frames 2 to {given.frames - 1}: {np.mean(seconds):.3g} s" if seconds else "")
+    if not given.no_picture:
+        draw_sheet(files, moving, folder / "sheet.png")
+
+
+if __name__ == "__main__":
+    main()
