@@ -8,7 +8,8 @@ r"""A knitted skirt on a body that walks in place: seconds for each frame, and a
 
 The skirt is knitted, relaxed around the standing body, and follows it (``walking_body``); the body carries the two rows
 at the waist. Yarns that are at rest in the output folder are taken from there, and a run that was stopped continues
-there. The first frame includes the loading of kernels, and the mean leaves it out.
+there: one with ``--simulate-only`` on a machine without OpenUSD and a display is drawn by the same command elsewhere.
+The first frame includes the loading of kernels, and the mean leaves it out.
 """
 
 from __future__ import annotations
@@ -74,31 +75,38 @@ def main() -> None:
     arguments.add_argument("--frames", type=int, default=60)
     arguments.add_argument("--quality", default="draft")
     arguments.add_argument("--device", default=None)
-    arguments.add_argument("--no-picture", action="store_true")
+    arguments.add_argument("--simulate-only", action="store_true", help="write no USD and no picture")
     arguments.add_argument("-o", "--output", type=Path, required=True)
     given = arguments.parse_args()
-    folder: Path = given.output
     body = sm.read_mesh(given.body, unit=given.unit)
     moving = walking(body, given.frames)
-    fabric, yarns = skirt_at_rest(given, body, folder)
-    sm.write_moving_mesh(folder / "walk.usdc", moving, frames_per_second=FRAMES_PER_SECOND)
+    fabric, yarns = skirt_at_rest(given, body, given.output)
     print(f"{fabric.face_count:,} stitches, {len(yarns.points):,} control points")
+    files = sm.FollowFiles(given.output, yarns, moving)
+    if not (given.output / "frames" / f"{given.frames - 1:04d}.smc").exists():
+        simulate(given, fabric, yarns, moving, files)
+    seconds = [frame.report["seconds"] for frame in files.frames()][2:]
+    print(f"mean of frames 2 to {given.frames - 1}: {np.mean(seconds):.3g} s" if seconds else "")
+    if not given.simulate_only:
+        files.finish()
+        draw_sheet(files, moving, given.output / "sheet.png")
+
+
+def simulate(
+    given: argparse.Namespace, fabric: StitchMesh, yarns: YarnSet, moving: sm.MovingMesh, files: sm.FollowFiles
+) -> None:
+    """Let the skirt follow, write its frames, and print a line for each."""
     print("| frame | steps | s | smallest distance / r | from the body / reach |\n|---:|---:|---:|---:|---:|")
     frames = sm.follow_body(
         yarns, sm.MovingBody(moving), quality=given.quality, device=given.device, terms=[sm.Gravity()],
-        carried=sm.Pins(faces=sm.select(fabric, "neck 2")), checkpoint=folder,
-        resume=(folder / "checkpoint.smc").exists(),
+        carried=sm.Pins(faces=sm.select(fabric, "neck 2")), checkpoint=given.output,
+        resume=(given.output / "checkpoint.smc").exists(),
     )  # fmt: skip
-    files = sm.FollowFiles(folder, yarns, moving)
     for frame in frames:
         files.add(frame)
         own = frame.report
         distances = f"{own['min_distance_over_radius']:.2f} | {own['body_gap_over_reach']:.2f}"
         print(f"| {frame.number} | {own['steps']} | {own['seconds']:.2f} | {distances} |", flush=True)
-    seconds = [own["seconds"] for own in files.finish()["frames"][2:]]
-    print(f"mean of frames 2 to {given.frames - 1}: {np.mean(seconds):.3g} s" if seconds else "")
-    if not given.no_picture:
-        draw_sheet(files, moving, folder / "sheet.png")
 
 
 if __name__ == "__main__":

@@ -75,8 +75,7 @@ def follow_body(
 ) -> Iterator[YarnFrame]:
     """Simulate yarns that follow a moving body, and yield them at each frame of the body.
 
-    The yarns begin at rest. They move by the solver ``dynamics`` with contact among themselves, and with contact and
-    friction with the body. All arguments are checked before the first frame.
+    The yarns begin at rest, and move by the solver ``dynamics``. All arguments are checked before the first frame.
 
     Args:
         yarns: the yarns at the first frame, outside of the body, for example relaxed around it.
@@ -102,25 +101,27 @@ def follow_body(
         FileError: a checkpoint cannot be written or read.
         SolverError: yarns are too close to each other or too deep in the body; the message names the frame.
     """
-    check_kind("follow_body", yarns, YarnSet)
-    check_kind("follow_body, body", body, MovingBody)
     if not (np.isfinite(drag) and drag >= 0.0):
         raise ParameterError(f"follow_body: got a drag of {drag}; expected a number of at least 0 [1/s]")
     if resume and checkpoint is None:
         raise ParameterError("follow_body: got a run to resume without its checkpoint; name the folder")
-    if material is None:
-        material = YarnMaterial.named().scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
-    dragged = replace(material, k_global=0.5 * drag * material.mass_per_length * float(yarns.rest_length.mean()))
-    own = replace(quality_named(quality), solver="dynamics")
-    inputs = FollowInputs(yarns, body, dragged, own, tuple(terms), carried, device_named(device))
+    own = _with_drag(yarns, material, drag), replace(quality_named(quality), solver="dynamics")
+    inputs = FollowInputs(yarns, body, *own, tuple(terms), carried, device_named(device))
+    path = None if checkpoint is None else Path(checkpoint) / NAME
     with alone():
         refuse_self_cuts(body.moving, inputs.device)
         follower = BodyFollower(inputs)
-        path = None if checkpoint is None else Path(checkpoint) / NAME
         written = None if path is None else _fingerprints(inputs)
         if resume and path is not None and written is not None:
             _resume(follower, path, written)
     return _frames(follower, path, written, progress, resumed=resume)
+
+
+def _with_drag(yarns: YarnSet, material: YarnMaterial | None, drag: float) -> YarnMaterial:
+    """The material with the global damping that slows a uniform motion down at the rate of the drag."""
+    check_kind("follow_body", yarns, YarnSet)
+    chosen = material or YarnMaterial.named().scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
+    return replace(chosen, k_global=0.5 * drag * chosen.mass_per_length * float(yarns.rest_length.mean()))
 
 
 def _frames(

@@ -47,4 +47,5 @@ def test_a_body_that_cuts_through_itself_is_refused() -> None:
 
 
 def test_a_body_whose_parts_come_close_is_not_refused() -> None:
-    refuse_self_cuts(MovingMesh.of_frames([two_boxes(3.0), two_boxes(2.01)], [0.0, 0.1]), device_named("cpu"))
+    moving = MovingMesh.of_frames([two_boxes(3.0), two_boxes(2.01)], [0.0, 0.1])
+    refuse_self_cuts(moving, device_named("cpu"))
