@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 from PIL import Image
-from walking_body import FRAMES_PER_SECOND, walking
+from walking_body import walking
 
 import stitchmesh as sm
 from stitchmesh.mesh import StitchMesh
