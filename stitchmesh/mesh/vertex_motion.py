@@ -129,4 +129,5 @@ def check_increasing(times: FloatArray) -> None:
     if len(wrong):
         k = int(wrong[0])
         found = f"got {times[k + 1]:g} s after {times[k]:g} s"
-        raise ParameterError(f"motion: keyframe {k + 1}: {found}; expected times that increase")
+        expected = "expected times that increase; sort the frames, or give each its own time"
+        raise ParameterError(f"motion: keyframe {k + 1}: {found}; {expected}")
