@@ -31,7 +31,7 @@ SMALLEST = 0.05
 
 
 def area_forces(
-    first: FloatArray, second: FloatArray, normal: FloatArray, rest: float, stiffness: float
+    first: FloatArray, second: FloatArray, normal: FloatArray, rest: FloatArray | float, stiffness: float
 ) -> tuple[FloatArray, FloatArray]:
     """Compute the forces on the two diagonals of sub-quads and their negative semidefinite Jacobians.
 
@@ -39,7 +39,7 @@ def area_forces(
         first: diagonal p from the lower left to the upper right corner [cm], shape (Q, 3).
         second: diagonal q from the lower right to the upper left corner [cm], shape (Q, 3).
         normal: unit normal of the surface at each sub-quad, shape (Q, 3); a zero vector gives no force.
-        rest: rest area A_0 [cm^2].
+        rest: rest area A_0 of each sub-quad, shape (Q,), or of all [cm^2].
         stiffness: kappa, dimensionless.
 
     Returns:
@@ -47,8 +47,8 @@ def area_forces(
     """
     gradient = 0.5 * np.concatenate([np.cross(second, normal), np.cross(normal, first)])
     part = np.einsum("qi,qi->q", gradient[: len(first)], first) / rest
-    limited = np.tile(np.clip(part, SMALLEST, 1.0), 2)
+    limited = np.clip(part, SMALLEST, 1.0)
     scale = stiffness / np.sqrt(rest)
-    curvature = np.where(limited < 1.0, (scale / rest) / limited**2, 0.0)
+    curvature = np.tile(np.where(limited < 1.0, (scale / rest) / limited**2, 0.0), 2)
     jacobian = (-2.0 * curvature)[:, None, None] * (gradient[:, :, None] * gradient[:, None, :])
-    return (scale * (1.0 / limited - 1.0))[:, None] * gradient, jacobian
+    return np.tile(scale * (1.0 / limited - 1.0), 2)[:, None] * gradient, jacobian

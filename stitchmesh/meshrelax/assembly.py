@@ -13,6 +13,7 @@ evaluated in the order of the stored entries, so that results are reproducible t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,25 +54,27 @@ class Assembly:
         return bsr_array((data.reshape(-1, 3, 3), self.indices, self.indptr), shape=(size, size))
 
 
-def assembly(vertex_count: int, groups: list[tuple[IntArray, list[float]]]) -> Assembly:
+def assembly(vertex_count: int, groups: Sequence[tuple[IntArray, FloatArray | list[float]]]) -> Assembly:
     """Find the weights and the sparsity pattern of a sum of forces.
 
     Args:
         vertex_count: number of vertices V.
-        groups: for each kind of force, the vertices of its elements, shape (n, m), and their m weights.
+        groups: for each kind of force, the vertices of its elements, shape (n, m), and their m weights, or those of
+            each element, shape (n, m).
     """
     offsets = np.cumsum([0] + [len(vertices) for vertices, _ in groups])
     vertex, element, weight, keys, owner, product = [], [], [], [], [], []
     for (vertices, weights), offset in zip(groups, offsets[:-1], strict=True):
         number = np.arange(offset, offset + len(vertices))
-        for a, first in enumerate(weights):
+        of_element = np.broadcast_to(np.asarray(weights), vertices.shape).T
+        for a, first in enumerate(of_element):
             vertex.append(vertices[:, a])
             element.append(number)
-            weight.append(np.full(len(number), first))
-            for b, second in enumerate(weights):
+            weight.append(first)
+            for b, second in enumerate(of_element):
                 keys.append(vertices[:, a] * vertex_count + vertices[:, b])
                 owner.append(number)
-                product.append(np.full(len(number), first * second))
+                product.append(first * second)
     entries = (np.concatenate(weight), (np.concatenate(vertex), np.concatenate(element)))
     scatter = coo_array(entries, shape=(vertex_count, offsets[-1])).tocsr()
     diagonal_keys = np.arange(vertex_count) * (vertex_count + 1)

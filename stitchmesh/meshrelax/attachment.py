@@ -24,6 +24,8 @@ from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles
 from stitchmesh.meshrelax.catmull_clark import border_vertices
 from stitchmesh.meshrelax.closest_point import ClosestPoint
 from stitchmesh.meshrelax.limit_surface import LimitSurface
+from stitchmesh.meshrelax.placement import SurfacePlacement
+from stitchmesh.meshrelax.turning import turning_stiffness
 
 FREE_BORDER_REACHES = 5.0
 """Distance from every border of the surface, divided by the reach of the search, from which a border of the fabric is
@@ -31,24 +33,6 @@ free: it lies on the surface and not on a border of it. With the reach of ``rela
 TINY = np.finfo(np.float64).tiny
 RIGHT_ANGLE = 1e-9
 """Tolerance of the cosine of a right angle; a border that turns by a right angle, up to rounding, has no corner."""
-
-
-@dataclass(frozen=True, eq=False)
-class Placement:
-    """Positions of the vertices of a fabric on the surface, and the geometry of the surface at the vertices."""
-
-    position: FloatArray
-    """Positions of the vertices [cm], shape (V, 3)."""
-    normal: FloatArray
-    """Unit normal of the surface at each vertex (next to the vertex on a border), shape (V, 3)."""
-    shape: FloatArray
-    """Shape operator: derivative of the normal along the surface [1/cm], zero at border vertices, shape (V, 3, 3)."""
-    arc: FloatArray
-    """Arc length of each border vertex along its border [cm], zero at inner vertices, shape (V,)."""
-    tangent: FloatArray
-    """Unit tangent of the border, zero at inner and fixed vertices, shape (V, 3)."""
-    curvature: FloatArray
-    """Curvature vector of the border: derivative of the tangent [1/cm], zero at inner vertices, shape (V, 3)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +48,7 @@ class Attachment:
     fixed: NDArray[np.bool_]
     """Whether each vertex is at a corner or is held, and does not move, shape (V,)."""
 
-    def projector(self, placement: Placement) -> FloatArray:
+    def projector(self, placement: SurfacePlacement) -> FloatArray:
         """Return the projector onto the allowed directions of each vertex, shape (V, 3, 3)."""
         normal, tangent = placement.normal, placement.tangent
         allowed = np.eye(3) - normal[:, :, None] * normal[:, None, :]
@@ -72,7 +56,11 @@ class Attachment:
         allowed = np.where((self.border >= 0)[:, None, None], along, allowed)
         return np.where(self.fixed[:, None, None], 0.0, allowed)
 
-    def move(self, placement: Placement, step: FloatArray, stride: float) -> Placement:
+    def turning_stiffness(self, placement: SurfacePlacement, force: FloatArray) -> FloatArray:
+        """Return the turning stiffness of each vertex [1/cm], shape (V, 3, 3), under forces of shape (V, 3)."""
+        return turning_stiffness(placement, force)
+
+    def move(self, placement: SurfacePlacement, step: FloatArray, stride: float) -> SurfacePlacement:
         """Return the placement after a step along the surface.
 
         The step is divided into parts that are so short that the projection does not jump to another part of the
@@ -95,7 +83,7 @@ class Attachment:
         arc = placement.arc + np.einsum("vi,vi->v", step, placement.tangent)
         return self.place(found[0], position, normal, arc)
 
-    def place(self, triangle: IntArray, position: FloatArray, normal: FloatArray, arc: FloatArray) -> Placement:
+    def place(self, triangle: IntArray, position: FloatArray, normal: FloatArray, arc: FloatArray) -> SurfacePlacement:
         """Return the placement of vertices whose triangles on the surface are known.
 
         Args:
@@ -110,13 +98,13 @@ class Attachment:
             members = np.flatnonzero(self.border == number)
             position[members], tangent[members], curvature[members] = border.at(arc[members])
         tangent[self.fixed] = 0.0
-        return Placement(position, normal, shape, arc, tangent, curvature)
+        return SurfacePlacement(position, normal, shape, arc, tangent, curvature)
 
 
 def attach(
     fabric: StitchMesh, surface: LimitSurface, reach: float, device: str | None, *, bobbles: Bobbles = NO_BOBBLES,
     held: NDArray[np.bool_] | None = None,
-) -> tuple[Attachment, Placement]:  # fmt: skip
+) -> tuple[Attachment, SurfacePlacement]:  # fmt: skip
     """Attach a fabric whose vertices are on the input polygons to the limit surface of these polygons.
 
     Args:

@@ -16,23 +16,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, Generic
 
 import numpy as np
 
 from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.meshrelax.assembly import Assembly
-from stitchmesh.meshrelax.attachment import Attachment, Placement
 from stitchmesh.meshrelax.conjugate_gradients import modified_conjugate_gradients
 from stitchmesh.meshrelax.forces import element_forces
+from stitchmesh.meshrelax.placement import Constraint, P
 from stitchmesh.meshrelax.preconditioner import Patches, preconditioner
 from stitchmesh.meshrelax.sub_quads import Springs
-from stitchmesh.meshrelax.turning import turning_stiffness
 from stitchmesh.run_control import RunStopped
 
 Progress = Callable[[int, float], None]
 """Called after each iteration with its number and the residual."""
-Note = Callable[[int, "State"], None]
+Note = Callable[[int, "State[Any]"], None]
 """Called before the first iteration and after each one with the number of iterations and the last accepted state; it
 raises ``RunStopped`` if this state is to be the result."""
 
@@ -55,10 +55,10 @@ RECENT, FALLING = 10, 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class Outcome(Generic[P]):
     """Result of a relaxation."""
 
-    placement: Placement
+    placement: P
     """Last accepted placement."""
     residual: float
     """Residual of that placement."""
@@ -71,10 +71,10 @@ class Outcome:
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class State(Generic[P]):
     """A placement with its forces."""
 
-    placement: Placement
+    placement: P
     projector: FloatArray
     """Projector onto the allowed directions of each vertex, shape (V, 3, 3)."""
     force: FloatArray
@@ -88,28 +88,28 @@ class State:
 
 
 @dataclass(frozen=True, eq=False)
-class Relaxation:
+class Relaxation(Generic[P]):
     """The constant data of a relaxation, and its iteration."""
 
     springs: Springs
     """Vertices and rest lengths of the forces."""
     assembly: Assembly
     """Assembly of the forces and of their Jacobians."""
-    attachment: Attachment
-    """Attachment of the vertices to the surface."""
+    attachment: Constraint[P]
+    """What says where the vertices may move, for example on a surface."""
     patches: Patches
     """Patches of the preconditioner."""
     moving_count: int
     """Number of vertices that are not held, over which the residual is averaged."""
 
-    def run(self, placement: Placement, tolerance: float, max_iterations: int, note: Note) -> Outcome:
+    def run(self, placement: P, tolerance: float, max_iterations: int, note: Note) -> Outcome[P]:
         """Iterate until the residual is at most the tolerance, the iterations reach their limit or the user stops.
 
         Raises:
             SolverError: the forces are not finite.
         """
         state = self.state(placement)
-        unit = self.springs.rest.unit
+        unit = self.springs.unit
         time_step, iteration, residuals, stopped = unit, 0, [state.residual], False
         try:
             note(iteration, state)
@@ -129,7 +129,7 @@ class Relaxation:
         falling = state.residual < FALLING * residuals[max(0, iteration - RECENT)]
         return Outcome(state.placement, state.residual, iteration, falling, stopped)
 
-    def state(self, placement: Placement) -> State:
+    def state(self, placement: P) -> State[P]:
         """Compute the forces at a placement.
 
         Raises:
@@ -143,9 +143,9 @@ class Relaxation:
         if not np.isfinite(residual):
             bad = int(np.flatnonzero(~np.isfinite(force).all(axis=1))[0])
             raise SolverError(f"mesh relaxation: the force on vertex {bad} is not finite; check the mesh around it")
-        return State(placement, projector, force, jacobian, turning_stiffness(placement, whole), residual)
+        return State(placement, projector, force, jacobian, self.attachment.turning_stiffness(placement, whole), residual)
 
-    def next_placement(self, state: State, time_step: float) -> Placement:
+    def next_placement(self, state: State[P], time_step: float) -> P:
         """Return the placement after one backward Euler step, scaled down to the largest allowed displacement."""
         matrix = self.assembly.system(state.jacobian, state.turning_stiffness + np.eye(3) / time_step)
         diagonal = matrix.data[self.assembly.diagonal]
@@ -157,7 +157,7 @@ class Relaxation:
             max_iterations=LINEAR_ITERATIONS,
         )
         step = step.reshape(-1, 3)
-        unit = self.springs.rest.unit
+        unit = self.springs.unit
         longest = float(np.linalg.norm(step, axis=1).max())
         step *= min(1.0, LARGEST_STEP * unit / max(longest, np.finfo(float).tiny))
         return self.attachment.move(state.placement, step, STRIDE * unit)

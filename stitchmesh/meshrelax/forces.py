@@ -6,10 +6,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from stitchmesh.mesh import FloatArray
+from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.meshrelax.area import area_forces
-from stitchmesh.meshrelax.assembly import Assembly, assembly
-from stitchmesh.meshrelax.attachment import Placement
+from stitchmesh.meshrelax.placement import Placement
 from stitchmesh.meshrelax.shear import shear_force
 from stitchmesh.meshrelax.stretch import stretch_force
 from stitchmesh.meshrelax.strut import strut_force
@@ -21,8 +20,8 @@ AREA = 1.0
 """Dimensionless stiffness of areas; with a fifth of it, stitches of openwork on the instep of a sock keep moving."""
 
 
-def force_assembly(springs: Springs, vertex_count: int) -> Assembly:
-    """Return the assembly of the forces of ``element_forces``."""
+def force_groups(springs: Springs) -> list[tuple[IntArray, list[float]]]:
+    """Return the points of the elements of each kind of force, shape (n, m), and their m weights (``assembly``)."""
     groups = [
         (springs.stretch_ends, [1.0, -1.0]),
         (springs.corners, [-0.5, 1.0, -0.5]),
@@ -30,7 +29,7 @@ def force_assembly(springs: Springs, vertex_count: int) -> Assembly:
     ]
     if springs.area_force:
         groups += [(springs.quads[:, [2, 0]], [1.0, -1.0]), (springs.quads[:, [3, 1]], [1.0, -1.0])]
-    return assembly(vertex_count, groups)
+    return groups
 
 
 def element_forces(springs: Springs, placement: Placement) -> tuple[FloatArray, FloatArray]:
@@ -46,17 +45,17 @@ def element_forces(springs: Springs, placement: Placement) -> tuple[FloatArray, 
     Returns:
         Forces, shape (elements, 3), and Jacobians [1/cm], shape (elements, 3, 3).
     """
-    position, rest = placement.position, springs.rest
+    position = placement.position
     i, j = position[springs.stretch_ends[:, 0]], position[springs.stretch_ends[:, 1]]
     stretch = stretch_force(i - j, springs.stretch_rest, STRETCH)
     i, j, k = (position[springs.corners[:, place]] for place in range(3))
-    shear = shear_force(i - j, k - j, rest.unit, SHEAR)
+    shear = shear_force(i - j, k - j, springs.unit, SHEAR)
     i, j, k = (position[springs.struts[:, place]] for place in range(3))
-    strut = strut_force(i - j, k - j, rest.wale, WALE)
+    strut = strut_force(i - j, k - j, springs.strut_rest, WALE)
     terms = [stretch, shear, strut]
     if springs.area_force:
         a, b, c, d = (position[springs.quads[:, place]] for place in range(4))
-        terms.append(area_forces(c - a, d - b, _mean_normal(springs, placement), rest.course * rest.wale, AREA))
+        terms.append(area_forces(c - a, d - b, _mean_normal(springs, placement), springs.quad_area, AREA))
     force, jacobian = zip(*terms, strict=True)
     return np.concatenate(force), np.concatenate(jacobian)
 

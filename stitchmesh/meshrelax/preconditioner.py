@@ -48,7 +48,7 @@ class Patches:
     count: int
     """Number of patches."""
     motions: FloatArray
-    """Displacement of each vertex in the two motions of its patch, shape (V, 3, 2)."""
+    """Displacement of each vertex in the motions of its patch, shape (V, 3, motions)."""
 
 
 def patches(position: FloatArray, normal: FloatArray, area: float) -> Patches:
@@ -82,7 +82,7 @@ def preconditioner(
     inverse = projector @ np.linalg.inv(projector @ diagonal @ projector + (np.eye(3) - projector)) @ projector
     vertex_part = bsr_array((inverse, np.arange(count), np.arange(count + 1)), shape=(3 * count, 3 * count))
     vectors, patch = projector @ fabric_patches.motions, fabric_patches.patch
-    shape = (3 * count, 2 * fabric_patches.count)
+    shape = (3 * count, vectors.shape[2] * fabric_patches.count)
     motions = bsr_array((vectors, patch, np.arange(count + 1)), shape=shape)
     rows, columns = motions.T.tocsr(), motions.tocsr()
     reduced = rows @ (matrix @ motions)

@@ -6,30 +6,32 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.compute.device import alone, others_may_launch
+from stitchmesh.compute.device import alone
 from stitchmesh.errors import MeshError, ParameterError, check_kind
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.mesh.change import UNKNOWN_STRETCH
+from stitchmesh.meshrelax.assembly import assembly
 from stitchmesh.meshrelax.attachment import attach
 from stitchmesh.meshrelax.bobbles import Bobbles, carried, find_bobbles
-from stitchmesh.meshrelax.dynamics import Outcome, Progress, Relaxation, State
-from stitchmesh.meshrelax.forces import force_assembly
+from stitchmesh.meshrelax.dynamics import Outcome, Progress, Relaxation
+from stitchmesh.meshrelax.forces import force_groups
 from stitchmesh.meshrelax.limit_surface import limit_surface
+from stitchmesh.meshrelax.observer import Observer
 from stitchmesh.meshrelax.options import ALPHA, ASPECT, MeshRelaxOptions
+from stitchmesh.meshrelax.placement import SurfacePlacement
 from stitchmesh.meshrelax.preconditioner import patches
+from stitchmesh.meshrelax.report import MeshRelaxReport
 from stitchmesh.meshrelax.rest_lengths import RestLengths, rest_lengths
 from stitchmesh.meshrelax.sub_quads import edge_ends, springs
 from stitchmesh.progress import relaxing_progress, shown_progress
-from stitchmesh.run_control import RunControl, Snapshot
-from stitchmesh.time_limit import check_time
+from stitchmesh.run_control import RunControl
 
 logger = logging.getLogger(__name__)
 
@@ -43,30 +45,6 @@ SURFACE_SPACING = 0.5
 """Edge length of the fine surface, divided by the size of a stitch."""
 REACH = 0.2
 """Distance within which a moved vertex usually finds the surface, divided by the size of a stitch."""
-
-
-@dataclass(frozen=True)
-class MeshRelaxReport:
-    """Figures of a mesh relaxation."""
-
-    seconds: float
-    """Duration of the relaxation without pauses [s]."""
-    iterations: int
-    """Number of iterations."""
-    converged: bool
-    """Whether the residual is at most the tolerance."""
-    residual: float
-    """Root mean square of the net force along the surface, dimensionless."""
-    tolerance: float
-    """Residual at which a relaxation has converged."""
-    remedy: str
-    """What helps if the relaxation has not converged; empty if it has."""
-    max_stretch: float
-    """Largest stretch (length divided by rest length) of an edge."""
-    rms_stretch: float
-    """Root mean square of the stretch of the edges."""
-    stopped: bool = False
-    """Whether the user or a limit on the time stopped the relaxation before it had converged."""
 
 
 def relax_mesh(
@@ -157,14 +135,14 @@ def relax_mesh_with_report(
     model = springs(fabric, rest, bobbles=bobbles, area_force=area_force)
     whole = patches(placement.position, placement.normal, limit.area)
     count = len(fabric.vertices) if moving is None else max(1, int(moving.sum()))
-    relaxation = Relaxation(model, force_assembly(model, len(fabric.vertices)), attachment, whole, count)
+    relaxation = Relaxation(model, assembly(len(fabric.vertices), force_groups(model)), attachment, whole, count)
     made = partial(_relaxed, fabric, rest, bobbles)
     with shown_progress(progress, partial(relaxing_progress, "meshrelax", tolerance)) as report_iteration:
-        observer = _Observer(made, tolerance, start, report_iteration, control)
-        outcome = relaxation.run(placement, tolerance, max_iterations, observer.note)
+        shown = Observer(lambda state: made(state.position)[0], tolerance, start, report_iteration, control)
+        outcome = relaxation.run(placement, tolerance, max_iterations, shown.note)
     relaxed, known = made(outcome.placement.position)
     report = MeshRelaxReport(
-        seconds=observer.seconds(),
+        seconds=shown.seconds(),
         iterations=outcome.iterations,
         converged=outcome.residual <= tolerance,
         residual=outcome.residual,
@@ -177,38 +155,6 @@ def relax_mesh_with_report(
     if not (report.converged or report.stopped):
         logger.warning(not_converged(report))
     return relaxed, report
-
-
-@dataclass(frozen=True, eq=False)
-class _Observer:
-    """Output of a running relaxation to its caller."""
-
-    made: Callable[[FloatArray], tuple[StitchMesh, FloatArray]]
-    tolerance: float
-    began: float
-    progress: Progress | None
-    control: RunControl[StitchMesh] | None
-
-    def note(self, iteration: int, state: State) -> None:
-        """Report an iteration, and let the user watch, pause and stop.
-
-        Raises:
-            RunStopped: the user has stopped the relaxation, or its time is over.
-        """
-        check_time()
-        if self.progress is not None and iteration > 0:
-            self.progress(iteration, state.residual)
-        if self.control is not None:
-            self.control.after_step(lambda: self._snapshot(iteration, state), aside=others_may_launch)
-
-    def seconds(self) -> float:
-        """Return the time since the start, without pauses [s]."""
-        waited = 0.0 if self.control is None else self.control.seconds_waited
-        return time.perf_counter() - self.began - waited
-
-    def _snapshot(self, iteration: int, state: State) -> Snapshot[StitchMesh]:
-        fabric = self.made(state.placement.position)[0]
-        return Snapshot(fabric, iteration, state.residual, self.tolerance, self.seconds())
 
 
 def _relaxed(
@@ -229,7 +175,7 @@ def not_converged(report: MeshRelaxReport) -> str:
     return f"stitches are not even: {found}; {report.remedy}"
 
 
-def _remedy(outcome: Outcome, alpha: float) -> str:
+def _remedy(outcome: Outcome[SurfacePlacement], alpha: float) -> str:
     """Return what helps a relaxation that stopped after its last iteration."""
     if outcome.falling:
         return "the residual still falls: allow more iterations"

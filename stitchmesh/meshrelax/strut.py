@@ -27,13 +27,15 @@ SHORTEST = 1e-9
 """Length divided by rest length below which the direction of a strut, and with it the force, is reduced to zero."""
 
 
-def strut_force(lower: FloatArray, upper: FloatArray, wale: float, stiffness: float) -> tuple[FloatArray, FloatArray]:
+def strut_force(
+    lower: FloatArray, upper: FloatArray, wale: FloatArray | float, stiffness: float
+) -> tuple[FloatArray, FloatArray]:
     """Compute the force on the lower end of struts and its negative semidefinite Jacobian with respect to the span d.
 
     Args:
         lower: vector from the middle vertex to the lower vertex, x_i - x_j [cm], shape (S, 3).
         upper: vector from the middle vertex to the upper vertex, x_k - x_j [cm], shape (S, 3).
-        wale: rest length of a wale edge [cm].
+        wale: rest length of the wale edges of each strut, shape (S,), or of all [cm].
         stiffness: kappa, dimensionless.
 
     Returns:

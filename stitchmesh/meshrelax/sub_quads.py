@@ -26,10 +26,14 @@ class Springs:
     """Each corner of each sub-quad, between its two neighbours, shape (A, 3)."""
     struts: IntArray
     """Three consecutive vertices along a wale, shape (W, 3)."""
+    strut_rest: FloatArray
+    """Rest length of the wale edges of each strut [cm], shape (W,)."""
     quads: IntArray
     """Corners of each sub-quad, counter-clockwise from the lower left, shape (Q, 4)."""
-    rest: RestLengths
-    """Rest lengths of course and wale edges."""
+    quad_area: FloatArray
+    """Rest area of each sub-quad [cm^2], shape (Q,)."""
+    unit: float
+    """Size of a stitch [cm]."""
     area_force: bool = True
     """Whether sub-quads that are smaller than at rest resist a further loss of area (``area``)."""
 
@@ -39,7 +43,7 @@ def springs(
 ) -> Springs:
     """Find the vertices and rest lengths of all forces of a fabric, in which each bobble counts as one stitch."""
     raised = bobbles.is_raised(len(fabric.vertices))
-    quads = sub_quads(fabric)
+    quads = fabric.face_vertex[sub_quad_corners(fabric)]
     quads = np.concatenate([quads[~raised[quads].any(axis=1)], bobbles.corners])
     diagonals = np.concatenate([quads[:, [0, 2]], quads[:, [1, 3]]])
     ends = edge_ends(fabric)
@@ -47,9 +51,23 @@ def springs(
     wale = fabric.is_wale[fabric.edge_side][on_surface]
     ends, edge_rest = ends[on_surface], np.where(wale, rest.wale, rest.course)
     lengths = np.concatenate([edge_rest, np.full(len(diagonals), rest.diagonal)])
-    around = [quads[:, [(corner - 1) % 4, corner, (corner + 1) % 4]] for corner in range(4)]
-    every_end = np.concatenate([ends, diagonals])
-    return Springs(every_end, lengths, np.concatenate(around), wale_struts(fabric, raised), quads, rest, area_force)
+    struts = fabric.face_vertex[wale_strut_corners(fabric, raised)[:, [0, 1, 3]]]
+    return Springs(
+        stretch_ends=np.concatenate([ends, diagonals]),
+        stretch_rest=lengths,
+        corners=quad_angles(quads),
+        struts=struts,
+        strut_rest=np.full(len(struts), rest.wale),
+        quads=quads,
+        quad_area=np.full(len(quads), rest.course * rest.wale),
+        unit=rest.unit,
+        area_force=area_force,
+    )
+
+
+def quad_angles(quads: IntArray) -> IntArray:
+    """Return each corner of each sub-quad between its two neighbours, shape (4Q, 3)."""
+    return np.concatenate([quads[:, [(corner - 1) % 4, corner, (corner + 1) % 4]] for corner in range(4)])
 
 
 def edge_ends(fabric: StitchMesh) -> IntArray:
@@ -58,8 +76,8 @@ def edge_ends(fabric: StitchMesh) -> IntArray:
     return np.stack([fabric.face_vertex[sides], fabric.face_vertex[fabric.side_next[sides]]], axis=1)
 
 
-def sub_quads(fabric: StitchMesh) -> IntArray:
-    """Return the lower left, lower right, upper right and upper left vertex of each sub-quad, shape (Q, 4).
+def sub_quad_corners(fabric: StitchMesh) -> IntArray:
+    """Return the lower left, lower right, upper right and upper left mesh corner of each sub-quad, shape (Q, 4).
 
     A face with b bottom and t top sides has max(b, t) sub-quads, several of which may share one side on the narrower
     side of the face. A face without a bottom or top side is a triangle and has no sub-quads.
@@ -71,26 +89,30 @@ def sub_quads(fabric: StitchMesh) -> IntArray:
     lower = fabric.face_start[face] + place * bottom[face] // count[face]
     # The top sides run from right to left, so that their left end is the last corner of the face.
     upper = fabric.face_start[face + 1] - 1 - place * top[face] // count[face]
-    return fabric.face_vertex[np.stack([lower, lower + 1, upper - 1, upper], axis=1)]
+    return np.stack([lower, lower + 1, upper - 1, upper], axis=1)
 
 
-def wale_struts(fabric: StitchMesh, raised: NDArray[np.bool_] | None = None) -> IntArray:
-    """Return the three vertices of each two consecutive wale edges; the shared vertex is the second, shape (W, 3).
+def wale_strut_corners(fabric: StitchMesh, raised: NDArray[np.bool_] | None = None) -> IntArray:
+    """Return the mesh corners at both ends of each two consecutive wale edges, shape (W, 4).
 
-    A wale continues through a vertex if exactly two wale edges meet there. An exception are the two wale sides of one
-    face, which meet at the end of a short row. There is no strut where wales begin, end or merge.
+    The corners are the far end of one edge, the ends of both edges at the vertex that they share, and the far end of
+    the other edge. A wale continues through a vertex if exactly two wale edges meet there. An exception are the two
+    wale sides of one face, which meet at the end of a short row. There is no strut where wales begin, end or merge.
 
     Args:
         fabric: stitch mesh.
         raised: whether each vertex stands off the surface, shape (V,); its edges have no struts. None if no vertex
             does.
     """
-    ends = edge_ends(fabric)[fabric.is_wale[fabric.edge_side]]
-    ends = ends if raised is None else ends[~raised[ends].any(axis=1)]
+    sides = fabric.edge_side[fabric.is_wale[fabric.edge_side]]
+    ends = np.stack([sides, fabric.side_next[sides]], axis=1)
+    ends = ends if raised is None else ends[~raised[fabric.face_vertex[ends]].any(axis=1)]
     middle, far = ends.ravel(), ends[:, ::-1].ravel()
-    order = np.argsort(middle, kind="stable")
-    regular = np.bincount(middle, minlength=len(fabric.vertices)) == 2
+    vertex = fabric.face_vertex[middle]
+    order = np.argsort(vertex, kind="stable")
+    regular = np.bincount(vertex, minlength=len(fabric.vertices)) == 2
     regular[fabric.face_vertex[fabric.left_wale[fabric.n_top == 0]]] = False
     regular[fabric.face_vertex[fabric.right_wale[fabric.n_bottom == 0]]] = False
-    kept = order[regular[middle[order]]]
-    return np.stack([far[kept[0::2]], middle[kept[0::2]], far[kept[1::2]]], axis=1)
+    kept = order[regular[vertex[order]]]
+    one, other = kept[0::2], kept[1::2]
+    return np.stack([far[one], middle[one], middle[other], far[other]], axis=1)

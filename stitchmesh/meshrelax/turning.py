@@ -15,10 +15,10 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.mesh import FloatArray
-from stitchmesh.meshrelax.attachment import Placement
+from stitchmesh.meshrelax.placement import SurfacePlacement
 
 
-def turning_stiffness(placement: Placement, force: FloatArray) -> FloatArray:
+def turning_stiffness(placement: SurfacePlacement, force: FloatArray) -> FloatArray:
     """Compute the positive semidefinite turning stiffness of each vertex [1/cm], shape (V, 3, 3).
 
     Args:

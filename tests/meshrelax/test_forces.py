@@ -14,7 +14,7 @@ from stitchmesh.meshrelax.rest_lengths import RestLengths, rest_lengths
 from stitchmesh.meshrelax.shear import shear_force
 from stitchmesh.meshrelax.stretch import stretch_force
 from stitchmesh.meshrelax.strut import strut_force
-from stitchmesh.meshrelax.sub_quads import springs, sub_quads, wale_struts
+from stitchmesh.meshrelax.sub_quads import springs, sub_quad_corners, wale_strut_corners
 from tests.meshrelax.fabrics import grid_fabric, increase_fabric, rectangle_points, tube_points
 
 RANDOM = np.random.default_rng(7)

@@ -1,0 +1,120 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The points that the forces of a free fabric act between, and the unknowns that move them.
+
+A point is a vertex in one image of the lattice. Without a lattice the points are the vertices. With a lattice the
+periods u and v move too. Let (s, t) be the place of a vertex in the cell as parts of the periods at the start, and
+(a, b) the image of the point. A change of the unknowns moves the point by
+
+    dx + (s + a) du + (t + b) dv
+
+A change of the periods alone therefore deforms the whole fabric evenly, so that one period is moved by the tension of
+all stitches and not by that of a few stitches at its border.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+
+FLAT = 1e-9
+"""Part of the area of a flat fabric that may be lost in its projection onto its plane; it covers rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """The points of a fabric. The first V points are the vertices in the cell."""
+
+    vertex: IntArray
+    """Vertex of each point, shape (P,)."""
+    share: FloatArray
+    """What a change of each period adds to each point, shape (P, 2); shape (P, 0) without a lattice."""
+    vertex_count: int
+    """Number of vertices V."""
+
+    @property
+    def unknown_count(self) -> int:
+        """Number of unknowns: the vertices, and then the periods."""
+        return self.vertex_count + self.share.shape[1]
+
+    def moved(self, position: FloatArray, step: FloatArray) -> FloatArray:
+        """Return the positions of the points after a step of the unknowns [cm], shape (P, 3).
+
+        Args:
+            position: positions of the points [cm], shape (P, 3).
+            step: displacement of each vertex and change of each period [cm], shape (U, 3).
+        """
+        moved: FloatArray = position + step[self.vertex] + self.share @ step[self.vertex_count :]
+        return moved
+
+    def on_unknowns(self, points: IntArray, weights: list[float]) -> tuple[IntArray, FloatArray]:
+        """Return the unknowns of some elements and the weight of each unknown, shapes (n, m + periods).
+
+        Args:
+            points: points of each element, shape (n, m).
+            weights: weight of each of these points, m numbers.
+        """
+        periods = self.share.shape[1]
+        numbers = np.broadcast_to(self.vertex_count + np.arange(periods), (len(points), periods))
+        whole = np.einsum("nmk,m->nk", self.share[points], np.array(weights))
+        each = np.broadcast_to(np.array(weights), points.shape)
+        return np.concatenate([self.vertex[points], numbers], axis=1), np.concatenate([each, whole], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class CornerPoints:
+    """The points of a fabric, by mesh corner."""
+
+    points: Points
+    """The points."""
+    position: FloatArray
+    """Their positions at the start [cm], shape (P, 3)."""
+    of_corner: IntArray
+    """Point of each mesh corner, shape (C,)."""
+    struts: IntArray
+    """Points of the struts whose corners were given, shape (W, 3)."""
+
+
+def corner_points(fabric: StitchMesh, strut_corners: IntArray) -> CornerPoints:
+    """Find the points of a fabric.
+
+    Args:
+        fabric: stitch mesh.
+        strut_corners: corners of its struts (``wale_strut_corners``), shape (W, 4). Struts cross borders of the cell;
+            they have points of their own around the vertex in the cell.
+    """
+    count = len(fabric.vertices)
+    if fabric.lattice is None or fabric.corner_image is None:
+        points = Points(np.arange(count), np.zeros((count, 0)), count)
+        of_corner = fabric.face_vertex
+        return CornerPoints(points, fabric.vertices, of_corner, of_corner[strut_corners[:, [0, 1, 3]]])
+    corner, image = fabric.face_vertex, fabric.corner_image
+    far, middle = strut_corners[:, [0, 3]], strut_corners[:, [1, 2]]
+    vertex = np.concatenate([np.arange(count), corner, corner[far].ravel()])
+    place = np.concatenate([np.zeros((count, 2), int), image, (image[far] - image[middle]).reshape(-1, 2)])
+    found, number = np.unique(np.column_stack([place.any(axis=1), vertex, place]), axis=0, return_inverse=True)
+    number = number.ravel()
+    own, image = found[:, 1], found[:, 2:]
+    periods = fabric.lattice.periods
+    part = np.linalg.lstsq(periods.T, (fabric.vertices - fabric.vertices.mean(axis=0)).T, rcond=None)[0].T
+    points = Points(own, part[own] + image, count)
+    ends = number[count + len(corner) :].reshape(-1, 2)
+    struts = np.stack([ends[:, 0], corner[middle[:, 0]], ends[:, 1]], axis=1)
+    return CornerPoints(points, fabric.vertices[own] + image @ periods, number[count : count + len(corner)], struts)
+
+
+def flat_normal(fabric: StitchMesh) -> FloatArray | None:
+    """Return the unit normal of the plane of a fabric, or None if the fabric does not lie in a plane.
+
+    A fabric on a lattice lies in the plane of its periods.
+    """
+    area = fabric.face_vector_area
+    total = area.sum(axis=0)
+    size = float(np.linalg.norm(total))
+    if fabric.lattice is None and size < (1.0 - FLAT) * float(np.linalg.norm(area, axis=1).sum()):
+        return None
+    normal: FloatArray = total / size
+    return normal

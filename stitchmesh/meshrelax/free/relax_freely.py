@@ -1,0 +1,171 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Mesh relaxation of a fabric that no surface holds (Yuksel et al. 2012, section 7 and figure 14c).
+
+The forces are those of the relaxation on a surface, and every stitch has the rest size of its neighbourhood
+(``stitch_sizes``). A flat fabric stays in its plane, as on a table; a fabric on a lattice also finds its periods; a tube
+or any other fabric moves in space.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import replace
+from functools import partial
+from typing import Literal
+
+import numpy as np
+
+from stitchmesh.errors import ParameterError, check_kind
+from stitchmesh.lattice import Lattice
+from stitchmesh.mesh import FloatArray, StitchMesh
+from stitchmesh.mesh.change import UNKNOWN_STRETCH
+from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.meshrelax.assembly import assembly
+from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles, carried, find_bobbles
+from stitchmesh.meshrelax.dynamics import Outcome, Progress, Relaxation
+from stitchmesh.meshrelax.forces import force_groups
+from stitchmesh.meshrelax.free.free_shape import FreeShape
+from stitchmesh.meshrelax.free.free_space import FreeSpace
+from stitchmesh.meshrelax.free.free_springs import FreeSprings, free_springs
+from stitchmesh.meshrelax.free.points import flat_normal
+from stitchmesh.meshrelax.free.stitch_sizes import stitch_sizes
+from stitchmesh.meshrelax.observer import Observer
+from stitchmesh.meshrelax.options import ASPECT
+from stitchmesh.meshrelax.placement import Placement
+from stitchmesh.meshrelax.report import MeshRelaxReport
+from stitchmesh.progress import relaxing_progress, shown_progress
+from stitchmesh.run_control import RunControl
+
+logger = logging.getLogger(__name__)
+
+FREE_TOLERANCE = 1e-4
+"""Residual at which a relaxation without a surface has converged. Small forces shape the outline of a long piece."""
+FREE_MAX_ITERATIONS = 200
+"""Iterations after which a relaxation without a surface stops without having converged."""
+STITCH_WIDTH = 0.8
+"""Rest width of plain knit [cm]; the shape does not depend on it."""
+
+
+def relax_mesh_freely(
+    fabric: StitchMesh,
+    *,
+    stitch_width: float = STITCH_WIDTH,
+    aspect: float = ASPECT,
+    tolerance: float = FREE_TOLERANCE,
+    max_iterations: int = FREE_MAX_ITERATIONS,
+    progress: Progress | Literal[False] | None = None,
+    control: RunControl[StitchMesh] | None = None,
+) -> FreeShape:
+    """Relax a fabric without a surface, so that it shows the outline that its stitches give it.
+
+    A flat fabric stays in its plane. The periods of a fabric on a lattice relax too; afterwards the first one lies
+    along x. Any other fabric, such as a tube, moves in space; it has no bending stiffness across its rows.
+
+    Args:
+        fabric: stitch mesh, for example from ``pattern_mesh``.
+        stitch_width: rest width of plain knit [cm].
+        aspect: rest height of plain knit divided by its rest width.
+        tolerance: root mean square of the net force at which the relaxation has converged, dimensionless.
+        max_iterations: iterations after which the relaxation stops without having converged; it then logs a warning.
+        progress: called after each iteration with the number of the iteration and the residual; by default a line shows
+            the progress on a terminal or in a notebook, and False shows nothing.
+        control: watches, pauses, steps and stops the relaxation from another thread; a step is one iteration. Its
+            snapshots hold the positions and the stretch of each edge.
+
+    Returns:
+        The same stitches with new vertices [cm] and the ``stretch`` of each edge, with their size and outline.
+
+    Raises:
+        ParameterError: a number is out of range, or the mesh has panels that are not divided into stitches.
+        SolverError: the forces are not finite.
+    """
+    start = time.perf_counter()
+    _check(fabric, stitch_width, aspect, tolerance, max_iterations)
+    bobbles = find_bobbles(fabric) if fabric.lattice is None else NO_BOBBLES
+    forces = free_springs(fabric, stitch_sizes(fabric, width=stitch_width, height=aspect * stitch_width), bobbles)
+    points, model = forces.corners.points, forces.springs
+    space = FreeSpace(points, model.quads, flat_normal(fabric))
+    groups = [points.on_unknowns(*group) for group in force_groups(model)]
+    patches = space.patches(forces.corners.position, model.unit)
+    gather = assembly(points.unknown_count, groups)
+    relaxation = Relaxation(model, gather, space, patches, points.unknown_count)
+    made = partial(_relaxed, fabric, forces, bobbles)
+    with shown_progress(progress, partial(relaxing_progress, "outline", tolerance)) as report_iteration:
+        shown = Observer(made, tolerance, start, report_iteration, control)
+        outcome = relaxation.run(space.place(forces.corners.position), tolerance, max_iterations, shown.note)
+    relaxed = made(outcome.placement)
+    report = _report(relaxed, outcome, tolerance, shown.seconds())
+    if not (report.converged or report.stopped):
+        found = f"residual {report.residual:.2g} (expected {tolerance:g}) after {report.iterations} iterations"
+        logger.warning(f"the outline is not at rest: {found}; {report.remedy}")
+    return FreeShape(relaxed, report)
+
+
+def _check(fabric: object, stitch_width: float, aspect: float, tolerance: float, max_iterations: int) -> None:
+    check_kind("relax_mesh_freely", fabric, StitchMesh)
+    assert isinstance(fabric, StitchMesh)  # Checked above.
+    for name, value in (("stitch_width", stitch_width), ("aspect", aspect), ("tolerance", tolerance)):
+        if not (np.isfinite(value) and value > 0.0):
+            raise ParameterError(f"{name}: got {value}; expected a positive number")
+    if max_iterations < 0:
+        raise ParameterError(f"max_iterations: got {max_iterations}; expected 0 or more")
+    panels = np.flatnonzero(fabric.stitch == Stitch.PANEL)
+    if len(panels):
+        raise ParameterError(f"face {panels[0]}: is a panel of a coarse mesh, not a stitch; tessellate the mesh first")
+
+
+def _report(
+    relaxed: StitchMesh, outcome: Outcome[Placement], tolerance: float, seconds: float
+) -> MeshRelaxReport:
+    """Return the figures of a relaxation."""
+    assert relaxed.stretch is not None  # The relaxation fills it.
+    known = relaxed.stretch[np.isfinite(relaxed.stretch)]
+    converged = outcome.residual <= tolerance
+    remedy = "allow more iterations" if outcome.falling else "check that no stitch is inverted"
+    return MeshRelaxReport(
+        seconds=seconds,
+        iterations=outcome.iterations,
+        converged=converged,
+        residual=outcome.residual,
+        tolerance=tolerance,
+        remedy="" if converged else remedy,
+        max_stretch=float(known.max()),
+        rms_stretch=float(np.sqrt(np.mean(known**2))),
+        stopped=outcome.stopped and not converged,
+    )
+
+
+def _relaxed(fabric: StitchMesh, forces: FreeSprings, bobbles: Bobbles, placement: Placement) -> StitchMesh:
+    """Return the fabric at a placement, with the stretch of its edges."""
+    position = placement.position
+    ends = position[forces.edge_points]
+    stretch = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / forces.edge_rest
+    vertices = position[: len(fabric.vertices)].copy()
+    vertices[bobbles.raised] = carried(bobbles, fabric.vertices, vertices)
+    raised = bobbles.is_raised(len(vertices))[fabric.face_vertex[fabric.edge_side]]
+    raised |= bobbles.is_raised(len(vertices))[fabric.face_vertex[fabric.side_next[fabric.edge_side]]]
+    stretch = np.where(raised, UNKNOWN_STRETCH, stretch)
+    if fabric.lattice is None:
+        return replace(fabric, vertices=vertices, stretch=stretch)
+    periods = _periods(forces, position)
+    turn = _along_x(periods)
+    return replace(fabric, vertices=vertices @ turn, lattice=Lattice(periods @ turn), stretch=stretch)
+
+
+def _periods(forces: FreeSprings, position: FloatArray) -> FloatArray:
+    """Return the periods of points [cm], shape (2, 3), from points of the same vertices in several images."""
+    points = forces.corners.points
+    apart = position - position[points.vertex]
+    images = points.share - points.share[points.vertex]
+    periods: FloatArray = np.linalg.lstsq(images, apart, rcond=None)[0]
+    return periods
+
+
+def _along_x(periods: FloatArray) -> FloatArray:
+    """Return the matrix that turns row vectors so that the first period lies along x and both in the plane z = 0."""
+    first = periods[0] / np.linalg.norm(periods[0])
+    normal = np.cross(periods[0], periods[1])
+    normal /= np.linalg.norm(normal)
+    return np.stack([first, np.cross(normal, first), normal], axis=1)

@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Rest width and height of each stitch of a free fabric, from the knit and purl stitches around it.
+
+A stitch with the rest size of plain knit everywhere, as on the surface of a garment, would make rib as wide as
+stockinette and garter stitch as high. Yarns make them different: at a change between knit and purl that continues along
+a wale the fabric folds and draws in, and at one that continues along a course it draws together in height. Let f be 1
+for a stitch whose loops are knit and -1 for one whose loops are purled, and let R and C be the means of f over the
+stitches at most ``REACH`` away in the course and in the wale. Then
+
+    stockinette R C = 1, rib (1 - R) C = 1, garter stitch R (1 - C) = 1, seed stitch (1 - R) (1 - C) = 1
+
+with R^2 and C^2 in the place of R and C, and every other fabric of knit and purl stitches lies between these four. The
+logarithms of width and height, relative to plain knit, are taken as linear in the last three products and in the share
+of slipped stitches in the course. ``python benchmarks/stitch_sizes.py`` relaxes the swatches of the library whose
+stitches are knit, purled or slipped, and fits the factors of ``WIDTH`` and ``HEIGHT`` to their sizes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.stitch import VOCABULARY, Stitch
+
+REACH = 2
+"""Stitches to each side that decide about a stitch: 2 x 2 and 3 x 3 rib then draw in as 1 x 1 rib does."""
+WIDTH = np.array([-0.592, 0.144, 0.057, 0.3])
+"""Logarithm of the width of rib, garter stitch and seed stitch over that of stockinette, and of slipped stitches."""
+HEIGHT = np.array([0.068, -0.335, -0.429, -0.4])
+"""The same of the height."""
+
+
+@dataclass(frozen=True, eq=False)
+class StitchSizes:
+    """Rest sizes of the stitches of a fabric."""
+
+    width: FloatArray
+    """Rest length of the course sides of each stitch [cm], shape (F,)."""
+    height: FloatArray
+    """Rest length of the wale sides of each stitch [cm], shape (F,)."""
+
+
+def stitch_sizes(fabric: StitchMesh, *, width: float, height: float) -> StitchSizes:
+    """Return the rest sizes of the stitches of a fabric.
+
+    Args:
+        fabric: stitch mesh.
+        width: rest width of plain knit [cm].
+        height: rest height of plain knit [cm].
+    """
+    shares = fabric_shares(fabric)
+    return StitchSizes(width * np.exp(shares @ WIDTH), height * np.exp(shares @ HEIGHT))
+
+
+def fabric_shares(fabric: StitchMesh) -> FloatArray:
+    """Return how much each stitch belongs to rib, to garter stitch, to seed stitch and to slipped stitches.
+
+    The shape is (F, 4). The shares of rib, garter stitch and seed stitch are at most 1 together; the rest belongs to
+    stockinette.
+    """
+    left, right, below, above = _neighbours(fabric)
+    sign, known = _signs(fabric)
+    cast_on = fabric.stitch == Stitch.CAST_ON
+    sign[cast_on], known[cast_on] = sign[above[cast_on]], known[above[cast_on]]
+    course = _mean_around(sign, known, left, right) ** 2
+    wale = _mean_around(sign, known, below, above) ** 2
+    slipped = _mean_around(_is_slipped(fabric).astype(float), np.ones(fabric.face_count, dtype=bool), left, right)
+    return np.stack([(1.0 - course) * wale, course * (1.0 - wale), (1.0 - course) * (1.0 - wale), slipped], axis=1)
+
+
+def _signs(fabric: StitchMesh) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return the mean of 1 for each knit and -1 for each purled loop of each stitch, and whether there is one."""
+    knit, purled = (_loops(fabric, kind) for kind in "kp")
+    known = knit + purled > 0
+    return (knit - purled) / np.maximum(knit + purled, 1), known
+
+
+def _loops(fabric: StitchMesh, kind: str) -> IntArray:
+    """Return the number of loops of a kind that each stitch makes, shape (F,)."""
+    count = np.zeros(max(Stitch) + 1, dtype=np.int64)
+    for stitch, making in VOCABULARY.items():
+        count[stitch] = making.made.count(kind)
+    return count[fabric.stitch]
+
+
+def _is_slipped(fabric: StitchMesh) -> NDArray[np.bool_]:
+    return np.isin(fabric.stitch, [Stitch.SLIP_BACK, Stitch.SLIP_FRONT, Stitch.WRAP])
+
+
+def _neighbours(fabric: StitchMesh) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+    """Return the stitch to the left, to the right, below and above each stitch; the stitch itself if there is none."""
+    first = fabric.face_start[:-1]
+    below = np.where(fabric.n_bottom > 0, first + fabric.n_bottom // 2, first)
+    above = np.where(fabric.n_top > 0, fabric.right_wale + 1 + fabric.n_top // 2, fabric.right_wale)
+    below_face, above_face = _across(fabric, below), _across(fabric, above)
+    own = np.arange(fabric.face_count)
+    return (
+        _across(fabric, fabric.left_wale),
+        _across(fabric, fabric.right_wale),
+        np.where(fabric.n_bottom > 0, below_face, own),
+        np.where(fabric.n_top > 0, above_face, own),
+    )
+
+
+def _across(fabric: StitchMesh, sides: IntArray) -> IntArray:
+    """Return the face across one side of each face; the face itself at a border."""
+    twin = fabric.twin[sides]
+    return np.where(twin == BORDER, np.arange(fabric.face_count), fabric.side_face[twin])
+
+
+def _mean_around(values: FloatArray, known: NDArray[np.bool_], back: IntArray, ahead: IntArray) -> FloatArray:
+    """Return the mean of the known values of each stitch and of those at most ``REACH`` away, 1 if none is known.
+
+    A row of stitches ends at a border, where its last stitch stands for those that are missing.
+
+    Args:
+        values: value of each stitch, shape (F,).
+        known: whether each value is known, shape (F,).
+        back: the next stitch in one direction, shape (F,).
+        ahead: the next stitch in the other direction, shape (F,).
+    """
+    total, count = values * known, known.astype(float)
+    before = after = np.arange(len(values))
+    for _ in range(REACH):
+        before, after = back[before], ahead[after]
+        total = total + values[before] * known[before] + values[after] * known[after]
+        count = count + known[before] + known[after]
+    mean: FloatArray = np.where(count > 0.0, total / np.maximum(count, 1.0), 1.0)
+    return mean
