@@ -56,6 +56,8 @@ from .mesh.vertex_motion import MovingMesh as MovingMesh
 from .mesh.vertex_motion import VertexMotion as VertexMotion
 from .meshrelax import relax_mesh as relax_mesh
 from .meshrelax import relax_mesh_around_edit as relax_mesh_around_edit
+from .meshrelax.free.free_shape import FreeShape as FreeShape
+from .meshrelax.free.relax_freely import relax_mesh_freely as relax_mesh_freely
 from .meshrelax.evenness import evenness_verdict as evenness_verdict
 from .mixed.crossings.materials.crossing_material import CrossingMaterial as CrossingMaterial
 from .mixed.crossings.materials.fabric_materials import FabricMaterials as FabricMaterials
@@ -79,6 +81,7 @@ from .patterns import capture_pattern as capture_pattern
 from .patterns import lay_pattern as lay_pattern
 from .patterns import parse_pattern as parse_pattern
 from .patterns import pattern_mesh as pattern_mesh
+from .patterns import pattern_tube as pattern_tube
 from .patterns import pattern_names as pattern_names
 from .patterns import read_pattern as read_pattern
 from .patterns import smallest_repeat as smallest_repeat
@@ -91,6 +94,7 @@ from .periodic.charts.chart_picture import chart_picture as chart_picture
 from .periodic.charts.pattern_file import write_pattern as write_pattern
 from .periodic.gauge import FabricMeasures as FabricMeasures
 from .periodic.gauge import measure_fabric as measure_fabric
+from .periodic.natural_outline import natural_outline as natural_outline
 from .periodic.repeat.torus import torus_mesh as torus_mesh
 from .periodic.resolve_pattern import resolve_pattern as resolve_pattern
 from .periodic.session.session import SwatchSession as SwatchSession

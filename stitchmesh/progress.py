@@ -29,6 +29,7 @@ STAGE_TEXTS = {
     "edit": "editing stitches",
     "pattern": "applying the pattern",
     "meshrelax": "relaxing the stitch mesh",
+    "outline": "relaxing the outline",
     "yarngen": "generating yarns",
     "yarnrelax": "relaxing yarns",
     "match": "matching the cloth to its yarns",

@@ -27,6 +27,7 @@ from stitchmesh.cli.commands.instructions import Instructions
 from stitchmesh.cli.commands.job import Job
 from stitchmesh.cli.commands.knit import Knit
 from stitchmesh.cli.commands.label import Label
+from stitchmesh.cli.commands.outline import Outline
 from stitchmesh.cli.commands.pattern import Pattern
 from stitchmesh.cli.commands.patterns import Patterns
 from stitchmesh.cli.commands.relax import Relax
@@ -49,8 +50,8 @@ INTERRUPTED = 130
 """Exit status after an interrupt from the keyboard."""
 DESCRIPTION = "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --version` prints the version."
 COMMANDS = (
-    Knit, Label, Tessellate, Pattern, Capture, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Swatch, Stretch, Drape,
-    Follow, Run, Job, Status, Batch,
+    Knit, Label, Tessellate, Pattern, Capture, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Outline, Swatch, Stretch,
+    Drape, Follow, Run, Job, Status, Batch,
     Info, Select, Check, Patterns, Instructions, Convert, Render, View, App,
 )  # fmt: skip
 """The commands, in the order in which the help lists them."""

@@ -12,6 +12,8 @@ from stitchmesh.errors import ParameterError
 
 ASPECT = 0.77
 """Course spacing divided by wale spacing of relaxed plain knit."""
+STITCH_WIDTH = 0.8
+"""Rest width of plain knit without a surface [cm], on which only the size of the fabric depends."""
 ALPHA = 0.9
 """Part of the surface that unstressed stitches cover; with 1, rows in narrow places are compressed until they buckle
 sideways."""

@@ -24,3 +24,4 @@ from .placement.apply import apply_pattern as apply_pattern
 from .placement.apply import lay_pattern as lay_pattern
 from .placement.left_out import LeftOut as LeftOut
 from .swatch_mesh import pattern_mesh as pattern_mesh
+from .swatch_tube import pattern_tube as pattern_tube

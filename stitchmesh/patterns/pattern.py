@@ -216,6 +216,12 @@ class Pattern:
         held = (Loop(),) * len(twists) if last and not self.closes else self.rows[(row + 1) % self.height].loops
         return tuple(Loop(loop.shift, loop.layer, loop.twist + twist) for loop, twist in zip(held, twists, strict=True))
 
+    def without_borders(self) -> Pattern:
+        """Return the pattern of the tile alone."""
+        tile = SECTIONS.index("tile")
+        rows = tuple(Row(row.sections[tile], row.loop_sections[tile]) for row in self.rows)
+        return Pattern(self.name, self.source, rows, self.palette)
+
 
 def check_closes(pattern: Pattern) -> None:
     """Check that a pattern repeats upwards: the last row makes the loops that the first row is worked on.

@@ -33,15 +33,24 @@ def pattern_mesh(
         PatternError: the pattern does not close.
     """
     check_kind("pattern_mesh", pattern, Pattern)
+    check_swatch_size(columns, rows, stitch_width, stitch_height)
+    left, width, right = pattern.rows[0].bottoms
+    plain = plain_piece(left + columns * width + right, 1 + rows * pattern.height, stitch_width, stitch_height)
+    return apply_pattern(plain, pattern, remainder="refuse")
+
+
+def check_swatch_size(columns: int, rows: int, stitch_width: float, stitch_height: float) -> None:
+    """Check the numbers of tiles and the sizes of stitches [cm] of a swatch.
+
+    Raises:
+        ParameterError: a number is not positive.
+    """
     for name, number in (("columns", columns), ("rows", rows)):
         if number < 1:
             raise ParameterError(f"{name}: got {number}; expected at least 1")
     for name, size in (("stitch width", stitch_width), ("stitch height", stitch_height)):
         if not (np.isfinite(size) and size > 0.0):
             raise ParameterError(f"{name}: got {size} cm; expected a positive number")
-    left, width, right = pattern.rows[0].bottoms
-    plain = plain_piece(left + columns * width + right, 1 + rows * pattern.height, stitch_width, stitch_height)
-    return apply_pattern(plain, pattern, remainder="refuse")
 
 
 def plain_piece(columns: int, rows: int, stitch_width: float, stitch_height: float) -> StitchMesh:

@@ -45,6 +45,7 @@ PAGES: dict[str, MakePage] = {
     "Even out": PageModule("even_out", "EvenOutPage"),
     "Yarns": PageModule("yarns.page", "YarnsPage"),
     "Swatch": PageModule("swatch.page", "SwatchPage"),
+    "Outline": PageModule("outline", "OutlinePage"),
     "Drape": PageModule("drape.page", "DrapePage"),
     "View": PageModule("view.page", "ViewPage"),
 }

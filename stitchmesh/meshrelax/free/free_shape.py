@@ -6,25 +6,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from stitchmesh.mesh import BORDER, BOTTOM, TOP, FloatArray, StitchMesh
+from stitchmesh.mesh import BOTTOM, LEFT, RIGHT, TOP, FloatArray, IntArray, StitchMesh
+from stitchmesh.meshrelax.bobbles import SLIT_SIDES
 from stitchmesh.meshrelax.report import MeshRelaxReport
 
 
 @dataclass(frozen=True, eq=False)
 class FreeShape:
-    """A fabric after mesh relaxation without a surface.
-
-    Courses run along the mean direction of the course sides, and wales along that of the wale sides. In a tube, where
-    courses run around, sizes are those of the tube laid flat.
-    """
+    """A fabric after mesh relaxation without a surface."""
 
     fabric: StitchMesh
     """The relaxed stitches, with the stretch of each edge."""
     report: MeshRelaxReport
     """Figures of the relaxation."""
+    plain: tuple[float, float]
+    """Rest width and height of plain knit [cm]."""
 
     @cached_property
     def outline(self) -> tuple[FloatArray, ...]:
@@ -33,12 +33,109 @@ class FreeShape:
         if fabric.lattice is not None:
             first, second = fabric.lattice.periods
             return (np.stack([np.zeros(3), first, first + second, second]),)
-        return tuple(fabric.vertices[fabric.face_vertex[loop]] for loop in fabric.boundary_loops)
+        return tuple(fabric.vertices[fabric.face_vertex[loop]] for loop in self._borders)
 
     @property
     def width(self) -> float:
-        """Mean length of the rows, from end to end [cm]; of a tube half of its mean girth."""
-        rows = np.bincount(self.fabric.row) > 0
-        sides = np.flatnonzero(self.fabric.side_role == BOTTOM)
-        length = np.bincount(self.fabric.row[self.fabric.side_face[sides]], self.fabric.side_length[sides])
-        return float(length[length > 0.0].mean()) if rows.any() else 0.0
+        """Distance of the middles of both side borders [cm], half of the mean girth of a tube, or the first period."""
+        if self.fabric.lattice is None and not self.is_flat_piece:
+            return 0.5 * self._row_length
+        return float(np.linalg.norm(self._across))
+
+    @property
+    def height(self) -> float:
+        """Distance of the middles of the first and the last row, at right angles to the rows of a flat fabric [cm]."""
+        if self.fabric.lattice is None and not self.is_flat_piece:
+            return float(np.linalg.norm(self._along))
+        return float(np.linalg.norm(np.cross(self._across, self._along)) / np.linalg.norm(self._across))
+
+    @property
+    def slant(self) -> float:
+        """Angle by which the wales lean to the right of the right angle with the rows [degrees]; 0 for a tube."""
+        if self.fabric.lattice is None and not self.is_flat_piece:
+            return 0.0
+        across, along = self._across, self._along
+        sine, cosine = np.linalg.norm(np.cross(across, along)), across @ along
+        return float(np.degrees(np.arctan2(cosine, sine)))
+
+    @property
+    def is_flat_piece(self) -> bool:
+        """Whether the fabric has side borders, where its rows begin and end."""
+        return len(self._border(LEFT)) > 0
+
+    def wave(self, role: int) -> float:
+        """Return the depth of the waves of a border [cm]: what remains of it beside its straight line.
+
+        Args:
+            role: role of its sides, such as ``BOTTOM`` for the border of the first row; a tube and a lattice have 0.
+        """
+        sides = self._border(role)
+        if not self.is_flat_piece or len(sides) == 0:
+            return 0.0
+        points = self.fabric.vertices[self._ends(sides)]
+        centred = points - points.mean(axis=0)
+        direction = np.linalg.svd(centred, full_matrices=False)[2][0]
+        across = np.cross(self.fabric.face_vector_area.sum(axis=0), direction)
+        place = centred @ (across / np.linalg.norm(across))
+        return float(np.ptp(place))
+
+    def measures(self) -> dict[str, Any]:
+        """Return the figures of the shape as plain numbers, in cm and degrees."""
+        rows = len(np.unique(self.fabric.row))
+        loops = float(self.fabric.n_bottom.sum()) / rows
+        return {
+            "width": self.width,
+            "height": self.height,
+            "slant": self.slant,
+            "width_over_plain": self.width * (1.0 if self._is_open else 2.0) / (loops * self.plain[0]),
+            "height_over_plain": self.height / (rows * self.plain[1]),
+            "wave_below": self.wave(BOTTOM),
+            "wave_above": self.wave(TOP),
+            "wave_left": self.wave(LEFT),
+            "wave_right": self.wave(RIGHT),
+        }
+
+    @property
+    def _is_open(self) -> bool:
+        """Whether the width is that of one layer: the fabric is no tube."""
+        return self.fabric.lattice is not None or self.is_flat_piece
+
+    @cached_property
+    def _borders(self) -> list[IntArray]:
+        """Border sides of each border without the slits of bobbles."""
+        return [loop for loop in self.fabric.boundary_loops if len(loop) > SLIT_SIDES]
+
+    def _border(self, role: int) -> IntArray:
+        """Return the border sides with a role."""
+        sides = np.concatenate([np.zeros(0, dtype=np.int64), *self._borders])
+        return sides[self.fabric.side_role[sides] == role]
+
+    def _ends(self, sides: IntArray) -> IntArray:
+        """Return the vertices of some sides, each once."""
+        fabric = self.fabric
+        return np.unique(fabric.face_vertex[np.concatenate([sides, fabric.side_next[sides]])])
+
+    def _middle(self, role: int) -> FloatArray:
+        """Return the mean of the vertices of the border sides with a role [cm]."""
+        middle: FloatArray = self.fabric.vertices[self._ends(self._border(role))].mean(axis=0)
+        return middle
+
+    @property
+    def _across(self) -> FloatArray:
+        """Vector along the rows over the whole fabric [cm]."""
+        lattice = self.fabric.lattice
+        return self._middle(RIGHT) - self._middle(LEFT) if lattice is None else lattice.periods[0]
+
+    @property
+    def _along(self) -> FloatArray:
+        """Vector from the first row to the last one [cm]."""
+        lattice = self.fabric.lattice
+        return self._middle(TOP) - self._middle(BOTTOM) if lattice is None else lattice.periods[1]
+
+    @property
+    def _row_length(self) -> float:
+        """Mean length of the rows along their lower sides [cm]."""
+        fabric = self.fabric
+        lower = np.flatnonzero(fabric.side_role == BOTTOM)
+        length = np.bincount(fabric.row[fabric.side_face[lower]], fabric.side_length[lower])
+        return float(length[length > 0.0].mean())

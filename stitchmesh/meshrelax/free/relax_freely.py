@@ -32,7 +32,7 @@ from stitchmesh.meshrelax.free.free_springs import FreeSprings, free_springs
 from stitchmesh.meshrelax.free.points import flat_normal
 from stitchmesh.meshrelax.free.stitch_sizes import stitch_sizes
 from stitchmesh.meshrelax.observer import Observer
-from stitchmesh.meshrelax.options import ASPECT
+from stitchmesh.meshrelax.options import ASPECT, STITCH_WIDTH
 from stitchmesh.meshrelax.placement import Placement
 from stitchmesh.meshrelax.report import MeshRelaxReport
 from stitchmesh.progress import relaxing_progress, shown_progress
@@ -44,8 +44,6 @@ FREE_TOLERANCE = 1e-4
 """Residual at which a relaxation without a surface has converged. Small forces shape the outline of a long piece."""
 FREE_MAX_ITERATIONS = 200
 """Iterations after which a relaxation without a surface stops without having converged."""
-STITCH_WIDTH = 0.8
-"""Rest width of plain knit [cm]; the shape does not depend on it."""
 
 
 def relax_mesh_freely(
@@ -100,7 +98,7 @@ def relax_mesh_freely(
     if not (report.converged or report.stopped):
         found = f"residual {report.residual:.2g} (expected {tolerance:g}) after {report.iterations} iterations"
         logger.warning(f"the outline is not at rest: {found}; {report.remedy}")
-    return FreeShape(relaxed, report)
+    return FreeShape(relaxed, report, (stitch_width, aspect * stitch_width))
 
 
 def _check(fabric: object, stitch_width: float, aspect: float, tolerance: float, max_iterations: int) -> None:

@@ -10,10 +10,11 @@ stitches at most ``REACH`` away in the course and in the wale. Then
 
     stockinette R C = 1, rib (1 - R) C = 1, garter stitch R (1 - C) = 1, seed stitch (1 - R) (1 - C) = 1
 
-with R^2 and C^2 in the place of R and C, and every other fabric of knit and purl stitches lies between these four. The
-logarithms of width and height, relative to plain knit, are taken as linear in the last three products and in the share
-of slipped stitches in the course. ``python benchmarks/stitch_sizes.py`` relaxes the swatches of the library whose
-stitches are knit, purled or slipped, and fits the factors of ``WIDTH`` and ``HEIGHT`` to their sizes.
+with R^2 and C^2 in the place of R and C, and every other fabric of knit and purl stitches lies between these four. A
+slipped stitch has no row of its own, so that fabrics with slips are lower. The logarithms of width and height, relative
+to plain knit, are taken as linear in the last three products and in the share of slips in the course.
+``python benchmarks/stitch_sizes.py`` relaxes swatches of the library and fits the factors ``WIDTH`` and ``HEIGHT`` to
+the sizes of the pure fabrics. Yarn-overs and decreases have the rest size of their neighbours: they shape a fabric by their places.
 """
 
 from __future__ import annotations
@@ -28,9 +29,9 @@ from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 
 REACH = 2
 """Stitches to each side that decide about a stitch: 2 x 2 and 3 x 3 rib then draw in as 1 x 1 rib does."""
-WIDTH = np.array([-0.592, 0.144, 0.057, 0.3])
-"""Logarithm of the width of rib, garter stitch and seed stitch over that of stockinette, and of slipped stitches."""
-HEIGHT = np.array([0.068, -0.335, -0.429, -0.4])
+WIDTH = np.array([-0.567, 0.117, -0.028, 0.212])
+"""Change of the logarithm of the width of a stitch per share of rib, garter stitch, seed stitch and slips."""
+HEIGHT = np.array([0.052, -0.299, -0.288, -0.506])
 """The same of the height."""
 
 
@@ -57,10 +58,9 @@ def stitch_sizes(fabric: StitchMesh, *, width: float, height: float) -> StitchSi
 
 
 def fabric_shares(fabric: StitchMesh) -> FloatArray:
-    """Return how much each stitch belongs to rib, to garter stitch, to seed stitch and to slipped stitches.
+    """Return the shares of rib, garter stitch, seed stitch and slips around each stitch, shape (F, 4).
 
-    The shape is (F, 4). The shares of rib, garter stitch and seed stitch are at most 1 together; the rest belongs to
-    stockinette.
+    The shares of rib, garter stitch and seed stitch are at most 1 together; the rest belongs to stockinette.
     """
     left, right, below, above = _neighbours(fabric)
     sign, known = _signs(fabric)
@@ -68,8 +68,10 @@ def fabric_shares(fabric: StitchMesh) -> FloatArray:
     sign[cast_on], known[cast_on] = sign[above[cast_on]], known[above[cast_on]]
     course = _mean_around(sign, known, left, right) ** 2
     wale = _mean_around(sign, known, below, above) ** 2
-    slipped = _mean_around(_is_slipped(fabric).astype(float), np.ones(fabric.face_count, dtype=bool), left, right)
-    return np.stack([(1.0 - course) * wale, course * (1.0 - wale), (1.0 - course) * (1.0 - wale), slipped], axis=1)
+    everywhere = np.ones(fabric.face_count, dtype=bool)
+    slipped = _mean_around(_is_slipped(fabric).astype(float), everywhere, left, right)
+    products = [(1.0 - course) * wale, course * (1.0 - wale), (1.0 - course) * (1.0 - wale)]
+    return np.stack([*products, slipped], axis=1)
 
 
 def _signs(fabric: StitchMesh) -> tuple[FloatArray, NDArray[np.bool_]]:

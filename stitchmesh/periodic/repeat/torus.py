@@ -12,18 +12,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError, check_kind
+from stitchmesh.errors import check_kind
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import BOTTOM, LEFT, RIGHT, TOP, FloatArray, IntArray, StitchMesh
-from stitchmesh.patterns import Pattern, Row, check_closes
+from stitchmesh.patterns import Pattern, check_closes
 from stitchmesh.patterns.placement.block import Block, block_of
+from stitchmesh.patterns.swatch_mesh import check_swatch_size
 
 TILE = 1
 """Index of the tile among the sections of a row."""
 
 
 def torus_mesh(
-    pattern: Pattern, *, stitch_width: float, stitch_height: float, columns: int = 1, rows: int = 1
+    pattern: Pattern, columns: int = 1, rows: int = 1, *, stitch_width: float, stitch_height: float
 ) -> StitchMesh:
     """Make a stitch mesh of the tile of a pattern on a lattice; the borders of the pattern are left out.
 
@@ -31,33 +32,22 @@ def torus_mesh(
 
     Args:
         pattern: the pattern, for example from ``read_pattern``.
-        stitch_width: wale spacing of the first row [cm]; rows with more or fewer loops keep the same total width.
-        stitch_height: course spacing [cm].
         columns: number of tiles side by side in the cell.
         rows: number of repeats one above another in the cell.
+        stitch_width: wale spacing of the first row [cm]; rows with more or fewer loops keep the same total width.
+        stitch_height: course spacing [cm].
 
     Raises:
         PatternError: the last row does not make the loops that the first row is worked on, or their twists do not fit.
         ParameterError: a number or a size is not positive.
     """
     check_kind("torus_mesh", pattern, Pattern)
-    for name, number in (("columns", columns), ("rows", rows)):
-        if number < 1:
-            raise ParameterError(f"{name}: got {number}; expected at least 1")
-    for name, size in (("stitch width", stitch_width), ("stitch height", stitch_height)):
-        if not (np.isfinite(size) and size > 0.0):
-            raise ParameterError(f"{name}: got {size} cm; expected a positive number")
-    tile = _tile_of(pattern)
+    check_swatch_size(columns, rows, stitch_width, stitch_height)
+    tile = pattern.without_borders()
     check_closes(tile)
     block = block_of(tile, TILE)
     assert block is not None  # no row of a pattern has a tile without loops
     return _Tiling(block, tile, columns, rows).mesh(stitch_width, stitch_height)
-
-
-def _tile_of(pattern: Pattern) -> Pattern:
-    """Return the pattern without its borders."""
-    rows = tuple(Row(row.sections[TILE], row.loop_sections[TILE]) for row in pattern.rows)
-    return Pattern(pattern.name, pattern.source, rows, pattern.palette)
 
 
 class _Tiling:

@@ -1,0 +1,221 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page Outline: the natural outline of a chart, from mesh relaxation alone, watched live."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, get_args
+
+import numpy as np
+
+from stitchmesh.app.controls.html_pieces import message
+from stitchmesh.app.live_run import LiveRun
+from stitchmesh.app.pages.page import Page
+from stitchmesh.app.pages.run_panel import RunPanel
+from stitchmesh.app.pages.swatch.chart_panel import ChartPanel
+from stitchmesh.app.scene.drawing import Lines
+from stitchmesh.app.scene.size_map import OUTLINE, SizeMap, edges, legend_html
+from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.io.checked import check_value
+from stitchmesh.mesh import FloatArray, StitchMesh
+from stitchmesh.meshrelax.free.free_shape import FreeShape
+from stitchmesh.meshrelax.free.relax_freely import FREE_MAX_ITERATIONS
+from stitchmesh.patterns import Pattern, format_pattern, parse_pattern, read_pattern
+from stitchmesh.periodic.natural_outline import PIECE, Form, natural_outline
+from stitchmesh.periodic.resolve_pattern import Source
+from stitchmesh.progress import Progress
+from stitchmesh.run_control import RunControl, Snapshot
+
+if TYPE_CHECKING:
+    from stitchmesh.app.application import App
+
+FIRST_PATTERN = "feather-and-fan"
+"""Pattern of a new project: its outline is not that of its chart."""
+FORMS: dict[str, Form] = {"Flat piece": "flat", "Tube": "tube", "Repeat": "lattice"}
+"""The forms by the words of the user."""
+BYTES_PER_STITCH = 120
+"""What a frame sends for each stitch: two triangles and two sides."""
+LEAST, MOST = 4, 200
+"""Bounds of the numbers of stitches and of rows that a piece has at least."""
+WOVEN = "A weave has no outline of its own: its yarns run straight. Choose a knitting pattern."
+
+
+@dataclass(frozen=True)
+class OutlineState:
+    """What the page shows, and the project keeps."""
+
+    pattern: str
+    """Text of the pattern."""
+    form: Form = "flat"
+    """Form of the fabric."""
+    stitches: int = PIECE
+    """Least number of stitches in the width of a piece or in half of the girth of a tube."""
+    rows: int = PIECE
+    """Least number of rows."""
+
+
+class OutlinePage(Page):
+    """Natural outlines."""
+
+    name: ClassVar[str] = "Outline"
+    hint: ClassVar[str] = "See within seconds how a pattern draws in, scallops or slants, before yarns are relaxed."
+
+    def __init__(self, app: App) -> None:
+        """Make the page; nothing runs yet."""
+        super().__init__(app)
+        self.state = first_state()
+        self._run: LiveRun[StitchMesh, FreeShape] | None = None
+        self._map: SizeMap | None = None
+        self._shown: StitchMesh | None = None
+        self._waiting = False
+
+    def build(self) -> None:
+        """Make the controls, and start the relaxation."""
+        self.state = self._saved_state()
+        self._map = self._shown = None
+        ChartPanel(self.app, parse_pattern(self.state.pattern), "", self._take_pattern, lambda text: None)
+        controls, state = self.app.controls, self.state
+        controls.choice("Form", "A piece with borders, a tube in rounds, or one repeat without borders", list(FORMS),
+                        next(name for name, form in FORMS.items() if form == state.form),
+                        lambda name: self._set(form=FORMS[name]))  # fmt: skip
+        controls.slider("Stitches", "Least number of stitches in a row; whole repeats are knitted", state.stitches,
+                        lambda count: self._set(stitches=int(count)), least=LEAST, most=MOST, step=1)  # fmt: skip
+        controls.slider("Rows", "Least number of rows; whole repeats are knitted", state.rows,
+                        lambda count: self._set(rows=int(count)), least=LEAST, most=MOST, step=1)  # fmt: skip
+        controls.button("Relax again", "Start again from the chart", self.start)
+        self._panel = RunPanel(controls, "one iteration")
+        self._words = controls.html("")
+        controls.html(legend_html())
+        if self._run is None:
+            self.start()
+        else:
+            self._run.on_snapshot = self._show_snapshot
+            self._panel.show(self._run)
+
+    def leave(self) -> None:
+        """Let the relaxation end unseen."""
+        if self._run is not None:
+            self._run.on_snapshot = None
+
+    def start(self) -> None:
+        """Relax the mesh of the chart; a relaxation of the chart before it ends first."""
+        if self._run is not None:
+            self._waiting = True
+            self._run.control.stop()
+            return
+        state, pattern = self.state, parse_pattern(self.state.pattern)
+
+        def relax(control: RunControl[StitchMesh], progress: Progress) -> FreeShape:
+            return natural_outline(pattern, state.form, **_repeats(pattern, state), progress=False, control=control)
+
+        self._run = LiveRun(
+            self.app.tasks, "relaxing the outline", relax, stage="outline", max_iterations=FREE_MAX_ITERATIONS,
+            done=self._finish, failed=lambda error: self._end(),
+            frame_bytes=BYTES_PER_STITCH * state.stitches * state.rows,
+        )  # fmt: skip
+        self._run.on_snapshot = self._show_snapshot
+        self._panel.show(self._run)
+
+    def _take_pattern(self, source: Source) -> None:
+        if not isinstance(source, Pattern):
+            self.app.notice(WOVEN, "warning")
+            return
+        self._set(pattern=format_pattern(source))
+
+    def _set(self, **changes: Any) -> None:
+        """Take changes of the state, save them and relax again."""
+        state = replace(self.state, **changes)
+        if state != self.state:
+            self.state = state
+            self.app.project.set_settings(self.name, asdict(state))
+            self.start()
+
+    def _saved_state(self) -> OutlineState:
+        """Return what the project keeps; if that is damaged, say so and begin anew."""
+        try:
+            return read_state(self.app.project.settings(self.name))
+        except StitchMeshError as error:
+            self.app.notice(f"the saved outline cannot be shown ({error}); a new one begins", "warning")
+            return first_state()
+
+    def _finish(self, shape: FreeShape) -> None:
+        """Show the result, unless the chart has changed meanwhile."""
+        again, shown = self._waiting, self.app.page is self
+        self._end()
+        if shown and not again:
+            self._show_fabric(shape.fabric, shape.outline)
+            self._words.content = message(_words(shape), "good" if shape.report.converged else "doubtful")
+
+    def _end(self) -> None:
+        """Forget the relaxation, and start the one that waits."""
+        again, self._waiting, self._run = self._waiting, False, None
+        if self.app.page is not self:
+            return
+        self._panel.show(None)
+        if again:
+            self.start()
+
+    def _show_snapshot(self, snapshot: Snapshot[StitchMesh]) -> None:
+        self._show_fabric(snapshot.state, ())
+        self._panel.update()
+
+    def _show_fabric(self, fabric: StitchMesh, outline: tuple[FloatArray, ...]) -> None:
+        other = self._shown is None or self._shown.face_count != fabric.face_count
+        if self._map is None or other:
+            self._map = SizeMap(fabric)
+        self._shown = fabric
+        self.app.scene.show("fabric", self._map.surface(fabric, "size"))
+        self.app.scene.show("sides", edges(fabric))
+        self._show_outline(outline)
+        if other or outline:
+            self.app.scene.look_at(fabric.vertices.min(axis=0), fabric.vertices.max(axis=0))
+
+    def _show_outline(self, outline: tuple[FloatArray, ...]) -> None:
+        if not outline:
+            self.app.scene.remove("outline")
+            return
+        segments = [np.stack([border, np.roll(border, -1, axis=0)], axis=1) for border in outline]
+        self.app.scene.show("outline", Lines(np.concatenate(segments), OUTLINE, 4.0))
+
+
+def first_state() -> OutlineState:
+    """Return the state of a new project."""
+    return OutlineState(format_pattern(read_pattern(FIRST_PATTERN)))
+
+
+def read_state(table: Mapping[str, Any]) -> OutlineState:
+    """Return the state that a project keeps; that of a new project if the table is empty.
+
+    Raises:
+        ParameterError: a key is missing, or a value is of another type or out of bounds.
+        PatternError: the text does not describe a pattern.
+    """
+    if not table:
+        return first_state()
+    text, form = check_value(table.get("pattern"), str), check_value(table.get("form"), str)
+    counts = [check_value(table.get(name), int) for name in ("stitches", "rows")]
+    if form not in get_args(Form) or not all(LEAST <= count <= MOST for count in counts):
+        raise ParameterError(f"outline: got form {form!r} with {counts[0]} stitches and {counts[1]} rows")
+    parse_pattern(text)
+    return OutlineState(text, next(known for known in get_args(Form) if known == form), *counts)
+
+
+def _repeats(pattern: Pattern, state: OutlineState) -> dict[str, int]:
+    """Return the numbers of repeats of a piece; a lattice has one repeat."""
+    if state.form == "lattice":
+        return {}
+    around = 2 if state.form == "tube" else 1
+    return {"columns": -(-around * state.stitches // pattern.width), "rows": -(-state.rows // pattern.height)}
+
+
+def _words(shape: FreeShape) -> str:
+    """Return what the natural shape is, in words."""
+    measures = shape.measures()
+    slant = f" Its wales lean {abs(shape.slant):.1f}° to the {'right' if shape.slant > 0 else 'left'}."
+    return (
+        f"{shape.width:.3g} x {shape.height:.3g} cm: {100 * measures['width_over_plain']:.0f} % of the width and "
+        f"{100 * measures['height_over_plain']:.0f} % of the height of plain knit with as many stitches and rows."
+        f"{slant if abs(shape.slant) >= 0.5 else ''} Relaxed in {shape.report.seconds:.1f} s."
+    )

@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The natural outline of a pattern, from mesh relaxation alone and therefore within seconds (Yuksel et al. 2012, 7)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Literal, get_args
+
+import numpy as np
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.io.contents import FilePath
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.meshrelax.dynamics import Progress
+from stitchmesh.meshrelax.free.free_shape import FreeShape
+from stitchmesh.meshrelax.free.relax_freely import relax_mesh_freely
+from stitchmesh.meshrelax.free.stitch_sizes import stitch_sizes
+from stitchmesh.meshrelax.options import ASPECT, STITCH_WIDTH
+from stitchmesh.patterns import Pattern, pattern_mesh, pattern_tube, read_pattern
+from stitchmesh.periodic.repeat.torus import torus_mesh
+from stitchmesh.run_control import RunControl
+
+Form = Literal["flat", "tube", "lattice"]
+"""A piece with borders, a tube whose sides are joined, or a repeat without borders."""
+MAKERS = {"flat": pattern_mesh, "tube": pattern_tube, "lattice": torus_mesh}
+"""What makes the stitch mesh of each form."""
+PIECE = 40
+"""Stitches in the width and rows in the height of a piece, at least, if its numbers of repeats are not given."""
+
+
+def natural_outline(
+    pattern: Pattern | FilePath,
+    form: Form = "flat",
+    *,
+    columns: int | None = None,
+    rows: int | None = None,
+    stitch_width: float = STITCH_WIDTH,
+    aspect: float = ASPECT,
+    progress: Progress | Literal[False] | None = None,
+    control: RunControl[StitchMesh] | None = None,
+) -> FreeShape:
+    """Relax the stitch mesh of a pattern without a surface, before any yarns are made.
+
+    Args:
+        pattern: the pattern, its name in the library or the path of its file.
+        form: a flat piece with a cast-on row, a tube in rounds, or a repeat without borders on a lattice.
+        columns: repeats side by side; by default as many as 40 stitches need, and one on a lattice.
+        rows: repeats one above another; by default as many as 40 rows need, and one on a lattice.
+        stitch_width: rest width of plain knit [cm].
+        aspect: rest height of plain knit divided by its rest width.
+        progress: as for ``relax_mesh_freely``.
+        control: as for ``relax_mesh_freely``.
+
+    Raises:
+        ParameterError: the form is unknown, a number is out of range, or the pattern is not in the library.
+        FileError: the file of the pattern cannot be read.
+        PatternError: the pattern is not valid, or its last row does not make the loops of its first one.
+        SolverError: as for ``relax_mesh_freely``.
+    """
+    chosen = pattern if isinstance(pattern, Pattern) else read_pattern(pattern)
+    drawn = outline_mesh(chosen, form, columns=columns, rows=rows, stitch_width=stitch_width, aspect=aspect)
+    return relax_mesh_freely(drawn, stitch_width=stitch_width, aspect=aspect, progress=progress, control=control)
+
+
+def outline_mesh(
+    pattern: Pattern, form: Form, *, columns: int | None, rows: int | None, stitch_width: float, aspect: float
+) -> StitchMesh:
+    """Return the stitch mesh of a pattern at the mean size of its stitches; arguments and errors are those above."""
+    if form not in get_args(Form):
+        raise ParameterError(f"form: got {form!r}; expected {', '.join(get_args(Form)[:-1])} or {get_args(Form)[-1]}")
+    for name, size in (("stitch_width", stitch_width), ("aspect", aspect)):
+        if not (np.isfinite(size) and size > 0.0):
+            raise ParameterError(f"{name}: got {size}; expected a positive number")
+    whole = 1 if form == "lattice" else PIECE
+    columns = -(-whole // pattern.width) if columns is None else columns
+    rows = -(-whole // pattern.height) if rows is None else rows
+    drawn = MAKERS[form](pattern, columns, rows, stitch_width=stitch_width, stitch_height=aspect * stitch_width)
+    return _at_mean_size(drawn) if form != "lattice" else drawn
+
+
+def _at_mean_size(fabric: StitchMesh) -> StitchMesh:
+    """Return a piece or a tube that is stretched evenly to the mean rest size of its stitches."""
+    sizes = stitch_sizes(fabric, width=1.0, height=1.0)
+    across, along = sizes.width.mean(), sizes.height.mean()
+    upright = np.ptp(fabric.vertices[:, 2]) > 0.0
+    return replace(fabric, vertices=fabric.vertices * ([across, across, along] if upright else [across, along, 1.0]))

@@ -1,0 +1,105 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Picture of the natural outline of a fabric: its stitches coloured by stretch, its borders, and its size.
+
+A dashed rectangle has the size of the same number of stitches and rows of plain knit.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stitchmesh.io.atomic import atomic_path
+from stitchmesh.io.contents import FilePath
+from stitchmesh.mesh import FloatArray
+from stitchmesh.meshrelax.free.free_shape import FreeShape
+from stitchmesh.render.colour_scale import DIVERGING, ColourScale
+from stitchmesh.render.convergence_plot import DOTS_PER_INCH, INK, PALE_INK
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SIZE = (7.0, 6.4)
+"""Width and height of a picture [inch]."""
+SCALE = ColourScale(DIVERGING, 0.7, 1.3)
+"""Colours of the mean stretch of a stitch."""
+LEAST_LINES = 20_000
+"""Number of stitches from which their sides are not drawn; they would cover the colours."""
+
+
+def plot_outline(shape: FreeShape, path: FilePath, title: str = "") -> None:
+    """Draw the natural outline of a fabric.
+
+    Args:
+        shape: result of ``natural_outline`` or ``relax_mesh_freely``.
+        path: a ``.png`` file; missing folders are created.
+        title: name of the pattern.
+
+    Raises:
+        FileError: the picture cannot be written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=SIZE, dpi=DOTS_PER_INCH, layout="constrained")
+    draw_outline(figure.subplots(), shape, title)
+    with atomic_path(path) as temporary:
+        FigureCanvasAgg(figure).print_png(str(temporary))
+
+
+def draw_outline(axes: Axes, shape: FreeShape, title: str) -> None:
+    """Draw the natural outline of a fabric in some axes [cm]."""
+    from matplotlib.collections import PolyCollection
+
+    view = _view(shape)
+    polygons, stretch = _front_polygons(shape, view)
+    lines = 0.3 if shape.fabric.face_count < LEAST_LINES else 0.0
+    colours = SCALE.of(stretch) / 255.0
+    axes.add_collection(PolyCollection(polygons, facecolors=colours, edgecolors=INK, linewidths=lines))
+    for border in shape.outline:
+        line = np.append(border, border[:1], axis=0) @ view.T
+        axes.plot(line[:, 0], line[:, 1], color=INK, linewidth=1.6)
+    _draw_plain_size(axes, shape, np.concatenate(polygons))
+    axes.set_aspect("equal")
+    axes.tick_params(colors=PALE_INK, labelsize=8)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color(PALE_INK)
+    axes.set_title("\n".join(filter(None, [title, summary(shape)])), loc="left", fontsize=10, color=INK)
+
+
+def summary(shape: FreeShape) -> str:
+    """Return the size of an outline, and its size over that of plain knit, on one line."""
+    measures = shape.measures()
+    plain = f"{100 * measures['width_over_plain']:.0f} % x {100 * measures['height_over_plain']:.0f} % of plain knit"
+    slant = f", wales lean {abs(shape.slant):.0f}° {'right' if shape.slant > 0 else 'left'}"
+    return f"{shape.width:.3g} x {shape.height:.3g} cm, {plain}{slant if abs(shape.slant) >= 0.5 else ''}"
+
+
+def _view(shape: FreeShape) -> FloatArray:
+    """Return the directions to the right and upwards in the picture, shape (2, 3); a tube is seen from its front."""
+    lattice = shape.fabric.lattice
+    upright = lattice is None and not shape.is_flat_piece
+    return np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0] if upright else [0.0, 1.0, 0.0]])
+
+
+def _front_polygons(shape: FreeShape, view: FloatArray) -> tuple[list[Any], FloatArray]:
+    """Return the polygons of the stitches that face the viewer, and the stretch of these stitches."""
+    fabric = shape.fabric
+    towards = np.cross(view[0], view[1])
+    front = np.flatnonzero(fabric.face_vector_area @ towards > 0.0)
+    place = fabric.corner_position @ view.T
+    polygons = [place[fabric.face_start[face] : fabric.face_start[face + 1]] for face in front]
+    assert fabric.face_stretch is not None  # The relaxation fills it.
+    return polygons, np.nan_to_num(fabric.face_stretch[front], nan=1.0)
+
+
+def _draw_plain_size(axes: Axes, shape: FreeShape, points: FloatArray) -> None:
+    """Draw the rectangle of plain knit with the same numbers of stitches and rows around the middle of the fabric."""
+    measures = shape.measures()
+    width = shape.width / measures["width_over_plain"]
+    height = shape.height / measures["height_over_plain"]
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    corner = 0.5 * np.array([[-width, -height], [width, -height], [width, height], [-width, height], [-width, -height]])
+    axes.plot(*(middle + corner).T, color=PALE_INK, linewidth=1.0, linestyle=(0, (5, 3)))
