@@ -5,11 +5,11 @@
     python benchmarks/stitch_sizes.py
     python benchmarks/stitch_sizes.py --largest 40
 
-Relaxes patterns of the library as free swatches. The factors of ``stitchmesh.meshrelax.free.stitch_sizes`` are fitted to
-the logarithms of wale and course spacing relative to stockinette: those of rib, garter stitch and seed stitch to the
+Relaxes patterns of the library as free swatches. The factors of ``stitchmesh.meshrelax.free.stitch_sizes`` are fitted
+to the logarithms of wale and course spacing relative to stockinette: those of rib, garter stitch and seed stitch to the
 pure fabrics, and that of slips to what remains in the patterns with slipped stitches. Prints the factors, the sizes by
-the factors beside those of the yarns for every pattern of knit, purled and slipped stitches, and for lace, whose size is
-not fitted, the size of the natural outline beside that of the yarns.
+the factors beside those of the yarns for every pattern of knit, purled and slipped stitches, and for lace, whose size
+is not fitted, the size of the natural outline beside that of the yarns.
 """
 
 from __future__ import annotations

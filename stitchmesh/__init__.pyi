@@ -56,9 +56,9 @@ from .mesh.vertex_motion import MovingMesh as MovingMesh
 from .mesh.vertex_motion import VertexMotion as VertexMotion
 from .meshrelax import relax_mesh as relax_mesh
 from .meshrelax import relax_mesh_around_edit as relax_mesh_around_edit
+from .meshrelax.evenness import evenness_verdict as evenness_verdict
 from .meshrelax.free.free_shape import FreeShape as FreeShape
 from .meshrelax.free.relax_freely import relax_mesh_freely as relax_mesh_freely
-from .meshrelax.evenness import evenness_verdict as evenness_verdict
 from .mixed.crossings.materials.crossing_material import CrossingMaterial as CrossingMaterial
 from .mixed.crossings.materials.fabric_materials import FabricMaterials as FabricMaterials
 from .mixed.drape import Draped as Draped
@@ -81,8 +81,8 @@ from .patterns import capture_pattern as capture_pattern
 from .patterns import lay_pattern as lay_pattern
 from .patterns import parse_pattern as parse_pattern
 from .patterns import pattern_mesh as pattern_mesh
-from .patterns import pattern_tube as pattern_tube
 from .patterns import pattern_names as pattern_names
+from .patterns import pattern_tube as pattern_tube
 from .patterns import read_pattern as read_pattern
 from .patterns import smallest_repeat as smallest_repeat
 from .patterns.charts.knit_chart import KnitChart as KnitChart

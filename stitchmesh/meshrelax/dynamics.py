@@ -143,7 +143,8 @@ class Relaxation(Generic[P]):
         if not np.isfinite(residual):
             bad = int(np.flatnonzero(~np.isfinite(force).all(axis=1))[0])
             raise SolverError(f"mesh relaxation: the force on vertex {bad} is not finite; check the mesh around it")
-        return State(placement, projector, force, jacobian, self.attachment.turning_stiffness(placement, whole), residual)
+        turning = self.attachment.turning_stiffness(placement, whole)
+        return State(placement, projector, force, jacobian, turning, residual)
 
     def next_placement(self, state: State[P], time_step: float) -> P:
         """Return the placement after one backward Euler step, scaled down to the largest allowed displacement."""

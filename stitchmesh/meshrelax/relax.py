@@ -138,7 +138,9 @@ def relax_mesh_with_report(
     relaxation = Relaxation(model, assembly(len(fabric.vertices), force_groups(model)), attachment, whole, count)
     made = partial(_relaxed, fabric, rest, bobbles)
     with shown_progress(progress, partial(relaxing_progress, "meshrelax", tolerance)) as report_iteration:
-        shown = Observer(lambda state: made(state.position)[0], tolerance, start, report_iteration, control)
+        shown: Observer[SurfacePlacement] = Observer(
+            lambda state: made(state.position)[0], tolerance, start, report_iteration, control
+        )
         outcome = relaxation.run(placement, tolerance, max_iterations, shown.note)
     relaxed, known = made(outcome.placement.position)
     report = MeshRelaxReport(

@@ -23,7 +23,7 @@ def pattern_tube(
 ) -> StitchMesh:
     """Make an upright round tube of a pattern, whose borders are left out.
 
-    The axis of the tube is z, and its right side is outside.
+    The axis of the tube is y, and its right side is outside.
 
     Args:
         pattern: the pattern, for example from ``read_pattern``.
@@ -40,7 +40,8 @@ def pattern_tube(
     check_swatch_size(columns, rows, stitch_width, stitch_height)
     around = columns * pattern.width
     if around < LEAST_STITCHES:
-        raise ParameterError(f"columns: {columns} tiles of {pattern.width} stitches make a round of {around}; expected 3 or more stitches")
+        found = f"{columns} tiles of {pattern.width} stitches make a round of {around}"
+        raise ParameterError(f"columns: {found}; expected at least {LEAST_STITCHES} stitches")
     plain = _plain_tube(around, 1 + rows * pattern.height, stitch_width, stitch_height)
     return apply_pattern(plain, pattern.without_borders(), remainder="refuse")
 
@@ -50,7 +51,7 @@ def _plain_tube(around: int, rows: int, stitch_width: float, stitch_height: floa
     angle = 2.0 * np.pi * np.arange(around) / around
     radius = 0.5 * stitch_width / np.sin(np.pi / around)
     height, turn = np.meshgrid(stitch_height * np.arange(rows + 1), angle, indexing="ij")
-    points = np.stack([radius * np.cos(turn), radius * np.sin(turn), height], axis=2).reshape(-1, 3)
+    points = np.stack([radius * np.sin(turn), height, radius * np.cos(turn)], axis=2).reshape(-1, 3)
     row, column = (index.ravel() for index in np.indices((rows, around)))
     lower, following = row * around, (column + 1) % around
     upper = lower + around

@@ -16,6 +16,7 @@ from stitchmesh.meshrelax.dynamics import Progress
 from stitchmesh.meshrelax.free.free_shape import FreeShape
 from stitchmesh.meshrelax.free.relax_freely import relax_mesh_freely
 from stitchmesh.meshrelax.free.stitch_sizes import stitch_sizes
+from stitchmesh.meshrelax.free.unrolled_tube import roll_up, unroll_tube
 from stitchmesh.meshrelax.options import ASPECT, STITCH_WIDTH
 from stitchmesh.patterns import Pattern, pattern_mesh, pattern_tube, read_pattern
 from stitchmesh.periodic.repeat.torus import torus_mesh
@@ -60,7 +61,11 @@ def natural_outline(
     """
     chosen = pattern if isinstance(pattern, Pattern) else read_pattern(pattern)
     drawn = outline_mesh(chosen, form, columns=columns, rows=rows, stitch_width=stitch_width, aspect=aspect)
-    return relax_mesh_freely(drawn, stitch_width=stitch_width, aspect=aspect, progress=progress, control=control)
+    in_rounds = form == "tube"
+    return relax_mesh_freely(
+        unroll_tube(drawn) if in_rounds else drawn, stitch_width=stitch_width, aspect=aspect, progress=progress,
+        control=control, shown_as=roll_up if in_rounds else None,
+    )  # fmt: skip
 
 
 def outline_mesh(
@@ -83,5 +88,5 @@ def _at_mean_size(fabric: StitchMesh) -> StitchMesh:
     """Return a piece or a tube that is stretched evenly to the mean rest size of its stitches."""
     sizes = stitch_sizes(fabric, width=1.0, height=1.0)
     across, along = sizes.width.mean(), sizes.height.mean()
-    upright = np.ptp(fabric.vertices[:, 2]) > 0.0
-    return replace(fabric, vertices=fabric.vertices * ([across, across, along] if upright else [across, along, 1.0]))
+    is_round = np.ptp(fabric.vertices[:, 2]) > 0.0
+    return replace(fabric, vertices=fabric.vertices * ([across, along, across if is_round else 1.0]))

@@ -50,46 +50,38 @@ def plot_outline(shape: FreeShape, path: FilePath, title: str = "") -> None:
 
 
 def draw_outline(axes: Axes, shape: FreeShape, title: str) -> None:
-    """Draw the natural outline of a fabric in some axes [cm]."""
+    """Draw the natural outline of a fabric in some axes [cm]; it is seen from the front, against the z axis."""
     from matplotlib.collections import PolyCollection
 
-    view = _view(shape)
-    polygons, stretch = _front_polygons(shape, view)
+    polygons, stretch = _front_polygons(shape)
     lines = 0.3 if shape.fabric.face_count < LEAST_LINES else 0.0
     colours = SCALE.of(stretch) / 255.0
     axes.add_collection(PolyCollection(polygons, facecolors=colours, edgecolors=INK, linewidths=lines))
     for border in shape.outline:
-        line = np.append(border, border[:1], axis=0) @ view.T
+        line = np.append(border, border[:1], axis=0)
         axes.plot(line[:, 0], line[:, 1], color=INK, linewidth=1.6)
     _draw_plain_size(axes, shape, np.concatenate(polygons))
     axes.set_aspect("equal")
     axes.tick_params(colors=PALE_INK, labelsize=8)
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(PALE_INK)
-    axes.set_title("\n".join(filter(None, [title, summary(shape)])), loc="left", fontsize=10, color=INK)
+    lines = [title, *summary(shape).split("; ")]
+    axes.set_title("\n".join(filter(None, lines)), loc="left", fontsize=10, color=INK)
 
 
 def summary(shape: FreeShape) -> str:
     """Return the size of an outline, and its size over that of plain knit, on one line."""
     measures = shape.measures()
     plain = f"{100 * measures['width_over_plain']:.0f} % x {100 * measures['height_over_plain']:.0f} % of plain knit"
-    slant = f", wales lean {abs(shape.slant):.0f}° {'right' if shape.slant > 0 else 'left'}"
+    slant = f"; its wales lean {abs(shape.slant):.0f}° {'right' if shape.slant > 0 else 'left'}"
     return f"{shape.width:.3g} x {shape.height:.3g} cm, {plain}{slant if abs(shape.slant) >= 0.5 else ''}"
 
 
-def _view(shape: FreeShape) -> FloatArray:
-    """Return the directions to the right and upwards in the picture, shape (2, 3); a tube is seen from its front."""
-    lattice = shape.fabric.lattice
-    upright = lattice is None and not shape.is_flat_piece
-    return np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0] if upright else [0.0, 1.0, 0.0]])
-
-
-def _front_polygons(shape: FreeShape, view: FloatArray) -> tuple[list[Any], FloatArray]:
+def _front_polygons(shape: FreeShape) -> tuple[list[Any], FloatArray]:
     """Return the polygons of the stitches that face the viewer, and the stretch of these stitches."""
     fabric = shape.fabric
-    towards = np.cross(view[0], view[1])
-    front = np.flatnonzero(fabric.face_vector_area @ towards > 0.0)
-    place = fabric.corner_position @ view.T
+    front = np.flatnonzero(fabric.face_vector_area[:, 2] > 0.0)
+    place = fabric.corner_position[:, :2]
     polygons = [place[fabric.face_start[face] : fabric.face_start[face + 1]] for face in front]
     assert fabric.face_stretch is not None  # The relaxation fills it.
     return polygons, np.nan_to_num(fabric.face_stretch[front], nan=1.0)

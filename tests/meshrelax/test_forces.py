@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from stitchmesh.mesh import FloatArray
-from stitchmesh.meshrelax.attachment import Placement
-from stitchmesh.meshrelax.forces import element_forces, force_assembly
+from stitchmesh.meshrelax.assembly import assembly
+from stitchmesh.meshrelax.forces import element_forces, force_groups
+from stitchmesh.meshrelax.placement import Placement
 from stitchmesh.meshrelax.rest_lengths import RestLengths, rest_lengths
 from stitchmesh.meshrelax.shear import shear_force
 from stitchmesh.meshrelax.stretch import stretch_force
@@ -28,9 +29,7 @@ def differences(force: Callable[[FloatArray], FloatArray], at: FloatArray, step:
 
 def placement_of(position: FloatArray, normal: FloatArray) -> Placement:
     """Placement of vertices on a surface of which only the normals are known."""
-    count = len(position)
-    none = np.zeros((count, 3))
-    return Placement(position, normal, np.zeros((count, 3, 3)), np.zeros(count), none, none)
+    return Placement(position, normal)
 
 
 def largest_eigenvalue(jacobian: FloatArray) -> float:
@@ -124,7 +123,7 @@ def test_forces_and_their_moments_sum_to_zero() -> None:
     model = springs(fabric, RestLengths(1.0, 0.77))
     position = fabric.vertices + 0.2 * RANDOM.normal(size=fabric.vertices.shape)
     element = element_forces(model, placement_of(position, fabric.vertex_normal))[0]
-    gather = force_assembly(model, len(position))
+    gather = assembly(len(position), force_groups(model))
     force = gather.force(element)
     scale = 1e-12 * np.abs(force).sum()  # Rounding of a sum of some hundred forces.
     np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=scale)
@@ -139,7 +138,7 @@ def test_the_assembled_jacobian_is_the_derivative_of_extended_springs() -> None:
     """All edges are stretched, and springs are the only forces, so that no part of the Jacobian is dropped."""
     fabric = grid_fabric(rectangle_points(3, 3, 6.0, 6.0))
     model = springs(fabric, RestLengths(1.0, 0.8))
-    gather = force_assembly(model, len(fabric.vertices))
+    gather = assembly(len(fabric.vertices), force_groups(model))
     count = len(model.stretch_ends)
 
     def force(position: FloatArray) -> FloatArray:
@@ -161,18 +160,20 @@ def test_the_assembled_jacobian_is_the_derivative_of_extended_springs() -> None:
 
 
 def test_a_1_to_3_increase_has_three_sub_quads_on_its_single_bottom_edge() -> None:
-    quads = sub_quads(increase_fabric())
+    fabric = increase_fabric()
+    quads = fabric.face_vertex[sub_quad_corners(fabric)]
     assert quads[:3].tolist() == [[0, 1, 3, 2], [0, 1, 4, 3], [0, 1, 5, 4]]
     assert len(quads) == 6
 
 
 def test_struts_follow_wales_and_stop_where_wales_begin() -> None:
-    struts = wale_struts(increase_fabric())
+    fabric = increase_fabric()
+    struts = fabric.face_vertex[wale_strut_corners(fabric)[:, [0, 1, 3]]]
     assert sorted([*sorted([a, c]), b] for a, b, c in struts.tolist()) == [[0, 6, 2], [1, 9, 5]]
 
 
 def test_every_inner_vertex_of_a_tube_has_a_strut() -> None:
-    assert len(wale_struts(grid_fabric(tube_points(7, 4, 3.0, 4.0), wrap=True))) == 7 * 3
+    assert len(wale_strut_corners(grid_fabric(tube_points(7, 4, 3.0, 4.0), wrap=True))) == 7 * 3
 
 
 def test_unstressed_stitches_cover_the_requested_part_of_the_area() -> None:

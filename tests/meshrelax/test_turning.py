@@ -5,20 +5,20 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.mesh import FloatArray
-from stitchmesh.meshrelax.attachment import Placement
 from stitchmesh.meshrelax.limit_surface import limit_surface
+from stitchmesh.meshrelax.placement import SurfacePlacement
 from stitchmesh.meshrelax.turning import turning_stiffness
 from tests.meshrelax.fabrics import grid_fabric, tube_chord_points
 
 RADIUS = 2.0
 
 
-def on_a_cylinder(angle: float) -> Placement:
+def on_a_cylinder(angle: float) -> SurfacePlacement:
     """A vertex on an upright cylinder of radius 2."""
     normal = np.array([[np.cos(angle), np.sin(angle), 0.0]])
     around = np.array([-np.sin(angle), np.cos(angle), 0.0])
     none = np.zeros((1, 3))
-    return Placement(RADIUS * normal, normal, np.outer(around, around)[None] / RADIUS, np.zeros(1), none, none)
+    return SurfacePlacement(RADIUS * normal, normal, np.outer(around, around)[None] / RADIUS, np.zeros(1), none, none)
 
 
 def part_around(force: FloatArray, angle: float) -> float:
@@ -42,7 +42,8 @@ def test_a_border_that_is_curved_towards_the_force_gives_no_stiffness() -> None:
     """On a circle of radius 2 the curvature vector has the length 1/2 and points inwards."""
     upward, circle = np.array([[0.0, 0.0, 1.0]]), np.array([[0.0, 1.0, 0.0]])
     curvature = np.array([[-1.0 / RADIUS, 0.0, 0.0]])
-    placement = Placement(np.array([[2.0, 0.0, 0.0]]), upward, np.zeros((1, 3, 3)), np.zeros(1), circle, curvature)
+    position, flat = np.array([[2.0, 0.0, 0.0]]), np.zeros((1, 3, 3))
+    placement = SurfacePlacement(position, upward, flat, np.zeros(1), circle, curvature)
     inward = np.array([[-3.0, 0.0, 0.0]])
     np.testing.assert_array_equal(turning_stiffness(placement, inward), 0.0)
     np.testing.assert_allclose(turning_stiffness(placement, -inward)[0], np.diag([0.0, 1.5, 0.0]), atol=1e-15)

@@ -39,7 +39,10 @@ BYTES_PER_STITCH = 120
 """What a frame sends for each stitch: two triangles and two sides."""
 LEAST, MOST = 4, 200
 """Bounds of the numbers of stitches and of rows that a piece has at least."""
-WOVEN = "A weave has no outline of its own: its yarns run straight. Choose a knitting pattern."
+BUSY = "Other work goes on; press Relax again when it has ended"
+"""What stands in the place of the figures while another task runs."""
+WOVEN = "A weave has no stitches whose outline could relax. Choose a knitting pattern."
+"""Notice for a weave."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +107,9 @@ class OutlinePage(Page):
         if self._run is not None:
             self._waiting = True
             self._run.control.stop()
+            return
+        if self.app.tasks.current is not None:
+            self._words.content = message(f"{BUSY} ({self.app.tasks.current.name}).", "info")
             return
         state, pattern = self.state, parse_pattern(self.state.pattern)
 

@@ -26,7 +26,7 @@ STITCHES = ".h5"
 
 @dataclass(frozen=True)
 class Outline:
-    """Show the natural outline of a pattern or a stitch mesh within seconds, without yarns."""
+    """Show the natural outline of a pattern within seconds, without yarns."""
 
     pattern: Annotated[Positional[str], help_entry("PATTERN")]
     """pattern: a name of `stitchmesh patterns`, or a file; or a stitch mesh (.h5)"""

@@ -8,8 +8,9 @@ periods u and v move too. Let (s, t) be the place of a vertex in the cell as par
 
     dx + (s + a) du + (t + b) dv
 
-A change of the periods alone therefore deforms the whole fabric evenly, so that one period is moved by the tension of
-all stitches and not by that of a few stitches at its border.
+A period that no stitch crosses, that along the wales of a tube, is no unknown. A change of the periods alone deforms
+the whole fabric evenly, so that one period is moved by the tension of all stitches and not by that of a few stitches at
+its border.
 """
 
 from __future__ import annotations
@@ -20,9 +21,6 @@ import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 
-FLAT = 1e-9
-"""Part of the area of a flat fabric that may be lost in its projection onto its plane; it covers rounding."""
-
 
 @dataclass(frozen=True, eq=False)
 class Points:
@@ -31,7 +29,7 @@ class Points:
     vertex: IntArray
     """Vertex of each point, shape (P,)."""
     share: FloatArray
-    """What a change of each period adds to each point, shape (P, 2); shape (P, 0) without a lattice."""
+    """What a change of each period adds to each point, shape (P, periods); no periods without a lattice."""
     vertex_count: int
     """Number of vertices V."""
 
@@ -100,21 +98,9 @@ def corner_points(fabric: StitchMesh, strut_corners: IntArray) -> CornerPoints:
     own, image = found[:, 1], found[:, 2:]
     periods = fabric.lattice.periods
     part = np.linalg.lstsq(periods.T, (fabric.vertices - fabric.vertices.mean(axis=0)).T, rcond=None)[0].T
-    points = Points(own, part[own] + image, count)
+    crossed = image.any(axis=0)
+    points = Points(own, (part[own] + image)[:, crossed], count)
     ends = number[count + len(corner) :].reshape(-1, 2)
     struts = np.stack([ends[:, 0], corner[middle[:, 0]], ends[:, 1]], axis=1)
     return CornerPoints(points, fabric.vertices[own] + image @ periods, number[count : count + len(corner)], struts)
 
-
-def flat_normal(fabric: StitchMesh) -> FloatArray | None:
-    """Return the unit normal of the plane of a fabric, or None if the fabric does not lie in a plane.
-
-    A fabric on a lattice lies in the plane of its periods.
-    """
-    area = fabric.face_vector_area
-    total = area.sum(axis=0)
-    size = float(np.linalg.norm(total))
-    if fabric.lattice is None and size < (1.0 - FLAT) * float(np.linalg.norm(area, axis=1).sum()):
-        return None
-    normal: FloatArray = total / size
-    return normal

@@ -3,14 +3,15 @@
 """Mesh relaxation of a fabric that no surface holds (Yuksel et al. 2012, section 7 and figure 14c).
 
 The forces are those of the relaxation on a surface, and every stitch has the rest size of its neighbourhood
-(``stitch_sizes``). A flat fabric stays in its plane, as on a table; a fabric on a lattice also finds its periods; a tube
-or any other fabric moves in space.
+(``stitch_sizes``). The fabric stays in its plane, as on a table. Springs have no bending stiffness: in space, a fabric
+would buckle wherever its stitches are compressed. The periods of a fabric on a lattice relax too.
 """
 
 from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Literal
@@ -26,10 +27,9 @@ from stitchmesh.meshrelax.assembly import assembly
 from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles, carried, find_bobbles
 from stitchmesh.meshrelax.dynamics import Outcome, Progress, Relaxation
 from stitchmesh.meshrelax.forces import force_groups
+from stitchmesh.meshrelax.free.fabric_plane import FabricPlane, plane_normal
 from stitchmesh.meshrelax.free.free_shape import FreeShape
-from stitchmesh.meshrelax.free.free_space import FreeSpace
 from stitchmesh.meshrelax.free.free_springs import FreeSprings, free_springs
-from stitchmesh.meshrelax.free.points import flat_normal
 from stitchmesh.meshrelax.free.stitch_sizes import stitch_sizes
 from stitchmesh.meshrelax.observer import Observer
 from stitchmesh.meshrelax.options import ASPECT, STITCH_WIDTH
@@ -55,11 +55,12 @@ def relax_mesh_freely(
     max_iterations: int = FREE_MAX_ITERATIONS,
     progress: Progress | Literal[False] | None = None,
     control: RunControl[StitchMesh] | None = None,
+    shown_as: Callable[[StitchMesh], StitchMesh] | None = None,
 ) -> FreeShape:
     """Relax a fabric without a surface, so that it shows the outline that its stitches give it.
 
-    A flat fabric stays in its plane. The periods of a fabric on a lattice relax too; afterwards the first one lies
-    along x. Any other fabric, such as a tube, moves in space; it has no bending stiffness across its rows.
+    The fabric stays in its plane. The periods of a fabric on a lattice relax too; afterwards the first one lies along
+    x. A tube is such a fabric: a strip that is joined around only (``unroll_tube``).
 
     Args:
         fabric: stitch mesh, for example from ``pattern_mesh``.
@@ -71,12 +72,14 @@ def relax_mesh_freely(
             the progress on a terminal or in a notebook, and False shows nothing.
         control: watches, pauses, steps and stops the relaxation from another thread; a step is one iteration. Its
             snapshots hold the positions and the stretch of each edge.
+        shown_as: makes the fabric of the snapshots and of the result from the relaxed one, for example a round tube.
 
     Returns:
         The same stitches with new vertices [cm] and the ``stretch`` of each edge, with their size and outline.
 
     Raises:
         ParameterError: a number is out of range, or the mesh has panels that are not divided into stitches.
+        MeshError: the fabric is not flat.
         SolverError: the forces are not finite.
     """
     start = time.perf_counter()
@@ -84,15 +87,19 @@ def relax_mesh_freely(
     bobbles = find_bobbles(fabric) if fabric.lattice is None else NO_BOBBLES
     forces = free_springs(fabric, stitch_sizes(fabric, width=stitch_width, height=aspect * stitch_width), bobbles)
     points, model = forces.corners.points, forces.springs
-    space = FreeSpace(points, model.quads, flat_normal(fabric))
+    plane = FabricPlane(points, plane_normal(fabric))
     groups = [points.on_unknowns(*group) for group in force_groups(model)]
-    patches = space.patches(forces.corners.position, model.unit)
+    patches = plane.patches(forces.corners.position, model.unit)
     gather = assembly(points.unknown_count, groups)
-    relaxation = Relaxation(model, gather, space, patches, points.unknown_count)
-    made = partial(_relaxed, fabric, forces, bobbles)
+    relaxation = Relaxation(model, gather, plane, patches, points.unknown_count)
+
+    def made(placement: Placement) -> StitchMesh:
+        relaxed = _relaxed(fabric, forces, bobbles, placement)
+        return relaxed if shown_as is None else shown_as(relaxed)
+
     with shown_progress(progress, partial(relaxing_progress, "outline", tolerance)) as report_iteration:
         shown = Observer(made, tolerance, start, report_iteration, control)
-        outcome = relaxation.run(space.place(forces.corners.position), tolerance, max_iterations, shown.note)
+        outcome = relaxation.run(plane.place(forces.corners.position), tolerance, max_iterations, shown.note)
     relaxed = made(outcome.placement)
     report = _report(relaxed, outcome, tolerance, shown.seconds())
     if not (report.converged or report.stopped):
@@ -147,23 +154,28 @@ def _relaxed(fabric: StitchMesh, forces: FreeSprings, bobbles: Bobbles, placemen
     stretch = np.where(raised, UNKNOWN_STRETCH, stretch)
     if fabric.lattice is None:
         return replace(fabric, vertices=vertices, stretch=stretch)
-    periods = _periods(forces, position)
+    periods = _periods(fabric.lattice, forces, position)
     turn = _along_x(periods)
     return replace(fabric, vertices=vertices @ turn, lattice=Lattice(periods @ turn), stretch=stretch)
 
 
-def _periods(forces: FreeSprings, position: FloatArray) -> FloatArray:
-    """Return the periods of points [cm], shape (2, 3), from points of the same vertices in several images."""
+def _periods(before: Lattice, forces: FreeSprings, position: FloatArray) -> FloatArray:
+    """Return the periods of points [cm], shape (2, 3); a period that no stitch crosses stays at right angles."""
     points = forces.corners.points
     apart = position - position[points.vertex]
     images = points.share - points.share[points.vertex]
-    periods: FloatArray = np.linalg.lstsq(images, apart, rcond=None)[0]
-    return periods
+    found = np.linalg.lstsq(images, apart, rcond=None)[0]
+    if len(found) == len(before.periods):
+        return np.array(found)
+    normal = np.cross(before.periods[0], before.periods[1])
+    upward = np.cross(normal, found[0])
+    size = np.linalg.norm(before.periods[1]) / np.linalg.norm(upward)
+    return np.stack([found[0], size * upward])
 
 
 def _along_x(periods: FloatArray) -> FloatArray:
     """Return the matrix that turns row vectors so that the first period lies along x and both in the plane z = 0."""
     first = periods[0] / np.linalg.norm(periods[0])
-    normal = np.cross(periods[0], periods[1])
-    normal /= np.linalg.norm(normal)
+    upward: FloatArray = np.cross(periods[0], periods[1])
+    normal = upward / np.linalg.norm(upward)
     return np.stack([first, np.cross(normal, first), normal], axis=1)

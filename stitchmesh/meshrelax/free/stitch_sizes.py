@@ -14,7 +14,8 @@ with R^2 and C^2 in the place of R and C, and every other fabric of knit and pur
 slipped stitch has no row of its own, so that fabrics with slips are lower. The logarithms of width and height, relative
 to plain knit, are taken as linear in the last three products and in the share of slips in the course.
 ``python benchmarks/stitch_sizes.py`` relaxes swatches of the library and fits the factors ``WIDTH`` and ``HEIGHT`` to
-the sizes of the pure fabrics. Yarn-overs and decreases have the rest size of their neighbours: they shape a fabric by their places.
+the sizes of the pure fabrics. Yarn-overs and decreases have the rest size of their neighbours: they shape a fabric by
+their places.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ def fabric_shares(fabric: StitchMesh) -> FloatArray:
     """
     left, right, below, above = _neighbours(fabric)
     sign, known = _signs(fabric)
-    cast_on = fabric.stitch == Stitch.CAST_ON
+    cast_on = (fabric.stitch == Stitch.CAST_ON) & (above != BORDER)
     sign[cast_on], known[cast_on] = sign[above[cast_on]], known[above[cast_on]]
     course = _mean_around(sign, known, left, right) ** 2
     wale = _mean_around(sign, known, below, above) ** 2
@@ -94,42 +95,39 @@ def _is_slipped(fabric: StitchMesh) -> NDArray[np.bool_]:
 
 
 def _neighbours(fabric: StitchMesh) -> tuple[IntArray, IntArray, IntArray, IntArray]:
-    """Return the stitch to the left, to the right, below and above each stitch; the stitch itself if there is none."""
+    """Return the stitch to the left, to the right, below and above each stitch; ``BORDER`` if there is none."""
     first = fabric.face_start[:-1]
-    below = np.where(fabric.n_bottom > 0, first + fabric.n_bottom // 2, first)
-    above = np.where(fabric.n_top > 0, fabric.right_wale + 1 + fabric.n_top // 2, fabric.right_wale)
-    below_face, above_face = _across(fabric, below), _across(fabric, above)
-    own = np.arange(fabric.face_count)
+    below = _across(fabric, first + fabric.n_bottom // 2)
+    above = _across(fabric, fabric.right_wale + np.minimum(1 + fabric.n_top // 2, fabric.n_top))
     return (
         _across(fabric, fabric.left_wale),
         _across(fabric, fabric.right_wale),
-        np.where(fabric.n_bottom > 0, below_face, own),
-        np.where(fabric.n_top > 0, above_face, own),
+        np.where(fabric.n_bottom > 0, below, BORDER),
+        np.where(fabric.n_top > 0, above, BORDER),
     )
 
 
 def _across(fabric: StitchMesh, sides: IntArray) -> IntArray:
-    """Return the face across one side of each face; the face itself at a border."""
+    """Return the face across one side of each face; ``BORDER`` at a border."""
     twin = fabric.twin[sides]
-    return np.where(twin == BORDER, np.arange(fabric.face_count), fabric.side_face[twin])
+    return np.where(twin == BORDER, BORDER, fabric.side_face[twin])
 
 
 def _mean_around(values: FloatArray, known: NDArray[np.bool_], back: IntArray, ahead: IntArray) -> FloatArray:
     """Return the mean of the known values of each stitch and of those at most ``REACH`` away, 1 if none is known.
 
-    A row of stitches ends at a border, where its last stitch stands for those that are missing.
-
     Args:
         values: value of each stitch, shape (F,).
         known: whether each value is known, shape (F,).
-        back: the next stitch in one direction, shape (F,).
+        back: the next stitch in one direction, ``BORDER`` where there is none, shape (F,).
         ahead: the next stitch in the other direction, shape (F,).
     """
     total, count = values * known, known.astype(float)
-    before = after = np.arange(len(values))
-    for _ in range(REACH):
-        before, after = back[before], ahead[after]
-        total = total + values[before] * known[before] + values[after] * known[after]
-        count = count + known[before] + known[after]
+    for following in (back, ahead):
+        stitch = np.arange(len(values))
+        for _ in range(REACH):
+            stitch = np.where(stitch == BORDER, BORDER, following[stitch])
+            counts = (stitch != BORDER) & known[stitch]
+            total, count = total + np.where(counts, values[stitch], 0.0), count + counts
     mean: FloatArray = np.where(count > 0.0, total / np.maximum(count, 1.0), 1.0)
     return mean
