@@ -52,7 +52,7 @@ def output_folder(name: str) -> Iterator[Path]:
 
 def plot_history(history: Sequence[HistoryEntry], folder: Path, quality: str | Quality) -> None:
     """Draw the convergence of a relaxation as ``convergence.png``."""
-    from stitchmesh.render.convergence_plot import plot_convergence
+    from stitchmesh.render.plots.convergence_plot import plot_convergence
 
     plot_convergence(history, folder / "convergence.png", tolerance=quality_named(quality).tolerance)
 

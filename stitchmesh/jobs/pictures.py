@@ -19,7 +19,7 @@ from stitchmesh.jobs.sections import RenderTable
 from stitchmesh.jobs.stage_run import JobRun
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.render import render
-from stitchmesh.render.convergence_plot import plot_convergence
+from stitchmesh.render.plots.convergence_plot import plot_convergence
 from stitchmesh.yarn import YarnSet
 
 PICTURE = "picture.png"

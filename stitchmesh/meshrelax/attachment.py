@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from stitchmesh.errors import MeshError
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles
-from stitchmesh.meshrelax.catmull_clark import border_vertices
-from stitchmesh.meshrelax.closest_point import ClosestPoint
-from stitchmesh.meshrelax.limit_surface import LimitSurface
 from stitchmesh.meshrelax.placement import SurfacePlacement
+from stitchmesh.meshrelax.surface.catmull_clark import border_vertices
+from stitchmesh.meshrelax.surface.closest_point import ClosestPoint
+from stitchmesh.meshrelax.surface.limit_surface import LimitSurface
 from stitchmesh.meshrelax.turning import turning_stiffness
 
 FREE_BORDER_REACHES = 5.0

@@ -22,7 +22,6 @@ from stitchmesh.meshrelax.attachment import attach
 from stitchmesh.meshrelax.bobbles import Bobbles, carried, find_bobbles
 from stitchmesh.meshrelax.dynamics import Outcome, Progress, Relaxation
 from stitchmesh.meshrelax.forces import force_groups
-from stitchmesh.meshrelax.limit_surface import limit_surface
 from stitchmesh.meshrelax.observer import Observer
 from stitchmesh.meshrelax.options import ALPHA, ASPECT, MeshRelaxOptions
 from stitchmesh.meshrelax.placement import SurfacePlacement
@@ -30,6 +29,7 @@ from stitchmesh.meshrelax.preconditioner import patches
 from stitchmesh.meshrelax.report import MeshRelaxReport
 from stitchmesh.meshrelax.rest_lengths import RestLengths, rest_lengths
 from stitchmesh.meshrelax.sub_quads import edge_ends, springs
+from stitchmesh.meshrelax.surface.limit_surface import limit_surface
 from stitchmesh.progress import relaxing_progress, shown_progress
 from stitchmesh.run_control import RunControl
 

@@ -8,7 +8,7 @@ import pytest
 from stitchmesh.errors import MeshError
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import Mesh
-from stitchmesh.meshrelax.catmull_clark import (
+from stitchmesh.meshrelax.surface.catmull_clark import (
     border_vertices,
     corner_vertices,
     limit_rule,

@@ -20,7 +20,7 @@ from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.stretch import StretchCurve, StretchPoint, choose_strains, stretch_test
 from stitchmesh.periodic.stretch_table import write_stretch
 from stitchmesh.quality import PRESETS
-from stitchmesh.render.stretch_plot import plot_stretch
+from stitchmesh.render.plots.stretch_plot import plot_stretch
 from stitchmesh.yarnrelax import YarnMaterial
 from tests.periodic.first_state import from_generated_yarns
 

@@ -15,7 +15,7 @@ from PIL import Image
 
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.history import HistoryEntry, energy_terms, write_history
-from stitchmesh.render.convergence_plot import plot_convergence
+from stitchmesh.render.plots.convergence_plot import plot_convergence
 from stitchmesh.yarn.colours import DYES
 from tests.gallery import ROOT
 
@@ -101,7 +101,7 @@ def test_a_plot_that_cannot_be_written_is_refused(tmp_path):
 
 
 def test_the_module_alone_loads_no_plotting():
-    code = "import sys; import stitchmesh.render.convergence_plot; print('matplotlib' in sys.modules)"
+    code = "import sys; import stitchmesh.render.plots.convergence_plot; print('matplotlib' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
     assert done.stdout.strip() == "False"
 

@@ -90,7 +90,7 @@ class OutlinePage(Page):
         controls.button("Relax again", "Start again from the chart", self.start)
         self._panel = RunPanel(controls, "one iteration")
         self._words = controls.html("")
-        controls.html(legend_html())
+        controls.html(legend_html("compressed", "stretched"))
         if self._run is None:
             self.start()
         else:

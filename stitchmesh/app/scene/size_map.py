@@ -70,14 +70,14 @@ def edges(fabric: StitchMesh) -> Lines:
     return Lines(ends + 0.3 * _lift(fabric)[fabric.side_face[one], None], (90, 84, 78), 1.0)
 
 
-def legend_html() -> str:
-    """Return the scale with its numbers, and what both ends mean."""
+def legend_html(small: str = "too many", large: str = "too few") -> str:
+    """Return the scale with its numbers, and what both ends mean in words."""
     stops = ", ".join(f"rgb({r} {g} {b})" for r, g, b in DIVERGING.tolist())
     bar = f"height:14px;border-radius:3px;background:linear-gradient(to right, {stops})"
     label = "Colours from blue, stitches that are smaller than the average, to red, stitches that are larger"
     ends = [
-        ("left", f"{1.0 / LARGEST_RATIO:.2f}<br>too many"), ("center", "1<br>average"),
-        ("right", f"{LARGEST_RATIO:.2f}<br>too few"),
+        ("left", f"{1.0 / LARGEST_RATIO:.2f}<br>{small}"), ("center", "1<br>average"),
+        ("right", f"{LARGEST_RATIO:.2f}<br>{large}"),
     ]  # fmt: skip
     marks = "".join(f'<span style="flex:1;text-align:{side}">{text}</span>' for side, text in ends)
     return (

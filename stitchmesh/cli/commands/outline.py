@@ -48,7 +48,7 @@ class Outline:
         """Relax the stitch mesh, and write it, its picture and its figures."""
         from stitchmesh.io import write_stitches
         from stitchmesh.io.atomic import write_json
-        from stitchmesh.render.outline_picture import plot_outline, summary
+        from stitchmesh.render.plots.outline_picture import plot_outline, summary
 
         shape = self._shape()
         name = Path(self.pattern).stem

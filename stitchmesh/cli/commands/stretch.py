@@ -56,7 +56,7 @@ class Stretch:
         from stitchmesh.periodic.stretch import stretch_test
         from stitchmesh.periodic.stretch_table import write_stretch
         from stitchmesh.periodic.weave.weave import Weave
-        from stitchmesh.render.stretch_plot import plot_stretch
+        from stitchmesh.render.plots.stretch_plot import plot_stretch
 
         pattern = resolve_pattern(self.pattern)
         options = self.fabric.options(woven=isinstance(pattern, Weave))

@@ -17,7 +17,7 @@ from stitchmesh.meshrelax.report import MeshRelaxReport
 
 @dataclass(frozen=True, eq=False)
 class FreeShape:
-    """A fabric after mesh relaxation without a surface."""
+    """A fabric after mesh relaxation without a surface; the axis of a tube is y."""
 
     fabric: StitchMesh
     """The relaxed stitches, with the stretch of each edge."""
@@ -37,9 +37,9 @@ class FreeShape:
 
     @property
     def width(self) -> float:
-        """Distance of the middles of both side borders [cm], half of the mean girth of a tube, or the first period."""
+        """Distance of the middles of both side borders [cm], half of the girth of a tube, or the first period."""
         if self.fabric.lattice is None and not self.is_flat_piece:
-            return 0.5 * self._row_length
+            return float(np.pi * np.hypot(self.fabric.vertices[:, 0], self.fabric.vertices[:, 2]).mean())
         return float(np.linalg.norm(self._across))
 
     @property
@@ -131,11 +131,3 @@ class FreeShape:
         """Vector from the first row to the last one [cm]."""
         lattice = self.fabric.lattice
         return self._middle(TOP) - self._middle(BOTTOM) if lattice is None else lattice.periods[1]
-
-    @property
-    def _row_length(self) -> float:
-        """Mean length of the rows along their lower sides [cm]."""
-        fabric = self.fabric
-        lower = np.flatnonzero(fabric.side_role == BOTTOM)
-        length = np.bincount(fabric.row[fabric.side_face[lower]], fabric.side_length[lower])
-        return float(length[length > 0.0].mean())

@@ -25,7 +25,7 @@ from stitchmesh.mesh.change import UNKNOWN_STRETCH
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.meshrelax.assembly import assembly
 from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles, carried, find_bobbles
-from stitchmesh.meshrelax.dynamics import Outcome, Progress, Relaxation
+from stitchmesh.meshrelax.dynamics import FREE, Outcome, Progress, Relaxation
 from stitchmesh.meshrelax.forces import force_groups
 from stitchmesh.meshrelax.free.fabric_plane import FabricPlane, plane_normal
 from stitchmesh.meshrelax.free.free_shape import FreeShape
@@ -91,7 +91,7 @@ def relax_mesh_freely(
     groups = [points.on_unknowns(*group) for group in force_groups(model)]
     patches = plane.patches(forces.corners.position, model.unit)
     gather = assembly(points.unknown_count, groups)
-    relaxation = Relaxation(model, gather, plane, patches, points.unknown_count)
+    relaxation = Relaxation(model, gather, plane, patches, points.unknown_count, FREE)
 
     def made(placement: Placement) -> StitchMesh:
         relaxed = _relaxed(fabric, forces, bobbles, placement)

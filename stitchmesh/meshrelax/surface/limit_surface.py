@@ -10,8 +10,8 @@ from functools import cached_property
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
-from stitchmesh.meshrelax.border_curve import BorderCurve
-from stitchmesh.meshrelax.catmull_clark import refine_surface
+from stitchmesh.meshrelax.surface.border_curve import BorderCurve
+from stitchmesh.meshrelax.surface.catmull_clark import refine_surface
 
 MAX_FACES = 400_000
 """Largest number of quads, which limits the memory to 1 GB; edges may then be longer than requested."""

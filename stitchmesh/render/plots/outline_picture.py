@@ -16,7 +16,7 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray
 from stitchmesh.meshrelax.free.free_shape import FreeShape
 from stitchmesh.render.colour_scale import DIVERGING, ColourScale
-from stitchmesh.render.convergence_plot import DOTS_PER_INCH, INK, PALE_INK
+from stitchmesh.render.plots.convergence_plot import DOTS_PER_INCH, INK, PALE_INK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -65,8 +65,8 @@ def draw_outline(axes: Axes, shape: FreeShape, title: str) -> None:
     axes.tick_params(colors=PALE_INK, labelsize=8)
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(PALE_INK)
-    lines = [title, *summary(shape).split("; ")]
-    axes.set_title("\n".join(filter(None, lines)), loc="left", fontsize=10, color=INK)
+    words = [line for line in (title, *summary(shape).split("; ")) if line]
+    axes.set_title("\n".join(words), loc="left", fontsize=10, color=INK)
 
 
 def summary(shape: FreeShape) -> str:

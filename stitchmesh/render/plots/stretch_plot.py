@@ -11,7 +11,7 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.stretch import NEWTONS_PER_METRE, StretchCurve
-from stitchmesh.render.convergence_plot import DOTS_PER_INCH, GRID, INK, PALE_INK
+from stitchmesh.render.plots.convergence_plot import DOTS_PER_INCH, GRID, INK, PALE_INK
 from stitchmesh.yarn.colours import DYES
 
 if TYPE_CHECKING:

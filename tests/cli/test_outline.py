@@ -1,0 +1,48 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``outline``: its files hold what the library gives, and bad input is one line and no file."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stitchmesh.cli.main import main
+from stitchmesh.io import read_stitches
+from stitchmesh.periodic.natural_outline import natural_outline
+
+
+def test_outline_writes_stitches_a_picture_and_the_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "out"
+    words = ["outline", "garter", "--columns", "6", "--rows", "3", "-o", str(folder)]
+    assert main(words) == 0
+    expected = natural_outline("garter", columns=6, rows=3, progress=False)
+    written = read_stitches(folder / "stitches.h5")
+    np.testing.assert_array_equal(written.vertices, expected.fabric.vertices)
+    np.testing.assert_array_equal(written.stretch, expected.fabric.stretch)
+    report = json.loads((folder / "report.json").read_text())
+    assert report["width"] == expected.width and report["meshrelax"]["converged"]
+    assert (folder / "outline.png").stat().st_size > 0
+    assert "of plain knit" in capsys.readouterr().out
+    assert main(["outline", str(folder / "stitches.h5"), "-o", str(tmp_path / "again")]) == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (["gartr"], "not in the library"),
+        (["garter", "--columns", "0"], "columns: got 0"),
+        (["garter", "--form", "tube", "--columns", "2"], "a round of 2"),
+        (["missing.h5", "--form", "tube"], "only a pattern has it"),
+    ],
+)
+def test_bad_input_is_one_line_and_writes_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], text: str
+) -> None:
+    assert main(["outline", *words, "-o", str(tmp_path / "out")]) == 2
+    printed = capsys.readouterr()
+    assert text in printed.err and printed.err.count("\n") == 1
+    assert not (tmp_path / "out").exists()
