@@ -28,6 +28,8 @@ MAKERS = {"flat": pattern_mesh, "tube": pattern_tube, "lattice": torus_mesh}
 """What makes the stitch mesh of each form."""
 PIECE = 40
 """Stitches in the width and rows in the height of a piece, at least, if its numbers of repeats are not given."""
+MOST_STITCHES = 1_000_000
+"""Most stitches of an outline; a larger number is a slip of the hand, and would take the memory of a machine."""
 
 
 def natural_outline(
@@ -80,6 +82,10 @@ def outline_mesh(
     whole = 1 if form == "lattice" else PIECE
     columns = -(-whole // pattern.width) if columns is None else columns
     rows = -(-whole // pattern.height) if rows is None else rows
+    stitches = columns * pattern.width * rows * pattern.height
+    if stitches > MOST_STITCHES:
+        found = f"{columns} x {rows} repeats have {stitches:,} stitches"
+        raise ParameterError(f"columns, rows: {found}; expected at most {MOST_STITCHES:,}")
     drawn = MAKERS[form](pattern, columns, rows, stitch_width=stitch_width, stitch_height=aspect * stitch_width)
     return _at_mean_size(drawn) if form != "lattice" else drawn
 

@@ -116,6 +116,7 @@ def test_what_has_no_natural_outline_is_refused_in_one_line() -> None:
         (ParameterError, "form: got", lambda: natural_outline("garter", "round")),  # type: ignore[arg-type]
         (ParameterError, "not in the library", lambda: natural_outline("gartr")),
         (ParameterError, "columns: got 0", lambda: natural_outline("garter", columns=0)),
+        (ParameterError, "2,000,000 stitches", lambda: natural_outline("garter", columns=1000, rows=1000)),
         (ParameterError, "stitch_width: got nan", lambda: natural_outline("garter", stitch_width=float("nan"))),
         (ParameterError, "aspect: got -1", lambda: relax_mesh_freely(plain, aspect=-1.0)),
         (ParameterError, "max_iterations: got -1", lambda: relax_mesh_freely(plain, max_iterations=-1)),

@@ -38,21 +38,21 @@ class FreeShape:
     @property
     def width(self) -> float:
         """Distance of the middles of both side borders [cm], half of the girth of a tube, or the first period."""
-        if self.fabric.lattice is None and not self.is_flat_piece:
+        if self.is_tube:
             return float(np.pi * np.hypot(self.fabric.vertices[:, 0], self.fabric.vertices[:, 2]).mean())
         return float(np.linalg.norm(self._across))
 
     @property
     def height(self) -> float:
         """Distance of the middles of the first and the last row, at right angles to the rows of a flat fabric [cm]."""
-        if self.fabric.lattice is None and not self.is_flat_piece:
+        if self.is_tube:
             return float(np.linalg.norm(self._along))
         return float(np.linalg.norm(np.cross(self._across, self._along)) / np.linalg.norm(self._across))
 
     @property
     def slant(self) -> float:
         """Angle by which the wales lean to the right of the right angle with the rows [degrees]; 0 for a tube."""
-        if self.fabric.lattice is None and not self.is_flat_piece:
+        if self.is_tube:
             return 0.0
         across, along = self._across, self._along
         sine, cosine = np.linalg.norm(np.cross(across, along)), across @ along
@@ -62,6 +62,11 @@ class FreeShape:
     def is_flat_piece(self) -> bool:
         """Whether the fabric has side borders, where its rows begin and end."""
         return len(self._border(LEFT)) > 0
+
+    @property
+    def is_tube(self) -> bool:
+        """Whether the rows close."""
+        return self.fabric.lattice is None and not self.is_flat_piece
 
     def wave(self, role: int) -> float:
         """Return the depth of the waves of a border [cm]: what remains of it beside its straight line.
@@ -87,18 +92,13 @@ class FreeShape:
             "width": self.width,
             "height": self.height,
             "slant": self.slant,
-            "width_over_plain": self.width * (1.0 if self._is_open else 2.0) / (loops * self.plain[0]),
+            "width_over_plain": self.width * (2.0 if self.is_tube else 1.0) / (loops * self.plain[0]),
             "height_over_plain": self.height / (rows * self.plain[1]),
             "wave_below": self.wave(BOTTOM),
             "wave_above": self.wave(TOP),
             "wave_left": self.wave(LEFT),
             "wave_right": self.wave(RIGHT),
         }
-
-    @property
-    def _is_open(self) -> bool:
-        """Whether the width is that of one layer: the fabric is no tube."""
-        return self.fabric.lattice is not None or self.is_flat_piece
 
     @cached_property
     def _borders(self) -> list[IntArray]:

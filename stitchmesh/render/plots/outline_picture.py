@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Picture of the natural outline of a fabric: its stitches coloured by stretch, its borders, and its size.
 
-A dashed rectangle has the size of the same number of stitches and rows of plain knit.
+A dashed rectangle has the size of the same number of stitches and rows of plain knit, for a tube that of a round tube.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def _front_polygons(shape: FreeShape) -> tuple[list[Any], FloatArray]:
 def _draw_plain_size(axes: Axes, shape: FreeShape, points: FloatArray) -> None:
     """Draw the rectangle of plain knit with the same numbers of stitches and rows around the middle of the fabric."""
     measures = shape.measures()
-    width = shape.width / measures["width_over_plain"]
+    width = shape.width / measures["width_over_plain"] * (2.0 / np.pi if shape.is_tube else 1.0)
     height = shape.height / measures["height_over_plain"]
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     corner = 0.5 * np.array([[-width, -height], [width, -height], [width, height], [-width, height], [-width, -height]])
