@@ -51,6 +51,7 @@ from .mesh import Mesh as Mesh
 from .mesh import StitchMesh as StitchMesh
 from .mesh.orientation import is_inside_out as is_inside_out
 from .mesh.orientation import turn_inside_out as turn_inside_out
+from .mesh.own_stitch import OwnStitch as OwnStitch
 from .mesh.stitch import Stitch as Stitch
 from .mesh.vertex_motion import MovingMesh as MovingMesh
 from .mesh.vertex_motion import VertexMotion as VertexMotion
@@ -153,6 +154,7 @@ from .yarngen import generate_yarns as generate_yarns
 from .yarngen import regenerate_yarns as regenerate_yarns
 from .yarngen.face_yarns.generate import FaceYarns as FaceYarns
 from .yarngen.face_yarns.generate import face_yarns as face_yarns
+from .yarngen.templates.own_checks import read_own_stitches as read_own_stitches
 from .yarnrelax import RelaxCell as RelaxCell
 from .yarnrelax import YarnMaterial as YarnMaterial
 from .yarnrelax import linking_certificate as linking_certificate

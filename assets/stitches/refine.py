@@ -4,6 +4,7 @@
 
     python assets/stitches/refine.py                 # all stitches of rough.json
     python assets/stitches/refine.py kpk d123k       # some stitches; all others do not change
+    python assets/stitches/refine.py daisy.json      # stitches of your own; the file is written again
 
 The method is a descent of an energy. Points along the drawn parts repel each other and the points of surrounding plain
 stitches, knit and purl, for untwisted loops on top and for loops twisted in both directions. Parts resist bending and
@@ -25,10 +26,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from stitchmesh.io.atomic import write_text
+from stitchmesh.io.own_stitches import read_own_drawings
 from stitchmesh.mesh.mean_value import mean_value_weights
+from stitchmesh.mesh.own_stitch import StitchType
 from stitchmesh.mesh.stitch import CODES, Stitch
 from stitchmesh.yarngen.templates import drawings
-from stitchmesh.yarngen.templates.drawings import PartDrawing, template_from_drawing
+from stitchmesh.yarngen.templates.drawings import PartDrawing, template_from_drawing, template_of_own
 from stitchmesh.yarngen.templates.surrounding import surround_stitch
 from stitchmesh.yarngen.templates.table import template
 from stitchmesh.yarngen.templates.template import (
@@ -188,7 +192,7 @@ def _turn(strands: list[Strand], lines: list[Line], legs: list[tuple[int, int]],
         line.ends[end] = arrivals[1 - side]
 
 
-def around(shape: Template, stitch: Stitch, plain: Stitch) -> Points:
+def around(shape: Template, stitch: StitchType, plain: Stitch) -> Points:
     """Points of the plain stitches around a stitch, in the coordinates of its template."""
     fabric, centre = surround_stitch(stitch, (), plain)
     beside = template(plain, 1, 1)
@@ -325,9 +329,34 @@ def gradient_and_nearest(scene: Scene) -> tuple[Array, float]:
 
 
 def refine(code: str, parts: list[PartDrawing]) -> list[PartDrawing]:
-    """Return the drawing of a stitch with its yarn separated."""
-    shape = template_from_drawing(code, parts)
-    plain = [around(shape, CODES[code], each) for each in (Stitch.KNIT, Stitch.PURL)]
+    """Return the drawing of a built-in stitch with its yarn separated."""
+    return separate(code, template_from_drawing(code, parts), CODES[code], parts)
+
+
+def refine_own(path: Path) -> None:
+    """Separate the yarn of the stitches of a file of drawings, and write the file again."""
+    content = json.loads(path.read_text())
+    for stitch in read_own_drawings(path):
+        parts = content[stitch.code]["parts"]
+        content[stitch.code]["parts"] = separate(stitch.code, template_of_own(stitch), stitch, parts)
+    rows = []
+    for code, drawing in content.items():
+        head = [f"  {json.dumps(key)}: {json.dumps(value)}" for key, value in drawing.items() if key != "parts"]
+        parts = '  "parts": [\n   ' + ",\n   ".join(map(json.dumps, drawing["parts"])) + "\n  ]"
+        rows.append(f" {json.dumps(code)}: {{\n" + ",\n".join([*head, parts]) + "\n }")
+    write_text(path, "{\n" + ",\n".join(rows) + "\n}\n")
+
+
+def separate(code: str, shape: Template, stitch: StitchType, parts: list[PartDrawing]) -> list[PartDrawing]:
+    """Return the drawing of a stitch with its yarn separated.
+
+    Args:
+        code: name of the stitch in the output.
+        shape: its template.
+        stitch: the stitch.
+        parts: its drawing.
+    """
+    plain = [around(shape, stitch, each) for each in (Stitch.KNIT, Stitch.PURL)]
     curves = [part.curve * RADII for part in shape.parts]
     for round_ in range(ROUNDS):
         scene = scene_of(shape, strands_along(list(shape.parts), curves), plain)
@@ -370,8 +399,15 @@ def updated_part(part: PartDrawing, strand: Strand) -> PartDrawing:
 def main() -> None:
     """Refine the drawings named on the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("codes", nargs="*", help="codes of the stitches to refine; all stitches by default")
+    parser.add_argument(
+        "codes", nargs="*", help="codes of the stitches, or files of drawings, to refine; all stitches by default"
+    )
     given = parser.parse_args()
+    files = [code for code in given.codes if code.endswith(".json")]
+    for file in files:
+        refine_own(Path(file))
+    if files:
+        return
     rough, shipped = json.loads(ROUGH.read_text()), json.loads(SHIPPED.read_text())
     for code in given.codes or rough:
         shipped[code] = refine(code, rough[code])

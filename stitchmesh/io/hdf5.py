@@ -52,7 +52,7 @@ def write_dataclass(path: FilePath, data: object, format_name: str) -> None:
         file.attrs["format"] = format_name
         file.attrs["version"] = VERSION
         file.attrs["unit"] = "cm"
-        for field in dataclasses.fields(data):  # type: ignore[arg-type]
+        for field in _stored_fields(data):
             value = getattr(data, field.name)
             if value is not None:
                 file.create_dataset(field.name, data=value.periods if isinstance(value, Lattice) else value)
@@ -81,9 +81,9 @@ def read_dataclass(path: FilePath, kind: type[Data], format_name: str) -> Data:
     try:
         with h5py.File(name, "r") as file:
             _check_format(name, file, format_name)
-            datasets = {field.name: _dataset(name, file, field.name) for field in dataclasses.fields(kind)}  # type: ignore[arg-type]
+            datasets = {field.name: _dataset(name, file, field.name) for field in _stored_fields(kind)}
             _check_sizes(name, datasets.values())
-            fields = {field.name: _value(name, datasets[field.name], field, kind) for field in dataclasses.fields(kind)}  # type: ignore[arg-type]
+            fields = {field.name: _value(name, datasets[field.name], field, kind) for field in _stored_fields(kind)}
     except FileError:
         raise
     except Exception as error:  # h5py raises exceptions of many types for damaged files.
@@ -149,6 +149,11 @@ def _check_format(name: str, file: h5py.File, format_name: str) -> None:
     version = file.attrs.get("version", 0)
     if not isinstance(version, int | np.integer) or not 1 <= version <= VERSION:
         raise FileError(f"{name}: has version {version}; this StitchMesh reads version {VERSION}, use a newer one")
+
+
+def _stored_fields(data: object) -> list[dataclasses.Field[Any]]:
+    """Return the fields of a dataclass that files hold; a field with ``stored`` False in its metadata is left out."""
+    return [field for field in dataclasses.fields(data) if field.metadata.get("stored", True)]  # type: ignore[arg-type]
 
 
 def _dataset(name: str, file: h5py.File, label: str) -> h5py.Dataset | None:

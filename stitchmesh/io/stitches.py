@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from os import fspath
 
-from stitchmesh.errors import FileError, LabelError, check_kind
+from stitchmesh.errors import FileError, LabelError, ParameterError, check_kind
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
 from stitchmesh.io.stitch_formats.face_meshes import holds_foreign_faces, read_face_mesh
@@ -40,11 +40,15 @@ def write_stitches(path: FilePath, fabric: StitchMesh) -> None:
         fabric: the stitch mesh.
 
     Raises:
-        ParameterError: a knitting machine cannot make the fabric; the message lists the stitches.
+        ParameterError: a knitting machine cannot make the fabric; the message lists the stitches. Or the fabric holds
+            stitches of the user's own.
         FileError: the suffix is unknown, or the file cannot be written.
     """
     suffix = suffix_of(path, WRITABLE)
     check_kind("write_stitches", fabric, StitchMesh)
+    if fabric.own_stitches:
+        found = f"holds the stitch {fabric.own_stitches[0].code!r} of your own"
+        raise ParameterError(f"{fspath(path)}: the stitch mesh {found}; files hold built-in stitches only")
     if suffix == ".h5":
         write_dataclass(path, fabric, FORMAT)
     else:

@@ -181,6 +181,7 @@ def _apply_patch(fabric: StitchMesh, patch: Patch) -> StitchMesh:
         "corner_image": None,
         "stretch": None,
         "palette": fabric.palette,
+        "own_stitches": fabric.own_stitches,
         **{name: face.merged(getattr(fabric, name), patch.faces[name]) for name in PER_FACE},
         **{name: side.merged(getattr(fabric, name), patch.sides[name]) for name in PER_SIDE},
     })  # fmt: skip

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import LabelError, first_few
+from stitchmesh.mesh.own_stitch import FIRST_OWN, OwnStitch, StitchType
 from stitchmesh.mesh.palette import Palette, checked_palette, empty_palette
 from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray, Mesh, extent, frozen_array
-from stitchmesh.mesh.stitch import SIDE_COUNTS, Stitch
+from stitchmesh.mesh.stitch import SIDE_COUNTS, VOCABULARY, Making, Stitch
 
 BOTTOM, RIGHT, TOP, LEFT = range(4)
 """Roles of the sides of a stitch face: bottom and top sides are course sides, right and left sides are wale sides."""
@@ -23,6 +24,7 @@ PER_FACE = ("n_bottom", "n_top", "stitch", "row", "yarn")
 PER_SIDE = ("twist", "cable_shift", "cable_layer")
 """Marks of loops: fields of a stitch mesh with one number per side."""
 _FIXED_SIDES = np.array([SIDE_COUNTS.get(stitch, (-1, -1)) for stitch in sorted(Stitch)])
+_UNUSED_SIDES = np.full((FIRST_OWN - len(_FIXED_SIDES), 2), -1)
 """Number of bottom and of top sides by type code; -1 if any number is allowed."""
 
 
@@ -66,6 +68,8 @@ class StitchMesh(Mesh):
     """Length divided by rest length of each edge after mesh relaxation, shape (E,); None before mesh relaxation."""
     palette: Palette = field(default_factory=empty_palette)
     """Colour of each yarn number (sRGB), shape (P, 3); numbers beyond it have stock colours (``mesh.palette``)."""
+    own_stitches: tuple[OwnStitch, ...] = field(default=(), metadata={"stored": False})
+    """Stitches of the user's own; the type code of the first is ``own_stitch.FIRST_OWN``."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -148,6 +152,28 @@ class StitchMesh(Mesh):
         total = np.add.reduceat(self.stretch[self.side_edge], self.face_start[:-1])
         return total / np.diff(self.face_start)
 
+    def stitch_type(self, code: int) -> StitchType:
+        """Return the stitch of a type code.
+
+        Raises:
+            ValueError: the code is neither one of ``Stitch`` nor that of a stitch of the user's own.
+        """
+        return self.own_stitches[code - FIRST_OWN] if code >= FIRST_OWN else Stitch(code)
+
+    @cached_property
+    def makings(self) -> dict[int, Making]:
+        """How each stitch of a pattern is made, by type code: the built-in stitches, then those of the user's own."""
+        own = {FIRST_OWN + number: stitch.making for number, stitch in enumerate(self.own_stitches)}
+        return {**{int(stitch): making for stitch, making in VOCABULARY.items()}, **own}
+
+    @cached_property
+    def _fixed_sides(self) -> IntArray:
+        """Number of bottom and of top sides by type code, -1 if any number is allowed, shape (codes, 2)."""
+        if not self.own_stitches:
+            return _FIXED_SIDES
+        own = [(stitch.making.n_bottom, stitch.making.n_top) for stitch in self.own_stitches]
+        return np.concatenate([_FIXED_SIDES, _UNUSED_SIDES, own])
+
     def check_stitch_faces(self, faces: IntArray) -> None:
         """Check that the given faces are legal stitch faces and match their neighbours.
 
@@ -173,12 +199,14 @@ class StitchMesh(Mesh):
 
     def _check_stitches(self, faces: IntArray) -> None:
         stitch = self.stitch[faces]
-        if stitch.min() < 0 or stitch.max() > max(Stitch):
-            raise LabelError(f"stitch: got codes {stitch.min()} to {stitch.max()}; expected 0 to {max(Stitch)}")
-        bottom, top = _FIXED_SIDES[stitch].T
+        own = (stitch >= FIRST_OWN) & (stitch < FIRST_OWN + len(self.own_stitches))
+        unknown = stitch[((stitch < 0) | (stitch > max(Stitch))) & ~own]
+        if len(unknown):
+            raise LabelError(f"stitch: got code {unknown[0]}; expected 0 to {max(Stitch)}, or that of an own stitch")
+        bottom, top = self._fixed_sides[stitch].T
         bad = np.flatnonzero((bottom >= 0) & ((self.n_bottom[faces] != bottom) | (self.n_top[faces] != top)))
         if len(bad):
-            face, name = faces[bad[0]], Stitch(int(stitch[bad[0]])).name
+            face, name = faces[bad[0]], self.stitch_type(int(stitch[bad[0]])).name
             found = f"{self.n_bottom[face]} bottom and {self.n_top[face]} top sides"
             raise LabelError(f"face {face}: {name} on {found}; it needs {bottom[bad[0]]} and {top[bad[0]]}")
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import difflib
 import logging
+from collections.abc import Iterable
 from functools import cache
 from os import fspath
 from pathlib import Path
@@ -13,6 +14,7 @@ from pathlib import Path
 from stitchmesh.errors import ParameterError
 from stitchmesh.hand_knitting.parse import FIRST_WORDS
 from stitchmesh.io.contents import FilePath, check_path, read_bytes, read_lines
+from stitchmesh.mesh.own_stitch import OwnStitch
 from stitchmesh.patterns.capture.from_instructions import pattern_from_instructions
 from stitchmesh.patterns.charts.colour_chart import read_colour_chart
 from stitchmesh.patterns.charts.leaf_chart import SUFFIX as LEAF_SUFFIX
@@ -41,7 +43,7 @@ def pattern_names() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in pattern_folder().glob(f"*{SUFFIX}")))
 
 
-def read_pattern(name_or_path: FilePath) -> Pattern:
+def read_pattern(name_or_path: FilePath, stitches: Iterable[OwnStitch] = ()) -> Pattern:
     """Read a pattern from the library or from a file.
 
     Args:
@@ -51,6 +53,7 @@ def read_pattern(name_or_path: FilePath) -> Pattern:
             whose first line is digits), an image of tile codes (``.leaf.png``), a picture of a chart that holds its
             text, or an image of yarn colours (``.png``). A string with neither a folder nor a suffix is taken as a
             name.
+        stitches: stitches of your own, whose codes a text may use as words.
 
     Raises:
         ParameterError: the library has no pattern of that name.
@@ -66,7 +69,7 @@ def read_pattern(name_or_path: FilePath) -> Pattern:
     suffix = path.suffix.lower()
     if suffix == ".png":
         held = picture_text(read_bytes(path))
-        return read_colour_chart(path) if held is None else parse_pattern(held, fspath(name_or_path))
+        return read_colour_chart(path) if held is None else parse_pattern(held, fspath(name_or_path), stitches)
     text = "\n".join(read_lines(path))
     if suffix == ".txt" and holds_digits(text):
         logger.warning("%s: %s", fspath(name_or_path), READ_AS_COLOURS)
@@ -75,7 +78,7 @@ def read_pattern(name_or_path: FilePath) -> Pattern:
         return pattern_from_instructions(text, fspath(name_or_path))
     if suffix == ".leaf" or (suffix == ".txt" and not begins_with_statement(text)):
         return parse_leaf_codes(text, fspath(name_or_path))
-    return parse_pattern(text, fspath(name_or_path))
+    return parse_pattern(text, fspath(name_or_path), stitches)
 
 
 @cache

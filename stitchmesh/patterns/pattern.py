@@ -15,7 +15,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from stitchmesh.errors import PatternError, first_few
-from stitchmesh.mesh.stitch import SIDE_COUNTS, VOCABULARY, Stitch
+from stitchmesh.mesh.own_stitch import FIRST_OWN, OwnStitch, StitchType
+from stitchmesh.mesh.stitch import VOCABULARY, Making
 
 SECTIONS = ("left border", "tile", "right border")
 """The sections of a row, from left to right."""
@@ -29,15 +30,15 @@ class Cell:
         PatternError: the stitch is not one of ``VOCABULARY``, the number of twists is wrong, or the yarn is negative.
     """
 
-    stitch: Stitch
-    """Type of the stitch, one of ``VOCABULARY``."""
+    stitch: StitchType
+    """Type of the stitch, one of ``VOCABULARY``, or a stitch of the user's own."""
     twist: tuple[int, ...] = ()
     """Half turn of each top loop, left to right: -1, 0 or 1 as in ``StitchMesh.twist``; all 0 by default."""
     yarn: int = 0
     """Number of the yarn of the stitch, from 0."""
 
     def __post_init__(self) -> None:
-        if self.stitch not in VOCABULARY:
+        if not isinstance(self.stitch, OwnStitch) and self.stitch not in VOCABULARY:
             raise PatternError(f"stitch {self.stitch!r}: cannot occur in a pattern; expected one of stitch.VOCABULARY")
         if not self.twist:
             object.__setattr__(self, "twist", (0,) * self.n_top)
@@ -48,14 +49,19 @@ class Cell:
             raise PatternError(f"{self.stitch.name}: got yarn {self.yarn}; yarns are numbered from 0")
 
     @property
+    def making(self) -> Making:
+        """How the stitch is made."""
+        return self.stitch.making if isinstance(self.stitch, OwnStitch) else VOCABULARY[self.stitch]
+
+    @property
     def n_bottom(self) -> int:
         """Number of loops the stitch is worked on."""
-        return SIDE_COUNTS[self.stitch][0]
+        return self.making.n_bottom
 
     @property
     def n_top(self) -> int:
         """Number of loops the stitch makes."""
-        return SIDE_COUNTS[self.stitch][1]
+        return self.making.n_top
 
 
 @dataclass(frozen=True)
@@ -199,6 +205,16 @@ class Pattern:
     def yarn_count(self) -> int:
         """Number of yarns in the pattern: one more than the highest yarn number."""
         return 1 + max(cell.yarn for row in self.rows for cell in row.cells)
+
+    @cached_property
+    def own_stitches(self) -> tuple[OwnStitch, ...]:
+        """The stitches of the user's own, in the order of their first use."""
+        cells = (cell.stitch for row in self.rows for cell in row.cells)
+        return tuple(dict.fromkeys(stitch for stitch in cells if isinstance(stitch, OwnStitch)))
+
+    def type_code(self, stitch: StitchType) -> int:
+        """Return the type code of a stitch in a stitch mesh of the pattern."""
+        return FIRST_OWN + self.own_stitches.index(stitch) if isinstance(stitch, OwnStitch) else int(stitch)
 
     def loops_above(self, row: int) -> tuple[Loop, ...]:
         """Return the marks of the loops on top of a row.

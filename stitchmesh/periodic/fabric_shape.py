@@ -33,7 +33,6 @@ import numpy as np
 
 from stitchmesh.lattice import Lattice, lattice_frame
 from stitchmesh.mesh import TOP, FloatArray, IntArray, StitchMesh
-from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.yarn import FLOATING, YarnSet
@@ -165,8 +164,8 @@ def common_thickness(yarns: YarnSet) -> float:
 
 def _has_two_faces(fabric: StitchMesh) -> bool:
     """Return whether a fabric makes both knit and purl loops."""
-    made = {kind for code in np.unique(fabric.stitch) if (stitch := Stitch(int(code))) in VOCABULARY
-            for kind in VOCABULARY[stitch].made}  # fmt: skip
+    used = set(np.unique(fabric.stitch).tolist())
+    made = {kind for code, making in fabric.makings.items() if code in used for kind in making.made}
     return {"k", "p"} <= made
 
 

@@ -5,12 +5,13 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from os import fspath
 from pathlib import Path
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath, check_path, read_lines
+from stitchmesh.mesh.own_stitch import OwnStitch
 from stitchmesh.patterns import Pattern, pattern_names, read_pattern
 from stitchmesh.periodic.weave.library import SUFFIX, read_weave, weave_names
 from stitchmesh.periodic.weave.weave import Weave
@@ -20,7 +21,7 @@ WEAVE_STATEMENTS = ("weave", "layer", "stitch", "wefts", "warps")
 """First words of statements that only texts of weaves have."""
 
 
-def resolve_pattern(given: FilePath | Source) -> Source:
+def resolve_pattern(given: FilePath | Source, stitches: Iterable[OwnStitch] = ()) -> Source:
     """Return a pattern or a weave.
 
     Args:
@@ -28,6 +29,7 @@ def resolve_pattern(given: FilePath | Source) -> Source:
             ``.weave`` file, from a ``.txt`` file that begins with a statement of a weave, or from an image of two
             colours (``.weave.png``); a pattern is read from any other file. A ``.txt`` file of digits alone is a chart
             of yarn colours.
+        stitches: stitches of your own, whose codes the file of a pattern may use as words.
 
     Raises:
         FileError: the file cannot be read.
@@ -43,7 +45,7 @@ def resolve_pattern(given: FilePath | Source) -> Source:
         return _from_library(name)
     if path.suffix.lower() == SUFFIX or name.lower().endswith(f"{SUFFIX}.png") or _states_a_weave(path):
         return read_weave(path)
-    return read_pattern(path)
+    return read_pattern(path, stitches)
 
 
 def _from_library(name: str) -> Source:

@@ -62,6 +62,7 @@ def with_bind_off(fabric: StitchMesh, height: float = DRAWN_HEIGHT) -> StitchMes
         cable_shift=np.concatenate([fabric.cable_shift, plain]),
         cable_layer=np.concatenate([fabric.cable_layer, plain]),
         palette=fabric.palette,
+        own_stitches=fabric.own_stitches,
     )
     return whole if (fabric.yarn == fabric.yarn[0]).all() else _with_one_yarn_per_bind_off(whole, fabric.face_count)
 

@@ -14,7 +14,6 @@ import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.mean_value import mean_value_weights
-from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.yarngen.templates.edge_templates import Edge, edge_template
 from stitchmesh.yarngen.templates.plain import knit
 from stitchmesh.yarngen.templates.table import template
@@ -77,7 +76,9 @@ def place_parts(
         faces = np.flatnonzero(kind == number)
         sides = n_bottom, n_top, tuple(twists[:n_top])
         shape = (
-            template(Stitch(stitch), *sides) if edge_kind == Edge.BY_STITCH else edge_template(Edge(edge_kind), *sides)
+            template(fabric.stitch_type(stitch), *sides)
+            if edge_kind == Edge.BY_STITCH
+            else edge_template(Edge(edge_kind), *sides)
         )
         groups += _place_template(fabric, faces, shape, position, radius, density)
     return _concatenated(groups)
@@ -141,7 +142,7 @@ def _rows_below(fabric: StitchMesh, sides: IntArray) -> IntArray:
 def _slipped_from(fabric: StitchMesh) -> IntArray:
     """For the top side of each slipped loop the bottom side where the loop enters, -1 for other sides, shape (C,)."""
     result = np.full(fabric.side_count, -1)
-    for stitch, definition in VOCABULARY.items():
+    for stitch, definition in fabric.makings.items():
         for loop, made in enumerate(definition.made):
             if made == "s":  # a stitch that slips a loop has one bottom side, the first side of its face
                 first = fabric.face_start[:-1][fabric.stitch == stitch]

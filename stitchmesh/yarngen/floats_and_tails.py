@@ -19,7 +19,7 @@ import numpy as np
 
 from stitchmesh.mesh import BORDER, RIGHT, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.courses import course_of_faces, find_courses, left_neighbours, right_neighbours
-from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.mesh.own_stitch import StitchType
 from stitchmesh.yarngen.bridges import Bridges, crossing_number
 from stitchmesh.yarngen.row_ends import Strand, Strands, tail_points
 from stitchmesh.yarngen.templates.table import template
@@ -104,7 +104,8 @@ class Rows:
     def lane(self, face: int, yarn: int) -> tuple[float, float]:
         """Height of the lane of a yarn above the bottom of a face, over the height of the face, and its depth [cm]."""
         rank = int(np.searchsorted(self.yarns[face], yarn))
-        deepest = _deepest(*(int(n[face]) for n in (self.fabric.stitch, self.fabric.n_bottom, self.fabric.n_top)))
+        stitch = self.fabric.stitch_type(int(self.fabric.stitch[face]))
+        deepest = _deepest(stitch, int(self.fabric.n_bottom[face]), int(self.fabric.n_top[face]))
         return LANE_SHARES[rank % len(LANE_SHARES)], (
             deepest - FLOAT_CLEARANCE * (1 + rank // len(LANE_SHARES))
         ) * self.radius
@@ -279,6 +280,6 @@ def _end_in_tail(rows: Rows, bridges: Bridges, side: int, tail: FloatArray) -> N
 
 
 @lru_cache(maxsize=1024)
-def _deepest(stitch: int, n_bottom: int, n_top: int) -> float:
+def _deepest(stitch: StitchType, n_bottom: int, n_top: int) -> float:
     """Height of the deepest yarn of a stitch [radii]; it is negative."""
-    return min(float(part.curve[:, 2].min()) for part in template(Stitch(stitch), n_bottom, n_top).parts)
+    return min(float(part.curve[:, 2].min()) for part in template(stitch, n_bottom, n_top).parts)

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarn import FLOATING, YarnSet
 from stitchmesh.yarngen.templates.table import template
 
@@ -26,7 +25,7 @@ def belongs_to_loop_below(yarns: YarnSet, fabric: StitchMesh) -> NDArray[np.bool
     """
     kinds = np.stack([fabric.stitch, fabric.n_bottom, fabric.n_top], axis=1)
     unique, kind = np.unique(kinds, axis=0, return_inverse=True)
-    shapes = [template(Stitch(stitch), *sides).parts for stitch, *sides in unique.tolist()]
+    shapes = [template(fabric.stitch_type(stitch), *sides).parts for stitch, *sides in unique.tolist()]
     heads = np.zeros((len(shapes), max(map(len, shapes))), dtype=bool)
     for number, parts in enumerate(shapes):
         heads[number, : len(parts)] = [part.is_head for part in parts]

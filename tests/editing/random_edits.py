@@ -19,7 +19,7 @@ PATTERNS = ("garter", "eyelet-lace", "rope-cable", "rib1x1")
 
 
 def arrays_of(fabric: StitchMesh) -> dict[str, np.ndarray]:
-    return {part.name: getattr(fabric, part.name) for part in fields(StitchMesh)}
+    return {part.name: getattr(fabric, part.name) for part in fields(StitchMesh) if part.metadata.get("stored", True)}
 
 
 def bits(fabric: StitchMesh) -> dict[str, tuple]:

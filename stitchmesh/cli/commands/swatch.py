@@ -61,6 +61,8 @@ class Swatch:
     """pattern or weave: a name of `stitchmesh patterns`, or a file"""
     output: Annotated[str | None, help_entry("DIR", "none", short="-o")] = None
     """output folder for the repeat, a tiled piece, a picture, a report and the convergence"""
+    stitches: Annotated[str | None, help_entry("FILE", "built-in stitches only")] = None
+    """drawings (.json) of stitches of your own, whose codes the pattern uses (docs/own-stitches.md)"""
     fabric: SwatchFabric = field(default_factory=SwatchFabric)
     rest_length: Annotated[
         UseAppendAction[tuple[str, ...]],
@@ -108,6 +110,8 @@ class Swatch:
             ParameterError: neither an output folder nor the browser is asked for.
         """
         if self.view:
+            if self.stitches is not None:
+                raise ParameterError("swatch: got --stitches beside --view; the browser has the built-in stitches only")
             self._open_in_browser()
             return None
         if self.output is None:
@@ -175,8 +179,10 @@ class Swatch:
     def _source(self) -> Pattern | Weave:
         """Return the pattern or the weave, with the colours of the options."""
         from stitchmesh.periodic.resolve_pattern import resolve_pattern
+        from stitchmesh.yarngen.templates.own_checks import read_own_stitches
 
-        source = resolve_pattern(self.pattern)
+        drawings = () if self.stitches is None else read_own_stitches(self.stitches)
+        source = resolve_pattern(self.pattern, drawings)
         if not self.colours.colour:
             return source
         palette = self.colours.recoloured(checked_palette(source.palette, ParameterError))

@@ -194,6 +194,7 @@ def _divided(
         row=fabric.row[owner] * k + of_part[:, 2],
         yarn=fabric.yarn[owner],
         palette=fabric.palette,
+        own_stitches=fabric.own_stitches,
     )
     return DividedStitches(divided, owner, np.concatenate(places))
 

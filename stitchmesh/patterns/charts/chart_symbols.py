@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
-from stitchmesh.mesh.stitch import VOCABULARY, Making, Stitch
+from stitchmesh.mesh.own_stitch import StitchType
+from stitchmesh.mesh.stitch import Making, Stitch
 from stitchmesh.patterns.charts.knit_chart import read_square
 from stitchmesh.patterns.language.word_stitches import WordStitches
 from stitchmesh.patterns.pattern import Cell
@@ -82,11 +83,11 @@ def word_instruction(word: str) -> str:
     if piece.tuck:
         return "tuck: slip the loop with a yarn-over; the next row works both together"
     through = " through the back leg" if piece.loops and any(loop.twist for loop in piece.loops) else ""
-    return VOCABULARY[piece.cells[0].stitch].instruction + through
+    return piece.cells[0].making.instruction + through
 
 
 def _stitch(cell: Cell, *, tuck: bool) -> Iterator[Mark]:
-    making = VOCABULARY[cell.stitch]
+    making = cell.making
     if tuck:
         yield Mark("line", ((0.28, LOW), (0.28, 0.6), (0.36, 0.8), (0.5, HIGH), (0.64, 0.8), (0.72, 0.6), (0.72, LOW)))
     elif making.made == "s":
@@ -111,7 +112,7 @@ def _loop(kind: str, at: Point) -> Iterator[Mark]:
         yield Mark("ring", (at,))
 
 
-def _slipped(stitch: Stitch) -> Iterator[Mark]:
+def _slipped(stitch: StitchType) -> Iterator[Mark]:
     yield Mark("line", ((0.25, 0.85), (0.5, 0.2), (0.75, 0.85)))
     if stitch == Stitch.SLIP_FRONT:
         yield Mark("line", ((0.2, 0.5), (0.8, 0.5)))
@@ -162,6 +163,6 @@ def _cable(piece: WordStitches) -> Iterator[Mark]:
         yield Mark("strand", (((place + 0.5) * scale, 0.04), ((end + 0.5) * scale, 0.96)))
     start = 0.0
     for cell in piece.cells:
-        if VOCABULARY[cell.stitch].made == "p":
+        if cell.making.made == "p":
             yield Mark("dot", ((start + 0.5 * cell.n_bottom * scale, 0.8),))
         start += cell.n_bottom * scale

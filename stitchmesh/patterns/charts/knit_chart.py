@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError, PatternError
 from stitchmesh.mesh import IntArray
+from stitchmesh.mesh.own_stitch import built_in
 from stitchmesh.mesh.polygon_mesh import frozen_array
 from stitchmesh.mesh.stitch import mirrored as mirrored_stitch
 from stitchmesh.patterns.charts.grid import BLANK, LONGEST_SIDE, Box, Brush, check_chart_shape
@@ -373,7 +374,8 @@ def mirrored_word(word: str) -> str:
     """Return the word of a square with left and right exchanged."""
     piece = read_square(word)
     cells = tuple(
-        Cell(mirrored_stitch(cell.stitch), tuple(-twist for twist in cell.twist[::-1])) for cell in piece.cells[::-1]
+        Cell(mirrored_stitch(built_in(cell.stitch)), tuple(-twist for twist in cell.twist[::-1]))
+        for cell in piece.cells[::-1]
     )
     loops = tuple(Loop(-loop.shift, loop.layer, -loop.twist) for loop in piece.loops[::-1])
     return chart_word(replace(piece, cells=cells, loops=loops))

@@ -16,7 +16,7 @@ from __future__ import annotations
 from stitchmesh.errors import PatternError
 from stitchmesh.patterns.language.tokens import END, Token
 from stitchmesh.patterns.language.word_stitches import WordStitches, cable
-from stitchmesh.patterns.language.words import WordError, read_word
+from stitchmesh.patterns.language.words import NO_WORDS, OwnWords, WordError, read_word
 from stitchmesh.patterns.pattern import Loop, check_cables
 
 BAR = "|"
@@ -29,7 +29,7 @@ MAX_STITCHES = 100_000
 class ItemParser:
     """Parser of the items of one row. Each method starts at the next token and moves past the tokens it reads."""
 
-    def __init__(self, tokens: list[Token], yarn: int, *, leftwards: bool) -> None:
+    def __init__(self, tokens: list[Token], yarn: int, *, leftwards: bool, own: OwnWords = NO_WORDS) -> None:
         """Start at the first token.
 
         Args:
@@ -37,10 +37,12 @@ class ItemParser:
             yarn: the yarn of words that name no yarn.
             leftwards: whether the words follow one another from right to left, in the order of working. This is true
                 of rows and false of charts.
+            own: stitches of the user's own by their codes.
         """
         self.tokens = tokens
         self.yarn = yarn
         self.leftwards = leftwards
+        self.own = own
         self.next = 0
         self.crossing = False
 
@@ -135,7 +137,7 @@ class ItemParser:
         if token.text in ("]", ")", "(", ":", ";", "*", BAR, END) or token.text.startswith('"'):
             raise token.unexpected("a stitch, '[' or cross(...)")
         try:
-            return read_word(token.text, self.yarn)
+            return read_word(token.text, self.yarn, self.own)
         except WordError as error:
             raise token.place.error(str(error)) from None
 

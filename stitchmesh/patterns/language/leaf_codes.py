@@ -12,7 +12,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from stitchmesh.errors import PatternError
-from stitchmesh.mesh.stitch import VOCABULARY
 from stitchmesh.patterns.language.rows import WrittenRow, finish_rows
 from stitchmesh.patterns.language.text_charts import LEAF, leaf_pieces, read_chart
 from stitchmesh.patterns.language.tokens import Line, Place, split_lines
@@ -120,7 +119,7 @@ def _tile(cells: tuple[Cell, ...], start: int, where: str) -> tuple[int, str]:
     for tile, code in TILES.items():
         if cells[start : start + len(tile)] == tile:
             return len(tile), code
-    found = VOCABULARY[cells[start].stitch].code
+    found = cells[start].making.code
     if cells[start] != Cell(cells[start].stitch):
         found += " with a twist or another yarn"
     raise PatternError(f"{where}, stitch {start + 1}: got {found}, no tile; expected one of {' '.join(TILES.values())}")

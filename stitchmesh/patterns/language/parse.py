@@ -13,14 +13,17 @@ A comma may separate any two items. A comma at the end of a line continues the r
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from stitchmesh.errors import ParameterError, PatternError, check_kind, first_few
+from stitchmesh.mesh.own_stitch import OwnStitch
 from stitchmesh.mesh.palette import make_palette
 from stitchmesh.patterns.language.items import ItemParser
 from stitchmesh.patterns.language.rows import WrittenRow, finish_rows
 from stitchmesh.patterns.language.text_charts import read_chart
 from stitchmesh.patterns.language.tokens import END, Line, Place, Token, split_lines
+from stitchmesh.patterns.language.words import NO_WORDS, OwnWords, own_words
 from stitchmesh.patterns.pattern import Pattern
 
 ROW_WORDS = ("row", "rows", "round", "rounds")
@@ -32,19 +35,21 @@ _FIRST_WORD = re.compile(rf"(pattern|source|colours|chart|{'|'.join(ROW_WORDS)})
 _RANGE = re.compile(r"(\d{1,6})(?:-(\d{1,6}))?", re.ASCII)
 
 
-def parse_pattern(text: str, name: str = "pattern") -> Pattern:
+def parse_pattern(text: str, name: str = "pattern", stitches: Iterable[OwnStitch] = ()) -> Pattern:
     """Read a pattern from its text.
 
     Args:
         text: a text in the language of ``docs/patterns.md``.
         name: the name of the text in messages, and the name of the pattern if the text gives none.
+        stitches: stitches of your own, whose codes the text may use as words.
 
     Raises:
         PatternError: the text does not describe a valid pattern; the message gives the line, the column, what was found
             and what was expected.
+        ParameterError: the code of a stitch is a word of the language, or two stitches have one code.
     """
     check_kind("parse_pattern", text, str, "pathlib.Path(file).read_text()")
-    return _PatternParser(split_lines(text, name), name).parse()
+    return _PatternParser(split_lines(text, name), name, own_words(stitches)).parse()
 
 
 @dataclass(frozen=True)
@@ -80,8 +85,8 @@ def begins_with_statement(text: str) -> bool:
 class _PatternParser:
     """Parser of the statements of a text, one after another."""
 
-    def __init__(self, lines: list[Line], name: str) -> None:
-        self.lines = lines
+    def __init__(self, lines: list[Line], name: str, own: OwnWords = NO_WORDS) -> None:
+        self.lines, self.own = lines, own
         self.names = {"pattern": name, "source": ""}
         self.palette: tuple[tuple[int, int, int], ...] = ()
         self.file = name
@@ -132,7 +137,7 @@ class _PatternParser:
         while tokens[-2].text == "," and self.next < len(self.lines):  # a final comma continues on the next line
             tokens = tokens[:-1] + self.lines[self.next].tokens()
             self.next += 1
-        items = ItemParser(tokens, 0, leftwards=True)
+        items = ItemParser(tokens, 0, leftwards=True, own=self.own)
         word = items.take()
         numbers = self._unused_numbers(items)
         side = _side(items, word)
@@ -147,6 +152,8 @@ class _PatternParser:
             raise colon.unexpected("RS or WS before it (or round instead of row)")
         pieces, bars = items.parse_row()
         row = WrittenRow(tuple(pieces), tuple(bars), word.place)
+        if side == "ws":
+            _check_turns(row)
         for number in numbers:
             self.rows[number] = row.turned() if side == "ws" else row
 
@@ -187,7 +194,7 @@ class _PatternParser:
         lines = self._block()
         if not lines:
             raise tokens[0].place.error("got a chart without lines; expected one line for each row, directly below it")
-        self.chart = read_chart(kind, lines, yarn, upwards=upwards)
+        self.chart = read_chart(kind, lines, yarn, upwards=upwards, own=self.own)
 
     def _block(self) -> list[Line]:
         start = self.next
@@ -205,6 +212,14 @@ class _PatternParser:
             found = f"got row {last}, but not row {first_few(missing)}"
             raise self.rows[last].place.error(f"{found}; expected all rows from 1")
         return [self.rows[number] for number in sorted(self.rows)]
+
+
+def _check_turns(row: WrittenRow) -> None:
+    """Check that a row on the wrong side holds no stitch of the user's own, which is drawn from the right side."""
+    cells = [cell for piece in row.pieces for cell in piece.cells if isinstance(cell.stitch, OwnStitch)]
+    if cells:
+        found = f"got {cells[0].stitch.name} in a row on the wrong side"
+        raise row.place.error(f"{found}; it is drawn as seen from the right side: write the row as RS, or as a round")
 
 
 def quoted_text(tokens: list[Token]) -> str:

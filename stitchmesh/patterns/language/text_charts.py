@@ -19,7 +19,7 @@ from stitchmesh.patterns.language.items import BAR, ItemParser
 from stitchmesh.patterns.language.rows import WrittenRow
 from stitchmesh.patterns.language.tokens import Line
 from stitchmesh.patterns.language.word_stitches import WordStitches
-from stitchmesh.patterns.language.words import read_word
+from stitchmesh.patterns.language.words import NO_WORDS, OwnWords, read_word
 
 LETTERS: dict[str, str] = {
     "k": "k", "p": "p", "b": "b", "f": "f", "x": "x", "t": "t",
@@ -39,7 +39,7 @@ FIGURES = "0123456789abcdefghijklmnopqrstuvwxyz"
 _Split = Callable[[Line, int, int], tuple[int, list[WordStitches]]]
 
 
-def read_chart(kind: str, lines: list[Line], yarn: int, *, upwards: bool) -> list[WrittenRow]:
+def read_chart(kind: str, lines: list[Line], yarn: int, *, upwards: bool, own: OwnWords = NO_WORDS) -> list[WrittenRow]:
     """Read the rows of a chart and return them from the bottom up.
 
     Args:
@@ -47,12 +47,13 @@ def read_chart(kind: str, lines: list[Line], yarn: int, *, upwards: bool) -> lis
         lines: the lines of the chart in the order of the text.
         yarn: the yarn of stitches that name no yarn.
         upwards: whether the bottom row comes first.
+        own: stitches of the user's own by their codes, which a chart of words may hold.
 
     Raises:
         PatternError: a code is unknown, or the lines differ in width; the message gives the place.
     """
     if kind == "words":
-        rows = [_read_words(line, yarn) for line in lines]
+        rows = [_read_words(line, yarn, own) for line in lines]
     else:
         split = {"letters": _letter, "leaf": _leaf, "colours": _figure}[kind]
         rows = [_read_codes(line, yarn, split) for line in lines]
@@ -60,8 +61,8 @@ def read_chart(kind: str, lines: list[Line], yarn: int, *, upwards: bool) -> lis
     return rows if upwards else rows[::-1]
 
 
-def _read_words(line: Line, yarn: int) -> WrittenRow:
-    pieces, bars = ItemParser(line.tokens(), yarn, leftwards=False).parse_row()
+def _read_words(line: Line, yarn: int, own: OwnWords) -> WrittenRow:
+    pieces, bars = ItemParser(line.tokens(), yarn, leftwards=False, own=own).parse_row()
     return WrittenRow(tuple(pieces), tuple(bars), line.place)
 
 

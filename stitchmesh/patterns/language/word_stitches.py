@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from stitchmesh.mesh.own_stitch import built_in
 from stitchmesh.mesh.stitch import from_wrong_side
 from stitchmesh.patterns.pattern import Cell, Loop
 
@@ -27,7 +28,7 @@ class WordStitches:
         """Return the same stitches seen from the other side of the fabric, turned about the wale."""
         front = max((loop.layer for loop in self.loops), default=0)
         cells = tuple(
-            Cell(from_wrong_side(cell.stitch), cell.twist[::-1], cell.yarn) for cell in reversed(self.cells)
+            Cell(from_wrong_side(built_in(cell.stitch)), cell.twist[::-1], cell.yarn) for cell in reversed(self.cells)
         )  # a half turn of a loop has the same direction when it is seen from behind
         loops = tuple(Loop(-loop.shift, front - loop.layer, loop.twist) for loop in reversed(self.loops))
         return replace(self, cells=cells, loops=loops)

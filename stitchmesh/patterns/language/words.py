@@ -12,18 +12,27 @@ from __future__ import annotations
 
 import difflib
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh.own_stitch import OwnStitch, StitchType
 from stitchmesh.mesh.stitch import CODES, Stitch
 from stitchmesh.patterns.language.word_stitches import WordStitches, cable, single
 from stitchmesh.patterns.pattern import Cell
+
+OwnWords = Mapping[str, OwnStitch]
+"""Stitches of the user's own by their codes, which are words too."""
+NO_WORDS: OwnWords = {}
+RESERVED = frozenset({"cross", "repeat", "yarn", "lt", "rt", "rs", "ws"})
+"""Words of the language that are no stitches."""
 
 
 @dataclass(frozen=True)
 class Meaning:
     """The stitch that an abbreviation describes."""
 
-    stitch: Stitch
+    stitch: StitchType
     twist: int = 0
     """Half turn of the loop that the stitch makes."""
     below: int = 0
@@ -78,12 +87,13 @@ class WordError(ValueError):
     """A word is unknown or malformed; the parser adds the place to the message."""
 
 
-def read_word(text: str, yarn: int) -> list[WordStitches]:
+def read_word(text: str, yarn: int, own: OwnWords = NO_WORDS) -> list[WordStitches]:
     """Read a word.
 
     Args:
         text: the word, in upper or lower case.
         yarn: the yarn if the word names no yarn.
+        own: stitches of the user's own by their codes.
 
     Returns:
         The stitches, left to right as the reader faces the fabric: one piece, or several equal ones for a word with a
@@ -94,8 +104,8 @@ def read_word(text: str, yarn: int) -> list[WordStitches]:
     """
     marks = _MARKS.fullmatch(text.lower())
     if not marks:
-        raise WordError(unknown(text))
-    code, count = _without_count(marks["code"])
+        raise WordError(unknown(text, own))
+    code, count = _without_count(marks["code"], own)
     if count == 0:
         raise WordError(f"got {text!r}; expected a count of 1 or more")
     chosen = int(marks["yarn"]) if marks["yarn"] else yarn
@@ -104,7 +114,21 @@ def read_word(text: str, yarn: int) -> list[WordStitches]:
         if marks["twist"] or marks["below"]:
             raise WordError(f"got {text!r}; expected no twists on {code}, write the twists within cross(...)")
         return [crossing or WordStitches((), ())] * count
-    return [_stitch(text, code, _signs(marks["twist"]), _signs(marks["below"]), chosen)] * count
+    return [_stitch(text, code, _signs(marks["twist"]), _signs(marks["below"]), chosen, own)] * count
+
+
+def own_words(stitches: Iterable[OwnStitch]) -> OwnWords:
+    """Return stitches of the user's own by their codes.
+
+    Raises:
+        ParameterError: a code is a word of the language, or two stitches have one code.
+    """
+    found: dict[str, OwnStitch] = {}
+    for stitch in stitches:
+        if stitch.code in found or stitch.code in RESERVED or is_word(stitch.code):
+            raise ParameterError(f"stitch {stitch.code!r}: this code is taken already; choose another word")
+        found[stitch.code] = stitch
+    return found
 
 
 def is_word(code: str) -> bool:
@@ -112,9 +136,9 @@ def is_word(code: str) -> bool:
     return code in ABBREVIATIONS or code in CODES or code in (TUCK, NO_STITCH)
 
 
-def unknown(text: str) -> str:
+def unknown(text: str, own: OwnWords = NO_WORDS) -> str:
     """Return the message for an unknown word, with similar words."""
-    known = [*ABBREVIATIONS, *CODES, *CROSSING_EXAMPLES, TUCK, NO_STITCH]
+    known = [*own, *ABBREVIATIONS, *CODES, *CROSSING_EXAMPLES, TUCK, NO_STITCH]
     near = difflib.get_close_matches(text.lower(), known, n=3, cutoff=0.5)
     hint = f"did you mean {' or '.join(near)}?" if near else "docs/patterns.md lists all words"
     return f"got {text!r}; expected a stitch such as k, p2, yo, k2tog, c4f: {hint}"
@@ -165,23 +189,27 @@ def _crossing(front: int, back: int, leftwards: bool, purl: bool, yarn: int) -> 
     return cable((behind,) * back + (knit,) * front, target, [1] * front + [0] * back, [0] * width)
 
 
-def _without_count(code: str) -> tuple[str, int]:
-    if is_word(code):
+def _without_count(code: str, own: OwnWords) -> tuple[str, int]:
+    if is_word(code) or code in own:
         return code, 1
     match = _COUNT_INSIDE.fullmatch(code)
     if match:
         return match["start"] + match["end"], int(match["count"])
     match = _COUNTED.fullmatch(code)
-    if match and is_word(match["word"]):
+    if match and (is_word(match["word"]) or match["word"] in own):
         return match["word"], int(match["count"])
     return code, 1
 
 
-def _stitch(text: str, code: str, twist: tuple[int, ...], below: tuple[int, ...], yarn: int) -> WordStitches:
-    if not is_word(code):
-        raise WordError(unknown(text))
+def _stitch(
+    text: str, code: str, twist: tuple[int, ...], below: tuple[int, ...], yarn: int, own: OwnWords
+) -> WordStitches:
+    if not is_word(code) and code not in own:
+        raise WordError(unknown(text, own))
     if code == TUCK:
         meaning = Meaning(Stitch.SY)
+    elif code in own:
+        meaning = Meaning(own[code])
     else:
         meaning = ABBREVIATIONS.get(code) or Meaning(CODES[code])
     plain = Cell(meaning.stitch)

@@ -3,7 +3,8 @@
 """Patterns as text, written for flat knitting: odd rows on the right side, even rows on the wrong side.
 
 Reading the text gives the same pattern. An even row whose crossing has no word of its own is written from the right
-side, because the layers of such a crossing would change if it were turned over.
+side, because the layers of such a crossing would change if it were turned over, and so is an even row with a stitch of
+the user's own.
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from itertools import groupby, pairwise
 
+from stitchmesh.mesh.own_stitch import OwnStitch, StitchType
 from stitchmesh.mesh.palette import colour_text
-from stitchmesh.mesh.stitch import VOCABULARY, Stitch
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.language.word_stitches import WordStitches
 from stitchmesh.patterns.language.words import ABBREVIATIONS, NO_STITCH, TUCK, read_crossing
 from stitchmesh.patterns.pattern import Cell, Loop, Pattern, Row, crossings
@@ -64,13 +66,23 @@ def _row(row: Row, number: int) -> str:
     pieces = pieces_of(row)
     yarns = {cell.yarn for cell in row.cells}
     yarn = yarns.pop() if len(yarns) == 1 else 0
-    wrong = number % 2 == 0 and not any(_is_cable(piece) and not _cable_word(piece.turned()) for piece in pieces)
+    wrong = number % 2 == 0 and not any(_only_from_right(piece) for piece in pieces)
     bars = _bars(row, pieces)
     facing = [piece.turned() for piece in reversed(pieces)] if wrong else pieces
     places = {len(pieces) - bar for bar in bars} if wrong else set(bars)
     words = list(_words(facing[::-1], {len(pieces) - place for place in places}, yarn))
     head = f"row {number} {'WS' if wrong else 'RS'}{f' yarn {yarn}' if yarn else ''}:"
     return _wrapped([head, *words])
+
+
+def _only_from_right(piece: WordStitches) -> bool:
+    """Whether a piece has no word when it is turned over: a stitch of the user's own, or an unnamed crossing."""
+    own = any(isinstance(cell.stitch, OwnStitch) for cell in piece.cells)
+    return own or (_is_cable(piece) and not _cable_word(piece.turned()))
+
+
+def _plain_word(stitch: StitchType) -> str | None:
+    return None if isinstance(stitch, OwnStitch) else _PLAIN.get(stitch)
 
 
 def _bars(row: Row, pieces: list[WordStitches]) -> list[int]:
@@ -171,7 +183,7 @@ def _stitch_word(cell: Cell, loops: tuple[Loop, ...], yarn: int) -> str:
         plain = (meaning.twist,) * cell.n_top, (meaning.below,) * cell.n_bottom
         if meaning.stitch == cell.stitch and plain == (cell.twist, below):
             return word + _at(cell.yarn, yarn)
-    text = _PLAIN.get(cell.stitch) or VOCABULARY[cell.stitch].code
+    text = _plain_word(cell.stitch) or cell.making.code
     if any(cell.twist):
         text += "".join(f"{twist:+d}" for twist in cell.twist)
     if any(below):

@@ -15,7 +15,7 @@ from os import PathLike
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, PatternError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.mesh.change import Change, Marks, apply_change
@@ -140,6 +140,9 @@ def lay_pattern(
     chosen = _pattern_of(pattern)
     check_remainder(remainder)
     _check_fabric(fabric)
+    if chosen.own_stitches:
+        found = f"holds the stitch {chosen.own_stitches[0].code!r} of your own"
+        raise PatternError(f"pattern {chosen.name!r}: {found}, which only swatches can be knitted in")
     if not keeps_counts(chosen):
         check_closes(chosen)
     if face is not None and faces is not None:

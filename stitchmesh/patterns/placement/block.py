@@ -79,18 +79,21 @@ def block_of(pattern: Pattern, section: int) -> Block | None:
     if min(loops) < 1:
         return None
     held = [row.loop_sections[section] for row in pattern.rows]
-    return build_block(rows, [*loops, loops[0]], held)
+    return build_block(rows, [*loops, loops[0]], held, pattern)
 
 
-def build_block(rows: list[tuple[Cell, ...]], loops: list[int], held: list[tuple[Loop, ...]]) -> Block:
+def build_block(
+    rows: list[tuple[Cell, ...]], loops: list[int], held: list[tuple[Loop, ...]], pattern: Pattern
+) -> Block:
     """Return a piece of stitch mesh.
 
     Args:
         rows: stitches of each row, left to right.
         loops: number of loops on each course line, from below the first row to above the last row.
         held: how each row holds the loops of the line below it.
+        pattern: the pattern, which gives the type codes of the stitches.
     """
-    return _Builder(loops, held).build(rows)
+    return _Builder(loops, held, pattern).build(rows)
 
 
 @dataclass
@@ -99,6 +102,7 @@ class _Builder:
 
     loops: list[int]
     held: list[tuple[Loop, ...]]
+    pattern: Pattern
     corners: list[int] = field(default_factory=list)
     edges: list[Edge] = field(default_factory=list)
     places: list[tuple[int, int]] = field(default_factory=list)
@@ -124,7 +128,7 @@ class _Builder:
             column=np.minimum(np.floor(at + 0.5).astype(np.int64), self.loops[0] - 1),
             n_bottom=np.array([cell.n_bottom for _, _, cell in self.cells]),
             n_top=np.array([cell.n_top for _, _, cell in self.cells]),
-            stitch=np.array([int(cell.stitch) for _, _, cell in self.cells]),
+            stitch=np.array([self.pattern.type_code(cell.stitch) for _, _, cell in self.cells]),
             yarn=np.array([cell.yarn for _, _, cell in self.cells]),
             corners=np.array(self.corners),
             twin=twin,

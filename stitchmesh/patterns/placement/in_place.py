@@ -51,7 +51,7 @@ def _cell_near(cells: tuple[Cell, ...], share: float) -> Cell:
 
 def _plain_form(cell: Cell) -> Stitch:
     """Return the purl stitch if a stitch is purled only, otherwise the knit stitch."""
-    return Stitch.PURL if set(VOCABULARY[cell.stitch].made) & {"k", "p"} == {"p"} else Stitch.KNIT
+    return Stitch.PURL if set(cell.making.made) & {"k", "p"} == {"p"} else Stitch.KNIT
 
 
 def changes_in_place(

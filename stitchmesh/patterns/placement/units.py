@@ -127,4 +127,4 @@ def _unit(pattern: Pattern, section: int, start: int, cuts: tuple[Cut, Cut]) -> 
         held.append(pattern.rows[start + row].loop_sections[section][left[row] : right[row]])
     loops = [after - before for before, after in zip(left, right, strict=True)]
     cells = _cells_between(pattern, section, start, left, right)
-    return Unit(section, start, left[0], build_block(cells, loops, held))
+    return Unit(section, start, left[0], build_block(cells, loops, held, pattern))

@@ -13,7 +13,6 @@ import numpy as np
 from stitchmesh.errors import PatternError
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.mesh.courses import find_courses
-from stitchmesh.mesh.stitch import VOCABULARY
 
 
 def check_loops_begin(fabric: StitchMesh) -> None:
@@ -68,7 +67,7 @@ def _place(fabric: StitchMesh, face: int) -> str:
 def _slipped_from(fabric: StitchMesh) -> IntArray:
     """Return the bottom side from which the slipped loop at each top side comes, else ``BORDER``, shape (C,)."""
     result = np.full(fabric.side_count, BORDER)
-    for stitch, making in VOCABULARY.items():
+    for stitch, making in fabric.makings.items():
         first = fabric.face_start[:-1][fabric.stitch == stitch]
         for loop in (place for place, made in enumerate(making.made) if made == "s"):
             result[first + making.n_bottom + making.n_top - loop] = first  # top sides run from right to left

@@ -95,6 +95,7 @@ class _Tiling:
             cable_shift=shift,
             cable_layer=layer,
             palette=np.array(self.tile.palette, dtype=np.uint8),
+            own_stitches=self.tile.own_stitches,
         )
 
     def _vertices(self, stitch_width: float, stitch_height: float) -> FloatArray:

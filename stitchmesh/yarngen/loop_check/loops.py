@@ -21,7 +21,7 @@ from itertools import pairwise
 import numpy as np
 
 from stitchmesh.mesh import BOTTOM, StitchMesh
-from stitchmesh.mesh.stitch import VOCABULARY, Stitch
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
@@ -85,7 +85,7 @@ class Arcs:
     @cached_property
     def slipping_pieces(self) -> frozenset[int]:
         """Pieces in faces that slip a loop."""
-        codes = [stitch for stitch, definition in VOCABULARY.items() if "s" in definition.made]
+        codes = [stitch for stitch, definition in self.whole.makings.items() if "s" in definition.made]
         return frozenset(np.flatnonzero(np.isin(self.whole.stitch[self.pieces.face], codes)).tolist())
 
     @cached_property

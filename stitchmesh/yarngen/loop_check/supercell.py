@@ -44,7 +44,7 @@ def supercell(fabric: StitchMesh, columns: int, rows: int) -> StitchMesh:
         corner_image=corner_image.reshape(-1, 2),
         row=(fabric.row + copy[:, 1:] * (fabric.row.max() + 1)).ravel(),
         stretch=None,
-        **marks,
+        **marks,  # type: ignore[arg-type]
     )
 
 

@@ -23,7 +23,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from stitchmesh.mesh import BORDER, LEFT, RIGHT, IntArray, StitchMesh
-from stitchmesh.mesh.stitch import VOCABULARY, Stitch
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarngen.bridges import SLOTS
 from stitchmesh.yarngen.loop_check.loops import DRAWN_THROUGH, Arc, Arcs
 
@@ -69,11 +69,11 @@ def threadings_of_made_loop(arcs: Arcs, side: int) -> tuple[int, int]:
     """The face of a top side, and the threadings of the yarn that leads up into the loop made there."""
     whole = arcs.whole
     face = int(whole.side_face[side])
-    stitch = Stitch(int(whole.stitch[face]))
-    if stitch not in VOCABULARY:
+    making = whole.makings.get(int(whole.stitch[face]))
+    if making is None:
         return face, 0
     place = int(whole.n_bottom[face] + whole.n_top[face] - whole.side_place[side])
-    return face, THREADINGS[VOCABULARY[stitch].made[place]]
+    return face, THREADINGS[making.made[place]]
 
 
 def _held_loops(arcs: Arcs, face: int, threadings: int) -> list[tuple[int, int]]:
@@ -133,7 +133,7 @@ def spanned_sides(arcs: Arcs, link: Arc) -> list[tuple[int, bool]]:
 def _spanned_by_piece(arcs: Arcs, piece: int) -> list[tuple[int, bool]]:
     """The top sides of slipped loops that one piece passes in its face."""
     whole, face = arcs.whole, int(arcs.pieces.face[piece])
-    definition = VOCABULARY[Stitch(int(whole.stitch[face]))]
+    definition = whole.makings[int(whole.stitch[face])]
     last = int(whole.n_bottom[face]) + definition.n_top
     start, end = (last - int(whole.side_place[side]) for side in arcs.pieces.ends[piece] // SLOTS)
     # the right wale side lies to the right of all loops

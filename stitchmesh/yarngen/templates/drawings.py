@@ -20,17 +20,22 @@ Source: Yuksel et al. 2012, section 4.2, figures 4 and 5.
 from __future__ import annotations
 
 import json
+import re
 from functools import cache
 from importlib.resources import files
 from typing import TypedDict
 
-from stitchmesh.mesh.stitch import CODES, VOCABULARY
+from stitchmesh.errors import YarnError
+from stitchmesh.mesh.own_stitch import OwnStitch
+from stitchmesh.mesh.stitch import CODES, VOCABULARY, Making
 from stitchmesh.yarngen.templates.template import Crossing, Template, bottom, left_wale, right_wale, spline_part, top
 
 Waypoint = tuple[float, float, float]
 """x in stitch widths, distance from the bottom over the height of the face, and height in yarn radii."""
 SLOTS = {"left": 0, "right": 1}
 """Slot of a course side by its name in a drawing."""
+
+_COURSE_CROSSING = re.compile(r"(bottom|top) (\d{1,2}) (left|right)")
 
 # the functional form is needed because the keyword "from" cannot be a name in a class body
 PartDrawing = TypedDict("PartDrawing", {"from": str, "to": str, "head": bool, "through": list[Waypoint]})
@@ -46,6 +51,18 @@ def drawings() -> dict[str, list[PartDrawing]]:
     return rows
 
 
+def template_of_own(stitch: OwnStitch) -> Template:
+    """The template of a stitch of the user's own.
+
+    Raises:
+        YarnError: a part names a crossing that the face does not have.
+    """
+    parts: list[PartDrawing] = [
+        {"from": part.start, "to": part.end, "head": part.head, "through": list(part.through)} for part in stitch.parts
+    ]
+    return template_from_parts(stitch.making, parts)
+
+
 def template_from_drawing(code: str, parts: list[PartDrawing]) -> Template:
     """The template that a drawing describes.
 
@@ -53,7 +70,19 @@ def template_from_drawing(code: str, parts: list[PartDrawing]) -> Template:
         code: code of the stitch; it determines the number of sides of the face.
         parts: the drawn yarn parts.
     """
-    definition = VOCABULARY[CODES[code]]
+    return template_from_parts(VOCABULARY[CODES[code]], parts)
+
+
+def template_from_parts(definition: Making, parts: list[PartDrawing]) -> Template:
+    """The template of drawn yarn parts.
+
+    Args:
+        definition: how the stitch is made; it determines the number of sides of the face.
+        parts: the drawn yarn parts.
+
+    Raises:
+        YarnError: a part names a crossing that the face does not have.
+    """
     n = definition.n_bottom, definition.n_top
     shapes = [
         spline_part(*n, _crossing(n, part["from"]), _crossing(n, part["to"]), part["through"], is_head=part["head"])
@@ -68,7 +97,11 @@ def _crossing(n: tuple[int, int], name: str) -> Crossing:
         return left_wale(*n)
     if name == "right wale":
         return right_wale(n[0])
-    row, loop, slot = name.split()
+    match = _COURSE_CROSSING.fullmatch(name)
+    row, loop, slot = match.groups() if match else ("", "0", "")
+    if not 1 <= int(loop) <= n[row == "top"]:
+        loops = f"bottom 1 to {n[0]} and top 1 to {n[1]}, left or right, and left wale and right wale"
+        raise YarnError(f"crossing {name!r}: the face has no such crossing; it has {loops}")
     if row == "bottom":
         return bottom(int(loop) - 1, SLOTS[slot])
     return top(*n, int(loop) - 1, SLOTS[slot])

@@ -12,21 +12,22 @@ import numpy as np
 
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.connectivity import find_twins
+from stitchmesh.mesh.own_stitch import FIRST_OWN, OwnStitch, StitchType
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.yarngen.templates.template import STITCH_HEIGHT
 
 
 def surround_stitch(
-    stitch: Stitch, twists: tuple[int, ...] = (), plain: Stitch = Stitch.KNIT
+    stitch: StitchType, twists: tuple[int, ...] = (), plain: Stitch = Stitch.KNIT
 ) -> tuple[StitchMesh, int]:
     """A flat fabric of three rows around one stitch, and the number of the face of the stitch. Stitches are 1 cm wide.
 
     Args:
-        stitch: a stitch of the vocabulary.
+        stitch: a stitch of the vocabulary, or one of the user's own.
         twists: half turns of the loops on its top sides, from left to right.
         plain: type of the other stitches.
     """
-    definition = VOCABULARY[stitch]
+    definition = stitch.making if isinstance(stitch, OwnStitch) else VOCABULARY[stitch]
     low, high = definition.n_bottom, definition.n_top
     lines = [_course(count, max(low, high)) for count in (low, low, high, high)]
     heights = STITCH_HEIGHT * np.arange(-1, 3)
@@ -56,19 +57,20 @@ def _row_of(lower: int, upper: int, low: int, high: int) -> list[list[int]]:
 
 
 def _knitted(
-    vertices: list, faces: list[list[int]], centre: int, sides: tuple[int, int], stitch: Stitch, plain: Stitch,
+    vertices: list, faces: list[list[int]], centre: int, sides: tuple[int, int], stitch: StitchType, plain: Stitch,
     twists: tuple[int, ...],
 ) -> StitchMesh:  # fmt: skip
     """The stitch mesh of these faces."""
     face_start = np.concatenate([[0], np.cumsum([len(face) for face in faces])])
     face_vertex = np.concatenate(faces)
     kind, bottom, top, row = (np.full(len(faces), value) for value in (plain, 1, 1, 0))
-    kind[centre], (bottom[centre], top[centre]) = stitch, sides
+    own = (stitch,) if isinstance(stitch, OwnStitch) else ()
+    kind[centre], (bottom[centre], top[centre]) = FIRST_OWN if own else stitch, sides
     row[centre - 1 :], row[centre + 2 :] = 1, 2
     twist = np.zeros(len(face_vertex), dtype=np.int64)
     twist[face_start[centre] + sum(sides) - np.arange(len(twists))] = twists
     return StitchMesh(
         vertices=np.array(vertices), face_start=face_start, face_vertex=face_vertex,
         twin=find_twins(face_start, face_vertex, len(vertices)), n_bottom=bottom, n_top=top, stitch=kind, row=row,
-        twist=twist,
+        twist=twist, own_stitches=own,
     )  # fmt: skip

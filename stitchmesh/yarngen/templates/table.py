@@ -12,8 +12,9 @@ from functools import cache, lru_cache
 
 from stitchmesh.errors import YarnError
 from stitchmesh.mesh import stitch as symmetry
+from stitchmesh.mesh.own_stitch import OwnStitch, StitchType
 from stitchmesh.mesh.stitch import CODES, SIDE_COUNTS, VOCABULARY, Stitch
-from stitchmesh.yarngen.templates.drawings import drawings, template_from_drawing
+from stitchmesh.yarngen.templates.drawings import drawings, template_from_drawing, template_of_own
 from stitchmesh.yarngen.templates.edges import cast_on, draw_through
 from stitchmesh.yarngen.templates.plain import knit
 from stitchmesh.yarngen.templates.template import Template, mirrored, turned_over
@@ -28,7 +29,7 @@ ANY_SIDES: dict[Stitch, Callable[[int, int], Template]] = {
 
 
 @lru_cache(maxsize=1024)
-def template(stitch: Stitch, n_bottom: int, n_top: int, twists: tuple[int, ...] = ()) -> Template:
+def template(stitch: StitchType, n_bottom: int, n_top: int, twists: tuple[int, ...] = ()) -> Template:
     """The yarn of a stitch on a face with the given numbers of sides.
 
     Args:
@@ -42,6 +43,8 @@ def template(stitch: Stitch, n_bottom: int, n_top: int, twists: tuple[int, ...] 
     Raises:
         YarnError: the stitch has no template for such a face.
     """
+    if isinstance(stitch, OwnStitch):
+        return twisted(template_of_own(stitch), twists)
     if stitch == Stitch.CAST_ON:
         return cast_on(n_bottom, n_top, twists)
     if stitch in ANY_SIDES:

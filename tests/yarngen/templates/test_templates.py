@@ -17,6 +17,8 @@ from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.embedding import place_parts
 from stitchmesh.yarngen.templates.drawings import drawings, template_from_drawing
+from stitchmesh.yarngen.templates.own_checks import PIERCING as MADE_PIERCING
+from stitchmesh.yarngen.templates.own_checks import crossings_between, handedness, piercings
 from stitchmesh.yarngen.templates.plain import HEIGHT_IN_RADII, LOOP_WIDTH, knit, purl
 from stitchmesh.yarngen.templates.surrounding import surround_stitch
 from stitchmesh.yarngen.templates.table import ANY_SIDES, template
@@ -44,7 +46,7 @@ each_edge = pytest.mark.parametrize(("stitch", "n_bottom", "n_top"), EDGES)
 each_stitch = pytest.mark.parametrize("stitch", VOCABULARY, ids=lambda stitch: VOCABULARY[stitch].code)
 each_drawn = pytest.mark.parametrize("stitch", [CODES[code] for code in ("k", *drawings())],
                                      ids=lambda stitch: VOCABULARY[stitch].code)  # fmt: skip
-PIERCING = {"k": 1, "p": -1, "y": 0, "s": 0}
+PIERCING = {**MADE_PIERCING, "s": 0}
 """How often the left leg of a loop passes through a head from behind to the front. The right leg passes back."""
 
 
@@ -55,37 +57,6 @@ def twistings(stitch: Stitch) -> list[tuple[int, ...]]:
 
 def template_of(stitch: Stitch, twists: tuple[int, ...] = ()) -> Template:
     return template(stitch, *SIDE_COUNTS[stitch], twists)
-
-
-def crossings_between(first: Part, second: Part) -> tuple[list[int], list[int]]:
-    """Crossings along ``first`` seen from the right side: 1 where it lies in front, else -1, and their handedness."""
-    a, b = first.curve, second.curve
-    u, v = np.diff(a[:, :2], axis=0)[:, None], np.diff(b[:, :2], axis=0)[None]
-    gap = b[None, :-1, :2] - a[:-1, None, :2]
-    det = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        s = (gap[..., 0] * v[..., 1] - gap[..., 1] * v[..., 0]) / det
-        t = (gap[..., 0] * u[..., 1] - gap[..., 1] * u[..., 0]) / det
-    i, j = np.nonzero((s >= 0) & (s < 1) & (t >= 0) & (t < 1))
-    s, t = s[i, j], t[i, j]
-    ahead = a[i, 2] + s * (a[i + 1, 2] - a[i, 2]) - b[j, 2] - t * (b[j + 1, 2] - b[j, 2])
-    front = np.sign(ahead).astype(int)
-    return front.tolist(), (front * np.sign(det[i, j]).astype(int)).tolist()
-
-
-def handedness(first: Part, second: Part) -> int:
-    """Sum of the signs of the crossings of two parts. A motion without crossings of yarn through yarn preserves it."""
-    return sum(crossings_between(first, second)[1])
-
-
-def piercings(part: Part, head: Part) -> int:
-    """How often a part passes through a head from behind to the front, minus how often it passes back.
-
-    A head runs clockwise, upwards on its left side. A part in front that leaves the head over its edge therefore
-    crosses it from right to left. A part that crosses behind the head does not pass through it there.
-    """
-    front, hand = crossings_between(part, head)
-    return -sum(h for f, h in zip(front, hand, strict=True) if f > 0)
 
 
 def heads_of(shape: Template) -> dict[int, list[tuple[Part, int]]]:

@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Files of stitches of the user's own: JSON with the drawing of each stitch, by its code (``docs/own-stitches.md``)."""
+
+from __future__ import annotations
+
+from os import fspath
+
+import msgspec
+
+from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.io.checked import check_value, parse_json
+from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.mesh.own_stitch import DrawnPart, OwnStitch
+
+LARGEST_FILE = 4_000_000
+"""Largest file of drawings [bytes]."""
+MOST_WAYPOINTS = 200
+"""Most points of one part."""
+
+
+class _Part(msgspec.Struct, forbid_unknown_fields=True, rename={"start": "from", "end": "to"}):
+    start: str
+    end: str
+    through: list[tuple[float, float, float]]
+    head: bool = False
+
+
+class _Drawing(msgspec.Struct, forbid_unknown_fields=True):
+    makes: str
+    parts: list[_Part]
+    instruction: str = ""
+
+
+def read_own_drawings(path: FilePath) -> tuple[OwnStitch, ...]:
+    """Read stitches of the user's own from a file; their yarn is not checked yet.
+
+    Raises:
+        FileError: the file cannot be read or is no file of drawings; the message names the stitch and the key.
+    """
+    name, content = fspath(path), read_bytes(path)
+    if len(content) > LARGEST_FILE:
+        raise FileError(f"{name}: got {len(content)} bytes; expected drawings of at most {LARGEST_FILE}")
+    try:
+        drawings = check_value(parse_json(content.decode("utf-8", errors="replace")), dict[str, _Drawing])
+        if not drawings:
+            raise ParameterError("holds no stitch; expected the drawing of each stitch by its code")
+        return tuple(_own(code, drawing) for code, drawing in drawings.items())
+    except ParameterError as error:
+        raise FileError(f"{name}: {error}") from error
+
+
+def _own(code: str, drawing: _Drawing) -> OwnStitch:
+    longest = max((len(part.through) for part in drawing.parts), default=0)
+    if longest > MOST_WAYPOINTS:
+        raise ParameterError(f"stitch {code!r}: got a part through {longest} points; expected {MOST_WAYPOINTS} at most")
+    parts = tuple(DrawnPart(part.start, part.end, part.head, tuple(part.through)) for part in drawing.parts)
+    return OwnStitch(code, drawing.makes, parts, drawing.instruction)
