@@ -260,6 +260,20 @@ def _read_viewed(path: Path) -> object:
     return read_viewed(path)
 
 
+def _instructions(folder: Path) -> list[bytes]:
+    from stitchmesh.patterns import pattern_mesh, read_pattern
+
+    names = ("rope-cable", "eyelet-lace", "twisted-rib")
+    pieces = (pattern_mesh(read_pattern(name), 2, 2, stitch_width=1.0, stitch_height=1.0) for name in names)
+    return [sm.knitting_instructions(piece).encode() for piece in pieces]
+
+
+def _read_own_drawings(path: Path) -> object:
+    from stitchmesh.io.own_stitches import read_own_drawings
+
+    return read_own_drawings(path)
+
+
 def _read_recipe(path: Path) -> object:
     return sm.read_recipe(path)
 
@@ -409,6 +423,8 @@ READERS: dict[str, Reader] = {
     "faces": Reader(".txt", _read_faces, lambda folder: [b"1, 2, 3 # faces\n7 8\n"]),
     "edges": Reader(".txt", _read_edge_settings, lambda folder: [b"4,7=12\n3, 8\n# marked\n5,6 = 3\n"],
                     errors=(FileError, ParameterError)),
+    "own stitches": Reader(".json", _read_own_drawings, files("examples/stitches/daisy.json")),
+    "instructions": Reader(".txt", _resolved, _instructions, errors=PATTERN_ERRORS),
     "tile codes": Reader(".leaf", _resolved, lambda folder: [b"KPKP\nPKPK\n", b"Y3YK\n2UYS\n"], errors=PATTERN_ERRORS),
     "digits": Reader(".txt", _resolved, lambda folder: [b"0011\n1100\n"], errors=PATTERN_ERRORS),
     "png tile codes": Reader(".leaf.png", _resolved, _leaf_png, PNG, PATTERN_ERRORS),

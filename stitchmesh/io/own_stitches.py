@@ -42,7 +42,7 @@ def read_own_drawings(path: FilePath) -> tuple[OwnStitch, ...]:
     if len(content) > LARGEST_FILE:
         raise FileError(f"{name}: got {len(content)} bytes; expected drawings of at most {LARGEST_FILE}")
     try:
-        drawings = check_value(parse_json(content.decode("utf-8", errors="replace")), dict[str, _Drawing])
+        drawings = check_value(parse_json(content.decode("utf-8", errors="replace")), dict[str, object])
         if not drawings:
             raise ParameterError("holds no stitch; expected the drawing of each stitch by its code")
         return tuple(_own(code, drawing) for code, drawing in drawings.items())
@@ -50,7 +50,11 @@ def read_own_drawings(path: FilePath) -> tuple[OwnStitch, ...]:
         raise FileError(f"{name}: {error}") from error
 
 
-def _own(code: str, drawing: _Drawing) -> OwnStitch:
+def _own(code: str, content: object) -> OwnStitch:
+    try:
+        drawing = check_value(content, _Drawing)
+    except ParameterError as error:
+        raise ParameterError(f"stitch {code!r}: {error}") from error
     longest = max((len(part.through) for part in drawing.parts), default=0)
     if longest > MOST_WAYPOINTS:
         raise ParameterError(f"stitch {code!r}: got a part through {longest} points; expected {MOST_WAYPOINTS} at most")
