@@ -197,6 +197,28 @@ def _read_usd(path: Path) -> object:
     return yarns_of_usd(curves_of_stage(path))
 
 
+def _usd_mesh_seeds(folder: Path) -> list[bytes]:
+    """Return a cube that moves, as text and with a transform that moves too."""
+    from stitchmesh.io.mesh_sequences import write_moving_mesh
+    from stitchmesh.mesh.vertex_motion import MovingMesh, VertexMotion
+
+    body = cube()
+    moving = MovingMesh(body, VertexMotion(np.array([0.0, 0.5]), np.array([body.vertices, body.vertices + 0.1])))
+    found = written(write_moving_mesh, moving, suffix=".usda")(folder)
+    head, _, rest = found[0].partition(b"    int[] faceVertexCounts")
+    turned = b'    double3 xformOp:translate.timeSamples = { 0: (0, 0, 0), 9: (1, 2, 3) }\n'
+    turned += b'    uniform token[] xformOpOrder = ["xformOp:translate"]\n'
+    return [*found, head + turned + b"    int[] faceVertexCounts" + rest]
+
+
+def _read_usd_mesh(path: Path) -> object:
+    """Do in this process what ``read_moving_mesh`` does in a child, whose start takes longer than the reading."""
+    from stitchmesh.io.mesh_formats.usd_mesh import packed_mesh, samples_of
+    from stitchmesh.io.mesh_sequences import moving_mesh_of_stage
+
+    return moving_mesh_of_stage(path, *samples_of(packed_mesh(str(path))))
+
+
 def _png(folder: Path) -> list[bytes]:
     """Return charts as pictures: with a palette, in true colours, interlaced, with text, and small ones."""
     from PIL import Image, PngImagePlugin
@@ -387,6 +409,8 @@ READERS: dict[str, Reader] = {
     "pyp": Reader(".pyp", read_yarns, written(write_yarns, small_yarns(True), suffix=".pyp"), errors=YARN_ERRORS),
     "usda": _usd(".usda"),
     "usdc": _usd(".usdc"),
+    "usd mesh": Reader(".usda", _read_usd_mesh, _usd_mesh_seeds, damage.TEXT, (FileError, MeshError),
+                       has_own_process=True),
     "hdf5 yarns": Reader(".h5", read_yarns, joined(
         written(write_yarns, small_yarns, small_yarns(True), suffix=".h5"), _hdf5_links), damage.BINARY),
     "hdf5 stitches": Reader(".h5", read_stitches, written(write_stitches, small_fabric, suffix=".h5"), damage.BINARY),

@@ -18,7 +18,7 @@ from stitchmesh.io.contents import FilePath, check_path
 from stitchmesh.io.mesh_formats.usd_mesh import read_usd_mesh, write_usd_mesh
 from stitchmesh.io.meshes import FORMATS, read_mesh
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
-from stitchmesh.mesh import Mesh
+from stitchmesh.mesh import FloatArray, Mesh
 from stitchmesh.mesh.vertex_motion import FRAMES_PER_SECOND, MovingMesh, VertexMotion
 
 USD = (".usd", ".usda", ".usdc")
@@ -50,7 +50,7 @@ def read_moving_mesh(
         expected = f"expected a folder with a mesh for each frame, or a file {' '.join(USD)}"
         raise FileError(f"{fspath(path)}: is no mesh that moves; {expected}")
     check_unit_left_out(path, centimetres(unit))
-    return _of_usd(path)
+    return moving_mesh_of_stage(path, *read_usd_mesh(path))
 
 
 def write_moving_mesh(path: FilePath, moving: MovingMesh, *, frames_per_second: float = FRAMES_PER_SECOND) -> None:
@@ -95,9 +95,24 @@ def _numbered(folder: Path) -> dict[int, Path]:
     return dict(sorted(files.items()))
 
 
-def _of_usd(path: FilePath) -> MovingMesh:
-    faces, times, positions = read_usd_mesh(path)
+def moving_mesh_of_stage(
+    path: FilePath, faces: list[list[int]], times: FloatArray, positions: FloatArray
+) -> MovingMesh:
+    """Return the mesh of a stage, from what ``read_usd_mesh`` returns.
+
+    Args:
+        path: the file, for messages.
+        faces: the vertices of each face.
+        times: times of the samples [s], shape (K,).
+        positions: positions of the vertices [cm], shape (K, V, 3).
+
+    Raises:
+        FileError: the times do not increase.
+        MeshError: the polygons do not form an oriented manifold surface.
+    """
     try:
         return MovingMesh(Mesh.from_polygons(positions[0], faces), VertexMotion(times, positions))
     except MeshError as error:
         raise MeshError(f"{fspath(path)}: {error}") from error
+    except ParameterError as error:
+        raise FileError(f"{fspath(path)}: {error}") from error

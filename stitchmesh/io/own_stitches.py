@@ -17,6 +17,8 @@ LARGEST_FILE = 4_000_000
 """Largest file of drawings [bytes]."""
 MOST_WAYPOINTS = 200
 """Most points of one part."""
+LARGEST_COORDINATE = 100.0
+"""Largest coordinate of a point, in its unit; a face is a few stitch widths wide and yarns are a few radii high."""
 
 
 class _Part(msgspec.Struct, forbid_unknown_fields=True, rename={"start": "from", "end": "to"}):
@@ -58,5 +60,16 @@ def _own(code: str, content: object) -> OwnStitch:
     longest = max((len(part.through) for part in drawing.parts), default=0)
     if longest > MOST_WAYPOINTS:
         raise ParameterError(f"stitch {code!r}: got a part through {longest} points; expected {MOST_WAYPOINTS} at most")
+    for number, part in enumerate(drawing.parts, start=1):
+        _check_points(f"stitch {code!r}: part {number}", part.through)
     parts = tuple(DrawnPart(part.start, part.end, part.head, tuple(part.through)) for part in drawing.parts)
     return OwnStitch(code, drawing.makes, parts, drawing.instruction)
+
+
+def _check_points(where: str, points: list[tuple[float, float, float]]) -> None:
+    """Check that coordinates are those of a face, and that a curve can pass through the points one after another."""
+    for point, following in zip(points, [*points[1:], None], strict=True):
+        if not all(abs(coordinate) <= LARGEST_COORDINATE for coordinate in point):
+            raise ParameterError(f"{where}: got the point {point}; expected coordinates within {LARGEST_COORDINATE:g}")
+        if point == following:
+            raise ParameterError(f"{where}: got the point {point} twice in a row; remove one")

@@ -35,7 +35,12 @@ def read_usd_mesh(path: FilePath) -> tuple[list[list[int]], FloatArray, FloatArr
     Raises:
         FileError: the file cannot be read, is malformed, or holds no mesh, several meshes, or faces that change.
     """
-    arrays = answer_of_child(__name__, path).arrays
+    return samples_of(answer_of_child(__name__, path))
+
+
+def samples_of(packed: CheckpointFile) -> tuple[list[list[int]], FloatArray, FloatArray]:
+    """Return what ``read_usd_mesh`` returns, from what ``packed_mesh`` returns."""
+    arrays = packed.arrays
     faces = np.split(arrays["corners"], np.cumsum(arrays["counts"])[:-1])
     return [face.tolist() for face in faces], arrays["times"], arrays["points"]
 

@@ -81,6 +81,11 @@ def _check_ends(where: str, shape: Template) -> None:
             found = f"{ends.count(end)} parts end at {_name_of(shape, Crossing(*end))}"
             raise YarnError(f"{where}: {found}; expected one, because the neighbour's yarn goes on there")
     for number, part in enumerate(shape.parts, start=1):
+        is_loop_below = part.start.place == part.end.place < shape.n_bottom
+        if part.is_head != is_loop_below:
+            reason = "because it is a loop below" if is_loop_below else "because it is no loop below"
+            expected = f"expected {str(is_loop_below).lower()}, {reason}"
+            raise YarnError(f"{where}: part {number} has head {str(part.is_head).lower()}; {expected}")
         if _depth(shape, part.curve) < -OUTSIDE or not np.isfinite(part.curve).all():
             found = f"part {number} leaves the face by {-_depth(shape, part.curve):.2f} stitch widths"
             raise YarnError(f"{where}: {found}; keep its points within the face")

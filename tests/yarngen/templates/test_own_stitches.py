@@ -133,3 +133,19 @@ def test_the_command_refuses_a_contradiction_and_writes_nothing(tmp_path, capsys
     ]
     assert cli.main(words) == 2 and not (tmp_path / "out").exists()
     assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"head": False}, "part 1 has head false; expected true, because it is a loop below"),
+        ({"through": [[0.9, 0.4, 0.5], [0.9, 0.4, 0.5]]}, "part 1: got the point .* twice in a row"),
+        ({"through": [[0.9, 0.4, 1e300]]}, "part 1: got the point .* expected coordinates within 100"),
+    ],
+)
+def test_a_part_that_cannot_be_drawn_is_refused_in_one_line(tmp_path, change, message):
+    content = json.loads((FOLDER / "daisy.json").read_text())
+    content["daisy"]["parts"][0].update(change)
+    (tmp_path / "own.json").write_text(json.dumps(content))
+    with pytest.raises((FileError, YarnError), match=message):
+        read_own_stitches(tmp_path / "own.json")
