@@ -22,6 +22,7 @@ from stitchmesh.editing.course_edges import collapse_course_edge, split_course_e
 from stitchmesh.editing.on_selection import ON, edit_places, followed_places, place_argument, place_arguments
 from stitchmesh.editing.pasting import paste_pattern
 from stitchmesh.editing.row_edits import flip_row, insert_row, remove_row
+from stitchmesh.editing.short_rows import short_rows
 from stitchmesh.editing.stitch_marks import change_stitch, recolour, stripe, twist_loop
 from stitchmesh.editing.wale_columns import remove_wale
 from stitchmesh.editing.wale_edges import add_wale_edge, remove_wale_edge, shift_wale_edge
@@ -44,7 +45,7 @@ EDITS: dict[str, Callable[..., list[Change]]] = {
         add_wale_edge, remove_wale_edge, shift_wale_edge,
         insert_wale, remove_wale,
         flip_row, insert_row, remove_row,
-        bobble, paste_pattern,
+        short_rows, bobble, paste_pattern,
         spiral, unspiral, graft, ungraft,
     )
 }  # fmt: skip

@@ -65,7 +65,7 @@ def insert_row(fabric: StitchMesh, face: int, stitch: str = "k") -> list[Change]
     made = plain_stitch_named(stitch, "a new row")
     whole = course_through(fabric, face, climbing=True)
     row = _only_row(fabric, whole)
-    changes, fabric = _renumber_rows(fabric, fabric.row > row, 1)
+    changes, fabric = renumber_rows(fabric, fabric.row > row, 1)
     sketch = Sketch(fabric)
     faces = [sketch.face(number) for number in whole.faces]
     without_loops = next((lower for lower in faces if not lower.above), None)
@@ -93,7 +93,7 @@ def remove_row(fabric: StitchMesh, face: int) -> list[Change]:
     whole = course_through(fabric, face, climbing=True)
     row = _only_row(fabric, whole)
     alone = np.count_nonzero(fabric.row == row) == len(whole.faces)
-    changes, fabric = _renumber_rows(fabric, (fabric.row > row) & alone, -1)
+    changes, fabric = renumber_rows(fabric, (fabric.row > row) & alone, -1)
     sketch = Sketch(fabric)
     faces = [sketch.drop(number) for number in whole.faces]
     for number, removed in zip(whole.faces, faces, strict=True):
@@ -188,7 +188,7 @@ def _knit_above(sketch: Sketch, lower: SketchFace, middles: dict[Hashable, int],
     lower.left, lower.right = ("lower", lower.left), ("lower", lower.right)
 
 
-def _renumber_rows(fabric: StitchMesh, chosen: NDArray[np.bool_], step: int) -> tuple[list[Change], StitchMesh]:
+def renumber_rows(fabric: StitchMesh, chosen: NDArray[np.bool_], step: int) -> tuple[list[Change], StitchMesh]:
     """Add a step to the row numbers of the chosen faces; return the change, and the mesh after the change."""
     places = np.flatnonzero(chosen)
     if len(places) == 0:

@@ -257,14 +257,15 @@ class _PieceFinder:
         if any(side == BORDER or self.fabric.side_role[side] != BOTTOM for side in across):
             return False
         takers = {int(self.number[self.fabric.side_face[side]]) for side in across}
-        return all(taker in self._reached_from(course, max(map(self._rank, takers))) for taker in takers)
+        highest = max(self._rank(taker)[0] for taker in takers)
+        return takers <= self._reached_from(course, highest)
 
-    def _reached_from(self, course: int, highest: tuple[int, int]) -> set[int]:
-        """Courses above the given course, directly or indirectly, up to a rank."""
+    def _reached_from(self, course: int, highest: int) -> set[int]:
+        """Courses above the given course, directly or indirectly, up to a row."""
         reached, front = {course}, [course]
         while front:
             for other in self.above[front.pop()]:
-                if other not in reached and self._rank(other) <= highest:
+                if other not in reached and self._rank(other)[0] <= highest:
                     reached.add(other)
                     front.append(other)
         return reached - {course}

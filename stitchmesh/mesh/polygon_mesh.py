@@ -235,6 +235,13 @@ class Mesh:
             side = int(self.side_next[self.twin[side]])
         return side
 
+    def previous_border_side(self, side: int) -> int:
+        """The border side that ends where this border side starts."""
+        side = int(self.side_previous[side])
+        while self.twin[side] != BORDER:
+            side = int(self.side_previous[self.twin[side]])
+        return side
+
     def sides_of(self, faces: IntArray) -> IntArray:
         """All sides of the given faces, face by face."""
         return ranges(self.face_start, faces)

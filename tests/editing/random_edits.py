@@ -11,6 +11,7 @@ import numpy as np
 
 from stitchmesh.editing.edit import Edit
 from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.mesh.courses import course_through
 from stitchmesh.mesh.stitch import CODES, SIDE_COUNTS
 
 WHOLE_MESH = ("spiral", "unspiral", "graft", "ungraft")
@@ -122,6 +123,11 @@ def _remove_wale(random: Random, fabric: StitchMesh) -> dict[str, object]:
     return {"face": int(fabric.side_face[below]) if below != BORDER else 0, "courses": random.choice([None, None, 1])}
 
 
+def _short_rows(random: Random, fabric: StitchMesh) -> dict[str, object]:
+    face = random.randrange(fabric.face_count)
+    return {"faces": list(course_through(fabric, face).faces[: random.randint(2, 6)]), "stitch": random.choice("kp")}
+
+
 def _pattern(random: Random, fabric: StitchMesh) -> dict[str, object]:
     return _face(random, fabric, pattern=random.choice(PATTERNS))
 
@@ -153,6 +159,7 @@ _ARGUMENTS = {
     "flip_row": _face,
     "insert_row": _face,
     "remove_row": _face,
+    "short_rows": _short_rows,
     "bobble": _face,
     "paste_pattern": _pattern,
     "spiral": _nothing,

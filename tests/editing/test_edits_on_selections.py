@@ -35,6 +35,7 @@ ARGUMENTS: dict[str, dict[str, object]] = {
     "flip_row": {"on": "rows 2-3"},
     "insert_row": {"on": "rows 2-3"},
     "remove_row": {"on": "rows 2-3"},
+    "short_rows": {"on": "rectangle 15 4x1"},
     "bobble": {"on": "rectangle 15 1x1 or rectangle 19 1x1"},
     "paste_pattern": {"on": "rows 1-4", "pattern": "rib1x1"},
 }  # type: ignore[dict-item]

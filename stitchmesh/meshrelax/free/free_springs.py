@@ -12,7 +12,15 @@ from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.meshrelax.bobbles import Bobbles
 from stitchmesh.meshrelax.free.points import CornerPoints, corner_points
 from stitchmesh.meshrelax.free.stitch_sizes import StitchSizes
-from stitchmesh.meshrelax.sub_quads import Springs, edge_ends, quad_angles, sub_quad_corners, wale_strut_corners
+from stitchmesh.meshrelax.sub_quads import (
+    TURN_HEIGHT,
+    Springs,
+    edge_ends,
+    quad_angles,
+    sub_quad_corners,
+    turn_edges,
+    wale_strut_corners,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,5 +78,5 @@ def _edge_rest(fabric: StitchMesh, sizes: StitchSizes) -> FloatArray:
     """Return the rest length of each edge [cm], shape (E,)."""
     of_side = np.where(fabric.is_wale, sizes.height[fabric.side_face], sizes.width[fabric.side_face])
     total = np.bincount(fabric.side_edge, of_side)
-    rest: FloatArray = total / np.bincount(fabric.side_edge)
+    rest: FloatArray = total / np.bincount(fabric.side_edge) * np.where(turn_edges(fabric), TURN_HEIGHT, 1.0)
     return rest

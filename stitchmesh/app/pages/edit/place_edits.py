@@ -10,8 +10,8 @@ from typing import Any, Literal
 
 from stitchmesh.app.controls.controls import Control, Controls
 
-PlaceKind = Literal["face", "course side", "wale side", "top side"]
-"""What an edit is made at: a stitch, or the nearest side of a kind."""
+PlaceKind = Literal["face", "selection", "course side", "wale side", "top side"]
+"""What an edit is made at: a stitch, the selected stitches, or the nearest side of a kind."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ DIRECTION = Setting(
 COURSES = Setting(
     "courses", "Rows", "Number of rows upwards from the click; 0 for the whole column", None, 0, 999, 0, none_at=0
 )  # fmt: skip
-STITCH = Setting("stitch", "Stitch of the row", "Stitch of the new row", {"knit": "k", "purl": "p"}, start="knit")
+STITCH = Setting("stitch", "Stitch of the row", "Stitch of the new rows", {"knit": "k", "purl": "p"}, start="knit")
 
 LOOP_EDITS = (
     PlaceEdit("Twist a loop", "Click near the top of a stitch: its loop gets half a turn.", "twist_loop", "top side",
@@ -75,6 +75,8 @@ LOOP_EDITS = (
 """Edits of loops and of the edges of stitches."""
 ROW_EDITS = (
     PlaceEdit("Insert a row", "Click a stitch: a new row is knitted above its row.", "insert_row", "face", (STITCH,)),
+    PlaceEdit("Short rows", "Select neighbouring stitches of a row, and press the button: two short rows are knitted "
+              "above them.", "short_rows", "selection", (STITCH,)),
     PlaceEdit("Remove a row", "Click a stitch: its row is removed.", "remove_row", "face"),
     PlaceEdit("Flip a row", "Click a stitch: its row is knitted in the other direction.", "flip_row", "face"),
     PlaceEdit("Insert a wale", "Click a vertical edge: a column of stitches is inserted.", "insert_wale", "wale side",

@@ -51,6 +51,9 @@ class PlaceTool(Tool):
         """Make the edit at the place."""
         fabric, edit = self.session.fabric, self.chosen
         at = np.array([place.face])
+        if edit.place == "selection":
+            self.session.refuse(at, f"{edit.label}: select the stitches first, then press the button of the tool")
+            return
         if edit.place == "face":
             self.session.edit(edit.edit, {"face": place.face, **self._arguments()}, at)
             return

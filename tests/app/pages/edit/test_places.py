@@ -95,6 +95,17 @@ def test_an_edit_is_made_at_each_place_of_the_selection(page):
     assert same_as(page, Edit("twist_loop", {"on": "rectangle 43 3x2", "twist": 1}))
 
 
+def test_short_rows_are_worked_over_the_selected_stitches(page):
+    page.act("tool", "Rows and wales")
+    page.controls.set("Edit of rows", "Short rows")
+    page.click_stitch(44)
+    assert "select the stitches first" in page.notices() and page.project.edits == ()
+    page.controls.set("Select by words", "rectangle 43 4x1")
+    page.press("Select these")
+    page.press("Edit the selected rows")
+    assert same_as(page, Edit("short_rows", {"on": "rectangle 43 4x1", "stitch": "k"}))
+
+
 def test_an_edit_on_an_empty_selection_says_to_select(page):
     page.act("tool", "Rows and wales")
     page.press("Edit the selected rows")
