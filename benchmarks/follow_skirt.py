@@ -35,7 +35,8 @@ def skirt_at_rest(given: argparse.Namespace, body: sm.Mesh, folder: Path) -> tup
     if yarn_file.exists():
         return sm.read_stitches(fabric_file), sm.read_yarns(yarn_file)
     mesh = sm.read_mesh(given.skirt, unit=given.unit)
-    fabric = sm.relax_mesh(sm.tessellate(sm.label(mesh), stitch_width=given.stitch_width), surface=mesh)
+    fabric = sm.tessellate(sm.label(mesh), stitch_width=given.stitch_width)
+    fabric = sm.relax_mesh(fabric, surface=mesh, device=given.device)
     yarns = sm.generate_yarns(fabric, yarn_radius=given.stitch_width / 8.0)
     relaxed = sm.relax_yarns(
         yarns, quality=given.quality, keep_shape=fabric, terms=[sm.Body(body)], device=given.device
