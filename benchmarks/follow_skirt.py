@@ -15,6 +15,7 @@ The first frame includes the loading of kernels, and the mean leaves it out.
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from walking_body import walking
 import stitchmesh as sm
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import REFERENCE_RADIUS
 
 COLUMNS, SIZE, MOST = 6, (400, 520), 30
 """Pictures in a row of the sheet, their size [pixels], and their largest number."""
@@ -39,12 +41,19 @@ def skirt_at_rest(given: argparse.Namespace, body: sm.Mesh, folder: Path) -> tup
     fabric = sm.relax_mesh(fabric, surface=mesh, device=given.device)
     yarns = sm.generate_yarns(fabric, yarn_radius=given.stitch_width / 8.0)
     relaxed = sm.relax_yarns(
-        yarns, quality=given.quality, keep_shape=fabric, terms=[sm.Body(body)], device=given.device
-    )
+        yarns, quality=given.quality, keep_shape=fabric, terms=[sm.Body(body)], device=given.device,
+        material=material_of(given, yarns),
+    )  # fmt: skip
     print(f"at rest: {relaxed.report['seconds']:.3g} s, residual {relaxed.report['residual']:.2g}")
     sm.write_stitches(fabric_file, fabric)
     sm.write_yarns(yarn_file, relaxed.yarns)
     return fabric, relaxed.yarns
+
+
+def material_of(given: argparse.Namespace, yarns: YarnSet) -> sm.YarnMaterial:
+    """The usual material for the radius of the yarns, with contacts as stiff as asked for."""
+    usual = sm.YarnMaterial.named().scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
+    return replace(usual, k_contact=given.contact * usual.k_contact)
 
 
 def draw_sheet(files: sm.FollowFiles, moving: sm.MovingMesh, path: Path) -> None:
@@ -75,6 +84,7 @@ def main() -> None:
     arguments.add_argument("--stitch-width", type=float, default=1.5)
     arguments.add_argument("--frames", type=int, default=60)
     arguments.add_argument("--quality", default="draft")
+    arguments.add_argument("--contact", type=float, default=1.0, help="stiffness of contacts over the usual one")
     arguments.add_argument("--device", default=None)
     arguments.add_argument("--simulate-only", action="store_true", help="write no USD and no picture")
     arguments.add_argument("-o", "--output", type=Path, required=True)
@@ -100,7 +110,7 @@ def simulate(
     print("| frame | steps | s | smallest distance / r | from the body / reach |\n|---:|---:|---:|---:|---:|")
     frames = sm.follow_body(
         yarns, sm.MovingBody(moving), quality=given.quality, device=given.device, terms=[sm.Gravity()],
-        carried=sm.Pins(faces=sm.select(fabric, "neck 2")), checkpoint=given.output,
+        material=material_of(given, yarns), carried=sm.Pins(faces=sm.select(fabric, "neck 2")), checkpoint=given.output,
         resume=(given.output / "checkpoint.smc").exists(),
     )  # fmt: skip
     for frame in frames:
