@@ -3,7 +3,7 @@
 r"""A knitted skirt on a body that walks in place: seconds for each frame, and a sheet of the frames as one picture.
 
     python benchmarks/follow_skirt.py makehuman-helper-skirt.obj makehuman-body.obj --unit dm --stitch-width 1.5 \
-        --frames 60 --device cuda:0 -o out/walk
+        --contact 10 --frames 60 --device cuda:0 -o out/walk
     python benchmarks/follow_skirt.py SKIRT BODY --unit dm --stitch-width 4 --frames 4 --device cpu -o out/short
 
 The skirt is knitted, relaxed around the standing body, and follows it (``walking_body``); the body carries the two rows
@@ -27,8 +27,10 @@ from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import REFERENCE_RADIUS
 
-COLUMNS, SIZE, MOST = 6, (400, 520), 30
+COLUMNS, SIZE, MOST = 12, (200, 260), 60
 """Pictures in a row of the sheet, their size [pixels], and their largest number."""
+FINER = 3
+"""How much larger pictures are drawn than shown, because yarns are finer than a pixel there."""
 
 
 def skirt_at_rest(given: argparse.Namespace, body: sm.Mesh, folder: Path) -> tuple[StitchMesh, YarnSet]:
@@ -65,8 +67,9 @@ def draw_sheet(files: sm.FollowFiles, moving: sm.MovingMesh, path: Path) -> None
     single = path.with_suffix(".part.png")
     for place, number in enumerate(chosen):
         body = sm.Mesh.from_polygons(moving.motion.vertices[number], _faces(moving.mesh))
-        sm.render(frames[number].yarns, single, body=body, view="25,5", size=SIZE)
-        sheet.paste(Image.open(single), (SIZE[0] * (place % COLUMNS), SIZE[1] * (place // COLUMNS)))
+        sm.render(frames[number].yarns, single, body=body, view="25,5", size=(FINER * SIZE[0], FINER * SIZE[1]))
+        picture = Image.open(single).convert("RGB").resize(SIZE, Image.Resampling.LANCZOS)
+        sheet.paste(picture, (SIZE[0] * (place % COLUMNS), SIZE[1] * (place // COLUMNS)))
     single.unlink()
     sheet.save(path)
 

@@ -14,9 +14,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 from knit_check import Report, check_garment
+from model_alien import model_alien
 from model_dress import model_dress
 from model_glove import model_glove
 from model_round import model_hat, model_poncho, model_sock, model_swatch, model_tea_cozy
+from model_sheep import model_sheep
 from model_sweater import model_sweater
 from quad_mesh import Garment
 
@@ -28,6 +30,8 @@ MODELS: tuple[Callable[[], Garment], ...] = (
     model_poncho,
     model_hat,
     model_sock,
+    model_alien,
+    model_sheep,
     model_swatch,
 )
 
