@@ -23,6 +23,7 @@ from stitchmesh.editing.vertex_corners import VertexCorners
 from stitchmesh.errors import MeshError, ParameterError
 from stitchmesh.mesh import BORDER, FloatArray, StitchMesh
 from stitchmesh.mesh.change import Patch
+from stitchmesh.mesh.own_stitch import FIRST_OWN
 from stitchmesh.mesh.patch_builder import NewFace, PatchBuilder, edge_of
 from stitchmesh.mesh.stitch import Stitch
 
@@ -54,7 +55,8 @@ class SketchFace:
     """Name of the left wale edge."""
     right: Hashable
     """Name of the right wale edge."""
-    stitch: Stitch
+    stitch: int
+    """Type code of the stitch."""
     row: int
     yarn: int
     loops: list[Loop] = field(default_factory=list)
@@ -257,7 +259,7 @@ def face_of(fabric: StitchMesh, number: int) -> SketchFace:
         name=f"face {number}",
         low=corners[: n_bottom + 1], high=corners[n_bottom + 1 :][::-1],
         below=edges[:n_bottom], above=edges[n_bottom + 1 : -1][::-1], left=edges[-1], right=edges[n_bottom],
-        stitch=Stitch(int(fabric.stitch[number])), row=int(fabric.row[number]), yarn=int(fabric.yarn[number]),
+        stitch=int(fabric.stitch[number]), row=int(fabric.row[number]), yarn=int(fabric.yarn[number]),
         loops=[Loop(*mark) for mark in marks],
     )  # fmt: skip
 
@@ -270,7 +272,8 @@ def face_like(face: SketchFace, **changes: object) -> SketchFace:
 def _fitted_stitch(face: SketchFace, code: str | None, free: int) -> Stitch:
     """Return the new stitch of a face; ``free`` is the number of its bottom edges on the border."""
     n_bottom, n_top = len(face.below), len(face.above)
-    stitch = fitting_stitch(face.stitch, n_bottom, n_top, free) if code is None else stitch_named(code)
+    old = Stitch(face.stitch) if face.stitch < FIRST_OWN else Stitch.KNIT
+    stitch = fitting_stitch(old, n_bottom, n_top, free) if code is None else stitch_named(code)
     if stitch is None:
         sides = f"{n_bottom} bottom and {n_top} top sides"
         raise ParameterError(f"{face.name}: would have {sides}; no stitch has these, make the edit elsewhere")

@@ -12,7 +12,7 @@ from stitchmesh.editing.sketch import Sketch, SketchFace, face_like
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.change import Change
-from stitchmesh.mesh.stitch import CODES, VOCABULARY
+from stitchmesh.mesh.stitch import CODES, VOCABULARY, Stitch
 
 
 def add_wale_edge(
@@ -139,7 +139,7 @@ def _combined_code(left: SketchFace, right: SketchFace) -> str | None:
     """Return the code of the stitch that makes the loops of two stitches, or None if there is no such stitch."""
     if left.stitch not in VOCABULARY or right.stitch not in VOCABULARY:
         return None
-    first, second = VOCABULARY[left.stitch], VOCABULARY[right.stitch]
+    first, second = VOCABULARY[Stitch(left.stitch)], VOCABULARY[Stitch(right.stitch)]
     code = first.made + second.made
     return code if code in CODES and first.n_bottom + second.n_bottom == VOCABULARY[CODES[code]].n_bottom else None
 

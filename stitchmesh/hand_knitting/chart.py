@@ -16,6 +16,7 @@ from stitchmesh.hand_knitting.rows import Crossings, places_below
 from stitchmesh.hand_knitting.words import colour_letter
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.cable_groups import CableGroup
+from stitchmesh.mesh.own_stitch import OwnStitch
 from stitchmesh.mesh.stitch import Stitch
 
 SYMBOLS = {
@@ -73,8 +74,8 @@ def _row_symbols(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> tup
 
 def _symbol(fabric: StitchMesh, face: int, crossings: Crossings) -> str | None:
     """The symbol of a stitch; None if there is none."""
-    stitch = Stitch(int(fabric.stitch[face]))
-    if stitch not in SYMBOLS:
+    stitch = fabric.stitch_type(int(fabric.stitch[face]))
+    if isinstance(stitch, OwnStitch) or stitch not in SYMBOLS:
         return None
     below = places_below(fabric, face)
     group = crossings.group_at.get(below[0]) if below else None

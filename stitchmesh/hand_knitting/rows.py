@@ -66,7 +66,7 @@ def _worked(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> Iterator
         if inside:
             inside -= 1
             continue
-        stitch = Stitch(int(fabric.stitch[face]))
+        stitch = fabric.stitch_type(int(fabric.stitch[face]))
         twists = twists_below(fabric, face, crossings)[:: -1 if row.right_side else 1]
         word = stitch_word(stitch, row.right_side)
         if stitch == Stitch.DRAW_THROUGH:
@@ -102,6 +102,6 @@ def _short_cable(fabric: StitchMesh, group: CableGroup, right_side: bool, crossi
     faces = [int(fabric.side_face[side]) for side in fabric.twin[group.sides] if side != BORDER]
     if first != second or len(faces) != len(group.sides) or len(set(fabric.yarn[faces].tolist())) > 1:
         return ""
-    plain = all(stitch_word(Stitch(int(fabric.stitch[face])), right_side) == "k" for face in faces)
+    plain = all(stitch_word(fabric.stitch_type(int(fabric.stitch[face])), right_side) == "k" for face in faces)
     turned = any(fabric.twist[side] for side in group.sides)
     return f"c{len(group.sides)}{words[2][0]}" if plain and not turned else ""

@@ -20,7 +20,7 @@ from stitchmesh.hand_knitting.pieces import Piece, PieceRow, find_pieces
 from stitchmesh.hand_knitting.rows import Crossings, row_words
 from stitchmesh.hand_knitting.words import cable_meanings, colour_letter, stitch_meaning, stitch_word
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.mesh.stitch import VOCABULARY, Stitch
+from stitchmesh.mesh.stitch import Stitch
 
 COUNTING = "Sts on a needle are counted from its right end, right side facing; in rounds, from the start of the round."
 MORE_WORDS = {
@@ -64,8 +64,8 @@ def _legend(fabric: StitchMesh, pieces: list[Piece], body: list[str]) -> list[st
     for piece in pieces:
         for row in piece.rows:
             for code in sorted(set(fabric.stitch[list(row.faces)].tolist())):
-                stitch = Stitch(code)
-                if stitch in VOCABULARY:
+                stitch = fabric.stitch_type(code)
+                if code in fabric.makings:
                     meanings[stitch_word(stitch, row.right_side)] = stitch_meaning(stitch, row.right_side)
     named = [f"  {word}: {meaning}" for word, meaning in sorted(meanings.items()) if " in 1 st" not in word]
     rows = "\n".join(line for line in body if line.startswith("Ro"))

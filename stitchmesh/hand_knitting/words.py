@@ -14,6 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from stitchmesh.mesh.cable_groups import CableGroup
+from stitchmesh.mesh.own_stitch import OwnStitch, StitchType
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch, from_wrong_side
 
 NAMED = {
@@ -55,8 +56,13 @@ MEANINGS = {
 """Explanations of words in the legend that replace the instructions of the vocabulary."""
 
 
-def stitch_word(stitch: Stitch, right_side: bool) -> str:
-    """Return the word of a stitch for a knitter who looks at this side of the fabric."""
+def stitch_word(stitch: StitchType, right_side: bool) -> str:
+    """Return the word of a stitch for a knitter who looks at this side of the fabric.
+
+    The word of a stitch of the user's own is its code on both sides.
+    """
+    if isinstance(stitch, OwnStitch):
+        return stitch.code
     seen = stitch if right_side else from_wrong_side(stitch)
     if seen in NAMED:
         return NAMED[seen]
@@ -66,8 +72,10 @@ def stitch_word(stitch: Stitch, right_side: bool) -> str:
     return "(" + ", ".join(IN_ONE[letter] for letter in reversed(making.made)) + ") in 1 st"
 
 
-def stitch_meaning(stitch: Stitch, right_side: bool) -> str:
+def stitch_meaning(stitch: StitchType, right_side: bool) -> str:
     """Return the explanation of ``stitch_word`` for the legend."""
+    if isinstance(stitch, OwnStitch):
+        return stitch.making.instruction + ("" if right_side else ", as seen from the right side")
     word = stitch_word(stitch, right_side)
     if word in MEANINGS:
         return MEANINGS[word]

@@ -16,6 +16,7 @@ from stitchmesh.hand_knitting.pieces import Piece, PieceRow, find_pieces
 from stitchmesh.hand_knitting.rows import Crossings, places_below, times_written, twists_below
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.cable_groups import CableGroup
+from stitchmesh.mesh.own_stitch import StitchType
 from stitchmesh.mesh.stitch import Stitch
 
 
@@ -23,7 +24,7 @@ from stitchmesh.mesh.stitch import Stitch
 class WrittenStitch:
     """One stitch, as seen from the right side; a face of cast-on or drawn-through loops is one for each loop."""
 
-    stitch: Stitch
+    stitch: StitchType
     twists: tuple[int, ...] = ()
     """Half turn of each loop that it is worked through, from left to right, as in ``StitchMesh.twist``."""
     yarn: int = 0
@@ -107,7 +108,7 @@ def _row(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> WrittenRow:
     crossed: list[WrittenCrossing] = []
     loops = 0
     for face in row.faces:
-        stitch, places = Stitch(int(fabric.stitch[face])), places_below(fabric, face)
+        stitch, places = fabric.stitch_type(int(fabric.stitch[face])), places_below(fabric, face)
         for index, place in enumerate(places):
             group = crossings.group_at.get(place)
             if group is not None and place == int(group.sides[0]):
@@ -118,7 +119,7 @@ def _row(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> WrittenRow:
     return WrittenRow(row.right_side, tuple(stitches), tuple(crossed), row.passed, bool(row.left_over), row.bound_off)
 
 
-def _written(stitch: Stitch, twists: tuple[int, ...], yarn: int, times: int) -> Iterator[WrittenStitch]:
+def _written(stitch: StitchType, twists: tuple[int, ...], yarn: int, times: int) -> Iterator[WrittenStitch]:
     """Give one stitch, or one for each loop that is cast on or drawn through."""
     if stitch != Stitch.DRAW_THROUGH:
         yield from [WrittenStitch(stitch, twists, yarn)] * times

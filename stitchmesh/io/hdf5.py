@@ -21,6 +21,7 @@ import numpy as np
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath, check_expansion, read_bytes
+from stitchmesh.io.own_stitches import format_own_drawings, parse_own_drawings
 from stitchmesh.lattice import Lattice
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ Data = TypeVar("Data")
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 VERSION = 1
+DRAWINGS = "own_stitches"
+"""Field of the drawings of stitches of the user's own; its dataset holds their JSON text as bytes, if there are any."""
 HEAP, HEAP_HEAD = b"GCOL\x01\0\0\0", 16
 """First bytes of a heap of texts, and the size of its head and of the heads of its objects."""
 
@@ -56,6 +59,8 @@ def write_dataclass(path: FilePath, data: object, format_name: str) -> None:
             value = getattr(data, field.name)
             if value is not None:
                 file.create_dataset(field.name, data=value.periods if isinstance(value, Lattice) else value)
+        if getattr(data, DRAWINGS, ()):
+            file.create_dataset(DRAWINGS, data=np.frombuffer(format_own_drawings(getattr(data, DRAWINGS)), np.uint8))
     write_bytes(path, content.getbuffer())
 
 
@@ -84,6 +89,10 @@ def read_dataclass(path: FilePath, kind: type[Data], format_name: str) -> Data:
             datasets = {field.name: _dataset(name, file, field.name) for field in _stored_fields(kind)}
             _check_sizes(name, datasets.values())
             fields = {field.name: _value(name, datasets[field.name], field, kind) for field in _stored_fields(kind)}
+            drawings = _dataset(name, file, DRAWINGS)
+            _check_sizes(name, [drawings])
+            if drawings is not None:
+                fields[DRAWINGS] = parse_own_drawings(name, np.asarray(drawings[()], dtype=np.uint8).tobytes())
     except FileError:
         raise
     except Exception as error:  # h5py raises exceptions of many types for damaged files.

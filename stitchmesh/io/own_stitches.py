@@ -40,7 +40,19 @@ def read_own_drawings(path: FilePath) -> tuple[OwnStitch, ...]:
     Raises:
         FileError: the file cannot be read or is no file of drawings; the message names the stitch and the key.
     """
-    name, content = fspath(path), read_bytes(path)
+    return parse_own_drawings(fspath(path), read_bytes(path))
+
+
+def parse_own_drawings(name: str, content: bytes) -> tuple[OwnStitch, ...]:
+    """Return the stitches of a text of drawings; their yarn is not checked yet.
+
+    Args:
+        name: name of the file, for messages.
+        content: the text, in UTF-8.
+
+    Raises:
+        FileError: the text is no file of drawings; the message names the stitch and the key.
+    """
     if len(content) > LARGEST_FILE:
         raise FileError(f"{name}: got {len(content)} bytes; expected drawings of at most {LARGEST_FILE}")
     try:
@@ -50,6 +62,19 @@ def read_own_drawings(path: FilePath) -> tuple[OwnStitch, ...]:
         return tuple(_own(code, drawing) for code, drawing in drawings.items())
     except ParameterError as error:
         raise FileError(f"{name}: {error}") from error
+
+
+def format_own_drawings(stitches: tuple[OwnStitch, ...]) -> bytes:
+    """Return the text of drawings, which ``parse_own_drawings`` reads without loss."""
+    drawings = {
+        stitch.code: _Drawing(
+            stitch.makes,
+            [_Part(part.start, part.end, list(part.through), part.head) for part in stitch.parts],
+            stitch.instruction,
+        )
+        for stitch in stitches
+    }
+    return msgspec.json.encode(drawings)
 
 
 def _own(code: str, content: object) -> OwnStitch:

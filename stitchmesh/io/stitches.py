@@ -40,15 +40,15 @@ def write_stitches(path: FilePath, fabric: StitchMesh) -> None:
         fabric: the stitch mesh.
 
     Raises:
-        ParameterError: a knitting machine cannot make the fabric; the message lists the stitches. Or the fabric holds
-            stitches of the user's own.
+        ParameterError: a knitting machine cannot make the fabric; the message lists the stitches. Or an ``.smobj``
+            file cannot hold the fabric's stitches of the user's own.
         FileError: the suffix is unknown, or the file cannot be written.
     """
     suffix = suffix_of(path, WRITABLE)
     check_kind("write_stitches", fabric, StitchMesh)
-    if fabric.own_stitches:
+    if fabric.own_stitches and suffix == ".smobj":
         found = f"holds the stitch {fabric.own_stitches[0].code!r} of your own"
-        raise ParameterError(f"{fspath(path)}: the stitch mesh {found}; files hold built-in stitches only")
+        raise ParameterError(f"{fspath(path)}: the stitch mesh {found}; write an .h5 file, which holds its drawing")
     if suffix == ".h5":
         write_dataclass(path, fabric, FORMAT)
     else:

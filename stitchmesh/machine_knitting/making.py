@@ -20,6 +20,7 @@ from stitchmesh.hand_knitting.pieces import Piece
 from stitchmesh.machine_knitting.program import CARRIERS, MOST_RACK
 from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.cable_groups import CableGroup, cable_groups
+from stitchmesh.mesh.own_stitch import FIRST_OWN
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 
 MOST_INCREASE = 1
@@ -56,15 +57,16 @@ def check_makeable(fabric: StitchMesh, pieces: Sequence[Piece]) -> None:
 def _stitches(fabric: StitchMesh, pieces: Sequence[Piece]) -> list[str]:
     """Names of the stitches that cannot be made, with their counts and first faces."""
     ends = {face for piece in pieces if drawn_together(fabric, piece) for face in piece.rows[-1].faces}
-    faces: dict[Stitch, list[int]] = defaultdict(list)
+    faces: dict[int, list[int]] = defaultdict(list)
     for face, code in enumerate(fabric.stitch.tolist()):
-        if not makeable(Stitch(code)) and face not in ends:
-            faces[Stitch(code)].append(face)
-    return [
-        f"{len(where)} {VOCABULARY[stitch].code if stitch in VOCABULARY else stitch.name.lower()} "
-        f"(face {first_few(where)})"
-        for stitch, where in faces.items()
-    ]
+        if (code >= FIRST_OWN or not makeable(Stitch(code))) and face not in ends:
+            faces[code].append(face)
+    return [f"{len(where)} {_code_of(fabric, code)} (face {first_few(where)})" for code, where in faces.items()]
+
+
+def _code_of(fabric: StitchMesh, code: int) -> str:
+    making = fabric.makings.get(code)
+    return making.code if making else Stitch(code).name.lower()
 
 
 def drawn_together(fabric: StitchMesh, piece: Piece) -> bool:

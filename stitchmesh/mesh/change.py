@@ -3,20 +3,22 @@
 """Changes of a stitch mesh, as data with an exact inverse.
 
 A ``Patch`` removes faces and adds other faces. ``Marks`` change numbers of faces or sides. Both store the numbers of
-faces and vertices before and after the change. A ``PaletteChange`` replaces the colours of the yarns. A change
-followed by its inverse therefore restores every array to the last bit, numbering included. Only the changed faces and
-their neighbours are checked, because the rest of the mesh was valid before the change.
+faces and vertices before and after the change. A ``PaletteChange`` replaces the colours of the yarns, and an
+``OwnStitchesChange`` the stitches of the user's own. A change followed by its inverse therefore restores every array to
+the last bit, numbering included. Only the changed faces and their neighbours are checked, because the rest of the mesh
+was valid before the change.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 
 from stitchmesh.errors import MeshError
 from stitchmesh.mesh.connectivity import check_fans
+from stitchmesh.mesh.own_stitch import OwnStitch
 from stitchmesh.mesh.palette import Palette, checked_palette
 from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray, ranges
 from stitchmesh.mesh.renumbering import Renumbering
@@ -77,7 +79,15 @@ class PaletteChange:
     """The new palette (sRGB), shape (P, 3)."""
 
 
-Change = Marks | Patch | PaletteChange
+@dataclass(frozen=True, eq=False)
+class OwnStitchesChange:
+    """New stitches of the user's own; those that faces use keep their places."""
+
+    own_stitches: tuple[OwnStitch, ...]
+    """The new ``StitchMesh.own_stitches``."""
+
+
+Change = Marks | Patch | PaletteChange | OwnStitchesChange
 
 
 def apply_change(fabric: StitchMesh, change: Change) -> StitchMesh:
@@ -92,6 +102,8 @@ def apply_change(fabric: StitchMesh, change: Change) -> StitchMesh:
         raise MeshError("change: the mesh repeats on a lattice; edit the chart from which the mesh was made")
     if isinstance(change, PaletteChange):
         return _apply_palette(fabric, change)
+    if isinstance(change, OwnStitchesChange):
+        return replace(fabric, own_stitches=change.own_stitches)
     return _apply_marks(fabric, change) if isinstance(change, Marks) else _apply_patch(fabric, change)
 
 
@@ -101,6 +113,8 @@ def inverse_change(fabric: StitchMesh, change: Change) -> Change:
         return Marks(change.name, change.places, getattr(fabric, change.name)[change.places])
     if isinstance(change, PaletteChange):
         return PaletteChange(fabric.palette)
+    if isinstance(change, OwnStitchesChange):
+        return OwnStitchesChange(fabric.own_stitches)
     sides = fabric.sides_of(change.removed_faces)
     across = fabric.twin[sides]
     twin = np.stack([fabric.side_face[across], fabric.side_place[across]], axis=1)

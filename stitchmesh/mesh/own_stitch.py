@@ -9,7 +9,7 @@ type codes from ``FIRST_OWN`` name the stitches in their order.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from stitchmesh.errors import ParameterError, PatternError
@@ -50,7 +50,7 @@ class OwnStitch:
     """Word of the stitch in patterns, such as ``daisy``."""
     makes: str
     """What it makes, in the codes of ``stitch``: ``d123kyk`` works three loops together and makes three from them."""
-    parts: tuple[DrawnPart, ...]
+    parts: tuple[DrawnPart, ...] = field(repr=False)
     """Its yarn, seen from the right side."""
     instruction: str = ""
     """Instruction for a hand knitter."""

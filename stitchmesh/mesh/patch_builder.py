@@ -20,7 +20,6 @@ from stitchmesh.errors import MeshError
 from stitchmesh.mesh.change import UNKNOWN_STRETCH, Patch, stretch_at, vertices_left
 from stitchmesh.mesh.polygon_mesh import BORDER, FloatArray, IntArray
 from stitchmesh.mesh.renumbering import Renumbering
-from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.mesh.stitch_mesh import PER_FACE, PER_SIDE, StitchMesh
 
 
@@ -36,7 +35,7 @@ class NewFace:
     """Number of bottom sides."""
     n_top: int
     """Number of top sides."""
-    stitch: Stitch
+    stitch: int
     """Type code of the face."""
     row: int
     """Row of the face."""

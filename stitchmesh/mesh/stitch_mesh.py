@@ -152,6 +152,15 @@ class StitchMesh(Mesh):
         total = np.add.reduceat(self.stretch[self.side_edge], self.face_start[:-1])
         return total / np.diff(self.face_start)
 
+    @cached_property
+    def built_in(self) -> IntArray:
+        """Type code of each face, with ``KNIT`` in the place of stitches of the user's own, shape (F,)."""
+        return np.where(self.stitch >= FIRST_OWN, int(Stitch.KNIT), self.stitch)
+
+    def type_code(self, stitch: StitchType) -> int:
+        """Return the type code of a stitch, built in or among ``own_stitches``."""
+        return FIRST_OWN + self.own_stitches.index(stitch) if isinstance(stitch, OwnStitch) else int(stitch)
+
     def stitch_type(self, code: int) -> StitchType:
         """Return the stitch of a type code.
 

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.mesh.palette import colours_of, linear_colour, parse_colour, srgb_colour
-from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.render.colour_scale import ColourScale, diverging_scale, sequential_scale
 from stitchmesh.render.lettering import Colour
 from stitchmesh.render.palette import stitch_colour
@@ -81,8 +80,9 @@ def colour_yarns(
     if colour == "row":
         return Coloured(_blended(yarns, row_colours(yarns.row), blend))
     if colour == "stitch":
-        codes = _stitches(yarns, fabric)
-        return Coloured(_blended(yarns, _code_colours(codes), blend), stitch_key(codes))
+        knitted = _fabric_of(yarns, fabric, colour)
+        codes = np.where(yarns.face >= 0, knitted.stitch[yarns.face], -1)
+        return Coloured(_blended(yarns, _code_colours(codes), blend), stitch_key(knitted, codes))
     if colour in COLOUR_BY:
         return _by_number(yarns, colour, fabric, body, material)
     return Coloured(np.tile(one_colour(colour), (len(yarns.points), 1)))
@@ -108,10 +108,11 @@ def blend_colours(own: NDArray[np.uint8], code: NDArray[np.uint8], weight: float
     return np.round(255 * srgb_colour(mixed)).astype(np.uint8)
 
 
-def stitch_key(codes: NDArray[np.int64]) -> tuple[tuple[str, Colour], ...]:
+def stitch_key(fabric: StitchMesh, codes: NDArray[np.int64]) -> tuple[tuple[str, Colour], ...]:
     """Return the legend of stitch types, with one entry for each type; negative codes are left out."""
     return tuple(
-        (Stitch(code).name.lower().replace("_", " "), stitch_colour(code)) for code in np.unique(codes[codes >= 0])
+        (fabric.stitch_type(code).name.lower().replace("_", " "), stitch_colour(code))
+        for code in np.unique(codes[codes >= 0]).tolist()
     )
 
 
@@ -169,11 +170,6 @@ def _face_stretch(yarns: YarnSet, fabric: StitchMesh | None) -> FloatArray:
     if known is None:
         raise ParameterError("colour: got 'stretch' and a stitch mesh that was not relaxed; relax it (relax-mesh)")
     return np.where(yarns.face >= 0, known[yarns.face] - 1.0, 0.0)
-
-
-def _stitches(yarns: YarnSet, fabric: StitchMesh | None) -> NDArray[np.int64]:
-    """Return the stitch type of each control point, -1 where no stitch made the point."""
-    return np.where(yarns.face >= 0, _fabric_of(yarns, fabric, "stitch").stitch[yarns.face], -1)
 
 
 def _fabric_of(yarns: YarnSet, fabric: StitchMesh | None, colour: str) -> StitchMesh:

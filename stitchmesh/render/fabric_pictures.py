@@ -80,7 +80,7 @@ def render_stitches(fabric: StitchMesh, path: FilePath, options: PictureOptions 
     """
     codes, counts = np.unique(fabric.stitch, return_counts=True)
     key = [
-        (f"{Stitch(code).name.lower().replace('_', ' ')}  {count}", stitch_colour(code))
+        (f"{fabric.stitch_type(code).name.lower().replace('_', ' ')}  {count}", stitch_colour(code))
         for code, count in zip(codes.tolist(), counts.tolist(), strict=True)
     ]
     caption = f"{fabric.face_count} stitches in {len(np.unique(fabric.row))} rows"

@@ -34,7 +34,7 @@ def colour_faces(mesh: Mesh, colour: str) -> Coloured:
     if not isinstance(mesh, StitchMesh):
         raise ParameterError(f"colour: got {colour!r} for a polygon mesh, which has no {colour}s; give one colour")
     if colour == "stitch":
-        return Coloured(stitch_colours(mesh.stitch, mesh.row), stitch_key(mesh.stitch))
+        return Coloured(stitch_colours(mesh.stitch, mesh.row), stitch_key(mesh, mesh.stitch))
     if colour == "row":
         return Coloured(row_colours(mesh.row))
     if colour == "yarn":

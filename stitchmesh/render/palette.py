@@ -9,6 +9,7 @@ from colorsys import hsv_to_rgb
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stitchmesh.mesh.own_stitch import FIRST_OWN
 from stitchmesh.mesh.stitch import CODES, Stitch
 
 _PLAIN = {
@@ -44,18 +45,23 @@ def _colours() -> dict[Stitch, tuple[int, int, int]]:
 
 STITCH_COLOURS = _colours()
 """Colour of each stitch, sRGB 0 to 255: plain stitches are pale, increases warm, decreases cool and slips green."""
+GOLDEN_SECTION = 0.618
+"""Distance of the hues of consecutive stitches of the user's own, in turns."""
 ODD_ROW = 0.9
 """Relative brightness of odd rows in the picture of stitches."""
 
 
 def stitch_colours(stitch: ArrayLike, row: ArrayLike) -> NDArray[np.uint8]:
     """Return the colour (sRGB, 0 to 255) of each stitch face, shape (n,) to (n, 3); odd rows are slightly darker."""
-    codes = np.asarray(stitch, dtype=np.int64)
-    table = np.array([stitch_colour(code) for code in sorted(Stitch)], dtype=np.float64)
+    codes, place = np.unique(np.asarray(stitch, dtype=np.int64), return_inverse=True)
+    table = np.array([stitch_colour(code) for code in codes.tolist()], dtype=np.float64).reshape(-1, 3)
     shade = np.where(np.asarray(row) % 2 == 1, ODD_ROW, 1.0)
-    return np.round(table[codes] * shade[..., None]).astype(np.uint8)
+    return np.round(table[place] * shade[..., None]).astype(np.uint8)
 
 
 def stitch_colour(code: int) -> tuple[int, int, int]:
-    """Return the colour (sRGB, 0 to 255) of a stitch type."""
-    return STITCH_COLOURS[Stitch(code)]
+    """Return the colour (sRGB, 0 to 255) of a stitch type; those of the user's own have hues far from each other."""
+    if code in STITCH_COLOURS:
+        return STITCH_COLOURS[Stitch(code)]
+    red, green, blue = hsv_to_rgb(GOLDEN_SECTION * (code - FIRST_OWN + 1) % 1.0, 0.55, 0.85)
+    return round(255 * red), round(255 * green), round(255 * blue)

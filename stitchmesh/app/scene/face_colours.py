@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 from stitchmesh.app.scene.drawing import LARGEST_PALETTE, Colours
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.mesh.palette import colours_of
-from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.render.palette import ODD_ROW, stitch_colours
 from stitchmesh.yarn.colours import row_colours
 
 ColourBy = Literal["stitch", "yarn", "row"]
 """What decides the colour of a face."""
-_ALL_STITCHES = np.arange(max(Stitch) + 1)
+_ALL_STITCHES = np.arange(LARGEST_PALETTE // 2)
 
 
 def colours_of_faces(fabric: StitchMesh, by: ColourBy) -> Colours:

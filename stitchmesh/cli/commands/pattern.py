@@ -25,6 +25,8 @@ class Pattern:
     on: OnSelection = None
     face: Annotated[int | None, help_entry("FACE", "the whole fabric")] = None
     """limit the pattern to the largest grid of plain stitches around this face, counted from 0"""
+    stitches: Annotated[str | None, help_entry("FILE", "built-in stitches only")] = None
+    """drawings (.json) of stitches of your own, whose codes the pattern uses (docs/own-stitches.md)"""
     remainder: Annotated[str, help_entry("HOW")] = DEFAULT_REMAINDER
     """treatment of stitches that remain beside whole tiles of the pattern: centre, stretch or refuse"""
 
@@ -34,8 +36,10 @@ class Pattern:
         from stitchmesh.patterns import lay_pattern, read_pattern
         from stitchmesh.patterns.placement.left_out import left_out_lines
         from stitchmesh.selection import select
+        from stitchmesh.yarngen.templates.own_checks import read_own_stitches
 
-        chosen = read_pattern(self.pattern)
+        own = () if self.stitches is None else read_own_stitches(self.stitches)
+        chosen = read_pattern(self.pattern, stitches=own)
         remainder = check_remainder(self.remainder)
         fabric = read_stitches(self.fabric)
         faces = None if self.on is None else select(fabric, self.on)

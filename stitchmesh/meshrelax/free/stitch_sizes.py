@@ -87,7 +87,7 @@ def _loops(fabric: StitchMesh, kind: str) -> IntArray:
     count = np.zeros(max(Stitch) + 1, dtype=np.int64)
     for stitch, making in VOCABULARY.items():
         count[stitch] = making.made.count(kind)
-    return count[fabric.stitch]
+    return count[fabric.built_in]
 
 
 def _is_slipped(fabric: StitchMesh) -> NDArray[np.bool_]:

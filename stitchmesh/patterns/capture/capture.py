@@ -115,8 +115,8 @@ class _Rows:
     def _cells(self, numbers: IntArray) -> tuple[Cell, ...]:
         keys = list(map(tuple, numbers.tolist()))
         for key in set(keys) - self.cells.keys():
-            stitch = Stitch(key[0])
-            self.cells[key] = Cell(stitch, key[2 : 2 + VOCABULARY[stitch].n_top], key[1])
+            n_top = self.fabric.makings[key[0]].n_top
+            self.cells[key] = Cell(self.fabric.stitch_type(key[0]), key[2 : 2 + n_top], key[1])
         return tuple(self.cells[key] for key in keys)
 
     def _loops(self, numbers: IntArray) -> tuple[Loop, ...]:
@@ -132,14 +132,14 @@ def _held_twist(fabric: StitchMesh) -> IntArray:
     turned = np.flatnonzero(fabric.twist == THROUGH_BACK)
     below, above = fabric.side_face[turned], faces_across(fabric, turned, BOTTOM)
     through = _is_plain(fabric, above) & (fabric.cable_shift[turned] == 0)
-    through &= ~_YARN_OVER_MADE[fabric.stitch[below]]
+    through &= ~_YARN_OVER_MADE[fabric.built_in[below]]
     held[turned[through]] = THROUGH_BACK
     return held
 
 
 def _is_plain(fabric: StitchMesh, faces: IntArray) -> NDArray[np.bool_]:
     """Whether each face is there and is a plain knit or purl stitch, shape (n,)."""
-    return np.asarray((faces != BORDER) & _KNIT_OR_PURL[fabric.stitch[faces]])
+    return np.asarray((faces != BORDER) & _KNIT_OR_PURL[fabric.built_in[faces]])
 
 
 def _colours(fabric: StitchMesh, rows: list[RegionRow]) -> tuple[tuple[int, int, int], ...]:

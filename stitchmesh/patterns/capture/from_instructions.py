@@ -9,6 +9,7 @@ from dataclasses import replace
 from stitchmesh.errors import PatternError
 from stitchmesh.hand_knitting.parse import parse_instructions
 from stitchmesh.hand_knitting.written_pieces import WrittenPiece, WrittenRow, WrittenStitch
+from stitchmesh.mesh.own_stitch import StitchType
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.patterns.capture.capture import THROUGH_BACK
 from stitchmesh.patterns.pattern import Cell, Loop, Pattern, Row
@@ -93,7 +94,7 @@ def _give_to_makers(below: list[Cell], held: list[Loop], row: WrittenRow) -> Non
         place += cell.n_top
 
 
-def _is_through_back(maker: Cell, loop: Loop, worker: Stitch) -> bool:
+def _is_through_back(maker: Cell, loop: Loop, worker: StitchType) -> bool:
     """Whether a half turn belongs to the stitch above, as ``capture_pattern`` divides half turns."""
     plain = worker in (Stitch.KNIT, Stitch.PURL) and maker.stitch != Stitch.YARN_OVER
     return plain and loop.twist == THROUGH_BACK and not loop.shift

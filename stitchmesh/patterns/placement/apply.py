@@ -15,10 +15,10 @@ from os import PathLike
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.errors import ParameterError, PatternError
+from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
-from stitchmesh.mesh.change import Change, Marks, apply_change
+from stitchmesh.mesh.change import Change, Marks, OwnStitchesChange, apply_change
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.library import read_pattern
 from stitchmesh.patterns.pattern import Pattern, check_closes
@@ -140,17 +140,14 @@ def lay_pattern(
     chosen = _pattern_of(pattern)
     check_remainder(remainder)
     _check_fabric(fabric)
-    if chosen.own_stitches:
-        found = f"holds the stitch {chosen.own_stitches[0].code!r} of your own"
-        raise PatternError(f"pattern {chosen.name!r}: {found}, which only swatches can be knitted in")
     if not keeps_counts(chosen):
         check_closes(chosen)
     if face is not None and faces is not None:
         raise ParameterError("got a face and a region; expected one of them")
     inside = region_of(fabric, faces)
     chosen, colours = colour_on_fabric(chosen, fabric)
-    changes: list[Change] = [*colours]
-    for change in colours:
+    changes: list[Change] = [*_new_stitches(fabric, chosen), *colours]
+    for change in changes:
         fabric = apply_change(fabric, change)
     if face is None:
         fabric, inside = _rebuilt(fabric, inside, plain_ground(fabric, inside), changes)
@@ -172,6 +169,12 @@ def lay_pattern(
             f"use narrower stitches{', a wider region' if faces is not None else ''} or another pattern"
         )
     return _Laying(fabric, chosen, placement, inside).laid(changes)
+
+
+def _new_stitches(fabric: StitchMesh, pattern: Pattern) -> list[Change]:
+    """Return the change that adds the pattern's stitches of the user's own to those of the fabric."""
+    new = tuple(stitch for stitch in pattern.own_stitches if stitch not in fabric.own_stitches)
+    return [OwnStitchesChange((*fabric.own_stitches, *new))] if new else []
 
 
 def _rebuilt(
@@ -209,7 +212,7 @@ class _Laying:
         self.fabric, self.pattern, self.placement, self.inside = fabric, pattern, placement, inside
         self.cells = CellNumbers(pattern, placement)
         units = units_of(pattern)
-        self.table = CellTable(pattern, units, self.cells)
+        self.table = CellTable(fabric, pattern, units, self.cells)
         self.sites, self.in_site = find_sites(fabric, placement, self.cells, units.larger)
 
     def laid(self, before: list[Change]) -> LaidPattern:

@@ -11,7 +11,6 @@ import numpy as np
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.mesh.courses import chain_through, right_neighbours
-from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.pattern import Pattern
 from stitchmesh.patterns.placement.columns import OUTSIDE, Remainder, lay_out
 from stitchmesh.patterns.placement.placement import Placement, is_plain, plain_above
@@ -76,7 +75,8 @@ def _check_start(fabric: StitchMesh, face: int) -> None:
     if not 0 <= face < fabric.face_count:
         raise ParameterError(f"face {face}: does not exist; the mesh has faces 0 to {fabric.face_count - 1}")
     if not is_plain(fabric)[face]:
-        found = f"{Stitch(int(fabric.stitch[face])).name} on {fabric.n_bottom[face]} bottom and {fabric.n_top[face]}"
+        name = fabric.stitch_type(int(fabric.stitch[face])).name
+        found = f"{name} on {fabric.n_bottom[face]} bottom and {fabric.n_top[face]}"
         raise ParameterError(f"face {face}: is {found} top sides; a pattern starts from a plain stitch such as KNIT")
 
 

@@ -23,7 +23,7 @@ from stitchmesh.patterns.placement.units import Units
 class CellTable:
     """What the plain stitches of each cell of a pattern become, by the number of the cell."""
 
-    def __init__(self, pattern: Pattern, units: Units, cells: CellNumbers) -> None:
+    def __init__(self, fabric: StitchMesh, pattern: Pattern, units: Units, cells: CellNumbers) -> None:
         """Fill the table from the units of one stitch, and from the stitches near a cell for all other units."""
         count = pattern.height * sum(pattern.rows[0].bottoms)
         self.is_single = np.zeros(count, dtype=bool)
@@ -38,7 +38,7 @@ class CellTable:
                     single = units.single.get((section, row, column))
                     near = single or _cell_near(pattern.rows[row].sections[section], (column + 0.5) / width)
                     self.is_single[number] = single is not None
-                    self.stitch[number] = near.stitch if single else _plain_form(near)
+                    self.stitch[number] = fabric.type_code(near.stitch if single else _plain_form(near))
                     self.made[number] = single.twist[0] if single else 0
                     self.yarn[number] = near.yarn
 
@@ -70,9 +70,10 @@ def changes_in_place(
     """
     faces = np.flatnonzero((cells != BORDER) & kept)
     wanted = table.stitch[cells[faces]]
-    own = fabric.stitch[faces]
+    own, built_in = fabric.stitch[faces], fabric.built_in[faces]
     stitch, yarn = fabric.stitch.copy(), fabric.yarn.copy()
-    shaped = np.where(wanted == Stitch.PURL, _AS_PURL[own], _AS_KNIT[own])
+    shaped = np.where(wanted == Stitch.PURL, _AS_PURL[built_in], _AS_KNIT[built_in])
+    shaped = np.where(own == built_in, shaped, own)
     stitch[faces] = np.where(is_plain(fabric)[faces], wanted, shaped)
     if pattern.yarn_count > 1:
         yarn[faces] = table.yarn[cells[faces]]

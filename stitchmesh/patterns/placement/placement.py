@@ -34,7 +34,7 @@ class Placement:
 
 def is_worked(fabric: StitchMesh) -> np.ndarray:
     """Whether each face is a stitch that a pattern may change, shape (F,)."""
-    return _WORKED[fabric.stitch]
+    return _WORKED[fabric.built_in]
 
 
 def is_plain(fabric: StitchMesh) -> np.ndarray:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.courses import Course
+from stitchmesh.mesh.own_stitch import FIRST_OWN
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.placement.placement import is_plain, is_worked
 from stitchmesh.patterns.placement.rebuilt_runs import (
@@ -139,7 +140,7 @@ class _Ground:
 def _holds_pattern(fabric: StitchMesh, run: Course) -> bool:
     """Whether a run has yarn-overs or tucks, or decreases near increases."""
     faces = np.array(run.faces)
-    if np.isin(fabric.stitch[faces], _OF_PATTERNS).any():
+    if (np.isin(fabric.stitch[faces], _OF_PATTERNS) | (fabric.stitch[faces] >= FIRST_OWN)).any():
         return True
     excess = np.sign(fabric.n_top[faces] - fabric.n_bottom[faces])
     shaped = np.flatnonzero(excess)

@@ -12,6 +12,7 @@ import numpy as np
 
 from stitchmesh.mesh import BORDER, BOTTOM, LEFT, PER_SIDE, RIGHT, TOP, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.change import UNKNOWN_STRETCH, Patch, stretch_at, vertices_left
+from stitchmesh.mesh.own_stitch import FIRST_OWN
 from stitchmesh.mesh.renumbering import Renumbering
 from stitchmesh.patterns.pattern import Pattern
 from stitchmesh.patterns.placement.block import Block
@@ -71,13 +72,21 @@ class Replacement:
             faces={
                 "n_bottom": self._of_faces("n_bottom"),
                 "n_top": self._of_faces("n_top"),
-                "stitch": self._of_faces("stitch"),
+                "stitch": self._type_codes(),
                 "row": self._from_old("row"),
                 "yarn": self._of_faces("yarn") if self.pattern.yarn_count > 1 else self._from_old("yarn"),
             },
             sides={name: self._of_sides(name) for name in PER_SIDE},
             stretch=self._stretch(),
         )
+
+    def _type_codes(self) -> IntArray:
+        """Return the type code of each new face in the fabric, which may have other stitches of the user's own."""
+        codes = self._of_faces("stitch")
+        own = np.array([self.fabric.type_code(stitch) for stitch in self.pattern.own_stitches], dtype=np.int64)
+        mine = codes >= FIRST_OWN
+        codes[mine] = own[codes[mine] - FIRST_OWN]
+        return codes
 
     def _of_faces(self, name: str) -> IntArray:
         """Return an array of the blocks for all added faces."""

@@ -216,7 +216,7 @@ def _fill_unknown(columns: IntArray, closed: bool) -> IntArray:
 def _own_columns(fabric: StitchMesh, faces: IntArray, below: IntArray) -> IntArray:
     """Return the column of each face: that of its loop or, for a decrease, that of the loop that shows."""
     count = fabric.n_bottom[faces]
-    shown = np.where(count > 1, _SHOWN[fabric.stitch[faces]], 0)
+    shown = np.where(count > 1, _SHOWN[fabric.built_in[faces]], 0)
     places = np.minimum(np.cumsum(count) - count + shown, max(len(below) - 1, 0))
     return np.where(count > 0, below[places] if len(below) else OUTSIDE, OUTSIDE)
 
@@ -229,7 +229,7 @@ def _columns_made(fabric: StitchMesh, faces: IntArray, own: IntArray, closed: bo
     for index in np.flatnonzero((count > 1) | ((count > 0) & (fabric.n_bottom[faces] == 0))):
         left = own[index - 1] if index or closed else OUTSIDE
         right = own[(index + 1) % len(own)] if index + 1 < len(own) or closed else OUTSIDE
-        making = VOCABULARY.get(Stitch(int(fabric.stitch[faces[index]])))
+        making = fabric.makings.get(int(fabric.stitch[faces[index]]))
         main = _main_loop(making) if making else 0
         made[first[index] : first[index] + count[index]] = [
             _column_beside(place, main, count[index], int(left), int(own[index]), int(right))

@@ -12,11 +12,10 @@ import pytest
 
 from stitchmesh.cli import main as cli
 from stitchmesh.errors import FileError, ParameterError, PatternError, YarnError
-from stitchmesh.io import write_stitches
 from stitchmesh.io.own_stitches import read_own_drawings
 from stitchmesh.mesh.own_stitch import FIRST_OWN
 from stitchmesh.mesh.stitch import CODES, SIDE_COUNTS
-from stitchmesh.patterns import apply_pattern, format_pattern, parse_pattern, read_pattern
+from stitchmesh.patterns import format_pattern, parse_pattern, read_pattern
 from stitchmesh.periodic.repeat.torus import torus_mesh
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
@@ -24,7 +23,6 @@ from stitchmesh.yarngen.templates.drawings import drawings
 from stitchmesh.yarngen.templates.own_checks import check_own_stitch, read_own_stitches
 from stitchmesh.yarngen.templates.table import template
 from tests.gallery import ROOT
-from tests.patterns.fabrics import flat
 
 FOLDER = ROOT / "examples" / "stitches"
 
@@ -110,15 +108,6 @@ def test_its_loops_are_linked_as_its_code_says(daisy):
     fabric = torus_mesh(read_pattern(FOLDER / "daisy.knit", [daisy]), stitch_width=1.0, stitch_height=0.8)
     assert fabric.stitch.max() == FIRST_OWN
     check_loops(fabric, generate_yarns(fabric))
-
-
-def test_what_only_knows_built_in_stitches_refuses_it(tmp_path, daisy):
-    pattern = read_pattern(FOLDER / "daisy.knit", [daisy])
-    with pytest.raises(PatternError, match="holds the stitch 'daisy' of your own, which only swatches"):
-        apply_pattern(flat(8, 8), pattern)
-    with pytest.raises(ParameterError, match="files hold built-in stitches only"):
-        write_stitches(tmp_path / "own.h5", torus_mesh(pattern, stitch_width=1.0, stitch_height=0.8))
-    assert not list(tmp_path.iterdir())
 
 
 def test_the_command_refuses_a_contradiction_and_writes_nothing(tmp_path, capsys):

@@ -250,7 +250,7 @@ def _status(words: str) -> str:
 
 
 def _face_words(fabric: StitchMesh, face: int) -> str:
-    stitch = Stitch(int(fabric.stitch[face]))
+    stitch = fabric.stitch_type(int(fabric.stitch[face]))
     name = "panel" if stitch == Stitch.PANEL else "bind-off" if stitch == Stitch.BIND_OFF else name_of(stitch)
     loops = f"{fabric.n_bottom[face]} below, {fabric.n_top[face]} above"
     sides = int(fabric.n_bottom[face]), int(fabric.n_top[face])

@@ -9,6 +9,7 @@ from html import escape
 from urllib.parse import quote
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.mesh.own_stitch import OwnStitch, StitchType
 from stitchmesh.mesh.stitch import CODES, VOCABULARY, Stitch
 from stitchmesh.render.thumbnails.stitch_drawing import draw_stitch
 
@@ -35,8 +36,10 @@ STYLE = """<style>
 </style>"""
 
 
-def name_of(stitch: Stitch) -> str:
+def name_of(stitch: StitchType) -> str:
     """Return the name that edits use for a stitch: its code, ``cast-on`` or ``draw-through``."""
+    if isinstance(stitch, OwnStitch):
+        return stitch.code
     return OTHER_NAMES.get(stitch) or VOCABULARY[stitch].code
 
 

@@ -260,7 +260,7 @@ def _copies(yarns: YarnSet) -> FloatArray:
 def _stitch_name(fabric: StitchMesh | None, face: int) -> str:
     if fabric is None or face >= fabric.face_count or _is_panel(fabric):
         return ""
-    return f" ({Stitch(int(fabric.stitch[face])).name.lower().replace('_', ' ')})"
+    return f" ({fabric.stitch_type(int(fabric.stitch[face])).name.lower().replace('_', ' ')})"
 
 
 def _is_panel(mesh: StitchMesh) -> bool:
