@@ -20,13 +20,18 @@ from stitchmesh.tessellate import tessellate
 from tests.gallery import GARMENTS
 from tests.shaking import shaken
 
-WIDTH = {"dress": 2.5, "glove": 0.8, "hat": 1.2, "poncho": 3.0, "sock": 0.9, "swatch": 1.0, "sweater": 2.0}
+WIDTH = {
+    "alien": 2.0, "dress": 2.5, "glove": 0.8, "hat": 1.2, "poncho": 3.0, "sheep": 3.0, "sock": 0.9, "swatch": 1.0,
+    "sweater": 2.0,
+}  # fmt: skip
 """Stitch widths [cm] that give garments of about a thousand stitches."""
 BORDERS = {
+    "alien": ["hem", "left cuff", "right cuff", "neck"],
     "dress": ["hem", "left armhole", "right armhole", "neck"],
     "glove": ["cuff", "tip", "tip", "tip", "tip", "tip"],
     "hat": ["hem", "tip"],
     "poncho": ["hem", "neck"],
+    "sheep": ["border 0", "left armhole", "right armhole", "left armhole", "right armhole", "neck"],
     "sock": ["cuff", "tip"],
     "swatch": ["border 0"],
     "sweater": ["hem", "left cuff", "right cuff", "neck"],
