@@ -141,17 +141,20 @@ def _only_row(fabric: StitchMesh, whole: Course) -> int:
     """Return the row number that all faces of a course share.
 
     Raises:
-        ParameterError: the course is part of a spiral, or continues with the opposite wale direction.
+        ParameterError: the course is part of a spiral, turns back in short rows or a bobble, or continues with the
+            opposite wale direction.
     """
     rows = np.unique(fabric.row[list(whole.faces)])
     if len(rows) > 1:
         raise ParameterError(
             f"face {whole.faces[0]}: its row climbs from row {rows[0]} to row {rows[-1]}; turn the spiral back first"
         )
-    for side in (fabric.left_wale[whole.faces[0]], fabric.right_wale[whole.faces[-1]]):
-        if not whole.closed and fabric.twin[side] != BORDER:
-            name = fabric.side_name(side)
+    for side in () if whole.closed else (fabric.left_wale[whole.faces[0]], fabric.right_wale[whole.faces[-1]]):
+        name = fabric.side_name(side)
+        if fabric.twin[side] != BORDER:
             raise ParameterError(f"{name}: the row continues with the opposite direction; flip a part of it first")
+        if fabric.next_border_side(fabric.next_border_side(side)) == side:
+            raise ParameterError(f"{name}: the row turns back here, in short rows or a bobble; choose another row")
     return int(rows[0])
 
 

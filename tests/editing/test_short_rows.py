@@ -144,6 +144,14 @@ def test_random_runs_are_made_or_refused_in_one_line():
     assert 10 < made < 60
 
 
+@pytest.mark.parametrize("name", ["insert_row", "remove_row"])
+def test_whole_rows_are_not_edited_where_the_yarn_turns_back(name):
+    made = with_short_rows(wide(), run(3, 3, 4, 5, 6))
+    for face in (*run(3, 0, 4, 11), made.face_count - 1):
+        with pytest.raises(ParameterError, match="the row turns back here, in short rows or a bobble"):
+            apply_edit(made, Edit(name, {"face": face}))
+
+
 REFUSED = {
     "no face": ([], "faces: got none"),
     "a face that is not there": ([96], "face 96: does not exist"),
