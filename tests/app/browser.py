@@ -250,6 +250,10 @@ class Rig(BrowserWindow):
         self.settle()
 
     @property
+    def wait_for(self, condition: Callable[[], Any], what: str = "", longest: int = WAIT) -> None:
+        """Wait as ``BrowserWindow`` does; there is no page while one takes the place of another."""
+        super().wait_for(lambda: self.app.page is not None and condition(), what, longest)
+
     def client(self) -> Any:
         """The browser as viser knows it; the newest one."""
         return self.opened.server.get_clients()[max(self.opened.server.get_clients())]
