@@ -249,11 +249,11 @@ class Rig(BrowserWindow):
         super().__init__(browser, opened.address, size, dark=dark)
         self.settle()
 
-    @property
     def wait_for(self, condition: Callable[[], Any], what: str = "", longest: int = WAIT) -> None:
         """Wait as ``BrowserWindow`` does; there is no page while one takes the place of another."""
         super().wait_for(lambda: self.app.page is not None and condition(), what, longest)
 
+    @property
     def client(self) -> Any:
         """The browser as viser knows it; the newest one."""
         return self.opened.server.get_clients()[max(self.opened.server.get_clients())]
