@@ -90,7 +90,8 @@ def test_a_file_that_is_too_large_is_not_sent(app_in_browser):
 def test_the_stitches_are_downloaded_as_the_library_writes_them(app_in_browser, tmp_path):
     divided_project(tmp_path / "project").close()
     with app_in_browser(page="Project") as rig:
-        rig.browser_page.get_by_text("Download", exact=True).click()
+        rig.open_group("Download")
+        rig.settle()
         name, content = rig.downloaded(lambda: rig.act("download", "stitches.h5"))
         (tmp_path / name).write_bytes(content)
         assert name == "stitches.h5" and same(read_stitches(tmp_path / name), rig.app.project.fabric)
@@ -104,6 +105,7 @@ def test_a_download_goes_to_the_browser_that_asked_for_it(app_in_browser, tmp_pa
         other.browser_page.on("download", lambda download: received.append("second"))
         for window in (rig, other):
             window.open_group("Download")
+            rig.settle()
             window.downloaded(lambda window=window: window.act("download", "labeled.h5"))
             rig.settle()
             other.browser_page.wait_for_timeout(300)
