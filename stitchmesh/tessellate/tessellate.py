@@ -151,7 +151,7 @@ class _Tessellation:
         for face in range(self.labeled.face_count):
             next_edge = add_stitches(self.panel(face), faces, next_edge)
         sizes = [len(corners) for corners in faces.corners]
-        twin = _twins(np.concatenate(faces.edges))
+        twin = twins_of_edges(np.concatenate(faces.edges))
         start = np.concatenate([[0], np.cumsum(sizes)])
         n_bottom = np.array(faces.n_bottom)
         return StitchMesh(
@@ -161,13 +161,13 @@ class _Tessellation:
             twin=twin,
             n_bottom=n_bottom,
             n_top=np.array(faces.n_top),
-            stitch=_with_cast_on(np.array(faces.stitch), start, n_bottom, twin),
+            stitch=with_cast_on(np.array(faces.stitch), start, n_bottom, twin),
             row=np.array(faces.row),
             palette=self.labeled.palette,
         )
 
 
-def _twins(edges: IntArray) -> IntArray:
+def twins_of_edges(edges: IntArray) -> IntArray:
     """Twin of each side: the other side with the same edge number, shape (C,)."""
     order = np.argsort(edges, kind="stable")
     pair = np.flatnonzero(np.diff(edges[order]) == 0)
@@ -176,7 +176,7 @@ def _twins(edges: IntArray) -> IntArray:
     return twin
 
 
-def _with_cast_on(stitch: IntArray, start: IntArray, n_bottom: IntArray, twin: IntArray) -> IntArray:
+def with_cast_on(stitch: IntArray, start: IntArray, n_bottom: IntArray, twin: IntArray) -> IntArray:
     """Replace stitches by cast-ons where all bottom sides of a face are on the border."""
     face = np.repeat(np.arange(len(n_bottom)), np.diff(start))
     bottom = np.arange(len(twin)) - start[:-1][face] < n_bottom[face]

@@ -1,0 +1,184 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where knitting begins and ends on a surface.
+
+Rows are level lines of a time. Its sources and sinks are borders that are rows (hems, cuffs, necks), marked points and
+lines, and the tips of closed limbs, which need no mark. One of them is the root: all yarn flows from it, or to it.
+Borders that are neither are sides, at which rows end: slits, and the sides of flat pieces.
+
+A border is told by how it turns. By the theorem of Gauss and Bonnet the turning of a border, the sum of pi minus the
+angle of the surface at its vertices, is near 0 at the end of a tube, near 2 pi around a flat piece, and near -2 pi
+around a hole in a flat piece.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.shaping.triangle_surface import TriangleSurface
+
+SLIT_TURNING = -np.pi
+"""Turning below which a border is a hole in a surface that is flat around it [rad]."""
+FLAT_TURNING = np.pi
+"""Turning above which the only border of a surface is the outline of a flat piece [rad]."""
+SLIT_ELONGATION = 2.0
+"""Length over width from which a hole is a slit, whose long sides rows run into."""
+CORNER = np.radians(40.0)
+"""Turning of an outline within a fiftieth of its length that makes a corner [rad]."""
+FACING = 0.7
+"""Cosine of the angle between the direction of knitting and the normal of a border that begins or ends rows."""
+LEVEL = 0.02
+"""Difference of height, over the size of the surface, below which two borders are equally high."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """Where the time begins and ends."""
+
+    root: IntArray
+    """Vertices of the root, which all have the time 0."""
+    rows: tuple[IntArray, ...] = ()
+    """Vertices of each other end; those of one end have one time, which follows from the size of the surface."""
+    begins: bool = True
+    """Whether knitting begins at the root; if not, it ends there."""
+
+
+def automatic_ends(surface: TriangleSurface, up: FloatArray) -> Ends:
+    """Choose the ends of a connected surface.
+
+    The highest of several borders is the root, and knitting ends there: from the hem to the neck, from the cuff to the
+    shoulder. A single border is where knitting begins if it is the lower end, as the brim of a hat, and where it ends
+    if it is the upper one: a sock is knitted from the toe. A closed surface begins at an end of its longest axis.
+
+    Args:
+        surface: a connected surface.
+        up: unit vector, shape (3,).
+    """
+    if not surface.borders:
+        return _ends_of_closed(surface, up)
+    if len(surface.borders) == 1 and turning(surface, surface.borders[0]) > FLAT_TURNING:
+        flat = _ends_of_outline(surface, surface.borders[0], up)
+        if flat is not None:
+            return flat
+    rows = [border for border in surface.borders if not is_slit(surface, border)]
+    rows = rows or [max(surface.borders, key=lambda border: _length(surface, border))]
+    root = _highest(surface, rows, up)
+    others = tuple(border for number, border in enumerate(rows) if number != root)
+    return Ends(rows[root], others, begins=not others and not _is_upper_end(surface, rows[root], up))
+
+
+def turning(surface: TriangleSurface, border: IntArray) -> float:
+    """Return the turning of a border [rad]: the sum of pi minus the angle of the surface at each of its vertices."""
+    return float(np.pi * len(border) - corner_angles(surface)[border].sum())
+
+
+def corner_angles(surface: TriangleSurface) -> FloatArray:
+    """Return the sum of the angles of the triangles at each vertex [rad], shape (V,)."""
+    corner = surface.vertices[surface.triangles]
+    ahead, behind = np.roll(corner, -1, axis=1) - corner, np.roll(corner, 1, axis=1) - corner
+    across = np.linalg.norm(np.cross(ahead, behind), axis=2)
+    angle = np.arctan2(across, np.einsum("tci,tci->tc", ahead, behind))
+    return np.bincount(surface.triangles.ravel(), angle.ravel(), len(surface.vertices))
+
+
+def is_slit(surface: TriangleSurface, border: IntArray) -> bool:
+    """Whether rows end at a border: a hole in a surface that is flat around it, and much longer than wide."""
+    if turning(surface, border) > SLIT_TURNING:
+        return False
+    points = surface.vertices[border]
+    sizes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(sizes[0] > SLIT_ELONGATION * sizes[1])
+
+
+def _ends_of_closed(surface: TriangleSurface, up: FloatArray) -> Ends:
+    """The ends of a closed surface: the farther end of its longest axis is a tip, the other one is the root.
+
+    Of the two ends, the root is the one nearer to the axis, so that a body begins at its head and not at one foot.
+    """
+    centred = surface.vertices - np.average(surface.vertices, axis=0, weights=surface.vertex_area)
+    moment = (centred * surface.vertex_area[:, None]).T @ centred
+    axis = np.linalg.eigh(moment)[1][:, -1]
+    along = centred @ axis
+    ends = np.array([along.argmin(), along.argmax()])
+    beside = np.linalg.norm(centred[ends] - along[ends, None] * axis, axis=1)
+    lower = int((centred[ends] @ up).argmin())
+    uneven = abs(beside[0] - beside[1]) > LEVEL * np.ptp(along)
+    root = int(beside.argmin()) if uneven else lower
+    return Ends(ends[[root]], begins=root == lower)
+
+
+def _ends_of_outline(surface: TriangleSurface, outline: IntArray, up: FloatArray) -> Ends | None:
+    """The ends of a flat piece with corners: the sides of its outline below and above; None without such sides."""
+    direction = _direction_in_piece(surface, up)
+    pieces = outline_sides(surface, outline)
+    facing = [float(_outward(surface, piece) @ direction) for piece in pieces]
+    below = [piece for piece, cosine in zip(pieces, facing, strict=True) if cosine < -FACING]
+    above = [piece for piece, cosine in zip(pieces, facing, strict=True) if cosine > FACING]
+    if not below or len(pieces) < 2:
+        return None
+    longest = max(range(len(below)), key=lambda number: _length(surface, below[number], closed=False))
+    others = [piece for number, piece in enumerate(below) if number != longest]
+    return Ends(below[longest], tuple(above) if not others else (*others, *above))
+
+
+def outline_sides(surface: TriangleSurface, outline: IntArray) -> list[IntArray]:
+    """Divide the outline of a flat piece at its corners; the vertices of each side, both ends included."""
+    points = surface.vertices[outline]
+    step = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
+    turn = np.pi - corner_angles(surface)[outline]
+    reach = 0.02 * step.sum()
+    place = np.cumsum(step) - step
+    away = np.abs(place[:, None] - place[None, :])
+    away = np.minimum(away, step.sum() - away)
+    total = np.where(away <= reach, turn[None, :], 0.0).sum(axis=1)
+    peak = np.where(away <= reach, np.abs(turn)[None, :], 0.0).max(axis=1)
+    corners = np.flatnonzero((np.abs(total) > CORNER) & (np.abs(turn) >= peak) & (np.abs(turn) > 0.0))
+    if len(corners) < 2:
+        return [np.append(outline, outline[0])]
+    ring = np.roll(np.arange(len(outline)), -corners[0])
+    cuts = [*(corners - corners[0]), len(outline)]
+    return [outline[np.append(ring, ring[0])[first : last + 1]] for first, last in zip(cuts, cuts[1:], strict=False)]
+
+
+def _direction_in_piece(surface: TriangleSurface, up: FloatArray) -> FloatArray:
+    """The direction of knitting of a flat piece: upwards, or along its longest axis where it lies level."""
+    normal = surface.vector_area.sum(axis=0)
+    normal = normal / max(float(np.linalg.norm(normal)), np.finfo(np.float64).tiny)
+    along = up - (up @ normal) * normal
+    if np.linalg.norm(along) > 0.3:
+        return along / np.linalg.norm(along)
+    centred = surface.vertices - surface.vertices.mean(axis=0)
+    axis = np.linalg.svd(centred, full_matrices=False)[2][0]
+    return axis * np.sign(axis[np.abs(axis).argmax()])
+
+
+def _outward(surface: TriangleSurface, side: IntArray) -> FloatArray:
+    """Mean unit vector that points away from the surface at a side of its outline, shape (3,)."""
+    step = np.diff(surface.vertices[side], axis=0).sum(axis=0)
+    normal = surface.vector_area.sum(axis=0)
+    outward = np.cross(step, normal)
+    return outward / max(float(np.linalg.norm(outward)), np.finfo(np.float64).tiny)
+
+
+def _length(surface: TriangleSurface, border: IntArray, *, closed: bool = True) -> float:
+    points = surface.vertices[np.append(border, border[0]) if closed else border]
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
+def _highest(surface: TriangleSurface, borders: list[IntArray], up: FloatArray) -> int:
+    """The highest border; of several that are equally high the shortest, then the first along the axes."""
+    height = np.array([surface.vertices[border].mean(axis=0) @ up for border in borders])
+    size = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
+    high = np.flatnonzero(height > height.max() - LEVEL * size)
+    lengths = np.array([_length(surface, borders[number]) for number in high])
+    short = high[lengths < 1.02 * lengths.min()]
+    return int(max(short, key=lambda number: tuple(np.round(surface.vertices[borders[number]].mean(axis=0), 6))))
+
+
+def _is_upper_end(surface: TriangleSurface, border: IntArray, up: FloatArray) -> bool:
+    """Whether a border lies above the middle of the surface."""
+    height = surface.vertices @ up
+    return bool(height[border].mean() > 0.5 * (height.min() + height.max()))

@@ -1,0 +1,276 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Stitches between level lines.
+
+Each line becomes a course of equally wide stitches, each band a row, or one row for each of the limbs that meet in it.
+A course at a tip is closed by the yarn that is drawn through its few loops; a longer one is folded flat and grafted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stitchmesh.errors import TessellationError
+from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.shaping.chains import Chain, Grafts, divide, owners
+from stitchmesh.shaping.level_lines import Band, LevelLine, LevelLines
+from stitchmesh.shaping.wales import ABOVE, join_courses
+from stitchmesh.tessellate.panel import StitchFaces, stitch_for
+from stitchmesh.tessellate.tessellate import twins_of_edges, with_cast_on
+
+SLACK = 0.7
+"""Difference of a number of stitches from the exact one up to which the number of the course below is kept."""
+SMALLEST_RING = 4
+"""Stitches in the smallest round."""
+LARGEST_TIP = 10
+"""Stitches in the largest round that is closed by a drawn yarn; larger ones are folded and grafted."""
+FADING = 0.8
+"""Part of the mark of an increase or a decrease that stays from row to row, so that the next one stands elsewhere."""
+
+
+@dataclass(frozen=True)
+class StitchSize:
+    """Size of the stitches, and the numbers that a pattern asks for."""
+
+    width: float
+    """Width of a stitch [cm]."""
+    height: float
+    """Height of a stitch [cm]."""
+    multiple: int = 1
+    """Number that the stitches of each round are a multiple of."""
+
+
+def stitches_between(levels: LevelLines, saddles: FloatArray, size: StitchSize) -> StitchMesh:
+    """Knit all bands.
+
+    Args:
+        levels: the lines and the bands.
+        saddles: points at which limbs meet [cm], shape (n, 3); grafts run through them.
+        size: size of the stitches.
+
+    Raises:
+        TessellationError: limbs join and part within one band, or neighbouring courses differ too much.
+    """
+    rows = _Rows(levels, saddles, size)
+    for band in levels.bands:
+        rows.knit(band)
+    return rows.stitch_mesh()
+
+
+class _Rows:
+    """Courses and rows made so far."""
+
+    def __init__(self, levels: LevelLines, saddles: FloatArray, size: StitchSize) -> None:
+        self.levels, self.saddles, self.size = levels, saddles, size
+        self.points: list[FloatArray] = []
+        self.course: dict[int, Chain] = {}
+        self.recent: list[float] = []
+        self.edges = 0
+        self.faces = StitchFaces()
+        self.row = 0
+        self.same: dict[int, int] = {}
+        self.same_edge: dict[int, int] = {}
+        ends = {line for band in levels.bands if not band.above and len(band.below) == 1 for line in band.below}
+        starts = {line for band in levels.bands if not band.below and len(band.above) == 1 for line in band.above}
+        self.tips = ends | starts
+
+    def knit(self, band: Band) -> None:
+        """Add the rows of a band."""
+        lines = self.levels.lines
+        if not band.below or not band.above:
+            self._finish(band)
+            return
+        below = [self.course[line] for line in band.below]
+        above = [self._course_above(line, band) for line in band.above]
+        if len(below) > 1 and len(above) > 1:
+            place = lines[band.below[0]].points.mean(axis=0).round(1).tolist()
+            raise TessellationError(
+                f"near {place} cm: limbs join and part within one row; choose a smaller stitch, or mark other ends"
+            )
+        grafts = Grafts(self._graft)
+        if len(above) == 1:
+            tops = self._divided(above[0], below, grafts)
+            pairs = list(zip(below, tops, strict=True))
+        else:
+            pairs = list(zip(self._divided(below[0], above, grafts), above, strict=True))
+        for low, high in pairs:
+            if low is not None and high is not None:
+                self._add_row(low, high)
+
+    def _finish(self, band: Band) -> None:
+        """Begin the courses above a place where rows begin, or end those below a place where they end."""
+        for line in band.above:
+            self.course[line] = self._new_course(line, 0.0, self._count(self.levels.lines[line], None, tip=True))
+        for line in [*band.above, *band.below]:
+            self._close(line)
+
+    def _close(self, line: int) -> None:
+        """Fold a long round at a tip, and graft its halves."""
+        course = self.course[line]
+        if line in self.borders or not course.closed or len(course.edges) <= LARGEST_TIP:
+            return
+        points = np.array([self.points[vertex] for vertex in course.vertices[:-1]])
+        start = int(np.linalg.norm(points - points.mean(axis=0), axis=1).argmax())
+        course, half = course.turned(start), len(course.edges) // 2
+        for place in range(1, half):
+            kept, other = course.vertices[place], course.vertices[len(course.edges) - place]
+            self.same[other] = kept
+            self.points[kept] = 0.5 * (self.points[kept] + self.points[other])
+        for place in range(half):
+            self.same_edge[course.edges[len(course.edges) - 1 - place]] = course.edges[place]
+
+    @property
+    def borders(self) -> frozenset[int]:
+        """Lines that are borders of the surface."""
+        return self.levels.borders
+
+    def _count(self, line: LevelLine, below: int | None, *, tip: bool) -> int:
+        """Number of stitches of a course, near that of the course below."""
+        exact = line.length / self.size.width
+        step = self.size.multiple if line.closed else 1
+        if tip and line.closed:
+            step *= 2 - step % 2
+        if below is not None and below % step == 0 and abs(exact - below) <= SLACK * step:
+            return below
+        # Rounding is done on a rounded number, so that equal limbs have equal numbers.
+        count = step * int(np.floor(round(exact / step, 6) + 0.5))
+        least = SMALLEST_RING if line.closed else 1
+        return max(count, step * -(-least // step))
+
+    def _course_above(self, line: int, band: Band) -> Chain:
+        """Make the course on a line above a band; a round starts above the start of the nearest course below."""
+        target = self.levels.lines[line]
+        plain = len(band.below) == len(band.above) == 1
+        below = self.course[band.below[0]]
+        start = 0.0
+        if target.closed:
+            candidates = [self.course[number].vertices[0] for number in band.below]
+            found = [target.nearest(self.points[vertex]) for vertex in candidates]
+            start = min(found, key=lambda pair: pair[1])[0]
+        count = self._count(target, len(below.edges) if plain else None, tip=line in self.tips and line not in self.borders)  # fmt: skip
+        self.course[line] = self._new_course(line, start, count)
+        return self.course[line]
+
+    def _new_course(self, line: int, start: float, count: int) -> Chain:
+        """Make a course of some stitches on a line."""
+        target = self.levels.lines[line]
+        place = start + target.length * np.arange(count if target.closed else count + 1) / count
+        vertices = self._new_vertices(target.at(place))
+        return Chain((*vertices, *vertices[:1]) if target.closed else vertices, self._new_edges(count))
+
+    def _new_vertices(self, points: FloatArray) -> tuple[int, ...]:
+        first = len(self.points)
+        self.points.extend(points)
+        self.recent.extend([0.0] * len(points))
+        return tuple(range(first, len(self.points)))
+
+    def _new_edges(self, count: int) -> tuple[int, ...]:
+        first, self.edges = self.edges, self.edges + count
+        return tuple(range(first, self.edges))
+
+    def _divided(self, course: Chain, others: list[Chain], grafts: Grafts) -> list[Chain | None]:
+        """Divide a course among the courses at the other side of its band."""
+        if len(others) == 1:
+            return [self._opened(course, others[0])]
+        position = np.array([self.points[vertex] for vertex in course.vertices])
+        middles = 0.5 * (position[1:] + position[:-1])
+        lines = [np.array([self.points[vertex] for vertex in other.vertices]) for other in others]
+        owner = owners(middles, lines, course.closed)
+        return divide(course, owner, [other.closed for other in others], grafts)
+
+    def _opened(self, course: Chain, other: Chain) -> Chain:
+        """Cut a ring that faces an open course, at the foot or the head of a slit."""
+        if not course.closed or other.closed:
+            return course
+        ends = 0.5 * (self.points[other.vertices[0]] + self.points[other.vertices[-1]])
+        points = np.array([self.points[vertex] for vertex in course.vertices[:-1]])
+        return course.turned(int(np.linalg.norm(points - ends, axis=1).argmin()))
+
+    def _graft(self, first: int, last: int) -> Chain:
+        """Make a graft from one vertex through the nearest saddle to another one."""
+        ends = np.array([self.points[first], self.points[last]])
+        path = ends
+        if len(self.saddles):
+            detour = np.linalg.norm(self.saddles[:, None] - ends, axis=2).sum(axis=1)
+            path = np.array([ends[0], self.saddles[detour.argmin()], ends[1]])
+        line = LevelLine(0, path, closed=False)
+        count = max(1, round(line.length / self.size.width))
+        inner = self._new_vertices(line.at(line.length * np.arange(1, count) / count))
+        return Chain((first, *inner, last), self._new_edges(count))
+
+    def _add_row(self, low: Chain, high: Chain) -> None:
+        """Add the stitches between two chains."""
+        if low.closed and high.closed:
+            low, high = self._aligned(low, high)
+        below, above = (np.array([self.points[vertex] for vertex in chain.vertices]) for chain in (low, high))
+        recent = np.array([self.recent[vertex] for vertex in low.vertices])
+        wales = join_courses(below, above, self.size.width, ABOVE * recent)
+        if wales is None:
+            raise TessellationError(
+                f"near {below.mean(axis=0).round(1).tolist()} cm: {len(low.edges)} stitches below and "
+                f"{len(high.edges)} above one row; a stitch changes the number of loops by at most a factor of 3: "
+                "choose a smaller stitch"
+            )
+        self._add_faces(low, high, wales.below, wales.above)
+        self._mark(low, high, wales.below, wales.above)
+        self.row += 1
+
+    def _aligned(self, low: Chain, high: Chain) -> tuple[Chain, Chain]:
+        """Turn two rings so that they start at vertices near each other."""
+        below, above = (np.array([self.points[v] for v in chain.vertices[:-1]]) for chain in (low, high))
+        apart = np.linalg.norm(below[:, None] - above[None], axis=2)
+        if apart[0, 0] <= 1.2 * apart.min():
+            return low, high
+        one, other = np.unravel_index(apart.argmin(), apart.shape)
+        return low.turned(int(one)), high.turned(int(other))
+
+    def _add_faces(self, low: Chain, high: Chain, below: IntArray, above: IntArray) -> None:
+        """Add the faces between neighbouring wale edges."""
+        closed = low.closed and high.closed
+        wale = [*self._new_edges(len(below) - 1)]
+        wale.append(wale[0] if closed else self._new_edges(1)[0])
+        for place in range(len(below) - 1):
+            b, t = slice(below[place], below[place + 1]), slice(above[place], above[place + 1])
+            bottom, top = low.edges[b], high.edges[t]
+            corners = [*low.vertices[b.start : b.stop + 1], *high.vertices[t.start : t.stop + 1][::-1]]
+            self.faces.corners.append(list(corners))
+            self.faces.edges.append([*bottom, wale[place + 1], *top[::-1], wale[place]])
+            self.faces.n_bottom.append(len(bottom))
+            self.faces.n_top.append(len(top))
+            self.faces.stitch.append(stitch_for(len(bottom), len(top), 2 * place < len(below)))
+            self.faces.row.append(self.row)
+
+    def _mark(self, low: Chain, high: Chain, below: IntArray, above: IntArray) -> None:
+        """Mark the loops above increases and decreases, and let the marks of the rows before fade."""
+        old = np.array([self.recent[vertex] for vertex in low.vertices])[below] * FADING
+        mark = np.interp(np.arange(len(high.vertices)), above, old)
+        shaped = np.flatnonzero((np.diff(below) != 1) | (np.diff(above) != 1))
+        for place in shaped:
+            away = np.abs(np.arange(len(mark)) - 0.5 * (above[place] + above[place + 1]))
+            mark = np.maximum(mark, 1.0 - away / 5.0)
+        for vertex, value in zip(high.vertices, mark, strict=True):
+            self.recent[vertex] = float(value)
+
+    def stitch_mesh(self) -> StitchMesh:
+        """Join all faces to a stitch mesh."""
+        faces = self.faces
+        vertex = np.arange(len(self.points))
+        vertex[list(self.same)] = list(self.same.values())
+        edge = np.arange(self.edges)
+        edge[list(self.same_edge)] = list(self.same_edge.values())
+        used, corner = np.unique(vertex[np.concatenate(faces.corners)], return_inverse=True)
+        start = np.concatenate([[0], np.cumsum([len(corners) for corners in faces.corners])])
+        twin = twins_of_edges(edge[np.concatenate(faces.edges)])
+        n_bottom = np.array(faces.n_bottom)
+        return StitchMesh(
+            vertices=np.array(self.points)[used],
+            face_start=start,
+            face_vertex=corner,
+            twin=twin,
+            n_bottom=n_bottom,
+            n_top=np.array(faces.n_top),
+            stitch=with_cast_on(np.array(faces.stitch), start, n_bottom, twin),
+            row=np.array(faces.row),
+        )

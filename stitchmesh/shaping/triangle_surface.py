@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A surface of triangles, fine enough to carry a function that rows are read from.
+
+The faces of a mesh are divided into triangles, and edges longer than a given length into halves, until none is left.
+An edge is divided for both of its triangles at once, so that the surface stays closed along it. New vertices lie on
+the given faces: the surface keeps its shape.
+
+Gradients of functions that are linear on each triangle, and the stiffness matrix of the Laplacian (cotangent formula),
+follow Pinkall and Polthier 1993.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stitchmesh.mesh import FloatArray, IntArray, Mesh
+from stitchmesh.mesh.face_triangles import face_triangles
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+MOST_TRIANGLES = 400_000
+"""Number of triangles beyond which edges are not divided any more, which limits the time to about a minute."""
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleSurface:
+    """Triangles with the tables that a function on them needs."""
+
+    vertices: FloatArray
+    """Positions [cm], shape (V, 3)."""
+    triangles: IntArray
+    """Vertices of each triangle, anticlockwise seen from outside, shape (T, 3)."""
+
+    @cached_property
+    def mesh(self) -> Mesh:
+        """The same triangles as a mesh."""
+        return Mesh.from_polygons(self.vertices, self.triangles.tolist())
+
+    @cached_property
+    def borders(self) -> tuple[IntArray, ...]:
+        """Vertices of each border, in the order in which its triangles pass them."""
+        return tuple(self.mesh.face_vertex[loop] for loop in self.mesh.boundary_loops)
+
+    @cached_property
+    def vector_area(self) -> FloatArray:
+        """Area of each triangle times its normal [cm^2], shape (T, 3)."""
+        a, b, c = (self.vertices[self.triangles[:, k]] for k in range(3))
+        return 0.5 * np.cross(b - a, c - a)
+
+    @cached_property
+    def area(self) -> FloatArray:
+        """Area of each triangle [cm^2], shape (T,)."""
+        return np.linalg.norm(self.vector_area, axis=1)
+
+    @cached_property
+    def corner_gradients(self) -> FloatArray:
+        """Gradient of the linear function that is 1 at one corner and 0 at the others [1/cm], shape (T, 3, 3)."""
+        corner = self.vertices[self.triangles]
+        opposite = np.roll(corner, -2, axis=1) - np.roll(corner, -1, axis=1)
+        double = 2.0 * np.maximum(self.area, np.finfo(np.float64).tiny)
+        normal = self.vector_area / np.maximum(self.area, np.finfo(np.float64).tiny)[:, None]
+        return np.cross(normal[:, None, :], opposite) / double[:, None, None]
+
+    @cached_property
+    def vertex_area(self) -> FloatArray:
+        """A third of the area of the triangles around each vertex [cm^2], shape (V,)."""
+        return np.bincount(self.triangles.ravel(), np.repeat(self.area / 3.0, 3), len(self.vertices))
+
+    @cached_property
+    def edges(self) -> IntArray:
+        """The two vertices of each edge, the smaller first, shape (E, 2)."""
+        ends = np.sort(np.stack([self.triangles, np.roll(self.triangles, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+        return np.unique(ends, axis=0)
+
+    def gradient(self, values: FloatArray) -> FloatArray:
+        """Return the gradient on each triangle [1/cm], shape (T, 3), of values at the vertices, shape (V,)."""
+        return np.einsum("tci,tc->ti", self.corner_gradients, values[self.triangles])
+
+    def divergence(self, field: FloatArray, weight: FloatArray | None = None) -> FloatArray:
+        """Return the sum over triangles of gradient . field x area at each vertex, shape (V,).
+
+        Args:
+            field: a vector on each triangle, shape (T, 3).
+            weight: weight of each triangle, shape (T,); 1 if None.
+        """
+        share = self.area if weight is None else self.area * weight
+        flux = np.einsum("tci,ti->tc", self.corner_gradients, field) * share[:, None]
+        return np.bincount(self.triangles.ravel(), flux.ravel(), len(self.vertices))
+
+    def stiffness(self, weight: FloatArray | None = None) -> csr_array:
+        """Return the matrix of the integral of the product of two gradients, shape (V, V).
+
+        Args:
+            weight: weight of each triangle, shape (T,); 1 if None.
+        """
+        from scipy.sparse import coo_array
+
+        share = self.area if weight is None else self.area * weight
+        local = np.einsum("tai,tbi->tab", self.corner_gradients, self.corner_gradients) * share[:, None, None]
+        row = np.repeat(self.triangles, 3, axis=1).ravel()
+        column = np.tile(self.triangles, (1, 3)).ravel()
+        return coo_array((local.ravel(), (row, column)), shape=(len(self.vertices),) * 2).tocsr()
+
+
+def triangle_surface(mesh: Mesh, longest_edge: float) -> TriangleSurface:
+    """Divide the faces of a mesh into triangles whose edges are at most so long.
+
+    Args:
+        mesh: the mesh.
+        longest_edge: length of an edge that is not divided any more [cm].
+    """
+    corners = face_triangles(mesh).corners
+    vertices, triangles = mesh.vertices, mesh.face_vertex[corners]
+    while len(triangles) < MOST_TRIANGLES:
+        divided = _halve_long_edges(vertices, triangles, longest_edge)
+        if divided is None:
+            break
+        vertices, triangles = divided
+    return TriangleSurface(vertices, triangles)
+
+
+def _halve_long_edges(
+    vertices: FloatArray, triangles: IntArray, longest_edge: float
+) -> tuple[FloatArray, IntArray] | None:
+    """Divide all edges that are too long once; None if there are none."""
+    ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2)
+    edges, edge_of_side = np.unique(np.sort(ends.reshape(-1, 2), axis=1), axis=0, return_inverse=True)
+    length = np.linalg.norm(vertices[edges[:, 1]] - vertices[edges[:, 0]], axis=1)
+    long = length > longest_edge
+    if not long.any():
+        return None
+    middle = np.where(long, len(vertices) + np.cumsum(long) - 1, -1)[edge_of_side.reshape(-1, 3)]
+    points = np.concatenate([vertices, vertices[edges[long]].mean(axis=1)])
+    return points, _divide_triangles(points, triangles, middle)
+
+
+def _divide_triangles(points: FloatArray, triangles: IntArray, middle: IntArray) -> IntArray:
+    """Divide triangles by the middles of their sides, -1 where a side is kept, shape (T, 3)."""
+    cut = middle >= 0
+    count = cut.sum(axis=1)
+    # Each triangle is turned so that its only divided side, or its only kept side, is the first.
+    turn = np.where(count == 1, cut.argmax(axis=1), np.where(count == 2, (~cut).argmax(axis=1), 0))
+    place = (turn[:, None] + np.arange(3)) % 3
+    a, b, c = np.take_along_axis(triangles, place, axis=1).T
+    ab, bc, ca = np.take_along_axis(middle, place, axis=1).T
+    one, two, three = count == 1, count == 2, count == 3
+    short = two & (np.linalg.norm(points[bc] - points[a], axis=1) <= np.linalg.norm(points[ca] - points[b], axis=1))
+    long = two & ~short
+    parts = [
+        (count == 0, (a, b, c)),
+        (one, (a, ab, c)), (one, (ab, b, c)),
+        (two, (bc, c, ca)),
+        (short, (a, b, bc)), (short, (a, bc, ca)),
+        (long, (a, b, ca)), (long, (b, bc, ca)),
+        (three, (a, ab, ca)), (three, (ab, b, bc)), (three, (ca, bc, c)), (three, (ab, bc, ca)),
+    ]  # fmt: skip
+    return np.concatenate([np.stack([corner[chosen] for corner in corners], axis=1) for chosen, corners in parts])
