@@ -136,6 +136,10 @@ from .selection import Selection as Selection
 from .selection import borders as borders
 from .selection import parse_selection as parse_selection
 from .selection import select as select
+from .shaping.auto_stitches import ShapedFabric as ShapedFabric
+from .shaping.auto_stitches import auto_stitches as auto_stitches
+from .shaping.auto_stitches import shape_fabric as shape_fabric
+from .shaping.marks import TimeMark as TimeMark
 from .tessellate import tessellate as tessellate
 from .time_limit import TimeLimit as TimeLimit
 from .time_limit import limited_to as limited_to

@@ -28,7 +28,7 @@ LAYERS = [
     {"selection"},
     {"patterns"},
     {"labeling", "tessellate", "editing", "meshrelax", "yarngen", "yarnrelax"},
-    {"budget"},
+    {"budget", "shaping"},
     {"periodic"},
     {"mixed"},
     {"pipeline"},

@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.errors import MeshError
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles
 from stitchmesh.meshrelax.placement import SurfacePlacement
@@ -117,9 +116,6 @@ def attach(
 
     Returns:
         The attachment, and the placement of the vertices on the limit surface.
-
-    Raises:
-        MeshError: the fabric has a border and the surface has none.
     """
     flat = ClosestPoint(surface.flat_vertices, surface.triangles, reach, device)
     triangle, weights = flat.find(fabric.vertices, _normals_beside(fabric, bobbles))
@@ -186,12 +182,7 @@ def _locate_borders(
     """
     border, arc = np.full(len(fabric.vertices), -1), np.zeros(len(fabric.vertices))
     loops = [loop for loop in fabric.boundary_loops if not np.isin(fabric.side_face[loop], bobbles.faces).all()]
-    if loops and not surface.borders:
-        raise MeshError(
-            f"{fabric.side_name(int(loops[0][0]))}: is on a border of the fabric, but the surface has no border; "
-            "expected the mesh from which the fabric was made"
-        )
-    for loop in loops:
+    for loop in loops if surface.borders else []:
         members = fabric.face_vertex[loop]
         found = [curve.locate(fabric.vertices[members]) for curve in surface.borders]
         distance = [np.sqrt(np.mean(apart**2)) for _, apart in found]

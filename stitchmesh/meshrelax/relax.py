@@ -87,7 +87,7 @@ def relax_mesh(
 
     Raises:
         ParameterError: a number is out of range.
-        MeshError: the fabric or the surface has a lattice, or the fabric has a border and the surface has none.
+        MeshError: the fabric or the surface has a lattice.
         SolverError: the forces are not finite.
     """
     return relax_mesh_with_report(

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where knitting begins and ends on a surface.
 
-Rows are level lines of a time. Its sources and sinks are borders that are rows (hems, cuffs, necks), marked points and
-lines, and the tips of closed limbs, which need no mark. One of them is the root: all yarn flows from it, or to it.
-Borders that are neither are sides, at which rows end: slits, and the sides of flat pieces.
+Rows are level lines of a time. It begins and ends at borders that are rows (hems, cuffs, necks), at marked points and
+lines, and at the tips of closed limbs, which need no mark. Other borders are sides, at which rows end: slits, and the
+sides of flat pieces.
 
 A border is told by how it turns. By the theorem of Gauss and Bonnet the turning of a border, the sum of pi minus the
 angle of the surface at its vertices, is near 0 at the end of a tube, near 2 pi around a flat piece, and near -2 pi
@@ -35,15 +35,32 @@ LEVEL = 0.02
 
 
 @dataclass(frozen=True, eq=False)
+class End:
+    """Vertices that are knitted at one time: a border, a tip, or a line on the surface."""
+
+    vertices: IntArray
+    """The vertices; those of a border or a line are in order."""
+    time: float | None = None
+    """Distance along the fabric from where knitting begins [cm]; None if it follows from the size of the surface."""
+
+
+@dataclass(frozen=True, eq=False)
 class Ends:
     """Where the time begins and ends."""
 
-    root: IntArray
-    """Vertices of the root, which all have the time 0."""
-    rows: tuple[IntArray, ...] = ()
-    """Vertices of each other end; those of one end have one time, which follows from the size of the surface."""
+    roots: tuple[End, ...]
+    """The ends at one side: those where knitting begins, or those where it ends."""
+    others: tuple[End, ...] = ()
+    """The ends at the other side, apart from the tips of closed limbs."""
+    lines: tuple[End, ...] = ()
+    """Lines along which rows run, somewhere between."""
     begins: bool = True
-    """Whether knitting begins at the root; if not, it ends there."""
+    """Whether knitting begins at the roots; if not, it ends there."""
+
+    @property
+    def all(self) -> tuple[End, ...]:
+        """All ends and lines, the roots first."""
+        return (*self.roots, *self.others, *self.lines)
 
 
 def automatic_ends(surface: TriangleSurface, up: FloatArray) -> Ends:
@@ -66,8 +83,9 @@ def automatic_ends(surface: TriangleSurface, up: FloatArray) -> Ends:
     rows = [border for border in surface.borders if not is_slit(surface, border)]
     rows = rows or [max(surface.borders, key=lambda border: _length(surface, border))]
     root = _highest(surface, rows, up)
-    others = tuple(border for number, border in enumerate(rows) if number != root)
-    return Ends(rows[root], others, begins=not others and not _is_upper_end(surface, rows[root], up))
+    others = tuple(End(border) for number, border in enumerate(rows) if number != root)
+    begins = not others and not _is_upper_end(surface, rows[root], up)
+    return Ends((End(rows[root]),), others, begins=begins)
 
 
 def turning(surface: TriangleSurface, border: IntArray) -> float:
@@ -107,7 +125,7 @@ def _ends_of_closed(surface: TriangleSurface, up: FloatArray) -> Ends:
     lower = int((centred[ends] @ up).argmin())
     uneven = abs(beside[0] - beside[1]) > LEVEL * np.ptp(along)
     root = int(beside.argmin()) if uneven else lower
-    return Ends(ends[[root]], begins=root == lower)
+    return Ends((End(ends[[root]]),), begins=root == lower)
 
 
 def _ends_of_outline(surface: TriangleSurface, outline: IntArray, up: FloatArray) -> Ends | None:
@@ -120,8 +138,7 @@ def _ends_of_outline(surface: TriangleSurface, outline: IntArray, up: FloatArray
     if not below or len(pieces) < 2:
         return None
     longest = max(range(len(below)), key=lambda number: _length(surface, below[number], closed=False))
-    others = [piece for number, piece in enumerate(below) if number != longest]
-    return Ends(below[longest], tuple(above) if not others else (*others, *above))
+    return Ends((End(below[longest]),), tuple(End(piece) for piece in above))
 
 
 def outline_sides(surface: TriangleSurface, outline: IntArray) -> list[IntArray]:

@@ -117,17 +117,15 @@ def _off_the_levels(
     on_level = np.abs(value - level) < BESIDE_LEVEL
     value[on_level] = level[on_level] + BESIDE_LEVEL
     found = []
-    for vertices in (ends.root, *ends.rows):
-        ring = np.unique(vertices)
+    for end in (*ends.roots, *ends.others):
+        ring, level_of_end = np.unique(end.vertices), round(time[end.vertices[0]])
         touching = surface.edges[np.isin(surface.edges, ring).sum(axis=1) == 1]
-        others = touching[~np.isin(touching, ring)]
-        starts = bool(time[others].mean() > time[ring[0]])
-        value[ring] = np.rint(time[ring[0]]) + (BESIDE_LEVEL if starts else -BESIDE_LEVEL)
-        if len(ring) < 2:
-            continue
-        closed = _is_ring(surface, vertices)
-        line = vertices if starts else vertices[::-1]
-        found.append((LevelLine(round(time[ring[0]]), surface.vertices[line], closed), ring, starts))
+        starts = bool(time[touching[~np.isin(touching, ring)]].mean() > time[ring[0]])
+        value[ring] = level_of_end + (BESIDE_LEVEL if starts else -BESIDE_LEVEL)
+        if len(ring) > 1:
+            path = end.vertices if starts else end.vertices[::-1]
+            closed = _is_ring(surface, end.vertices)
+            found.append((LevelLine(level_of_end, surface.vertices[path], closed), ring, starts))
     return value, found
 
 

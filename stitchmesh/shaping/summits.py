@@ -82,7 +82,7 @@ def smooth_out(surface: TriangleSurface, values: FloatArray, least: float, ends:
         ends: ends, whose vertices keep their values.
     """
     kept = np.zeros(len(values), dtype=bool)
-    kept[np.concatenate([ends.root, *ends.rows])] = True
+    kept[np.concatenate([end.vertices for end in ends.all])] = True
     for _ in range(MOST_ROUNDS):
         region = np.zeros(len(values), dtype=bool)
         for sign in (1.0, -1.0):

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The time at which each place of a surface is knitted, counted in courses.
 
-The first time is that of a steady flow: rain falls evenly on the surface and runs off at the root,
+The first time is that of a steady flow: rain falls evenly on the surface and runs off at the roots,
 
-    -laplace(u) = 1,    u = 0 at the root,
+    -laplace(u) = 1,    u = 0 at the roots,
 
 so that every closed limb has one summit at its tip, every other end of rows is one level, and saddles appear only where
 limbs meet. Then the slope of the time is made even. With X the unit vector along the gradient, the time minimises
@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.shaping.ends import Ends
+from stitchmesh.shaping.ends import End, Ends
 from stitchmesh.shaping.summits import lasting_extrema, smooth_out
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
@@ -38,6 +38,10 @@ ROUNDS = 8
 """How often the direction of the gradient is renewed."""
 STEEP_WEIGHT = 8.0
 """Weight of places where rows would be lower than a course, over that of places where they are higher."""
+LAST_ROUNDS = 3
+"""How often it is renewed after small summits are smoothed out."""
+INFLOW = 0.25
+"""Water that enters at an end, over the length of the end times the size of the surface."""
 FLAT_SLOPE = 0.15
 """Slope of the first flow, over its median, below which the direction of the gradient counts less."""
 TIP_HEIGHT = 0.05
@@ -51,7 +55,7 @@ class Knots:
     """Vertices that share one value: the vertices of an end are one unknown, each other vertex is its own."""
 
     unknown: IntArray
-    """Unknown of each vertex, shape (V,); 0 is the root."""
+    """Unknown of each vertex, shape (V,); those of the ends come first, in their order."""
     count: int
     """Number of unknowns."""
 
@@ -67,44 +71,60 @@ class Knots:
         """Return the sum over the vertices of each unknown, shape (count,)."""
         return np.bincount(self.unknown, values, self.count)
 
+    def solve(self, full: csr_array, right: FloatArray, known: dict[int, float]) -> FloatArray:
+        """Solve for the value of each vertex, shape (V,).
+
+        Args:
+            full: matrix of the vertices, shape (V, V).
+            right: right-hand side of each unknown, shape (count,).
+            known: values of unknowns that are not solved for; at least one.
+        """
+        from scipy.sparse.linalg import splu
+
+        matrix, value = self.matrix(full), np.zeros(self.count)
+        value[list(known)] = list(known.values())
+        free = np.setdiff1d(np.arange(self.count), list(known))
+        inner = matrix[free][:, free].tocsc()
+        solver = splu(inner, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        value[free] = solver.solve((right - matrix @ value)[free])
+        return value[self.unknown]
+
 
 def knots(surface: TriangleSurface, ends: Ends) -> Knots:
-    """Return the unknowns of a time on a surface: the root first, then the other ends, then all other vertices."""
+    """Return the unknowns of a time on a surface: those of the ends, then all other vertices."""
     unknown = np.full(len(surface.vertices), -1)
-    for number, vertices in enumerate([ends.root, *ends.rows]):
-        unknown[vertices] = number
+    for number, end in enumerate(ends.all):
+        unknown[end.vertices] = number
     free = unknown < 0
-    first = 1 + len(ends.rows)
-    unknown[free] = first + np.arange(free.sum())
-    return Knots(unknown, first + int(free.sum()))
+    unknown[free] = len(ends.all) + np.arange(free.sum())
+    return Knots(unknown, len(ends.all) + int(free.sum()))
 
 
 def first_flow(surface: TriangleSurface, ends: Ends) -> FloatArray:
-    """Return the height of a steady flow to the root, shape (V,): 0 at the root and positive everywhere else."""
+    """Return the height of a steady flow to the roots, shape (V,): 0 at the roots and positive everywhere else.
+
+    Water also enters at the other ends, so that the flow does not stand still there.
+    """
     parts = knots(surface, ends)
-    matrix = parts.matrix(surface.stiffness())
     source = parts.total(surface.vertex_area)
-    mean = float(np.sqrt(surface.area.sum()))
-    for number, vertices in enumerate(ends.rows, start=1):
-        points = surface.vertices[vertices]
-        source[number] += float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum()) * 0.25 * mean
-    return _solved(matrix, source, np.zeros(1))[parts.unknown]
+    size = float(np.sqrt(surface.area.sum()))
+    for number, end in enumerate(ends.others, start=len(ends.roots)):
+        points = surface.vertices[end.vertices]
+        source[number] += INFLOW * size * float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    return parts.solve(surface.stiffness(), source, dict.fromkeys(range(len(ends.roots)), 0.0))
 
 
-def _solved(matrix: csr_array, right: FloatArray, known: FloatArray) -> FloatArray:
-    """Solve for all unknowns but the first ones, whose values are known; shape (count,)."""
-    from scipy.sparse.linalg import splu
-
-    first = len(known)
-    inner = matrix[first:, first:].tocsc()
-    load = right[first:] - matrix[first:, :first] @ known
-    solve = splu(inner, permc_spec="COLAMD", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    return np.concatenate([known, solve.solve(load)])
+def given_times(ends: Ends) -> dict[int, float]:
+    """Return the times [cm] of the ends that have one, by number, as heights above the roots; without one the first
+    root has the time 0."""
+    sign = 1.0 if ends.begins else -1.0
+    given = {number: sign * end.time for number, end in enumerate(ends.all) if end.time is not None}
+    return given or {0: 0.0}
 
 
 def even_slope(surface: TriangleSurface, time: FloatArray, ends: Ends, rounds: int = ROUNDS) -> FloatArray:
     """Return a time [cm] whose slope is near 1, from one whose gradient has the right directions, shape (V,)."""
-    parts = knots(surface, ends)
+    parts, known = knots(surface, ends), given_times(ends)
     weight = np.ones(len(surface.triangles))
     for _ in range(rounds):
         gradient = surface.gradient(time)
@@ -112,7 +132,7 @@ def even_slope(surface: TriangleSurface, time: FloatArray, ends: Ends, rounds: i
         least = FLAT_SLOPE * float(np.median(slope))
         direction = gradient / np.maximum(slope, least)[:, None]
         right = parts.total(surface.divergence(direction, weight))
-        time = _solved(parts.matrix(surface.stiffness(weight)), right, np.zeros(1))[parts.unknown]
+        time = parts.solve(surface.stiffness(weight), right, known)
         slope = np.linalg.norm(surface.gradient(time), axis=1)
         weight = 1.0 + (STEEP_WEIGHT - 1.0) / (1.0 + np.exp(-20.0 * (slope - 1.0)))
     return time
@@ -127,13 +147,13 @@ def whole_rows(surface: TriangleSurface, time: FloatArray, ends: Ends) -> FloatA
         ends: the ends.
     """
     parts = knots(surface, ends)
-    known = np.array([0.0, *(max(1.0, np.rint(time[vertices].mean())) for vertices in ends.rows)])
+    known = {number: float(np.rint(time[end.vertices].mean())) for number, end in enumerate(ends.all)}
     right = parts.total(surface.divergence(surface.gradient(time)))
-    return _solved(parts.matrix(surface.stiffness()), right, known)[parts.unknown]
+    return parts.solve(surface.stiffness(), right, known)
 
 
 def knitting_time(surface: TriangleSurface, ends: Ends, course_height: float) -> tuple[FloatArray, Ends]:
-    """Return the time of each vertex in courses, shape (V,), and the ends; the time begins with 0.
+    """Return the time of each vertex in courses, shape (V,), and the ends.
 
     Slits in which the flow has a summit, such as the open toe of a sock, become ends.
 
@@ -143,15 +163,21 @@ def knitting_time(surface: TriangleSurface, ends: Ends, course_height: float) ->
         course_height: height of a course [cm].
     """
     flow = first_flow(surface, ends)
-    lasting = lasting_extrema(surface, flow, TIP_HEIGHT * float(np.ptp(flow)))
-    tips = [border for border in surface.borders
-            if np.isin(lasting, border).any() and not any(np.isin(border, end).any() for end in [ends.root, *ends.rows])]  # fmt: skip
+    tips = _tips_in_slits(surface, flow, ends)
     if tips:
-        ends = replace(ends, rows=(*ends.rows, *tips))
+        ends = replace(ends, others=(*ends.others, *tips))
         flow = first_flow(surface, ends)
     time = even_slope(surface, flow, ends)
     time = smooth_out(surface, time / course_height, LOWEST_SUMMIT, ends) * course_height
-    time = even_slope(surface, time, ends, 3)
+    time = even_slope(surface, time, ends, LAST_ROUNDS)
     time = whole_rows(surface, time / course_height, ends)
     time = smooth_out(surface, time, LOWEST_SUMMIT, ends)
     return (time if ends.begins else -time), ends
+
+
+def _tips_in_slits(surface: TriangleSurface, flow: FloatArray, ends: Ends) -> list[End]:
+    """The borders, other than the ends, in which the flow has a summit."""
+    lasting = lasting_extrema(surface, flow, TIP_HEIGHT * float(np.ptp(flow)))
+    used = np.concatenate([end.vertices for end in ends.all])
+    sides = [border for border in surface.borders if not np.isin(border, used).any()]
+    return [End(border) for border in sides if np.isin(lasting, border).any()]

@@ -1,0 +1,231 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Stitches on any surface: the order of operations.
+
+    mesh -> triangles -> ends -> time -> level lines and bands -> stitches
+
+Parts of a mesh that are not connected are knitted one after another.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stitchmesh.errors import MeshError, ParameterError, TessellationError, check_kind
+from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
+from stitchmesh.progress import Progress, no_progress
+from stitchmesh.shaping.ends import Ends
+from stitchmesh.shaping.level_lines import level_lines, without_small_tips
+from stitchmesh.shaping.marks import TimeMark, marked_ends
+from stitchmesh.shaping.report import ShapingReport, shaping_report
+from stitchmesh.shaping.rows import SMALLEST_RING, StitchSize, stitches_between
+from stitchmesh.shaping.time_function import knitting_time
+from stitchmesh.shaping.triangle_surface import TriangleSurface, triangle_surface
+from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
+
+EDGE_OVER_WIDTH = 2.0
+"""Longest edge of the triangles on which the time is computed, over the width of a stitch."""
+MOST_STITCHES = 3_000_000
+"""Largest number of stitches; the tables of more would not fit in the memory of a usual machine."""
+BYTES_OF_STITCH = 2_500
+"""Memory for each stitch, measured on a tube of 100,000 stitches."""
+
+
+@dataclass(frozen=True, eq=False)
+class ShapedFabric:
+    """Stitches on a surface, with what they follow from."""
+
+    fabric: StitchMesh
+    """The stitches, before mesh relaxation."""
+    surface: TriangleSurface
+    """The triangles of the surface; ``surface.mesh`` is the surface for mesh relaxation."""
+    time: FloatArray
+    """Time of each vertex of the surface in courses, shape (V,)."""
+    ends: tuple[Ends, ...]
+    """The ends of each connected part."""
+    report: ShapingReport
+    """Figures."""
+
+
+def auto_stitches(
+    mesh: Mesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
+    marks: Sequence[TimeMark] = (), up: ArrayLike = (0.0, 1.0, 0.0), multiple: int = 1,
+) -> StitchMesh:  # fmt: skip
+    """Knit any surface: find rows and stitches without a labeled mesh.
+
+    Rows run along the level lines of a smooth time, from hems, cuffs and toes to the top. Limbs are joined by grafts;
+    where the surface bends, short rows fill the longer side. Relax the stitches on the same mesh afterwards.
+
+    Args:
+        mesh: any oriented surface, of polygons of any kind [cm].
+        stitch_width: wale spacing [cm].
+        stitch_height: course spacing [cm]; by default 0.77 times the width.
+        marks: where knitting begins and ends, and lines along which rows run; automatic without any.
+        up: direction in which garments are knitted where nothing else decides, shape (3,).
+        multiple: number that the stitches of each round are a multiple of, for a pattern that repeats.
+
+    Returns:
+        A stitch mesh on the polygons of ``mesh``.
+
+    Raises:
+        ParameterError: a number is out of range, or marks contradict each other or are off the surface.
+        MeshError: the mesh has a lattice or is thinner than a stitch.
+        TessellationError: a part is too small for its stitches, or the stitches would not fit in memory.
+    """
+    return shape_fabric(
+        mesh, stitch_width=stitch_width, stitch_height=stitch_height, marks=marks, up=up, multiple=multiple
+    ).fabric
+
+
+def shape_fabric(
+    mesh: Mesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
+    marks: Sequence[TimeMark] = (), up: ArrayLike = (0.0, 1.0, 0.0), multiple: int = 1,
+    progress: Progress = no_progress,
+) -> ShapedFabric:  # fmt: skip
+    """Knit any surface as ``auto_stitches`` does, and return what the stitches follow from; arguments and errors are
+    the same.
+    """
+    start = time.perf_counter()
+    check_kind("auto_stitches", mesh, Mesh)
+    height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
+    size = StitchSize(stitch_width, height, multiple)
+    upwards = _checked(mesh, size, up)
+    progress("shape", 0.0, f"{mesh.face_count} faces")
+    surface = triangle_surface(mesh, EDGE_OVER_WIDTH * stitch_width)
+    parts = connected_parts(surface)
+    marks_of_part = _marks_by_part(parts, marks)
+    shaped = []
+    for number, (part, _) in enumerate(parts):
+        progress("shape", number / len(parts), f"{len(part.triangles)} triangles")
+        shaped.append(_shape_part(part, marks_of_part[number], upwards, size))
+    fabric = joined([fabric for fabric, _, _ in shaped])
+    times = np.zeros(len(surface.vertices))
+    for (_, vertices), (_, own, _) in zip(parts, shaped, strict=True):
+        times[vertices] = own
+    report = shaping_report(fabric, surface, stitch_width, time.perf_counter() - start)
+    return ShapedFabric(fabric, surface, times, tuple(ends for _, _, ends in shaped), report)
+
+
+def _shape_part(
+    part: TriangleSurface, marks: Sequence[TimeMark], up: FloatArray, size: StitchSize
+) -> tuple[StitchMesh, FloatArray, Ends]:
+    """Knit a connected surface; return the stitches, the time of each vertex in courses, and the ends."""
+    ends = marked_ends(part, marks, up)
+    courses, ends = knitting_time(part, ends, size.height)
+    levels = without_small_tips(level_lines(part, courses, ends), SMALLEST_RING * size.width)
+    return stitches_between(levels, saddle_points(part, courses), size), courses, ends
+
+
+def saddle_points(surface: TriangleSurface, values: FloatArray) -> FloatArray:
+    """Return the inner vertices at which a function has a saddle [cm], shape (n, 3).
+
+    Around a saddle the function is four times or more often alternately higher and lower than at the vertex.
+    """
+    changes = np.zeros(len(values), dtype=np.int64)
+    for corner in range(3):
+        vertex, one, other = (surface.triangles[:, (corner + turn) % 3] for turn in range(3))
+        crossed = (values[one] > values[vertex]) != (values[other] > values[vertex])
+        changes += np.bincount(vertex[crossed], minlength=len(values))
+    return surface.vertices[changes >= 4]
+
+
+def connected_parts(surface: TriangleSurface) -> list[tuple[TriangleSurface, IntArray]]:
+    """Return the connected parts of a surface, each with the vertices of the surface that are its vertices."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    size = (len(surface.vertices),) * 2
+    graph = coo_array((np.ones(len(surface.edges)), surface.edges.T), shape=size)
+    count, part = connected_components(graph.tocsr(), directed=False)
+    found = []
+    for number in range(count):
+        vertices = np.flatnonzero(part == number)
+        place = np.full(len(part), -1)
+        place[vertices] = np.arange(len(vertices))
+        triangles = surface.triangles[part[surface.triangles[:, 0]] == number]
+        found.append((TriangleSurface(surface.vertices[vertices], place[triangles]), vertices))
+    return found
+
+
+def _marks_by_part(
+    parts: list[tuple[TriangleSurface, IntArray]], marks: Sequence[TimeMark]
+) -> list[list[TimeMark]]:
+    """Give each mark to the part nearest to its first point."""
+    from scipy.spatial import cKDTree
+
+    trees = [cKDTree(part.vertices) for part, _ in parts]
+    found: list[list[TimeMark]] = [[] for _ in parts]
+    for mark in marks:
+        found[int(np.argmin([tree.query(mark.points[0])[0] for tree in trees]))].append(mark)
+    return found
+
+
+def joined(fabrics: Sequence[StitchMesh]) -> StitchMesh:
+    """Return several stitch meshes as one, whose rows are numbered one after another."""
+    if len(fabrics) == 1:
+        return fabrics[0]
+    vertex, corner, row = 0, 0, 0
+    parts: dict[str, list[np.ndarray]] = {name: [] for name in _JOINED}
+    for fabric in fabrics:
+        parts["vertices"].append(fabric.vertices)
+        parts["face_start"].append(fabric.face_start[:-1] + corner)
+        parts["face_vertex"].append(fabric.face_vertex + vertex)
+        parts["twin"].append(np.where(fabric.twin < 0, fabric.twin, fabric.twin + corner))
+        for name in ("n_bottom", "n_top", "stitch"):
+            parts[name].append(getattr(fabric, name))
+        parts["row"].append(fabric.row + row)
+        vertex, corner = vertex + len(fabric.vertices), corner + fabric.side_count
+        row += int(fabric.row.max()) + 1
+    parts["face_start"].append(np.array([corner]))
+    return StitchMesh(**{name: np.concatenate(values) for name, values in parts.items()})
+
+
+_JOINED = ("vertices", "face_start", "face_vertex", "twin", "n_bottom", "n_top", "stitch", "row")
+"""Fields of a stitch mesh without marks and colours."""
+
+
+def _check_memory(area: float, size: StitchSize) -> None:
+    """Check that a surface has room for some stitches, and that they fit in memory.
+
+    Raises:
+        MeshError, TessellationError: they do not.
+    """
+    from stitchmesh.compute.free_memory import host_memory
+
+    count = area / (size.width * size.height)
+    needed, free = count * BYTES_OF_STITCH, host_memory()
+    if count > MOST_STITCHES or needed > free:
+        raise TessellationError(
+            f"the surface of {area:.4g} cm^2 would take {count:.3g} stitches and {needed / 1e9:.1f} GB; {free / 1e9:.1f} "
+            f"GB are free, and at most {MOST_STITCHES:,} stitches are made: choose a larger stitch, and check the unit"
+        )
+    if count < 2 * SMALLEST_RING:
+        raise MeshError(
+            f"the surface of {area:.3g} cm^2 has room for {count:.1f} stitches of {size.width:g} cm; choose a smaller "
+            "stitch, and check the unit"
+        )
+
+
+def _checked(mesh: Mesh, size: StitchSize, up: ArrayLike) -> FloatArray:
+    """Check the arguments; return the unit vector upwards.
+
+    Raises:
+        ParameterError, MeshError, TessellationError: as for ``auto_stitches``.
+    """
+    for name, value in (("stitch width", size.width), ("stitch height", size.height)):
+        if not (np.isfinite(value) and value > 0.0):
+            raise ParameterError(f"{name}: got {value} cm; expected a positive number")
+    if size.multiple < 1:
+        raise ParameterError(f"multiple: got {size.multiple}; expected 1 or more stitches")
+    direction = np.asarray(up, dtype=np.float64)
+    if direction.shape != (3,) or not np.isfinite(direction).all() or not direction.any():
+        raise ParameterError(f"up: got {up}; expected three numbers that are not all zero")
+    if mesh.lattice is not None:
+        raise MeshError("auto_stitches: got a mesh on a lattice; make periodic stitch meshes from charts instead")
+    _check_memory(float(np.linalg.norm(mesh.face_vector_area, axis=1).sum()), size)
+    return direction / np.linalg.norm(direction)

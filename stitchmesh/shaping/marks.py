@@ -1,0 +1,205 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Marks of a user: where knitting begins and ends, and lines along which rows run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.shaping.ends import End, Ends, automatic_ends
+from stitchmesh.shaping.triangle_surface import TriangleSurface
+
+OFF_SURFACE = 0.05
+"""Distance from the surface, over its size, from which a mark does not lie on it."""
+STEEPEST = 2.0
+"""Difference of the times of two marks over their distance in space from which the times contradict each other."""
+KINDS = ("border", "stroke", "point")
+"""Kinds of marks."""
+
+
+@dataclass(frozen=True)
+class TimeMark:
+    """A mark on a surface.
+
+    Raises:
+        ParameterError: the kind or the role is unknown, or the points are no finite points in space.
+    """
+
+    kind: Literal["border", "stroke", "point"]
+    """``border``: the whole border nearest to the first point; ``stroke``: a line through all points; ``point``: a tip
+    at the first point."""
+    points: Sequence[Sequence[float]]
+    """Points on the surface [cm], shape (n, 3)."""
+    role: Literal["begin", "end", "row", "side"] = "row"
+    """``begin``: knitting begins here; ``end``: it ends here; ``row``: a row runs along it; ``side``: rows end at this
+    border."""
+    time: float | None = None
+    """Distance along the fabric from where knitting begins [cm]; None if it follows from the size of the surface."""
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise ParameterError(f"mark: got the kind '{self.kind}'; expected one of {', '.join(KINDS)}")
+        if self.role not in ("begin", "end", "row", "side"):
+            raise ParameterError(f"mark: got the role '{self.role}'; expected begin, end, row or side")
+        if self.role == "side" and self.kind != "border":
+            raise ParameterError(f"mark: got the role 'side' for a {self.kind}; only a border is a side")
+        points = np.asarray(self.points, dtype=np.float64)
+        if points.ndim != 2 or points.shape[1] != 3 or not len(points) or not np.isfinite(points).all():
+            raise ParameterError(f"mark: got points of shape {points.shape}; expected finite points, shape (n, 3) [cm]")
+        if self.time is not None and not np.isfinite(self.time):
+            raise ParameterError(f"mark: got the time {self.time}; expected a finite number of centimetres")
+
+
+def marked_ends(surface: TriangleSurface, marks: Sequence[TimeMark], up: FloatArray) -> Ends:
+    """Return the ends that marks name; what they leave open is chosen automatically.
+
+    If only one of begin and end is marked, the other borders of rows, or the tips, are the other ends.
+
+    Args:
+        surface: a connected surface.
+        marks: the marks on it.
+        up: unit vector, shape (3,).
+
+    Raises:
+        ParameterError: a mark is off the surface, two marks share a place, or their times contradict each other.
+    """
+    if not marks:
+        return automatic_ends(surface, up)
+    found = [(mark, End(_vertices_of(surface, mark), mark.time)) for mark in marks]
+    _check_apart(found)
+    _check_times(surface, found)
+    begins = [end for mark, end in found if mark.role == "begin"]
+    finishes = [end for mark, end in found if mark.role == "end"]
+    lines = tuple(end for mark, end in found if mark.role == "row")
+    used = np.concatenate([end.vertices for _, end in found])
+    automatic = automatic_ends(surface, up)
+    open_ends = [end for end in (*automatic.roots, *automatic.others) if not np.isin(end.vertices, used).any()]
+    if not begins and not finishes:
+        roots = tuple(end for end in automatic.roots if end in open_ends)
+        others = tuple(end for end in automatic.others if end in open_ends)
+        return Ends(roots or others[:1], others if roots else others[1:], lines, automatic.begins)
+    if begins and not finishes:
+        return Ends(tuple(begins), tuple(open_ends), lines, begins=True)
+    if finishes and not begins:
+        return Ends(tuple(finishes), tuple(open_ends), lines, begins=False)
+    return Ends(tuple(finishes), tuple(begins), lines, begins=False)
+
+
+def _vertices_of(surface: TriangleSurface, mark: TimeMark) -> IntArray:
+    """The vertices of a mark."""
+    points = np.asarray(mark.points, dtype=np.float64)
+    if mark.kind == "border":
+        return _nearest_border(surface, points[0])
+    vertices = _nearest_vertices(surface, points, mark)
+    return vertices[:1] if mark.kind == "point" else _path(surface, vertices)
+
+
+def _nearest_border(surface: TriangleSurface, point: FloatArray) -> IntArray:
+    """The border nearest to a point."""
+    if not surface.borders:
+        raise ParameterError("mark: names a border, but the surface is closed; mark a point or a stroke")
+    distance = [np.linalg.norm(surface.vertices[border] - point, axis=1).min() for border in surface.borders]
+    return surface.borders[int(np.argmin(distance))]
+
+
+def _nearest_vertices(surface: TriangleSurface, points: FloatArray, mark: TimeMark) -> IntArray:
+    """The vertex nearest to each point.
+
+    Raises:
+        ParameterError: a point is far from the surface.
+    """
+    from scipy.spatial import cKDTree
+
+    distance, vertex = cKDTree(surface.vertices).query(points)
+    size = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
+    far = int(distance.argmax())
+    if distance[far] > OFF_SURFACE * size:
+        raise ParameterError(
+            f"mark: point {far} of a {mark.kind} at {points[far].round(2).tolist()} cm is {distance[far]:.1f} cm off the "
+            "surface; draw it on the surface, and check the unit"
+        )
+    return np.asarray(vertex, dtype=np.int64)
+
+
+def _path(surface: TriangleSurface, stops: IntArray) -> IntArray:
+    """Vertices along the shortest path over edges through some vertices."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import dijkstra
+
+    length = np.linalg.norm(np.diff(surface.vertices[surface.edges], axis=1)[:, 0], axis=1)
+    graph = coo_array((length, surface.edges.T), shape=(len(surface.vertices),) * 2).tocsr()
+    path = [int(stops[0])]
+    for stop in stops[1:].tolist():
+        _, before = dijkstra(graph, directed=False, indices=stop, return_predecessors=True)
+        while path[-1] != stop:
+            path.append(int(before[path[-1]]))
+    known = np.array(path)
+    return known[np.sort(np.unique(known, return_index=True)[1])]
+
+
+def _check_apart(found: list[tuple[TimeMark, End]]) -> None:
+    """Check that no two marks share a vertex.
+
+    Raises:
+        ParameterError: two marks do.
+    """
+    for number, (mark, end) in enumerate(found):
+        for other, (second, later) in enumerate(found[number + 1 :], start=number + 1):
+            if np.isin(end.vertices, later.vertices).any():
+                raise ParameterError(
+                    f"marks {number} and {other}: a {mark.kind} ({mark.role}) and a {second.kind} ({second.role}) meet; "
+                    "a place has one time: remove one of them"
+                )
+
+
+def _check_times(surface: TriangleSurface, found: list[tuple[TimeMark, End]]) -> None:
+    """Check that times agree with roles and with distances in space.
+
+    Raises:
+        ParameterError: they do not.
+    """
+    timed = [(number, mark, end) for number, (mark, end) in enumerate(found) if mark.time is not None]
+    for place, (number, mark, end) in enumerate(timed):
+        for other, second, later in timed[place + 1 :]:
+            assert mark.time is not None and second.time is not None
+            change = second.time - mark.time
+            backwards = {("begin", "end"): change <= 0.0, ("end", "begin"): change >= 0.0}.get((mark.role, second.role))
+            if backwards:
+                raise ParameterError(
+                    f"marks {number} and {other}: knitting would end at {min(mark.time, second.time):g} cm and begin at "
+                    f"{max(mark.time, second.time):g} cm; exchange the times, or the roles"
+                )
+            apart = _smallest_distance(surface, end.vertices, later.vertices)
+            if abs(change) > 0.0 and apart < abs(change) / STEEPEST / 10.0:
+                raise ParameterError(
+                    f"marks {number} and {other}: times {mark.time:g} and {second.time:g} cm, but only {apart:.2g} cm "
+                    "apart; rows would be crowded: bring the times together, or the marks apart"
+                )
+
+
+def _smallest_distance(surface: TriangleSurface, one: IntArray, other: IntArray) -> float:
+    """Smallest distance in space between two sets of vertices [cm]."""
+    return float(np.linalg.norm(surface.vertices[one][:, None] - surface.vertices[other][None], axis=2).min())
+
+
+def marks_from(records: Sequence[dict[str, ArrayLike]]) -> tuple[TimeMark, ...]:
+    """Return the marks that records of a recipe or of a file describe.
+
+    Raises:
+        ParameterError: a record has an unknown key, or as for ``TimeMark``.
+    """
+    marks = []
+    for number, record in enumerate(records):
+        unknown = set(record) - {"kind", "points", "role", "time"}
+        if unknown or "kind" not in record or "points" not in record:
+            found = ", ".join(sorted(record)) or "nothing"
+            raise ParameterError(f"mark {number}: got {found}; expected kind and points, and perhaps role and time")
+        marks.append(TimeMark(**record))  # type: ignore[arg-type]
+    return tuple(marks)

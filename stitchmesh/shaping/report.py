@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How well stitches fit the surface that they were made for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.mesh import FloatArray, StitchMesh
+from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.mesh.stitch_counts import stitch_counts
+from stitchmesh.shaping.triangle_surface import TriangleSurface
+
+
+@dataclass(frozen=True)
+class ShapingReport:
+    """Figures of stitches on a surface."""
+
+    seconds: float
+    """Time that it took to find the stitches."""
+    stitches: int
+    """Number of stitches."""
+    rows: int
+    """Number of rows."""
+    irregular: int
+    """Increases, decreases and closings."""
+    irregular_per_thousand: float
+    """The same for each thousand stitches."""
+    short_rows: int
+    """Short rows: turns of the yarn within the fabric, in pairs of back and out again."""
+    mismatched_edges: int
+    """Edges at grafts, where wale directions differ."""
+    rms_distance: float
+    """Root mean square distance of the vertices from the surface, in stitch widths."""
+    largest_distance: float
+    """Largest distance of a vertex from the surface, in stitch widths."""
+    rms_stretch: float | None
+    """Root mean square of the deviation of the stretch of all edges from its mean; None before mesh relaxation."""
+
+
+def shaping_report(fabric: StitchMesh, surface: TriangleSurface, width: float, seconds: float) -> ShapingReport:
+    """Measure stitches on a surface.
+
+    Args:
+        fabric: the stitch mesh.
+        surface: the surface that it was made for.
+        width: width of a stitch [cm].
+        seconds: time that it took to find the stitches.
+    """
+    counts = stitch_counts(fabric)
+    closings = int((fabric.stitch == Stitch.DRAW_THROUGH).sum())
+    irregular = counts["increases"] + counts["decreases"] + closings
+    distance = distance_to_surface(fabric.vertices, surface) / width
+    return ShapingReport(
+        seconds=round(seconds, 3),
+        stitches=fabric.face_count,
+        rows=len(np.unique(fabric.row)),
+        irregular=irregular,
+        irregular_per_thousand=round(1000.0 * irregular / fabric.face_count, 2),
+        short_rows=len(turns(fabric)),
+        mismatched_edges=int(fabric.mismatched.sum()) // 2,
+        rms_distance=round(float(np.sqrt(np.mean(distance**2))), 4),
+        largest_distance=round(float(distance.max()), 4),
+        rms_stretch=None if fabric.stretch is None else round(stretch_deviation(fabric), 4),
+    )
+
+
+def turns(fabric: StitchMesh) -> list[int]:
+    """Return one border side of each turn of the yarn within the fabric: a border of two wale sides of one kind."""
+    found = []
+    for loop in fabric.boundary_loops:
+        roles = fabric.side_role[loop]
+        if len(loop) == 2 and roles[0] == roles[1] and roles[0] % 2 == 1:
+            found.append(int(loop[0]))
+    return found
+
+
+def stretch_deviation(fabric: StitchMesh) -> float:
+    """Root mean square deviation of the stretch of all edges from its mean, over the mean.
+
+    The row ends at turns, which are meant to be short, do not count.
+    """
+    assert fabric.stretch is not None
+    counted = np.isfinite(fabric.stretch)
+    at_turns = [loop for loop in fabric.boundary_loops if len(loop) == 2]
+    if at_turns:
+        counted[fabric.side_edge[np.concatenate(at_turns)]] = False
+    stretch = fabric.stretch[counted]
+    return float(stretch.std() / stretch.mean())
+
+
+def distance_to_surface(points: FloatArray, surface: TriangleSurface, nearest: int = 12) -> FloatArray:
+    """Distance of points from a surface of triangles [cm], shape (n,).
+
+    The distance to the triangles with the nearest centres is exact; the triangles of a surface made for stitches are
+    about as large as stitches, so that the nearest triangle is among them.
+    """
+    from scipy.spatial import cKDTree
+
+    corner = surface.vertices[surface.triangles]
+    _, found = cKDTree(corner.mean(axis=1)).query(points, k=min(nearest, len(corner)))
+    found = found.reshape(len(points), -1)
+    best = np.full(len(points), np.inf)
+    for column in found.T:
+        best = np.minimum(best, _distance_to_triangles(points, corner[column]))
+    return best
+
+
+def _distance_to_triangles(points: FloatArray, corner: FloatArray) -> FloatArray:
+    """Distance of each point from its triangle, shape (n,), for corners of shape (n, 3, 3)."""
+    a, b, c = corner[:, 0], corner[:, 1], corner[:, 2]
+    normal = np.cross(b - a, c - a)
+    size = np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(np.float64).tiny)
+    height = np.einsum("ni,ni->n", points - a, normal / size)
+    foot = points - height[:, None] * normal / size
+    inside = np.ones(len(points), dtype=bool)
+    best = np.full(len(points), np.inf)
+    for start, end in ((a, b), (b, c), (c, a)):
+        inside &= np.einsum("ni,ni->n", np.cross(end - start, foot - start), normal) >= 0.0
+        step = end - start
+        square = np.maximum(np.einsum("ni,ni->n", step, step), np.finfo(np.float64).tiny)
+        share = np.clip(np.einsum("ni,ni->n", points - start, step) / square, 0.0, 1.0)
+        best = np.minimum(best, np.linalg.norm(points - start - share[:, None] * step, axis=1))
+    return np.where(inside, np.abs(height), best)
+
+
+def irregular_faces(fabric: StitchMesh) -> NDArray[np.bool_]:
+    """Whether each stitch is an increase, a decrease, a closing, or the last one before a turn, shape (F,)."""
+    shaped: NDArray[np.bool_] = fabric.n_bottom != fabric.n_top
+    shaped[fabric.side_face[turns(fabric)]] = True
+    return shaped
