@@ -27,20 +27,26 @@ from stitchmesh.io.mesh_formats.triangles import divide_large_faces
 from stitchmesh.io.mesh_formats.vtp import read_vtp_polygons, read_vtu_polygons, write_vtp_polygons
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
 from stitchmesh.mesh import FloatArray, Mesh
+from stitchmesh.mesh.repair import Repaired, RepairOptions, repair_mesh
+
+Read = Callable[[FilePath], tuple[ArrayLike, list[list[int]]]]
+"""Function that returns the vertices in the file's unit, shape (V, 3), and the vertices of each face from 0."""
 
 
 @dataclass(frozen=True)
 class MeshFormat:
     """A format of polygon meshes: its functions and its limits."""
 
-    read: Callable[[FilePath], tuple[ArrayLike, list[list[int]]]]
-    """Function that returns the vertices in the file's unit, shape (V, 3), and the vertices of each face from 0."""
+    read: Read
+    """Function that reads the polygons, and refuses faces with fewer than three corners."""
     write: Callable[[FilePath, FloatArray, list[list[int]]], None]
     """Function that writes vertices in the file's unit, shape (V, 3), and the vertices of each face from 0."""
     most_corners: int | None = None
     """Largest number of corners of a face in the format; None if the number is not limited."""
     unit: str | None = None
     """Unit of length that the format prescribes; None if it prescribes none."""
+    read_all: Read | None = None
+    """Function that also reads faces with fewer than three corners; None if ``read`` serves for this too."""
 
 
 def _by_meshio(suffix: str, most_corners: int | None = None) -> MeshFormat:
@@ -49,9 +55,9 @@ def _by_meshio(suffix: str, most_corners: int | None = None) -> MeshFormat:
 
 
 FORMATS: dict[str, MeshFormat] = {
-    ".obj": MeshFormat(read_obj_polygons, write_obj_polygons),
-    ".off": MeshFormat(read_off_polygons, write_off_polygons),
-    ".ply": MeshFormat(read_ply_polygons, write_ply_polygons),
+    ".obj": MeshFormat(read_obj_polygons, write_obj_polygons, read_all=partial(read_obj_polygons, fewest_corners=1)),
+    ".off": MeshFormat(read_off_polygons, write_off_polygons, read_all=partial(read_off_polygons, fewest_corners=1)),
+    ".ply": MeshFormat(read_ply_polygons, write_ply_polygons, read_all=partial(read_ply_polygons, fewest_corners=1)),
     ".vtp": MeshFormat(read_vtp_polygons, write_vtp_polygons),
     ".vtk": _by_meshio(".vtk"),
     ".vtu": MeshFormat(read_vtu_polygons, write_meshio_polygons),
@@ -61,6 +67,8 @@ FORMATS: dict[str, MeshFormat] = {
     ".glb": MeshFormat(read_glb_polygons, write_glb_polygons, most_corners=3, unit="m"),
 }
 """Formats of polygon meshes, by suffix."""
+DEFAULT_REPAIR = RepairOptions()
+"""What a repair may change if nothing else is said."""
 
 
 def read_mesh(path: FilePath, *, unit: str = DEFAULT_UNIT) -> Mesh:
@@ -81,12 +89,64 @@ def read_mesh(path: FilePath, *, unit: str = DEFAULT_UNIT) -> Mesh:
         MeshError: the polygons do not form an oriented manifold surface.
     """
     mesh_format = FORMATS[suffix_of(path, FORMATS)]
-    scale = _scale(path, mesh_format, unit)
-    vertices, faces = mesh_format.read(path)
+    vertices, faces = _in_centimetres(path, mesh_format, mesh_format.read, unit)
     try:
-        return Mesh.from_polygons(np.asarray(vertices, dtype=np.float64).reshape(-1, 3) * scale, faces)
+        return Mesh.from_polygons(vertices, faces)
     except MeshError as error:
         raise MeshError(f"{fspath(path)}: {error}") from error
+
+
+def read_polygons(path: FilePath, *, unit: str = DEFAULT_UNIT) -> tuple[FloatArray, list[list[int]]]:
+    """Read polygons that need not form a surface: faces may be degenerate, occur twice or have any direction.
+
+    Args:
+        path: a file, as for ``read_mesh``.
+        unit: unit of the coordinates in the file, as for ``read_mesh``.
+
+    Returns:
+        Vertices [cm], shape (V, 3), and the vertices of each face, counted from 0, in the order of the file.
+
+    Raises:
+        ParameterError: as for ``read_mesh``.
+        FileError: as for ``read_mesh``; a face with fewer than three corners is no error.
+    """
+    mesh_format = FORMATS[suffix_of(path, FORMATS)]
+    return _in_centimetres(path, mesh_format, mesh_format.read_all or mesh_format.read, unit)
+
+
+def read_repaired_mesh(
+    path: FilePath, *, unit: str = DEFAULT_UNIT, options: RepairOptions = DEFAULT_REPAIR
+) -> Repaired:
+    """Read polygons and make a valid mesh of them.
+
+    Args:
+        path: a file, as for ``read_mesh``.
+        unit: unit of the coordinates in the file, as for ``read_mesh``.
+        options: what the repair may change.
+
+    Returns:
+        The mesh in centimetres, and what was changed. The numbers of vertices and faces of the actions count from 0 in
+        the order of the file; those of STL and glTF files count the different points.
+
+    Raises:
+        ParameterError: as for ``read_mesh`` and ``repair_mesh``.
+        FileError: as for ``read_polygons``.
+        MeshError: as for ``repair_mesh``; the message starts with the path.
+    """
+    vertices, faces = read_polygons(path, unit=unit)
+    try:
+        return repair_mesh(vertices, faces, options)
+    except MeshError as error:
+        raise MeshError(f"{fspath(path)}: {error}") from error
+
+
+def _in_centimetres(
+    path: FilePath, mesh_format: MeshFormat, read: Read, unit: str
+) -> tuple[FloatArray, list[list[int]]]:
+    """Read polygons with vertices in centimetres."""
+    scale = _scale(path, mesh_format, unit)
+    vertices, faces = read(path)
+    return np.asarray(vertices, dtype=np.float64).reshape(-1, 3) * scale, faces
 
 
 def write_mesh(path: FilePath, mesh: Mesh, *, unit: str = DEFAULT_UNIT) -> None:

@@ -24,6 +24,7 @@ from stitchmesh.shaping.level_lines import level_lines, without_small_tips
 from stitchmesh.shaping.marks import TimeMark, marked_ends
 from stitchmesh.shaping.report import ShapingReport, shaping_report
 from stitchmesh.shaping.rows import SMALLEST_RING, StitchSize, stitches_between
+from stitchmesh.shaping.short_row_plan import with_short_rows
 from stitchmesh.shaping.time_function import knitting_time
 from stitchmesh.shaping.triangle_surface import TriangleSurface, triangle_surface
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
@@ -118,7 +119,8 @@ def _shape_part(
     ends = marked_ends(part, marks, up)
     courses, ends = knitting_time(part, ends, size.height)
     levels = without_small_tips(level_lines(part, courses, ends), SMALLEST_RING * size.width)
-    return stitches_between(levels, saddle_points(part, courses), size), courses, ends
+    fabric = stitches_between(levels, saddle_points(part, courses), size)
+    return with_short_rows(fabric, size.height), courses, ends
 
 
 def saddle_points(surface: TriangleSurface, values: FloatArray) -> FloatArray:

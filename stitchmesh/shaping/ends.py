@@ -24,8 +24,8 @@ SLIT_TURNING = -np.pi
 """Turning below which a border is a hole in a surface that is flat around it [rad]."""
 FLAT_TURNING = np.pi
 """Turning above which the only border of a surface is the outline of a flat piece [rad]."""
-SLIT_ELONGATION = 2.0
-"""Length over width from which a hole is a slit, whose long sides rows run into."""
+SLIT_ELONGATION = 1.6
+"""Extent along over extent across from which a hole is a slit, whose long sides rows run into."""
 CORNER = np.radians(40.0)
 """Turning of an outline within a fiftieth of its length that makes a corner [rad]."""
 FACING = 0.7
@@ -107,7 +107,10 @@ def is_slit(surface: TriangleSurface, border: IntArray) -> bool:
     if turning(surface, border) > SLIT_TURNING:
         return False
     points = surface.vertices[border]
-    sizes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    step = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
+    weight = step + np.roll(step, 1)
+    centred = points - np.average(points, axis=0, weights=weight)
+    sizes = np.linalg.svd(centred * np.sqrt(weight)[:, None], compute_uv=False)
     return bool(sizes[0] > SLIT_ELONGATION * sizes[1])
 
 

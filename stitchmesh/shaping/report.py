@@ -38,7 +38,9 @@ class ShapingReport:
     largest_distance: float
     """Largest distance of a vertex from the surface, in stitch widths."""
     rms_stretch: float | None
-    """Root mean square of the deviation of the stretch of all edges from its mean; None before mesh relaxation."""
+    """Root mean square deviation of the stretch of stitches from their mean; None before mesh relaxation."""
+    rms_edge_stretch: float | None
+    """The same of single edges, which differ more: an increase has one wide side and two narrow ones."""
 
 
 def shaping_report(fabric: StitchMesh, surface: TriangleSurface, width: float, seconds: float) -> ShapingReport:
@@ -64,7 +66,8 @@ def shaping_report(fabric: StitchMesh, surface: TriangleSurface, width: float, s
         mismatched_edges=int(fabric.mismatched.sum()) // 2,
         rms_distance=round(float(np.sqrt(np.mean(distance**2))), 4),
         largest_distance=round(float(distance.max()), 4),
-        rms_stretch=None if fabric.stretch is None else round(stretch_deviation(fabric), 4),
+        rms_stretch=None if fabric.stretch is None else round(_deviation(_stretch_of_stitches(fabric)), 4),
+        rms_edge_stretch=None if fabric.stretch is None else round(_deviation(_counted_stretch(fabric)), 4),
     )
 
 
@@ -78,18 +81,27 @@ def turns(fabric: StitchMesh) -> list[int]:
     return found
 
 
-def stretch_deviation(fabric: StitchMesh) -> float:
-    """Root mean square deviation of the stretch of all edges from its mean, over the mean.
-
-    The row ends at turns, which are meant to be short, do not count.
-    """
+def _counted_stretch(fabric: StitchMesh) -> FloatArray:
+    """Stretch of each edge, shape (E,), without the row ends at turns, which are meant to be short; NaN there."""
     assert fabric.stretch is not None
-    counted = np.isfinite(fabric.stretch)
+    stretch = fabric.stretch.copy()
     at_turns = [loop for loop in fabric.boundary_loops if len(loop) == 2]
     if at_turns:
-        counted[fabric.side_edge[np.concatenate(at_turns)]] = False
-    stretch = fabric.stretch[counted]
-    return float(stretch.std() / stretch.mean())
+        stretch[fabric.side_edge[np.concatenate(at_turns)]] = np.nan
+    return stretch
+
+
+def _stretch_of_stitches(fabric: StitchMesh) -> FloatArray:
+    """Mean stretch of the edges of each stitch, shape (F,)."""
+    stretch = _counted_stretch(fabric)[fabric.side_edge]
+    known = np.isfinite(stretch)
+    total = np.bincount(fabric.side_face[known], stretch[known], fabric.face_count)
+    return total / np.maximum(np.bincount(fabric.side_face[known], minlength=fabric.face_count), 1)
+
+
+def _deviation(values: FloatArray) -> float:
+    """Root mean square deviation of values from their mean, over the mean."""
+    return float(np.nanstd(values) / np.nanmean(values))
 
 
 def distance_to_surface(points: FloatArray, surface: TriangleSurface, nearest: int = 12) -> FloatArray:

@@ -128,7 +128,7 @@ def _harmonic(surface: TriangleSurface, values: FloatArray, region: np.ndarray) 
     return smooth
 
 
-def _positive_laplacian(surface: TriangleSurface):  # noqa: ANN202
+def _positive_laplacian(surface: TriangleSurface):
     """A Laplacian whose edges all have positive weights, shape (V, V)."""
     from scipy.sparse import coo_array, diags_array
 

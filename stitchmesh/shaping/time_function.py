@@ -44,7 +44,7 @@ INFLOW = 0.25
 """Water that enters at an end, over the length of the end times the size of the surface."""
 FLAT_SLOPE = 0.15
 """Slope of the first flow, over its median, below which the direction of the gradient counts less."""
-TIP_HEIGHT = 0.05
+TIP_HEIGHT = 0.3
 """Height of a summit of the first flow above its saddle, over the range of the flow, that makes a slit a tip."""
 LOWEST_SUMMIT = 3.0
 """Height of a summit above its saddle, in courses, below which it is smoothed out."""
@@ -116,7 +116,8 @@ def first_flow(surface: TriangleSurface, ends: Ends) -> FloatArray:
 
 def given_times(ends: Ends) -> dict[int, float]:
     """Return the times [cm] of the ends that have one, by number, as heights above the roots; without one the first
-    root has the time 0."""
+    root has the time 0.
+    """
     sign = 1.0 if ends.begins else -1.0
     given = {number: sign * end.time for number, end in enumerate(ends.all) if end.time is not None}
     return given or {0: 0.0}

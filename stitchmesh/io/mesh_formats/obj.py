@@ -32,6 +32,8 @@ class _Elements:
 
     path: str
     """The file, for error messages."""
+    fewest_corners: int
+    """Smallest number of corners of a face."""
     vertices: list[tuple[float, float, float]] = field(default_factory=list)
     """Positions of the vertices, in the file's unit."""
     faces: list[list[int]] = field(default_factory=list)
@@ -40,8 +42,14 @@ class _Elements:
     """Line number of each face, counted from 1."""
 
 
-def read_obj_polygons(path: FilePath) -> tuple[list[tuple[float, float, float]], list[list[int]]]:
+def read_obj_polygons(
+    path: FilePath, fewest_corners: int = 3
+) -> tuple[list[tuple[float, float, float]], list[list[int]]]:
     """Read polygons.
+
+    Args:
+        path: an ``.obj`` file.
+        fewest_corners: smallest number of corners of a face; below 3 for files that will be repaired.
 
     Returns:
         Positions of the vertices in the file's unit, and the vertices of each face, counted from 0.
@@ -50,7 +58,7 @@ def read_obj_polygons(path: FilePath) -> tuple[list[tuple[float, float, float]],
         FileError: the file is missing, a folder, unreadable, empty or binary, a line is malformed, a coordinate is
             not finite, a vertex does not exist, or there are no faces. The message names the line.
     """
-    elements = _Elements(fspath(path))
+    elements = _Elements(fspath(path), fewest_corners)
     for number, fields in element_lines(read_lines(path)):
         if fields[0] == "v":
             elements.vertices.append(vertex_position(elements.path, number, fields))
@@ -81,8 +89,9 @@ def write_obj_polygons(path: FilePath, vertices: FloatArray, faces: list[list[in
 
 
 def _face(elements: _Elements, number: int, fields: list[str]) -> list[int]:
-    if len(fields) < 4:
-        raise FileError(f"{elements.path}: line {number}: got a face of {len(fields) - 1} corners; expected at least 3")
+    if len(fields) <= elements.fewest_corners:
+        found = f"got a face of {len(fields) - 1} corners"
+        raise FileError(f"{elements.path}: line {number}: {found}; expected at least {elements.fewest_corners}")
     count = len(elements.vertices)
     return [vertex_index(elements.path, number, corner, count) for corner in fields[1:]]
 

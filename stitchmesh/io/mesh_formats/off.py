@@ -23,8 +23,12 @@ Line = tuple[int, list[str]]
 """Line number, counted from 1, and the fields of the line."""
 
 
-def read_off_polygons(path: FilePath) -> tuple[list[list[float]], list[list[int]]]:
+def read_off_polygons(path: FilePath, fewest_corners: int = 3) -> tuple[list[list[float]], list[list[int]]]:
     """Read polygons.
+
+    Args:
+        path: an ``.off`` file.
+        fewest_corners: smallest number of corners of a face; below 3 for files that will be repaired.
 
     Returns:
         Positions of the vertices in the file's unit, and the vertices of each face, counted from 0.
@@ -46,7 +50,8 @@ def read_off_polygons(path: FilePath) -> tuple[list[list[float]], list[list[int]
         found = f"got {len(body)} lines for {vertex_count} vertices and {face_count} faces"
         raise FileError(f"{name}: {found}; the file was cut short")
     vertices = [_vertex(name, line) for line in body[:vertex_count]]
-    faces = [_face(name, line, vertex_count) for line in body[vertex_count : vertex_count + face_count]]
+    lines = body[vertex_count : vertex_count + face_count]
+    faces = [_face(name, line, vertex_count, fewest_corners) for line in lines]
     return vertices, faces
 
 
@@ -89,15 +94,15 @@ def _vertex(name: str, line: Line) -> list[float]:
     return position
 
 
-def _face(name: str, line: Line, vertex_count: int) -> list[int]:
+def _face(name: str, line: Line, vertex_count: int, fewest_corners: int) -> list[int]:
     number, fields = line
     try:
         size, *corners = (int(text) for text in fields[: int(fields[0]) + 1])
     except ValueError:
         size, corners = 0, []
-    if size < 3 or len(corners) != size:
-        found = " ".join(fields)[:40]
-        raise FileError(f"{name}: line {number}: got {found!r}; expected a corner count of at least 3 and the corners")
+    if size < fewest_corners or len(corners) != size:
+        found = f"{name}: line {number}: got {' '.join(fields)[:40]!r}"
+        raise FileError(f"{found}; expected a corner count of at least {fewest_corners} and the corners")
     bad = [vertex for vertex in corners if not 0 <= vertex < vertex_count]
     if bad:
         raise FileError(f"{name}: line {number}: vertex {bad[0]} does not exist; expected 0 to {vertex_count - 1}")

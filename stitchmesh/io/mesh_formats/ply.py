@@ -98,8 +98,12 @@ class _BinaryBody:
         return len(self.content) - self.position
 
 
-def read_ply_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
+def read_ply_polygons(path: FilePath, fewest_corners: int = 3) -> tuple[FloatArray, list[list[int]]]:
     """Read polygons.
+
+    Args:
+        path: a ``.ply`` file.
+        fewest_corners: smallest number of corners of a face; below 3 for files that will be repaired.
 
     Returns:
         Positions of the vertices in the file's unit, shape (V, 3), and the vertices of each face, counted from 0.
@@ -120,7 +124,7 @@ def read_ply_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
         if element.name == "vertex":
             vertices = _positions(name, element, rows)
         elif element.name == "face":
-            faces = [_corners(name, element, index, row) for index, row in enumerate(rows)]
+            faces = [_corners(name, element, index, row, fewest_corners) for index, row in enumerate(rows)]
     if not len(vertices) or not faces:
         raise FileError(f"{name}: got {len(vertices)} vertices and {len(faces)} faces; expected a polygon mesh")
     bad = [index for index, face in enumerate(faces) if not 0 <= min(face) <= max(face) < len(vertices)]
@@ -209,12 +213,12 @@ def _positions(name: str, element: _Element, rows: list[list[list[float]]]) -> F
     return positions
 
 
-def _corners(name: str, element: _Element, index: int, row: list[list[float]]) -> list[int]:
+def _corners(name: str, element: _Element, index: int, row: list[list[float]], fewest_corners: int) -> list[int]:
     lists = [values for part, values in zip(element.properties, row, strict=True) if part.name in CORNER_LISTS]
     if not lists:
         raise FileError(f"{name}: faces have no list {' or '.join(CORNER_LISTS)}; expected one")
-    if len(lists[0]) < 3:
-        raise FileError(f"{name}: face {index} has {len(lists[0])} corners; expected at least 3")
+    if len(lists[0]) < fewest_corners:
+        raise FileError(f"{name}: face {index} has {len(lists[0])} corners; expected at least {fewest_corners}")
     return [int(vertex) for vertex in lists[0]]
 
 

@@ -1,0 +1,88 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a repair changed, in numbers and in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stitchmesh.errors import first_few
+
+MOST_PLACES = 8
+"""Number of places that an action names."""
+SENTENCES = {
+    "isolated vertices": ("vertex", "1 vertex without a face was removed", "{} vertices without a face were removed"),
+    "repeated corners": ("face", "1 face that visits a vertex twice was corrected",
+                         "{} faces that visit a vertex twice were corrected"),
+    "faces without area": ("face", "1 face without area was removed", "{} faces without area were removed"),
+    "folded faces": ("face", "1 face that crosses itself was divided into triangles",
+                     "{} faces that cross themselves were divided into triangles"),
+    "duplicate faces": ("face", "1 face with the same vertices as another face was removed",
+                        "{} faces with the same vertices as other faces were removed"),
+    "welded vertices": ("vertex", "1 vertex at the position of another vertex was welded to it",
+                        "{} vertices at equal positions were welded"),
+    "T-junctions": ("vertex", "1 vertex on a border edge of another face was joined to this edge",
+                    "{} vertices on border edges of other faces were joined to these edges"),
+    "crowded edges": ("edge", "1 edge with more than two faces was split",
+                      "{} edges with more than two faces were split"),
+    "shared vertices": ("vertex", "1 vertex in which separate parts of the surface met was split",
+                        "{} vertices in which separate parts of the surface met were split"),
+    "reversed faces": ("face", "1 face was reversed, so that it agrees with its neighbours",
+                       "{} faces were reversed, so that they agree with their neighbours"),
+    "small components": ("face", "1 very small separate component was removed",
+                         "{} very small separate components were removed"),
+    "filled holes": ("vertex", "1 hole was filled", "{} holes were filled"),
+    "turned components": ("face", "1 component was turned, so that its faces point outwards",
+                          "{} components were turned, so that their faces point outwards"),
+}  # fmt: skip
+"""Kind of the places of each action, and its sentence for one place and for several places, in the order of reports."""
+
+Place = int | tuple[int, int]
+
+
+@dataclass(frozen=True)
+class RepairAction:
+    """One kind of change."""
+
+    name: str
+    """A key of ``SENTENCES``."""
+    count: int
+    """Number of the vertices, faces, edges, components or holes that were changed."""
+    where: tuple[Place, ...]
+    """First of these places in the numbers of the input: vertices, faces, or the two vertices of edges. A hole has its
+    first border vertex, a component its first face."""
+
+    @property
+    def text(self) -> str:
+        """The change in one sentence: ``12 vertices at equal positions were welded``."""
+        _, one, several = SENTENCES[self.name]
+        return one if self.count == 1 else several.format(self.count)
+
+    @property
+    def places(self) -> str:
+        """The places in words, for messages: ``vertex 4, 7, 9 (+12 more)``."""
+        names = [f"{place[0]}-{place[1]}" if isinstance(place, tuple) else str(place) for place in self.where]
+        listed = names + [""] * (self.count - len(names))  # Only the number of the others is shown.
+        return f"{SENTENCES[self.name][0]} {first_few(listed, min(3, len(names)))}"
+
+
+class ActionLog:
+    """The changes so far; the same change in several passes is one action."""
+
+    def __init__(self) -> None:
+        """Start without a change."""
+        self._places: dict[str, list[Place]] = {}
+
+    def add(self, name: str, places: list[Place] | list[int] | list[tuple[int, int]]) -> None:
+        """Note the places of a change; without a place there is no change."""
+        if places:
+            self._places.setdefault(name, []).extend(places)
+
+    def actions(self) -> tuple[RepairAction, ...]:
+        """Return the changes in the order of ``SENTENCES``, each with its places in ascending order."""
+        found = [(name, sorted(self._places[name], key=_as_pair)) for name in SENTENCES if name in self._places]
+        return tuple(RepairAction(name, len(places), tuple(places[:MOST_PLACES])) for name, places in found)
+
+
+def _as_pair(place: Place) -> tuple[int, int]:
+    return place if isinstance(place, tuple) else (place, 0)

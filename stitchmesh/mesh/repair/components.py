@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The separate components of a surface."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.mesh.polygon_mesh import BORDER, IntArray, Mesh, ranges
+from stitchmesh.mesh.repair.action import ActionLog
+from stitchmesh.mesh.repair.edges import edges_of
+from stitchmesh.mesh.repair.soup import Soup
+
+SMALLEST = 1e-4
+"""Area of a component that is kept, as a multiple of the area of the largest component."""
+
+
+def component_of_faces(soup: Soup) -> IntArray:
+    """Return the component of each face of a manifold surface, shape (F,); components are numbered by first face."""
+    return _numbered_components(soup.side_face[edges_of(soup).with_count(2)], soup.face_count)
+
+
+def first_faces(component: IntArray) -> IntArray:
+    """Return the first face of each component, shape (n,)."""
+    return np.unique(component, return_index=True)[1]
+
+
+def closed_components(soup: Soup, component: IntArray) -> NDArray[np.bool_]:
+    """Return whether each component has no border, shape (n,)."""
+    closed = np.ones(component.max() + 1, dtype=bool)
+    closed[component[soup.side_face[edges_of(soup).with_count(1)[:, 0]]]] = False
+    return closed
+
+
+def remove_small_components(soup: Soup, log: ActionLog) -> Soup:
+    """Remove the components whose area is very small beside the largest one.
+
+    Args:
+        soup: faces that form a manifold surface.
+        log: takes the action.
+    """
+    component = component_of_faces(soup)
+    area = np.bincount(component, soup.area)
+    small = area < SMALLEST * area.max()
+    if not small.any():
+        return soup
+    log.add("small components", soup.origin[first_faces(component)][small].tolist())
+    return soup.kept(np.flatnonzero(~small[component]))
+
+
+def components_of(mesh: Mesh) -> tuple[Mesh, ...]:
+    """Return the components of a mesh as meshes of their own, the largest area first.
+
+    Args:
+        mesh: a mesh without a lattice. Vertices and faces of a component keep their order.
+    """
+    sides = np.flatnonzero(mesh.twin != BORDER)
+    pairs = np.stack([mesh.side_face[sides], mesh.side_face[mesh.twin[sides]]], axis=1)
+    component = _numbered_components(pairs, mesh.face_count)
+    if not component.any():
+        return (mesh,)
+    area = np.bincount(component, np.linalg.norm(mesh.face_vector_area, axis=1))
+    order = np.argsort(component, kind="stable")
+    groups = np.split(order, np.cumsum(np.bincount(component))[:-1])
+    return tuple(_part(mesh, groups[number]) for number in np.argsort(-area, kind="stable"))
+
+
+def _part(mesh: Mesh, faces: IntArray) -> Mesh:
+    """A component alone."""
+    sides = ranges(mesh.face_start, faces)
+    used, vertex = np.unique(mesh.face_vertex[sides], return_inverse=True)
+    twin = mesh.twin[sides]
+    start = np.concatenate([[0], np.cumsum(np.diff(mesh.face_start)[faces])])
+    return Mesh(mesh.vertices[used], start, vertex, np.where(twin == BORDER, BORDER, np.searchsorted(sides, twin)))
+
+
+def _numbered_components(links: IntArray, count: int) -> IntArray:
+    """Component of each of some faces that are linked in pairs, numbered by first face, shape (count,)."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(count, count))
+    label = connected_components(graph.tocsr(), directed=False)[1]
+    _, first, place = np.unique(label, return_index=True, return_inverse=True)
+    rank = np.empty_like(first)
+    rank[np.argsort(first)] = np.arange(len(first))
+    numbered: IntArray = rank[place]
+    return numbered

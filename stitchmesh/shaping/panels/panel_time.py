@@ -1,0 +1,107 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The time at which each place of a panel is knitted, along a direction of its texture.
+
+With X the unit vector along the gradient of the texture coordinate in that direction, the time t minimises
+
+    integral of |grad(t) - X|^2,
+
+so that a row is one course high wherever the surface allows it. Each hem has one time, a whole number of courses.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stitchmesh.errors import TessellationError
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.shaping.ends import End, Ends
+from stitchmesh.shaping.panels.outline_pieces import BEGINS, Piece, hem_runs
+from stitchmesh.shaping.panels.refined_panel import RefinedPanel
+from stitchmesh.shaping.time_function import knots
+from stitchmesh.shaping.triangle_surface import TriangleSurface
+
+FIRST_CUT = 0.5
+"""Height of the first course above the lowest vertex of a panel without hems, in courses."""
+
+
+@dataclass(frozen=True, eq=False)
+class PanelTime:
+    """The time on a panel."""
+
+    courses: FloatArray
+    """Time of each vertex of the refined panel in courses, shape (V,)."""
+    ends: Ends
+    """The hems: the roots are those at which rows begin."""
+    runs: tuple[tuple[int, ...], ...]
+    """Numbers of the pieces of each hem, in the order of ``ends.all`` and along the border."""
+    angle: FloatArray
+    """Angle between the time and the direction of knitting on each triangle [rad], shape (T,)."""
+
+
+def panel_time(
+    panel: int, refined: RefinedPanel, pieces: list[Piece], direction: FloatArray, height: float
+) -> PanelTime:
+    """Find the time of a panel.
+
+    Args:
+        panel: number of the panel.
+        refined: its triangles.
+        pieces: the outlines of all panels.
+        direction: direction of knitting in the texture, shape (2,).
+        height: height of a stitch [cm].
+
+    Raises:
+        TessellationError: the texture does not change along the direction, or rows begin later than they end.
+    """
+    surface = refined.surface
+    runs = sorted(hem_runs(pieces, panel), key=lambda run: pieces[run[0]].kind)
+    hems = [End(_refined_line(refined, [pieces[number] for number in run])) for run in runs]
+    begins = sum(pieces[run[0]].kind == BEGINS for run in runs)
+    ends = Ends(tuple(hems[:begins]), tuple(hems[begins:]))
+    field = unit_field(surface, refined.texture @ direction)
+    if not field.any():
+        raise TessellationError(f"panel {panel}: its texture coordinates do not change along {direction.tolist()}")
+    courses = _solved(surface, refined.texture @ direction, field / height, ends)
+    levels = [int(round(float(courses[end.vertices[0]]))) for end in ends.all]
+    if begins and len(hems) > begins and max(levels[:begins]) >= max(levels[begins:]):
+        raise TessellationError(f"panel {panel}: is lower than one row of {height:g} cm; choose a smaller stitch")
+    return PanelTime(courses, ends, tuple(tuple(run) for run in runs), _angle(surface.gradient(courses), field))
+
+
+def unit_field(surface: TriangleSurface, values: FloatArray) -> FloatArray:
+    """Return the unit vector along the gradient of a function on each triangle, 0 where it is constant, shape (T, 3)."""
+    gradient = surface.gradient(values)
+    slope = np.linalg.norm(gradient, axis=1, keepdims=True)
+    flat = slope <= 1e-9 * max(float(slope.max(initial=0.0)), np.finfo(np.float64).tiny)
+    return np.where(flat, 0.0, gradient / np.where(flat, 1.0, slope))
+
+
+def _solved(surface: TriangleSurface, coordinate: FloatArray, field: FloatArray, ends: Ends) -> FloatArray:
+    """Return the time in courses, shape (V,): first with free times of the hems, then with whole numbers."""
+    held = ends if ends.all else Ends((End(np.array([int(coordinate.argmin())])),))
+    parts = knots(surface, held)
+    matrix, right = surface.stiffness(), parts.total(surface.divergence(field))
+    time = parts.solve(matrix, right, {0: 0.0 if ends.all else FIRST_CUT})
+    if not ends.all:
+        return time
+    known = {number: float(np.rint(time[end.vertices[0]])) for number, end in enumerate(held.all)}
+    return parts.solve(matrix, right, known)
+
+
+def _angle(gradient: FloatArray, field: FloatArray) -> FloatArray:
+    """Angle between two vectors on each triangle [rad], shape (T,); 0 where the field is 0."""
+    along = np.einsum("ti,ti->t", gradient, field)
+    return np.where(field.any(axis=1), np.arctan2(np.linalg.norm(np.cross(gradient, field), axis=1), along), 0.0)
+
+
+def _refined_line(refined: RefinedPanel, run: list[Piece]) -> IntArray:
+    """Vertices of the surface along consecutive pieces of the outline."""
+    corner = np.concatenate([run[0].vertices, *(piece.vertices[1:] for piece in run[1:])])
+    first, last = refined.place(int(corner[0])), refined.place(int(corner[-1]))
+    loop = next(border for border in refined.surface.borders if first in border)
+    ring = np.roll(loop, -int(np.flatnonzero(loop == first)[0]))
+    end = int(np.flatnonzero(ring == last)[0]) if last != first else len(ring)
+    return np.append(ring, ring[0])[: end + 1]

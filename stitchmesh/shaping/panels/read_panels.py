@@ -1,0 +1,124 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Reading of sewing patterns: the panels of an OBJ file with texture coordinates or groups.
+
+A seam is an edge whose two faces use different texture vertices, so that it is a border in the flat pattern. Without
+texture coordinates the panels are the objects, groups and materials of the file.
+"""
+
+from __future__ import annotations
+
+from os import fspath
+
+import numpy as np
+
+from stitchmesh.errors import FileError, MeshError
+from stitchmesh.io.contents import FilePath, suffix_of
+from stitchmesh.io.mesh_formats.obj_texture import ObjTexture, read_obj_texture
+from stitchmesh.io.units import DEFAULT_UNIT, centimetres
+from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh
+from stitchmesh.mesh.connectivity import find_fans, find_twins, next_sides
+from stitchmesh.shaping.panels.panel_mesh import PanelMesh
+from stitchmesh.shaping.panels.seam_search import find_seams
+
+LEVEL_PANEL = 0.3
+"""Cosine of the angle between a panel and the vertical below which the panel lies level."""
+
+
+def read_panels(path: FilePath, *, unit: str = DEFAULT_UNIT) -> PanelMesh:
+    """Read the panels of a sewing pattern, and find its seams.
+
+    Panels are numbered in the order of their first faces. If the file has no texture coordinates, its objects, groups
+    and materials are the panels, and their texture is the panel seen from outside, with the second axis of space up.
+
+    Args:
+        path: an ``.obj`` file with texture coordinates, or with groups.
+        unit: unit of the coordinates in the file: mm, cm, dm, m or inch. Texture coordinates may have any unit.
+
+    Returns:
+        The panels in centimetres, cut along their seams.
+
+    Raises:
+        ParameterError: the unit is unknown.
+        FileError: the file cannot be read or is malformed, or has neither texture coordinates nor groups.
+        MeshError: the polygons do not form oriented surfaces.
+    """
+    suffix_of(path, [".obj"])
+    scale = centimetres(unit)
+    read = read_obj_texture(path)
+    if not read.texture and len(set(read.group)) < 2:
+        found = f"{fspath(path)}: has no texture coordinates (vt) and no groups (o, g, usemtl)"
+        raise FileError(f"{found}; export the garment with the texture coordinates of its pattern")
+    try:
+        return _panels(read, scale)
+    except MeshError as error:
+        raise MeshError(f"{fspath(path)}: {error}") from error
+
+
+def _panels(read: ObjTexture, scale: float) -> PanelMesh:
+    """Cut the polygons where texture vertices or groups change."""
+    second = read.face_texture or _group_numbers(read)
+    start = np.concatenate([[0], np.cumsum([len(face) for face in read.faces])])
+    vertex, other = (np.array([v for face in faces for v in face]) for faces in (read.faces, second))
+    mesh, corner_vertex = _cut_mesh(np.array(read.vertices) * scale, start, vertex, other)
+    face_panel = _connected_faces(mesh)
+    if read.texture:
+        texture = np.zeros((len(mesh.vertices), 2))
+        texture[corner_vertex] = np.array(read.texture)[other]
+    else:
+        texture = _texture_seen_from_outside(mesh, face_panel)
+    return PanelMesh(mesh, texture, face_panel, find_seams(mesh, face_panel))
+
+
+def _group_numbers(read: ObjTexture) -> list[list[int]]:
+    """The number of the group of each face, at each of its corners."""
+    number = {name: place for place, name in enumerate(dict.fromkeys(read.group))}
+    return [[number[name]] * len(face) for name, face in zip(read.group, read.faces, strict=True)]
+
+
+def _cut_mesh(points: FloatArray, start: IntArray, vertex: IntArray, other: IntArray) -> tuple[Mesh, IntArray]:
+    """Make a mesh in which corners share a vertex if both their numbers agree and their faces are joined by edges.
+
+    Args:
+        points: positions [cm], shape (n, 3).
+        start: first corner of each face, and their number at the end, shape (F + 1,).
+        vertex: vertex of each corner, shape (C,).
+        other: texture vertex or group of each corner, shape (C,).
+
+    Returns:
+        The mesh, and the vertex of each corner, shape (C,).
+    """
+    pair = np.unique(np.stack([vertex, other], axis=1), axis=0, return_inverse=True)[1].reshape(-1)
+    twin = find_twins(start, pair, int(pair.max()) + 1)
+    fan = find_fans(np.where(twin == BORDER, BORDER, next_sides(start)[twin]))
+    vertices = np.zeros((int(fan.max()) + 1, 3))
+    vertices[fan] = points[vertex]
+    return Mesh(vertices, start, fan, twin), fan
+
+
+def _connected_faces(mesh: Mesh) -> IntArray:
+    """Number of the connected part of each face, shape (F,)."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    inner = np.flatnonzero(mesh.twin != BORDER)
+    pairs = (mesh.side_face[inner], mesh.side_face[mesh.twin[inner]])
+    graph = coo_array((np.ones(len(inner)), pairs), shape=(mesh.face_count,) * 2)
+    part: IntArray = connected_components(graph.tocsr(), directed=False)[1].astype(np.int64)
+    return part
+
+
+def _texture_seen_from_outside(mesh: Mesh, face_panel: IntArray) -> FloatArray:
+    """Positions on the mean plane of each panel: to the right, and upwards or along a level panel [cm], shape (V, 2)."""
+    texture = np.zeros((len(mesh.vertices), 2))
+    for panel in range(int(face_panel.max()) + 1):
+        faces = face_panel == panel
+        normal = mesh.face_vector_area[faces].sum(axis=0)
+        normal = normal / max(float(np.linalg.norm(normal)), np.finfo(np.float64).tiny)
+        upwards = np.array([0.0, 1.0, 0.0]) - normal[1] * normal
+        if np.linalg.norm(upwards) < LEVEL_PANEL:
+            upwards = np.array([0.0, 0.0, -1.0]) + normal[2] * normal
+        upwards = upwards / np.linalg.norm(upwards)
+        own = np.unique(mesh.face_vertex[faces[mesh.side_face]])
+        texture[own] = mesh.vertices[own] @ np.stack([np.cross(upwards, normal), upwards], axis=1)
+    return texture

@@ -1,0 +1,241 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Seams between knitted panels: grafts, rows that go on, and borders that are sewn.
+
+Two hems are grafted stitch by stitch. Two sides are joined row by row, so that the rows of one panel go on in the
+other, if the left ends of the rows of one panel meet the right ends of those of the other. Everything else stays a
+border, for a needle and a thread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from stitchmesh.errors import LabelError, MeshError
+from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.connectivity import find_fans, next_sides
+from stitchmesh.mesh.courses import course_of_faces, courses_below, find_courses, knitting_order
+from stitchmesh.shaping.level_lines import LevelLine
+from stitchmesh.shaping.panels.outline_pieces import SIDE, Piece
+from stitchmesh.shaping.panels.panel_rows import PanelStitches, RowEnd
+from stitchmesh.tessellate.tessellate import twins_of_edges, with_cast_on
+
+AGREEMENT = 0.5
+"""Distance between the ends of two rows along a seam, in course heights, up to which one row goes on in the other."""
+SHARE_OF_ROWS = 0.8
+"""Part of the row ends at a seam that must agree; if fewer do, the seam is sewn."""
+FEWEST_IN_RING = 3
+"""Stitches in the shortest row that a seam of a panel with itself closes to a round."""
+
+
+@dataclass(frozen=True)
+class SeamResult:
+    """How a piece of a seam was made."""
+
+    panels: tuple[int, int]
+    """The panels on its two sides."""
+    length: float
+    """Its length [cm]."""
+    kind: str
+    """``"grafted"``, ``"joined"`` (rows go on) or ``"sewn"``."""
+    edges: int
+    """Number of edges that the panels share; 0 if the seam is sewn."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Faces:
+    """The faces of all panels, before their vertices are joined."""
+
+    points: FloatArray
+    start: IntArray
+    corner: IntArray
+    n_bottom: IntArray
+    n_top: IntArray
+    stitch: IntArray
+    row: IntArray
+    side_of_edge: dict[int, int]
+    """Side of each edge that is on a border."""
+
+
+def sewn_fabric(
+    made: PanelStitches, pieces: list[Piece], lines: list[LevelLine]
+) -> tuple[StitchMesh, tuple[SeamResult, ...]]:
+    """Join the panels at their seams where their stitches fit.
+
+    Args:
+        made: the stitches of all panels.
+        pieces: pieces of the outlines.
+        lines: the same pieces as lines.
+
+    Returns:
+        The stitches, with rows in knitting order, and how each piece of a seam was made.
+    """
+    faces, twin = _faces_of(made)
+    fabric = _stitch_mesh(faces, twin)
+    ends = _ends_by_piece(made, pieces, lines)
+    results = []
+    for number, piece in enumerate(pieces):
+        if piece.partner <= number:
+            continue
+        other = pieces[piece.partner]
+        if piece.kind != SIDE and other.kind != SIDE:
+            kind, pairs = "grafted", _hem_pairs(made, pieces, number)
+        else:
+            kind, pairs = "joined", _row_pairs(made, ends, lines, number, piece.partner)
+        tried = _with_twins(fabric, faces, twin, pairs)
+        if tried is None:
+            results.append(SeamResult((piece.panel, other.panel), piece.length, "sewn", 0))
+        else:
+            fabric, twin = tried
+            results.append(SeamResult((piece.panel, other.panel), piece.length, kind, len(pairs)))
+    return in_knitting_order(fabric), tuple(results)
+
+
+def in_knitting_order(fabric: StitchMesh) -> StitchMesh:
+    """Return the fabric with a number for each row, also across seams, so that rows follow the rows below them."""
+    from dataclasses import replace
+
+    courses = sorted(find_courses(fabric, climbing=True), key=lambda course: int(fabric.row[list(course.faces)].min()))
+    below = [under - {number} for number, under in enumerate(courses_below(fabric, courses))]
+    order, cyclic = knitting_order(below)
+    number = np.empty(len(courses), dtype=np.int64)
+    number[[*order, *cyclic]] = np.arange(len(courses))
+    return replace(fabric, row=number[course_of_faces(fabric, courses)])
+
+
+def _faces_of(made: PanelStitches) -> tuple[_Faces, IntArray]:
+    """Gather the faces, and the twins within the panels."""
+    faces = made.faces
+    start = np.concatenate([[0], np.cumsum([len(corners) for corners in faces.corners])])
+    edge = np.concatenate(faces.edges)
+    twin = twins_of_edges(edge)
+    border = np.flatnonzero(twin == BORDER)
+    gathered = _Faces(
+        points=np.array(made.points),
+        start=start,
+        corner=np.concatenate(faces.corners),
+        n_bottom=np.array(faces.n_bottom),
+        n_top=np.array(faces.n_top),
+        stitch=np.array(faces.stitch),
+        row=np.array(faces.row),
+        side_of_edge=dict(zip(edge[border].tolist(), border.tolist(), strict=True)),
+    )
+    return gathered, twin
+
+
+def _stitch_mesh(faces: _Faces, twin: IntArray) -> StitchMesh:
+    """Make the stitch mesh of faces with some twins; corners share a vertex if faces around it are joined by edges.
+
+    A vertex takes the mean of the positions of the vertices that it was made of.
+    """
+    fan = find_fans(np.where(twin == BORDER, BORDER, next_sides(faces.start)[twin]))
+    members = np.unique(np.stack([fan, faces.corner], axis=1), axis=0)
+    count = np.bincount(members[:, 0])
+    position = faces.points[members[:, 1]]
+    vertices = np.stack([np.bincount(members[:, 0], position[:, axis]) / count for axis in range(3)], axis=1)
+    return StitchMesh(
+        vertices=vertices,
+        face_start=faces.start,
+        face_vertex=fan,
+        twin=twin,
+        n_bottom=faces.n_bottom,
+        n_top=faces.n_top,
+        stitch=with_cast_on(faces.stitch, faces.start, faces.n_bottom, twin),
+        row=faces.row,
+    )
+
+
+def _with_twins(
+    fabric: StitchMesh, faces: _Faces, twin: IntArray, pairs: list[tuple[int, int]]
+) -> tuple[StitchMesh, IntArray] | None:
+    """Join pairs of border sides; None if there are none, or the result would not be legal."""
+    if not pairs:
+        return None
+    first, second = np.array(pairs).T
+    joined = twin.copy()
+    joined[first], joined[second] = second, first
+    if (fabric.side_face[first] == fabric.side_face[second]).any():
+        return None
+    try:
+        return _stitch_mesh(faces, joined), joined
+    except (MeshError, LabelError):
+        return None
+
+
+def _hem_pairs(made: PanelStitches, pieces: list[Piece], number: int) -> list[tuple[int, int]]:
+    """Pair the sides along two hems, from one end of the seam to the other; none if their numbers differ."""
+    sides = _sides_of_edges(made)
+    lines = []
+    for one in (number, pieces[number].partner):
+        edges = made.hem_edges.get(one, ())
+        # Along the border, rows that begin are passed from left to right, and rows that end from right to left.
+        along = edges if pieces[one].kind < 0 else edges[::-1]
+        lines.append([sides[edge] for edge in along if edge in sides])
+    if len(lines[0]) != len(lines[1]):
+        return []
+    return list(zip(lines[0], lines[1][::-1], strict=True))
+
+
+def _sides_of_edges(made: PanelStitches) -> dict[int, int]:
+    """Border side of each edge."""
+    return _faces_of(made)[0].side_of_edge
+
+
+@dataclass(frozen=True)
+class _PlacedEnd:
+    """The end of a row at a piece of an outline."""
+
+    end: RowEnd
+    first: float
+    last: float
+    """Lengths along the piece to the two vertices of the edge [cm], ascending."""
+
+
+def _ends_by_piece(made: PanelStitches, pieces: list[Piece], lines: list[LevelLine]) -> dict[int, list[_PlacedEnd]]:
+    """Find the piece of the outline at which each row ends; the ends at each piece, in the order along it."""
+    found: dict[int, list[_PlacedEnd]] = {}
+    own: dict[int, list[int]] = {}
+    for number, piece in enumerate(pieces):
+        own.setdefault(piece.panel, []).append(number)
+    for end in made.row_ends:
+        points = [made.points[vertex] for vertex in end.vertices]
+        middle = 0.5 * (points[0] + points[1])
+        nearest = min(own[end.panel], key=lambda number: lines[number].nearest(middle)[1])
+        places = sorted(lines[nearest].nearest(point)[0] for point in points)
+        found.setdefault(nearest, []).append(_PlacedEnd(end, *places))
+    return {number: sorted(ends, key=lambda end: end.first) for number, ends in found.items()}
+
+
+def _row_pairs(
+    made: PanelStitches, ends: dict[int, list[_PlacedEnd]], lines: list[LevelLine], first: int, second: int
+) -> list[tuple[int, int]]:
+    """Pair the ends of rows at the two sides of a seam; none if the rows do not agree."""
+    length = lines[second].length
+    one = ends.get(first, [])
+    other = [_PlacedEnd(end.end, length - end.last, length - end.first) for end in reversed(ends.get(second, []))]
+    if {end.end.right for end in one} == {end.end.right for end in other} or not _in_one_line(one, other):
+        return []
+    near = AGREEMENT * made.size.height
+    pairs = [
+        (i, j) for i, a in enumerate(one) for j, b in enumerate(other)
+        if abs(a.first - b.first) <= near and abs(a.last - b.last) <= near
+    ]  # fmt: skip
+    steps = {(b[0] - a[0], b[1] - a[1]) for a, b in zip(pairs, pairs[1:], strict=False)}
+    if len(pairs) < SHARE_OF_ROWS * max(len(one), len(other)) or steps - {(1, 1)}:
+        return []
+    sides = _sides_of_edges(made)
+    return [(sides[one[i].end.edge], sides[other[j].end.edge]) for i, j in pairs]
+
+
+def _in_one_line(*lines: Iterable[_PlacedEnd]) -> bool:
+    """Whether each line of row ends is of one kind and without steps, so that each edge starts where one ends."""
+    for line in lines:
+        ends = [placed.end for placed in line]
+        if len({end.right for end in ends}) != 1:
+            return False
+        if any(not set(a.vertices) & set(b.vertices) for a, b in zip(ends, ends[1:], strict=False)):
+            return False
+    return True

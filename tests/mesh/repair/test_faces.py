@@ -1,0 +1,135 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Faces that visit a vertex twice, have no area, cross themselves or occur twice."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.mesh.repair import repair_mesh
+from stitchmesh.mesh.repair.ears import clip_ears
+from tests.mesh.repair.soups import actions, cut, polygons, ring, shape
+
+pytestmark = pytest.mark.decides
+
+SQUARE = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], dtype=float)
+
+
+def area(points: np.ndarray, triangle: tuple[int, int, int]) -> float:
+    a, b, c = points[list(triangle)]
+    return 0.5 * float(np.cross(b - a, c - a)[2])
+
+
+def test_corners_in_succession_are_left_out():
+    repaired = repair_mesh(SQUARE, [[0, 1, 1, 2, 3, 3, 0]])
+    assert polygons(repaired.mesh) == [[0, 1, 2, 3]]
+    assert [(action.text, action.where) for action in repaired.actions] == [
+        ("1 face that visits a vertex twice was corrected", (0,))
+    ]
+
+
+def test_a_spike_is_left_out():
+    repaired = repair_mesh([*SQUARE, [5, 2, 0]], [[0, 1, 2, 4, 2, 3]])
+    assert polygons(repaired.mesh) == [[0, 1, 2, 3]]
+
+
+def test_a_polygon_that_touches_itself_becomes_two():
+    """The two parts then meet in one vertex, which is split."""
+    vertices = [[0, 0, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0], [1, 1, 0]]
+    repaired = repair_mesh(vertices, [[0, 1, 2, 0, 3, 4]])
+    assert repaired.mesh.face_count == 2
+    assert len(repaired.components) == 2
+
+
+def test_a_face_with_a_hole_keeps_its_hole():
+    """A program without holes in faces goes along a bridge to the inner border, around it, and back."""
+    inner = np.array([[0.5, 0.5, 0], [1.5, 0.5, 0], [1.5, 1.5, 0], [0.5, 1.5, 0]])
+    repaired = repair_mesh(np.concatenate([SQUARE, inner]), [[0, 1, 2, 3, 0, 4, 7, 6, 5, 4]])
+    assert sorted(len(loop) for loop in repaired.mesh.boundary_loops) == [4, 4]
+    total = np.linalg.norm(repaired.mesh.face_vector_area, axis=1).sum()
+    assert total == pytest.approx(3.0, rel=1e-12)  # A sum of eight areas.
+
+
+def test_a_sliver_leaves_no_crack():
+    """A triangle whose middle corner lies on its long side: the neighbour there is divided at this corner."""
+    vertices, faces = ring()
+    a, b, _ = faces[0]
+    middle = len(vertices)
+    vertices = np.concatenate([vertices, [(vertices[a] + vertices[b]) / 2]])
+    across = next(n for n, face in enumerate(faces) if n and {a, b} <= set(face))
+    place = faces[across].index(b)
+    d = faces[across][(place + 2) % 3]
+    # The side a-b of the first face stays whole, its neighbour is divided, and the sliver lies between.
+    faces[across : across + 1] = [[b, middle, d], [middle, a, d]]
+    faces.append([b, a, middle])
+    for soup in ((vertices, faces), cut(vertices, faces)):
+        repaired = repair_mesh(*soup)
+        assert shape(repaired.mesh) == (241, 482, 0, [])
+        found = actions(repaired)
+        assert (found["faces without area"], found["T-junctions"]) == (1, 1)
+
+
+def test_a_sliver_beside_a_larger_polygon_adds_a_corner_to_it():
+    vertices = [*SQUARE, [1, 0, 0], [1, -1, 0]]
+    repaired = repair_mesh(vertices, [[0, 1, 2, 3], [1, 0, 4], [4, 0, 5], [1, 4, 5]])
+    assert polygons(repaired.mesh) == [[0, 4, 1, 2, 3], [4, 0, 5], [1, 4, 5]]
+
+
+def test_slivers_that_border_each_other_leave_no_crack():
+    vertices = [[0, 0, 0], [3, 0, 0], [1, 0, 0], [2, 0, 0], [1.5, 2, 0], [1.5, -2, 0]]
+    faces = [[0, 1, 4], [1, 0, 2], [1, 2, 3], [2, 0, 5], [3, 2, 5], [1, 3, 5]]
+    repaired = repair_mesh(vertices, faces)
+    assert shape(repaired.mesh) == (6, 6, 1, [4])
+    assert actions(repaired) == {"faces without area": 2, "T-junctions": 2}
+
+
+def test_a_needle_with_a_side_without_length_leaves_no_crack():
+    vertices, faces = ring()
+    a, b, _ = faces[0]
+    vertices = np.concatenate([vertices, vertices[[a]]])
+    twin = len(vertices) - 1
+    across = next(n for n, face in enumerate(faces) if n and {a, b} <= set(face))
+    faces[across] = [twin if vertex == a else vertex for vertex in faces[across]]
+    faces.append([b, a, twin])
+    repaired = repair_mesh(vertices, faces)
+    assert shape(repaired.mesh) == (240, 480, 0, [])
+
+
+def test_a_polygon_that_crosses_itself_is_divided():
+    repaired = repair_mesh([*SQUARE, [4, 0, 0], [4, 2, 0]], [[0, 1, 3, 2], [1, 4, 5, 2]])
+    assert actions(repaired)["folded faces"] == 1
+    assert repaired.mesh.face_count == 3
+
+
+def test_the_first_of_equal_faces_stays():
+    vertices, faces = ring()
+    repaired = repair_mesh(vertices, [*faces, faces[3], faces[3][::-1], faces[9]])
+    assert polygons(repaired.mesh) == faces
+    assert [(action.text, action.where) for action in repaired.actions] == [
+        ("3 faces with the same vertices as other faces were removed", (480, 481, 482))
+    ]
+
+
+def test_a_surface_exported_with_both_sides_keeps_one():
+    vertices, faces = cut(*ring())
+    repaired = repair_mesh(vertices, [side for face in faces for side in (face, face[::-1])])
+    assert shape(repaired.mesh) == (240, 480, 0, [])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_ears_cover_a_polygon(seed):
+    """A star around a point, which every corner sees, so that the polygon does not cross itself."""
+    rng = np.random.default_rng(seed)
+    angle, reach = np.sort(rng.uniform(0, 2 * np.pi, 15)), rng.uniform(1.0, 4.0, 15)
+    points = np.stack([reach * np.cos(angle), reach * np.sin(angle), np.zeros(15)], axis=1)
+    found = clip_ears(points, list(range(15)))
+    assert len(found) == 13
+    areas = [area(points, triangle) for triangle in found]
+    whole = 0.5 * np.cross(points, np.roll(points, -1, axis=0))[:, 2].sum()
+    assert min(areas) > 0.0
+    assert sum(areas) == pytest.approx(whole, rel=1e-12)  # Rounding of 13 sums.
+
+
+def test_a_polygon_whose_parts_cancel_has_no_ears():
+    assert clip_ears(SQUARE[[0, 1, 3, 2]], [0, 1, 2, 3]) == []
