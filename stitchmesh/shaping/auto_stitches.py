@@ -26,11 +26,13 @@ from stitchmesh.shaping.report import ShapingReport, shaping_report
 from stitchmesh.shaping.rows import SMALLEST_RING, StitchSize, stitches_between
 from stitchmesh.shaping.short_row_plan import with_short_rows
 from stitchmesh.shaping.time_function import knitting_time
-from stitchmesh.shaping.triangle_surface import TriangleSurface, triangle_surface
+from stitchmesh.shaping.triangle_surface import TriangleSurface, triangle_surface, without_fine_features
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 
 EDGE_OVER_WIDTH = 2.0
 """Longest edge of the triangles on which the time is computed, over the width of a stitch."""
+FINEST_FEATURE = 0.3
+"""Size of the finest dents and ridges that a fabric follows, over the width of a stitch."""
 MOST_STITCHES = 3_000_000
 """Largest number of stitches; the tables of more would not fit in the memory of a usual machine."""
 BYTES_OF_STITCH = 2_500
@@ -43,8 +45,10 @@ class ShapedFabric:
 
     fabric: StitchMesh
     """The stitches, before mesh relaxation."""
+    given: TriangleSurface
+    """The triangles of the given surface."""
     surface: TriangleSurface
-    """The triangles of the surface; ``surface.mesh`` is the surface for mesh relaxation."""
+    """The same triangles without features finer than a stitch; ``surface.mesh`` is the surface for mesh relaxation."""
     time: FloatArray
     """Time of each vertex of the surface in courses, shape (V,)."""
     ends: tuple[Ends, ...]
@@ -97,7 +101,8 @@ def shape_fabric(
     size = StitchSize(stitch_width, height, multiple)
     upwards = _checked(mesh, size, up)
     progress("shape", 0.0, f"{mesh.face_count} faces")
-    surface = triangle_surface(mesh, EDGE_OVER_WIDTH * stitch_width)
+    given = triangle_surface(mesh, EDGE_OVER_WIDTH * stitch_width)
+    surface = without_fine_features(given, FINEST_FEATURE * stitch_width)
     parts = connected_parts(surface)
     marks_of_part = _marks_by_part(parts, marks)
     shaped = []
@@ -108,8 +113,8 @@ def shape_fabric(
     times = np.zeros(len(surface.vertices))
     for (_, vertices), (_, own, _) in zip(parts, shaped, strict=True):
         times[vertices] = own
-    report = shaping_report(fabric, surface, stitch_width, time.perf_counter() - start)
-    return ShapedFabric(fabric, surface, times, tuple(ends for _, _, ends in shaped), report)
+    report = shaping_report(fabric, given, stitch_width, time.perf_counter() - start)
+    return ShapedFabric(fabric, given, surface, times, tuple(ends for _, _, ends in shaped), report)
 
 
 def _shape_part(

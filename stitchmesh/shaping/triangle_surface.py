@@ -125,6 +125,30 @@ def triangle_surface(mesh: Mesh, longest_edge: float) -> TriangleSurface:
     return TriangleSurface(vertices, triangles)
 
 
+def without_fine_features(surface: TriangleSurface, size: float) -> TriangleSurface:
+    """Return the surface without dents and ridges that are finer than a length; borders stay where they are.
+
+    A fabric spans what is finer than its stitches. The positions are those after one implicit step of diffusion in the
+    time t = ``size``^2, in which a place of mean curvature H moves by about 2 H t (Desbrun, Meyer, Schroeder and Barr,
+    *Implicit fairing of irregular meshes*, 1999).
+
+    Args:
+        surface: the surface.
+        size: the length [cm].
+    """
+    from scipy.sparse import diags_array
+    from scipy.sparse.linalg import splu
+
+    fixed = np.zeros(len(surface.vertices), dtype=bool)
+    fixed[np.concatenate([*surface.borders, np.zeros(0, dtype=np.int64)])] = True
+    free = np.flatnonzero(~fixed)
+    matrix = (diags_array(surface.vertex_area) + size**2 * surface.stiffness()).tocsr()
+    right = surface.vertex_area[:, None] * surface.vertices - matrix[:, np.flatnonzero(fixed)] @ surface.vertices[fixed]
+    vertices = surface.vertices.copy()
+    vertices[free] = splu(matrix[free][:, free].tocsc()).solve(right[free])
+    return TriangleSurface(vertices, surface.triangles)
+
+
 def _halve_long_edges(
     vertices: FloatArray, triangles: IntArray, longest_edge: float
 ) -> tuple[FloatArray, IntArray] | None:
