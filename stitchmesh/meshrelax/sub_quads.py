@@ -13,7 +13,7 @@ from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.meshrelax.bobbles import NO_BOBBLES, SLIT_SIDES, Bobbles
 from stitchmesh.meshrelax.rest_lengths import RestLengths
 
-TURN_HEIGHT = 0.08
+TURN_HEIGHT = 0.2
 """Rest length of a row end at a turn within the fabric, over that of a wale edge. The two rows meet in a point there,
 and loops of the one are drawn through those of the other beside it: between 0.15 and 0.3 their yarns start 0.5 radii
 apart, at 1 as little as 0.2, and at 0.05 the relaxation does not converge."""

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stitchmesh.errors import MeshError, ParameterError, TessellationError, check_kind
-from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
+from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.progress import Progress, no_progress
 from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.level_lines import level_lines, without_small_tips
@@ -59,12 +59,12 @@ class ShapedFabric:
 
 def auto_stitches(
     mesh: Mesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
-    marks: Sequence[TimeMark] = (), up: ArrayLike = (0.0, 1.0, 0.0), multiple: int = 1,
+    marks: Sequence[TimeMark] = (), up: ArrayLike = (0.0, 1.0, 0.0), multiple: int = 1, short_rows: bool = False,
 ) -> StitchMesh:  # fmt: skip
     """Knit any surface: find rows and stitches without a labeled mesh.
 
-    Rows run along the level lines of a smooth time, from hems, cuffs and toes to the top. Limbs are joined by grafts;
-    where the surface bends, short rows fill the longer side. Relax the stitches on the same mesh afterwards.
+    Rows run along the level lines of a smooth time, from hems, cuffs and toes to the top; where limbs meet, they are
+    grafted. Relax the stitches on the same mesh afterwards.
 
     Args:
         mesh: any oriented surface, of polygons of any kind [cm].
@@ -73,6 +73,9 @@ def auto_stitches(
         marks: where knitting begins and ends, and lines along which rows run; automatic without any.
         up: direction in which garments are knitted where nothing else decides, shape (3,).
         multiple: number that the stitches of each round are a multiple of, for a pattern that repeats.
+        short_rows: whether the yarn turns back and comes again where rows are far too high, as at a heel. Stitches
+            there are less stretched, but loops at the turns are crowded: some fabrics with them have yarns that start
+            too close, or loops that ``check_loops`` refuses.
 
     Returns:
         A stitch mesh on the polygons of ``mesh``.
@@ -83,17 +86,19 @@ def auto_stitches(
         TessellationError: a part is too small for its stitches, or the stitches would not fit in memory.
     """
     return shape_fabric(
-        mesh, stitch_width=stitch_width, stitch_height=stitch_height, marks=marks, up=up, multiple=multiple
-    ).fabric
+        mesh, stitch_width=stitch_width, stitch_height=stitch_height, marks=marks, up=up, multiple=multiple,
+        short_rows=short_rows,
+    ).fabric  # fmt: skip
 
 
 def shape_fabric(
     mesh: Mesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
-    marks: Sequence[TimeMark] = (), up: ArrayLike = (0.0, 1.0, 0.0), multiple: int = 1,
+    marks: Sequence[TimeMark] = (), up: ArrayLike = (0.0, 1.0, 0.0), multiple: int = 1, short_rows: bool = False,
     progress: Progress = no_progress,
 ) -> ShapedFabric:  # fmt: skip
-    """Knit any surface as ``auto_stitches`` does, and return what the stitches follow from; arguments and errors are
-    the same.
+    """Knit any surface as ``auto_stitches`` does, and return also what the stitches follow from.
+
+    The arguments and the errors are the same; ``progress`` is called with the progress.
     """
     start = time.perf_counter()
     check_kind("auto_stitches", mesh, Mesh)
@@ -108,7 +113,7 @@ def shape_fabric(
     shaped = []
     for number, (part, _) in enumerate(parts):
         progress("shape", number / len(parts), f"{len(part.triangles)} triangles")
-        shaped.append(_shape_part(part, marks_of_part[number], upwards, size))
+        shaped.append(_shape_part(part, marks_of_part[number], upwards, size, short_rows=short_rows))
     fabric = joined([fabric for fabric, _, _ in shaped])
     times = np.zeros(len(surface.vertices))
     for (_, vertices), (_, own, _) in zip(parts, shaped, strict=True):
@@ -118,14 +123,14 @@ def shape_fabric(
 
 
 def _shape_part(
-    part: TriangleSurface, marks: Sequence[TimeMark], up: FloatArray, size: StitchSize
+    part: TriangleSurface, marks: Sequence[TimeMark], up: FloatArray, size: StitchSize, *, short_rows: bool
 ) -> tuple[StitchMesh, FloatArray, Ends]:
     """Knit a connected surface; return the stitches, the time of each vertex in courses, and the ends."""
     ends = marked_ends(part, marks, up)
     courses, ends = knitting_time(part, ends, size.height)
     levels = without_small_tips(level_lines(part, courses, ends), SMALLEST_RING * size.width)
     fabric = stitches_between(levels, saddle_points(part, courses), size)
-    return with_short_rows(fabric, size.height), courses, ends
+    return with_short_rows(fabric, size.height) if short_rows else fabric, courses, ends
 
 
 def saddle_points(surface: TriangleSurface, values: FloatArray) -> FloatArray:
@@ -176,24 +181,25 @@ def joined(fabrics: Sequence[StitchMesh]) -> StitchMesh:
     """Return several stitch meshes as one, whose rows are numbered one after another."""
     if len(fabrics) == 1:
         return fabrics[0]
-    vertex, corner, row = 0, 0, 0
-    parts: dict[str, list[np.ndarray]] = {name: [] for name in _JOINED}
-    for fabric in fabrics:
-        parts["vertices"].append(fabric.vertices)
-        parts["face_start"].append(fabric.face_start[:-1] + corner)
-        parts["face_vertex"].append(fabric.face_vertex + vertex)
-        parts["twin"].append(np.where(fabric.twin < 0, fabric.twin, fabric.twin + corner))
-        for name in ("n_bottom", "n_top", "stitch"):
-            parts[name].append(getattr(fabric, name))
-        parts["row"].append(fabric.row + row)
-        vertex, corner = vertex + len(fabric.vertices), corner + fabric.side_count
-        row += int(fabric.row.max()) + 1
-    parts["face_start"].append(np.array([corner]))
-    return StitchMesh(**{name: np.concatenate(values) for name, values in parts.items()})
+    vertex = _first_numbers([len(fabric.vertices) for fabric in fabrics])
+    corner = _first_numbers([fabric.side_count for fabric in fabrics])
+    row = _first_numbers([int(fabric.row.max()) + 1 for fabric in fabrics])
+    numbered = list(zip(fabrics, vertex, corner, row, strict=False))
+    return StitchMesh(
+        vertices=np.concatenate([fabric.vertices for fabric in fabrics]),
+        face_start=np.concatenate([[0], *(fabric.face_start[1:] + first for fabric, _, first, _ in numbered)]),
+        face_vertex=np.concatenate([fabric.face_vertex + first for fabric, first, _, _ in numbered]),
+        twin=np.concatenate([np.where(one.twin == BORDER, BORDER, one.twin + first) for one, _, first, _ in numbered]),
+        n_bottom=np.concatenate([fabric.n_bottom for fabric in fabrics]),
+        n_top=np.concatenate([fabric.n_top for fabric in fabrics]),
+        stitch=np.concatenate([fabric.stitch for fabric in fabrics]),
+        row=np.concatenate([fabric.row + first for fabric, _, _, first in numbered]),
+    )
 
 
-_JOINED = ("vertices", "face_start", "face_vertex", "twin", "n_bottom", "n_top", "stitch", "row")
-"""Fields of a stitch mesh without marks and colours."""
+def _first_numbers(counts: Sequence[int]) -> list[int]:
+    """The number of the first element of each part, if parts are numbered one after another."""
+    return [0, *np.cumsum(counts).tolist()]
 
 
 def _check_memory(area: float, size: StitchSize) -> None:
@@ -208,8 +214,9 @@ def _check_memory(area: float, size: StitchSize) -> None:
     needed, free = count * BYTES_OF_STITCH, host_memory()
     if count > MOST_STITCHES or needed > free:
         raise TessellationError(
-            f"the surface of {area:.4g} cm^2 would take {count:.3g} stitches and {needed / 1e9:.1f} GB; {free / 1e9:.1f} "
-            f"GB are free, and at most {MOST_STITCHES:,} stitches are made: choose a larger stitch, and check the unit"
+            f"the surface of {area:.4g} cm^2 would take {count:.3g} stitches and {needed / 1e9:.1f} GB; "
+            f"{free / 1e9:.1f} GB are free, and at most {MOST_STITCHES:,} stitches are made: choose a larger stitch, "
+            "and check the unit"
         )
     if count < 2 * SMALLEST_RING:
         raise MeshError(
@@ -231,7 +238,7 @@ def _checked(mesh: Mesh, size: StitchSize, up: ArrayLike) -> FloatArray:
         raise ParameterError(f"multiple: got {size.multiple}; expected 1 or more stitches")
     direction = np.asarray(up, dtype=np.float64)
     if direction.shape != (3,) or not np.isfinite(direction).all() or not direction.any():
-        raise ParameterError(f"up: got {up}; expected three numbers that are not all zero")
+        raise ParameterError(f"up: got {up!r}; expected three numbers that are not all zero")
     if mesh.lattice is not None:
         raise MeshError("auto_stitches: got a mesh on a lattice; make periodic stitch meshes from charts instead")
     _check_memory(float(np.linalg.norm(mesh.face_vector_area, axis=1).sum()), size)

@@ -39,8 +39,9 @@ class Chain:
     def part(self, first: int, last: int) -> Chain:
         """Return the edges from one place to another, across the end of a ring where ``last`` is beyond it."""
         count = len(self.edges)
-        edges = tuple(self.edges[place % count] for place in range(first, last))
-        return Chain((*(self.vertices[place % count] for place in range(first, last)), self.vertices[_end(last, count)]), edges)  # fmt: skip
+        places = [place % count for place in range(first, last)]
+        vertices = (*(self.vertices[place] for place in places), self.vertices[(last - 1) % count + 1])
+        return Chain(vertices, tuple(self.edges[place] for place in places))
 
     def reversed(self) -> Chain:
         """Return the chain in the other direction."""
@@ -49,11 +50,6 @@ class Chain:
     def followed_by(self, other: Chain) -> Chain:
         """Return the chain and another one that starts at its end."""
         return Chain((*self.vertices, *other.vertices[1:]), (*self.edges, *other.edges))
-
-
-def _end(last: int, count: int) -> int:
-    """Place of the last vertex of a part that ends behind edge ``last - 1``."""
-    return (last - 1) % count + 1
 
 
 Bridge = Callable[[int, int], Chain]

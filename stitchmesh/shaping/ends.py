@@ -14,6 +14,7 @@ around a hole in a flat piece.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -99,7 +100,8 @@ def corner_angles(surface: TriangleSurface) -> FloatArray:
     ahead, behind = np.roll(corner, -1, axis=1) - corner, np.roll(corner, 1, axis=1) - corner
     across = np.linalg.norm(np.cross(ahead, behind), axis=2)
     angle = np.arctan2(across, np.einsum("tci,tci->tc", ahead, behind))
-    return np.bincount(surface.triangles.ravel(), angle.ravel(), len(surface.vertices))
+    total = np.bincount(surface.triangles.ravel(), angle.ravel(), len(surface.vertices))
+    return np.asarray(total, dtype=np.float64)
 
 
 def is_slit(surface: TriangleSurface, border: IntArray) -> bool:
@@ -160,7 +162,7 @@ def outline_sides(surface: TriangleSurface, outline: IntArray) -> list[IntArray]
         return [np.append(outline, outline[0])]
     ring = np.roll(np.arange(len(outline)), -corners[0])
     cuts = [*(corners - corners[0]), len(outline)]
-    return [outline[np.append(ring, ring[0])[first : last + 1]] for first, last in zip(cuts, cuts[1:], strict=False)]
+    return [outline[np.append(ring, ring[0])[first : last + 1]] for first, last in pairwise(cuts)]
 
 
 def _direction_in_piece(surface: TriangleSurface, up: FloatArray) -> FloatArray:

@@ -188,7 +188,8 @@ def _chains(
     low, high = value[ends[:, 0]], value[ends[:, 1]]
     share = ((segments.node_level - low) / (high - low))[:, None]
     points = surface.vertices[ends[:, 0]] * (1.0 - share) + surface.vertices[ends[:, 1]] * share
-    line_of_node, lines, after = np.full(count, -1), [], following.tolist()
+    lines: list[LevelLine] = []
+    line_of_node, after = np.full(count, -1), following.tolist()
     for start in [*np.flatnonzero(~has_previous).tolist(), *range(count)]:
         if line_of_node[start] >= 0:
             continue

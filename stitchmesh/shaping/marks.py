@@ -122,8 +122,8 @@ def _nearest_vertices(surface: TriangleSurface, points: FloatArray, mark: TimeMa
     far = int(distance.argmax())
     if distance[far] > OFF_SURFACE * size:
         raise ParameterError(
-            f"mark: point {far} of a {mark.kind} at {points[far].round(2).tolist()} cm is {distance[far]:.1f} cm off the "
-            "surface; draw it on the surface, and check the unit"
+            f"mark: point {far} of a {mark.kind} at {points[far].round(2).tolist()} cm is {distance[far]:.1f} cm off "
+            "the surface; draw it on the surface, and check the unit"
         )
     return np.asarray(vertex, dtype=np.int64)
 
@@ -154,8 +154,8 @@ def _check_apart(found: list[tuple[TimeMark, End]]) -> None:
         for other, (second, later) in enumerate(found[number + 1 :], start=number + 1):
             if np.isin(end.vertices, later.vertices).any():
                 raise ParameterError(
-                    f"marks {number} and {other}: a {mark.kind} ({mark.role}) and a {second.kind} ({second.role}) meet; "
-                    "a place has one time: remove one of them"
+                    f"marks {number} and {other}: a {mark.kind} ({mark.role}) and a {second.kind} ({second.role}) "
+                    "meet; a place has one time: remove one of them"
                 )
 
 
@@ -173,8 +173,8 @@ def _check_times(surface: TriangleSurface, found: list[tuple[TimeMark, End]]) ->
             backwards = {("begin", "end"): change <= 0.0, ("end", "begin"): change >= 0.0}.get((mark.role, second.role))
             if backwards:
                 raise ParameterError(
-                    f"marks {number} and {other}: knitting would end at {min(mark.time, second.time):g} cm and begin at "
-                    f"{max(mark.time, second.time):g} cm; exchange the times, or the roles"
+                    f"marks {number} and {other}: knitting would end at {min(mark.time, second.time):g} cm and begin "
+                    f"at {max(mark.time, second.time):g} cm; exchange the times, or the roles"
                 )
             apart = _smallest_distance(surface, end.vertices, later.vertices)
             if abs(change) > 0.0 and apart < abs(change) / STEEPEST / 10.0:

@@ -90,14 +90,11 @@ class _Rows:
                 f"near {place} cm: limbs join and part within one row; choose a smaller stitch, or mark other ends"
             )
         grafts = Grafts(self._graft)
-        if len(above) == 1:
-            tops = self._divided(above[0], below, grafts)
-            pairs = list(zip(below, tops, strict=True))
-        else:
-            pairs = list(zip(self._divided(below[0], above, grafts), above, strict=True))
-        for low, high in pairs:
-            if low is not None and high is not None:
-                self._add_row(low, high)
+        joins = len(above) == 1
+        parts = self._divided(above[0], below, grafts) if joins else self._divided(below[0], above, grafts)
+        for whole, part in zip(below if joins else above, parts, strict=True):
+            if part is not None:
+                self._add_row(*((whole, part) if joins else (part, whole)))
 
     def _finish(self, band: Band) -> None:
         """Begin the courses above a place where rows begin, or end those below a place where they end."""
@@ -149,7 +146,8 @@ class _Rows:
             candidates = [self.course[number].vertices[0] for number in band.below]
             found = [target.nearest(self.points[vertex]) for vertex in candidates]
             start = min(found, key=lambda pair: pair[1])[0]
-        count = self._count(target, len(below.edges) if plain else None, tip=line in self.tips and line not in self.borders)  # fmt: skip
+        is_tip = line in self.tips and line not in self.borders
+        count = self._count(target, len(below.edges) if plain else None, tip=is_tip)
         self.course[line] = self._new_course(line, start, count)
         return self.course[line]
 

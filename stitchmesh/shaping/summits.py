@@ -11,11 +11,16 @@ Source: Edelsbrunner, Letscher and Zomorodian, *Topological persistence and simp
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.triangle_surface import TriangleSurface
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 SMALLEST_WEIGHT = 0.05
 """Smallest weight of an edge, over the weight between equilateral triangles."""
@@ -54,8 +59,6 @@ def summits(surface: TriangleSurface, values: FloatArray) -> list[tuple[int, flo
         for lower in roots[1:]:
             found.append((lower, height[lower] - height[vertex], height[vertex]))
             parent[lower] = roots[0]
-        if not roots:
-            continue
     found += [(vertex, np.inf, -np.inf) for vertex in order if parent[vertex] == vertex]
     return found
 
@@ -128,7 +131,7 @@ def _harmonic(surface: TriangleSurface, values: FloatArray, region: np.ndarray) 
     return smooth
 
 
-def _positive_laplacian(surface: TriangleSurface):
+def _positive_laplacian(surface: TriangleSurface) -> csr_array:
     """A Laplacian whose edges all have positive weights, shape (V, V)."""
     from scipy.sparse import coo_array, diags_array
 

@@ -69,7 +69,8 @@ class Knots:
 
     def total(self, values: FloatArray) -> FloatArray:
         """Return the sum over the vertices of each unknown, shape (count,)."""
-        return np.bincount(self.unknown, values, self.count)
+        total = np.bincount(self.unknown, values, self.count)
+        return np.asarray(total, dtype=np.float64)
 
     def solve(self, full: csr_array, right: FloatArray, known: dict[int, float]) -> FloatArray:
         """Solve for the value of each vertex, shape (V,).
@@ -115,8 +116,9 @@ def first_flow(surface: TriangleSurface, ends: Ends) -> FloatArray:
 
 
 def given_times(ends: Ends) -> dict[int, float]:
-    """Return the times [cm] of the ends that have one, by number, as heights above the roots; without one the first
-    root has the time 0.
+    """Return the times [cm] of the ends that have one, by number, as heights above the roots.
+
+    If none has one, the first root has the time 0.
     """
     sign = 1.0 if ends.begins else -1.0
     given = {number: sign * end.time for number, end in enumerate(ends.all) if end.time is not None}

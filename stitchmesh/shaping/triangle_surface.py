@@ -70,7 +70,8 @@ class TriangleSurface:
     @cached_property
     def vertex_area(self) -> FloatArray:
         """A third of the area of the triangles around each vertex [cm^2], shape (V,)."""
-        return np.bincount(self.triangles.ravel(), np.repeat(self.area / 3.0, 3), len(self.vertices))
+        total = np.bincount(self.triangles.ravel(), np.repeat(self.area / 3.0, 3), len(self.vertices))
+        return np.asarray(total, dtype=np.float64)
 
     @cached_property
     def edges(self) -> IntArray:
@@ -91,7 +92,8 @@ class TriangleSurface:
         """
         share = self.area if weight is None else self.area * weight
         flux = np.einsum("tci,ti->tc", self.corner_gradients, field) * share[:, None]
-        return np.bincount(self.triangles.ravel(), flux.ravel(), len(self.vertices))
+        total = np.bincount(self.triangles.ravel(), flux.ravel(), len(self.vertices))
+        return np.asarray(total, dtype=np.float64)
 
     def stiffness(self, weight: FloatArray | None = None) -> csr_array:
         """Return the matrix of the integral of the product of two gradients, shape (V, V).

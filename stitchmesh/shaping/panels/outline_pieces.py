@@ -9,6 +9,7 @@ every other piece rows are cut: it is a side.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -70,7 +71,7 @@ def outline_pieces(panels: PanelMesh, direction: FloatArray, stitch_width: float
 
 
 def hem_runs(pieces: list[Piece], panel: int) -> list[list[int]]:
-    """Return the pieces of each hem of a panel, one after another along the border; neighbours of one kind are one hem."""
+    """Return the pieces of each hem of a panel, along the border; neighbours of one kind are one hem."""
     hems = [number for number, piece in enumerate(pieces) if piece.panel == panel and piece.kind != SIDE]
     before = {pieces[number].following: number for number in hems}
     runs = []
@@ -120,7 +121,7 @@ def _between_breaks(loop: IntArray, breaks: set[int]) -> list[IntArray]:
     ring = np.roll(loop, -places[0])
     cuts = [place - places[0] for place in places] + [len(loop)]
     ring = np.append(ring, ring[0])
-    return [ring[first : last + 1] for first, last in zip(cuts, cuts[1:], strict=False)]
+    return [ring[first : last + 1] for first, last in pairwise(cuts)]
 
 
 def _places_across(panels: PanelMesh, direction: FloatArray) -> FloatArray:

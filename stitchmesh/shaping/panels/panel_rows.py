@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stitchmesh.errors import TessellationError
-from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh import FloatArray
 from stitchmesh.shaping.chains import Chain
 from stitchmesh.shaping.level_lines import Band, LevelLine, LevelLines
 from stitchmesh.shaping.rows import SLACK, StitchSize
@@ -24,6 +24,10 @@ from stitchmesh.tessellate.panel import StitchFaces, stitch_for
 
 GENTLE = 2
 """Stitches by which a row may be shorter or longer at one end than the row below without binding off or casting on."""
+EQUALLY_NEAR = 0.25
+"""Difference of two distances from a course, in stitch widths, up to which both are equally near."""
+BESIDE = 0.05
+"""Distance from a vertex, in stitch widths, up to which an end of a line counts as beside it."""
 SHORTEST_LINE = 0.75
 """Length of the shortest course, in stitch widths."""
 
@@ -73,10 +77,24 @@ class _Course:
     place: FloatArray
     """Length along the line to each vertex [cm], shape (edges + 1,)."""
 
-    def nearest_vertex(self, point: FloatArray) -> int:
-        """Return the place in the chain of the vertex nearest to a point beside the line."""
-        place = self.line.nearest(point)[0]
-        return int(np.abs(self.place - place).argmin())
+    def vertex_beside(self, point: FloatArray, *, first: bool) -> int:
+        """Return the place in the chain of the vertex just outside an end of another line.
+
+        Rows of loops that are bound off then follow the outline without going back. The ends of a line may lie on each
+        other in space, as those of a sleeve do. Of several parts of the line that are equally near, the first one is
+        chosen for the first end of the other line, and the last one for its last.
+        """
+        distance = np.linalg.norm(self.line.at(self.place) - point, axis=1)
+        spacing = self.line.length / len(self.chain.edges)
+        near = np.flatnonzero(distance <= distance.min() + EQUALLY_NEAR * spacing)
+        parts = np.split(near, np.flatnonzero(np.diff(near) > 1) + 1)
+        part = parts[0] if first else parts[-1]
+        nearest = int(part[distance[part].argmin()])
+        outside = nearest - 1 if first else nearest + 1
+        if not 0 <= outside < len(self.place):
+            return nearest
+        at, away = self.line.at(self.place[[nearest, outside]])
+        return outside if float((point - at) @ (away - at)) > BESIDE * spacing**2 else nearest
 
 
 @dataclass
@@ -106,9 +124,9 @@ class PanelStitches:
         """
         _check_lines(panel, levels, self.size)
         courses: dict[int, _Course] = {}
-        first = self.rows
+        first, wanted = self.rows, _counts_below_hems(levels, hems)
         for band in levels.bands:
-            self._make_courses(levels, band, hems, courses)
+            self._make_courses(levels, band, hems, courses, wanted)
             low = [courses[line] for line in band.below if line in courses]
             high = [courses[line] for line in band.above if line in courses]
             for joint in _joints(low, high):
@@ -116,7 +134,9 @@ class PanelStitches:
         if self.rows == first:
             raise TessellationError(f"panel {panel}: has no room for one row of stitches; choose a smaller stitch")
 
-    def _make_courses(self, levels: LevelLines, band: Band, hems: Sequence[Hem], courses: dict[int, _Course]) -> None:
+    def _make_courses(
+        self, levels: LevelLines, band: Band, hems: Sequence[Hem], courses: dict[int, _Course], wanted: dict[int, int]
+    ) -> None:
         """Make the courses of a band that have not been made yet."""
         for number in [*band.below, *band.above]:
             line = levels.lines[number]
@@ -127,13 +147,13 @@ class PanelStitches:
                 courses[number] = self._hem_course(line, hem)
             else:
                 below = [courses[other] for other in band.below if other in courses and number in band.above]
-                courses[number] = self._course(line, len(below[0].chain.edges) if len(below) == 1 else None)
+                kept = [wanted[number]] if number in wanted else [len(other.chain.edges) for other in below]
+                courses[number] = self._course(line, kept[0] if len(kept) == 1 else None)
 
-    def _course(self, line: LevelLine, below: int | None) -> _Course:
-        """Make a course of equally wide stitches, as many as below if their width permits it."""
+    def _course(self, line: LevelLine, kept: int | None) -> _Course:
+        """Make a course of equally wide stitches, as many as are to be kept if their width permits it."""
         exact = line.length / self.size.width
-        keeps = below is not None and abs(exact - below) <= SLACK
-        count = below if below is not None and keeps else max(1, round(exact))
+        count = kept if kept is not None and abs(exact - kept) <= SLACK else max(1, round(exact))
         return self._chain_on(line, line.length * np.arange(count + 1) / count)
 
     def _hem_course(self, line: LevelLine, hem: Hem) -> _Course:
@@ -239,20 +259,20 @@ def _joints(low: list[_Course], high: list[_Course]) -> list[_Joint]:
             if on_low[1] > on_low[0] and on_high[1] > on_high[0]:
                 exact[i, j] = on_low, on_high
     low_range, high_range = _widened(low, exact, 0), _widened(high, exact, 1)
-    return [
-        _Joint(low[i], high[j], low_range[i, j], high_range[i, j], *exact[i, j]) for i, j in sorted(exact)
-    ]  # fmt: skip
+    kept = sorted(low_range.keys() & high_range.keys())
+    return [_Joint(low[i], high[j], low_range[i, j], high_range[i, j], *exact[i, j]) for i, j in kept]
 
 
 def _facing_range(course: _Course, other: _Course) -> tuple[int, int]:
     """Places of the vertices of a course that are nearest to the ends of another one."""
-    return course.nearest_vertex(other.line.points[0]), course.nearest_vertex(other.line.points[-1])
+    points = other.line.points
+    return course.vertex_beside(points[0], first=True), course.vertex_beside(points[-1], first=False)
 
 
 def _widened(
     courses: list[_Course], exact: dict[tuple[int, int], tuple[tuple[int, int], tuple[int, int]]], own: int
 ) -> dict[tuple[int, int], tuple[int, int]]:
-    """Widen the ranges in each course to its ends where the ends are near.
+    """Widen the ranges in each course to its ends where the ends are near; leave out ranges that others cover.
 
     Args:
         courses: the courses below a band, or those above it.
@@ -262,12 +282,13 @@ def _widened(
     found = {}
     for number, course in enumerate(courses):
         pairs = sorted((pair for pair in exact if pair[own] == number), key=lambda pair: exact[pair][own])
+        count, covered = len(course.chain.edges), 0
         for place, pair in enumerate(pairs):
             first, last = exact[pair][own]
-            count = len(course.chain.edges)
-            first = 0 if place == 0 and first <= GENTLE else first
+            first = 0 if place == 0 and first <= GENTLE else max(first, covered)
             last = count if place == len(pairs) - 1 and count - last <= GENTLE else last
-            found[pair] = first, last
+            if last > first:
+                found[pair], covered = (first, last), last
     return found
 
 
@@ -275,6 +296,16 @@ def _hem_on(line: LevelLine, hems: Sequence[Hem]) -> Hem | None:
     """Return the hem whose line this is."""
     same = [hem for hem in hems if hem.points.shape == line.points.shape and np.allclose(hem.points, line.points)]
     return same[0] if same else None
+
+
+def _counts_below_hems(levels: LevelLines, hems: Sequence[Hem]) -> dict[int, int]:
+    """Number of stitches of the hem that lies one row above a line, by the number of the line."""
+    counts = {}
+    for band in levels.bands:
+        hem = _hem_on(levels.lines[band.above[0]], hems) if len(band.above) == len(band.below) == 1 else None
+        if hem is not None and band.above[0] in levels.borders:
+            counts[band.below[0]] = sum(part.count for part in hem.parts)
+    return counts
 
 
 def _check_lines(panel: int, levels: LevelLines, size: StitchSize) -> None:

@@ -11,7 +11,7 @@ so that a row is one course high wherever the surface allows it. Each hem has on
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,14 +31,37 @@ FIRST_CUT = 0.5
 class PanelTime:
     """The time on a panel."""
 
+    refined: RefinedPanel
+    """The triangles of the panel."""
+    field: FloatArray
+    """Unit vector in the direction of knitting on each triangle, shape (T, 3)."""
+    height: float
+    """Height of a course [cm]."""
+
     courses: FloatArray
     """Time of each vertex of the refined panel in courses, shape (V,)."""
     ends: Ends
     """The hems: the roots are those at which rows begin."""
     runs: tuple[tuple[int, ...], ...]
     """Numbers of the pieces of each hem, in the order of ``ends.all`` and along the border."""
-    angle: FloatArray
-    """Angle between the time and the direction of knitting on each triangle [rad], shape (T,)."""
+
+    @property
+    def angle(self) -> FloatArray:
+        """Angle between the time and the direction of knitting on each triangle [rad], shape (T,)."""
+        gradient = self.refined.surface.gradient(self.courses)
+        along = np.einsum("ti,ti->t", gradient, self.field)
+        angle = np.arctan2(np.linalg.norm(np.cross(gradient, self.field), axis=1), along)
+        return np.where(self.field.any(axis=1), angle, 0.0)
+
+    def with_times(self, known: dict[int, float]) -> PanelTime:
+        """Return the time that has given values [courses] at some vertices, and keeps those of the hems."""
+        if not known:
+            return self
+        surface, parts = self.refined.surface, knots(self.refined.surface, self.ends)
+        held = {int(parts.unknown[vertex]): value for vertex, value in known.items()}
+        held.update({number: float(self.courses[end.vertices[0]]) for number, end in enumerate(self.ends.all)})
+        right = parts.total(surface.divergence(self.field / self.height))
+        return replace(self, courses=parts.solve(surface.stiffness(), right, held))
 
 
 def panel_time(
@@ -58,7 +81,7 @@ def panel_time(
     """
     surface = refined.surface
     runs = sorted(hem_runs(pieces, panel), key=lambda run: pieces[run[0]].kind)
-    hems = [End(_refined_line(refined, [pieces[number] for number in run])) for run in runs]
+    hems = [End(refined_line(refined, [pieces[number] for number in run])) for run in runs]
     begins = sum(pieces[run[0]].kind == BEGINS for run in runs)
     ends = Ends(tuple(hems[:begins]), tuple(hems[begins:]))
     field = unit_field(surface, refined.texture @ direction)
@@ -68,11 +91,11 @@ def panel_time(
     levels = [int(round(float(courses[end.vertices[0]]))) for end in ends.all]
     if begins and len(hems) > begins and max(levels[:begins]) >= max(levels[begins:]):
         raise TessellationError(f"panel {panel}: is lower than one row of {height:g} cm; choose a smaller stitch")
-    return PanelTime(courses, ends, tuple(tuple(run) for run in runs), _angle(surface.gradient(courses), field))
+    return PanelTime(refined, field, height, courses, ends, tuple(tuple(run) for run in runs))
 
 
 def unit_field(surface: TriangleSurface, values: FloatArray) -> FloatArray:
-    """Return the unit vector along the gradient of a function on each triangle, 0 where it is constant, shape (T, 3)."""
+    """Return the unit vector along the gradient of a function on each triangle, shape (T, 3); 0 where it is flat."""
     gradient = surface.gradient(values)
     slope = np.linalg.norm(gradient, axis=1, keepdims=True)
     flat = slope <= 1e-9 * max(float(slope.max(initial=0.0)), np.finfo(np.float64).tiny)
@@ -91,13 +114,7 @@ def _solved(surface: TriangleSurface, coordinate: FloatArray, field: FloatArray,
     return parts.solve(matrix, right, known)
 
 
-def _angle(gradient: FloatArray, field: FloatArray) -> FloatArray:
-    """Angle between two vectors on each triangle [rad], shape (T,); 0 where the field is 0."""
-    along = np.einsum("ti,ti->t", gradient, field)
-    return np.where(field.any(axis=1), np.arctan2(np.linalg.norm(np.cross(gradient, field), axis=1), along), 0.0)
-
-
-def _refined_line(refined: RefinedPanel, run: list[Piece]) -> IntArray:
+def refined_line(refined: RefinedPanel, run: list[Piece]) -> IntArray:
     """Vertices of the surface along consecutive pieces of the outline."""
     corner = np.concatenate([run[0].vertices, *(piece.vertices[1:] for piece in run[1:])])
     first, last = refined.place(int(corner[0])), refined.place(int(corner[-1]))

@@ -109,7 +109,7 @@ def _connected_faces(mesh: Mesh) -> IntArray:
 
 
 def _texture_seen_from_outside(mesh: Mesh, face_panel: IntArray) -> FloatArray:
-    """Positions on the mean plane of each panel: to the right, and upwards or along a level panel [cm], shape (V, 2)."""
+    """Positions on the mean plane of each panel: to the right and upwards, or along a level panel [cm], (V, 2)."""
     texture = np.zeros((len(mesh.vertices), 2))
     for panel in range(int(face_panel.max()) + 1):
         faces = face_panel == panel

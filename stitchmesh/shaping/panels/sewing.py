@@ -9,8 +9,9 @@ border, for a needle and a thread.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -27,8 +28,6 @@ AGREEMENT = 0.5
 """Distance between the ends of two rows along a seam, in course heights, up to which one row goes on in the other."""
 SHARE_OF_ROWS = 0.8
 """Part of the row ends at a seam that must agree; if fewer do, the seam is sewn."""
-FEWEST_IN_RING = 3
-"""Stitches in the shortest row that a seam of a panel with itself closes to a round."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +36,8 @@ class SeamResult:
 
     panels: tuple[int, int]
     """The panels on its two sides."""
+    piece: int
+    """Number of the piece of an outline on its first side."""
     length: float
     """Its length [cm]."""
     kind: str
@@ -75,29 +76,27 @@ def sewn_fabric(
     """
     faces, twin = _faces_of(made)
     fabric = _stitch_mesh(faces, twin)
-    ends = _ends_by_piece(made, pieces, lines)
+    ends = _RowEnds(_ends_by_piece(made, pieces, lines), lines, AGREEMENT * made.size.height, faces.side_of_edge)
     results = []
     for number, piece in enumerate(pieces):
         if piece.partner <= number:
             continue
         other = pieces[piece.partner]
         if piece.kind != SIDE and other.kind != SIDE:
-            kind, pairs = "grafted", _hem_pairs(made, pieces, number)
+            kind, pairs = "grafted", _hem_pairs(made.hem_edges, faces.side_of_edge, pieces, number)
         else:
-            kind, pairs = "joined", _row_pairs(made, ends, lines, number, piece.partner)
+            kind, pairs = "joined", _row_pairs(ends, number, piece.partner)
         tried = _with_twins(fabric, faces, twin, pairs)
         if tried is None:
-            results.append(SeamResult((piece.panel, other.panel), piece.length, "sewn", 0))
+            results.append(SeamResult((piece.panel, other.panel), number, piece.length, "sewn", 0))
         else:
             fabric, twin = tried
-            results.append(SeamResult((piece.panel, other.panel), piece.length, kind, len(pairs)))
+            results.append(SeamResult((piece.panel, other.panel), number, piece.length, kind, len(pairs)))
     return in_knitting_order(fabric), tuple(results)
 
 
 def in_knitting_order(fabric: StitchMesh) -> StitchMesh:
     """Return the fabric with a number for each row, also across seams, so that rows follow the rows below them."""
-    from dataclasses import replace
-
     courses = sorted(find_courses(fabric, climbing=True), key=lambda course: int(fabric.row[list(course.faces)].min()))
     below = [under - {number} for number, under in enumerate(courses_below(fabric, courses))]
     order, cyclic = knitting_order(below)
@@ -165,23 +164,19 @@ def _with_twins(
         return None
 
 
-def _hem_pairs(made: PanelStitches, pieces: list[Piece], number: int) -> list[tuple[int, int]]:
+def _hem_pairs(
+    hem_edges: dict[int, tuple[int, ...]], sides: dict[int, int], pieces: list[Piece], number: int
+) -> list[tuple[int, int]]:
     """Pair the sides along two hems, from one end of the seam to the other; none if their numbers differ."""
-    sides = _sides_of_edges(made)
     lines = []
     for one in (number, pieces[number].partner):
-        edges = made.hem_edges.get(one, ())
+        edges = hem_edges.get(one, ())
         # Along the border, rows that begin are passed from left to right, and rows that end from right to left.
         along = edges if pieces[one].kind < 0 else edges[::-1]
         lines.append([sides[edge] for edge in along if edge in sides])
     if len(lines[0]) != len(lines[1]):
         return []
     return list(zip(lines[0], lines[1][::-1], strict=True))
-
-
-def _sides_of_edges(made: PanelStitches) -> dict[int, int]:
-    """Border side of each edge."""
-    return _faces_of(made)[0].side_of_edge
 
 
 @dataclass(frozen=True)
@@ -202,40 +197,59 @@ def _ends_by_piece(made: PanelStitches, pieces: list[Piece], lines: list[LevelLi
         own.setdefault(piece.panel, []).append(number)
     for end in made.row_ends:
         points = [made.points[vertex] for vertex in end.vertices]
-        middle = 0.5 * (points[0] + points[1])
-        nearest = min(own[end.panel], key=lambda number: lines[number].nearest(middle)[1])
-        places = sorted(lines[nearest].nearest(point)[0] for point in points)
-        found.setdefault(nearest, []).append(_PlacedEnd(end, *places))
+        placed = [_placed_on(lines[number], end, points) for number in own[end.panel]]
+        number, best = min(zip(own[end.panel], placed, strict=True), key=lambda pair: pair[1][0])
+        found.setdefault(number, []).append(best[1])
     return {number: sorted(ends, key=lambda end: end.first) for number, ends in found.items()}
 
 
-def _row_pairs(
-    made: PanelStitches, ends: dict[int, list[_PlacedEnd]], lines: list[LevelLine], first: int, second: int
-) -> list[tuple[int, int]]:
-    """Pair the ends of rows at the two sides of a seam; none if the rows do not agree."""
-    length = lines[second].length
-    one = ends.get(first, [])
-    other = [_PlacedEnd(end.end, length - end.last, length - end.first) for end in reversed(ends.get(second, []))]
+def _placed_on(line: LevelLine, end: RowEnd, points: list[FloatArray]) -> tuple[float, _PlacedEnd]:
+    """Return the distance of a row end from a piece of an outline [cm], and its place there.
+
+    The border runs upwards at right ends of rows and downwards at left ends. If a piece runs the other way, the length
+    of the edge is added, because the two sides of a seam of one panel lie on each other.
+    """
+    lower, upper = (line.nearest(point) for point in points)
+    wrong_way = (upper[0] > lower[0]) != end.right
+    length = float(np.linalg.norm(points[1] - points[0]))
+    distance = 0.5 * (lower[1] + upper[1]) + (length if wrong_way else 0.0)
+    return distance, _PlacedEnd(end, *sorted((lower[0], upper[0])))
+
+
+@dataclass(frozen=True, eq=False)
+class _RowEnds:
+    """The ends of all rows, for their comparison at seams."""
+
+    by_piece: dict[int, list[_PlacedEnd]]
+    """Ends at each piece of the outlines, in the order along it."""
+    lines: list[LevelLine]
+    """The pieces."""
+    near: float
+    """Distance along a seam up to which ends agree [cm]."""
+    sides: dict[int, int]
+    """Border side of each edge."""
+
+
+def _row_pairs(ends: _RowEnds, first: int, second: int) -> list[tuple[int, int]]:
+    """Pair the sides at the ends of rows at the two sides of a seam; none if the rows do not agree."""
+    length = ends.lines[second].length
+    one, back = ends.by_piece.get(first, []), reversed(ends.by_piece.get(second, []))
+    other = [_PlacedEnd(end.end, length - end.last, length - end.first) for end in back]
     if {end.end.right for end in one} == {end.end.right for end in other} or not _in_one_line(one, other):
         return []
-    near = AGREEMENT * made.size.height
-    pairs = [
-        (i, j) for i, a in enumerate(one) for j, b in enumerate(other)
-        if abs(a.first - b.first) <= near and abs(a.last - b.last) <= near
-    ]  # fmt: skip
-    steps = {(b[0] - a[0], b[1] - a[1]) for a, b in zip(pairs, pairs[1:], strict=False)}
-    if len(pairs) < SHARE_OF_ROWS * max(len(one), len(other)) or steps - {(1, 1)}:
+    apart = np.array([[max(abs(a.first - b.first), abs(a.last - b.last)) for b in other] for a in one])
+    pairs = np.argwhere(apart <= ends.near)
+    if len(pairs) < SHARE_OF_ROWS * max(len(one), len(other)) or (np.diff(pairs, axis=0) != 1).any():
         return []
-    sides = _sides_of_edges(made)
-    return [(sides[one[i].end.edge], sides[other[j].end.edge]) for i, j in pairs]
+    return [(ends.sides[one[i].end.edge], ends.sides[other[j].end.edge]) for i, j in pairs.tolist()]
 
 
-def _in_one_line(*lines: Iterable[_PlacedEnd]) -> bool:
+def _in_one_line(*lines: Sequence[_PlacedEnd]) -> bool:
     """Whether each line of row ends is of one kind and without steps, so that each edge starts where one ends."""
     for line in lines:
         ends = [placed.end for placed in line]
         if len({end.right for end in ends}) != 1:
             return False
-        if any(not set(a.vertices) & set(b.vertices) for a, b in zip(ends, ends[1:], strict=False)):
+        if any(not set(a.vertices) & set(b.vertices) for a, b in pairwise(ends)):
             return False
     return True

@@ -1,0 +1,70 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A gap at seams that are sewn, so that the yarns of the two borders do not lie in one place."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh
+from stitchmesh.shaping.level_lines import LevelLine
+from stitchmesh.shaping.panels.outline_pieces import ENDS, Piece
+
+SIDE_GAP = 0.5
+"""Distance by which a border is drawn back from a seam, in stitch widths."""
+TOP_GAP = 0.7
+"""The same for a border at which rows end, above which loops are bound off."""
+
+
+def gap_at(piece: Piece, width: float) -> float:
+    """Return the distance by which a border is drawn back from a piece of an outline, if it is sewn [cm]."""
+    return width * (TOP_GAP if piece.kind == ENDS else SIDE_GAP)
+
+
+def drawn_back(mesh: Mesh, sides: IntArray, distance: FloatArray) -> FloatArray:
+    """Return the vertices of a mesh after parts of its borders were moved inwards along the surface [cm], shape (V, 3).
+
+    Args:
+        mesh: the mesh.
+        sides: border sides to move, shape (n,).
+        distance: length of the motion of each side [cm], shape (n,).
+    """
+    ends = mesh.face_vertex[sides], mesh.face_vertex[mesh.side_next[sides]]
+    step = mesh.vertices[ends[1]] - mesh.vertices[ends[0]]
+    inwards = np.cross(mesh.face_vector_area[mesh.side_face[sides]], step)
+    length = np.maximum(np.linalg.norm(inwards, axis=1), np.finfo(np.float64).tiny)
+    motion, count = np.zeros_like(mesh.vertices), np.zeros(len(mesh.vertices))
+    for vertices in ends:
+        np.add.at(motion, vertices, (distance / length)[:, None] * inwards)
+        np.add.at(count, vertices, 1)
+    return mesh.vertices + motion / np.maximum(count, 1)[:, None]
+
+
+def sides_on_seams(
+    fabric: Mesh, face_panel: IntArray, pieces: list[Piece], lines: list[LevelLine], reach: float
+) -> tuple[IntArray, IntArray]:
+    """Find the border sides of stitches that lie on a piece of an outline that is sewn to another one.
+
+    Args:
+        fabric: the stitches.
+        face_panel: panel of each stitch, shape (F,).
+        pieces: pieces of the outlines of the panels.
+        lines: the same pieces as lines.
+        reach: distance from an outline up to which a side lies on it [cm].
+
+    Returns:
+        The sides, and the number of the piece of each, both of shape (n,).
+    """
+    border = np.flatnonzero(fabric.twin == BORDER)
+    ends = fabric.face_vertex[np.stack([border, fabric.side_next[border]])]
+    own: dict[int, list[int]] = {}
+    for number, piece in enumerate(pieces):
+        own.setdefault(piece.panel, []).append(number)
+    found = []
+    for side, middle in zip(border.tolist(), fabric.vertices[ends].mean(axis=0), strict=True):
+        near = own[int(face_panel[fabric.side_face[side]])]
+        apart, nearest = min((lines[number].nearest(middle)[1], number) for number in near)
+        if apart <= reach and pieces[nearest].partner >= 0:
+            found.append((side, nearest))
+    sides, on_piece = np.array(found, dtype=np.int64).reshape(-1, 2).T
+    return sides, on_piece

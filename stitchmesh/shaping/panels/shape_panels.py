@@ -1,0 +1,206 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Stitches on the panels of a sewing pattern: the order of operations.
+
+Outlines; for each panel its triangles, time, level lines and stitches; then seams.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stitchmesh.errors import ParameterError, TessellationError, check_kind
+from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
+from stitchmesh.progress import Progress, no_progress
+from stitchmesh.shaping.auto_stitches import EDGE_OVER_WIDTH, MOST_STITCHES
+from stitchmesh.shaping.level_lines import LevelLine, level_lines
+from stitchmesh.shaping.panels.outline_pieces import BEGINS, Piece, outline_pieces
+from stitchmesh.shaping.panels.panel_mesh import PanelMesh
+from stitchmesh.shaping.panels.panel_rows import Hem, HemPart, PanelStitches
+from stitchmesh.shaping.panels.panel_time import PanelTime, panel_time
+from stitchmesh.shaping.panels.refined_panel import refined_panel
+from stitchmesh.shaping.panels.seam_gap import drawn_back, gap_at, sides_on_seams
+from stitchmesh.shaping.panels.seam_times import with_equal_seams
+from stitchmesh.shaping.panels.sewing import SeamResult, sewn_fabric
+from stitchmesh.shaping.panels.sewn_surface import sewn_surface
+from stitchmesh.shaping.rows import StitchSize
+from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
+
+Directions = Mapping[int, tuple[float, float]]
+"""Direction of knitting of some panels in their texture (u, v), by number."""
+
+
+@dataclass(frozen=True)
+class PanelReport:
+    """Figures of stitches on panels."""
+
+    seconds: float
+    """Time that it took to find the stitches."""
+    stitches: int
+    """Number of stitches."""
+    rows: int
+    """Number of rows."""
+    grafted_edges: int
+    """Course edges at seams that two panels share."""
+    joined_edges: int
+    """Wale edges at seams, through which rows go on in the next panel."""
+    sewn_edges: int
+    """Border edges of the stitches that lie on seams, for a needle and a thread."""
+    mean_angle: float
+    """Mean angle between the rows and the lines across the direction of knitting [degrees], weighted by area."""
+    largest_angle: float
+    """Angle that 99 % of the area does not exceed [degrees]."""
+
+
+@dataclass(frozen=True, eq=False)
+class ShapedPanels:
+    """Stitches on panels, with how they were joined."""
+
+    fabric: StitchMesh
+    """The stitches, before mesh relaxation."""
+    surface: Mesh
+    """The panels, closed along the seams at which the stitches are joined: the surface for mesh relaxation."""
+    face_panel: IntArray
+    """Panel of each stitch, shape (F,)."""
+    seams: tuple[SeamResult, ...]
+    """How each piece of a seam was made."""
+    report: PanelReport
+    """Figures."""
+
+
+def shape_panels(
+    panels: PanelMesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
+    directions: Directions | None = None,
+) -> StitchMesh:  # fmt: skip
+    """Knit each panel of a sewing pattern in a given direction, and join the panels at their seams.
+
+    Seams of two hems are grafted. At seams of two sides the rows go on in the next panel if they agree. Other seams
+    stay borders that lie on each other, to be sewn. ``knit_panels`` also returns the surface for mesh relaxation.
+
+    Args:
+        panels: the panels, from ``read_panels``.
+        stitch_width: wale spacing [cm].
+        stitch_height: course spacing [cm]; by default 0.77 times the width.
+        directions: direction of knitting in the texture (u, v), by panel; by default those of ``panels``.
+
+    Returns:
+        A stitch mesh on the panels.
+
+    Raises:
+        ParameterError: a number is out of range, a panel does not exist, or a direction is zero.
+        TessellationError: a panel is narrower than two stitches or lower than a row, its texture does not change along
+            the direction, neighbouring rows differ too much, or there would be too many stitches.
+    """
+    return knit_panels(
+        panels, stitch_width=stitch_width, stitch_height=stitch_height, directions=directions
+    ).fabric  # fmt: skip
+
+
+def knit_panels(
+    panels: PanelMesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
+    directions: Directions | None = None, progress: Progress = no_progress,
+) -> ShapedPanels:  # fmt: skip
+    """Knit panels as ``shape_panels`` does, and return how they were joined; arguments and errors are the same."""
+    start = time.perf_counter()
+    check_kind("shape_panels", panels, PanelMesh, "sm.read_panels(path)")
+    height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
+    size = StitchSize(stitch_width, height)
+    _check_size(panels, size)
+    direction = _directions(panels, directions or {})
+    pieces = outline_pieces(panels, direction, size.width)
+    times = []
+    for panel in range(panels.panel_count):
+        progress("shape", 0.5 * panel / panels.panel_count, f"time of panel {panel}")
+        refined = refined_panel(panels, panel, EDGE_OVER_WIDTH * size.width)
+        times.append(panel_time(panel, refined, pieces, direction[panel], size.height))
+    times, made = with_equal_seams(times, pieces), PanelStitches(size)
+    for panel, found in enumerate(times):
+        progress("shape", 0.5 + 0.5 * panel / panels.panel_count, f"stitches of panel {panel}")
+        hems = [_hem(found, number, pieces, size.width) for number in range(len(found.runs))]
+        made.knit(panel, level_lines(found.refined.surface, found.courses, found.ends), hems)
+    lines = [LevelLine(0, panels.mesh.vertices[piece.vertices], closed=False) for piece in pieces]
+    fabric, seams = sewn_fabric(made, pieces, lines)
+    face_panel = np.array(made.face_panel)
+    sewn, on_piece = sides_on_seams(fabric, face_panel, pieces, lines, size.width)
+    gap = np.array([gap_at(pieces[number], size.width) for number in on_piece])
+    fabric = replace(fabric, vertices=drawn_back(fabric, sewn, gap))
+    report = _report(fabric, seams, len(sewn), times, time.perf_counter() - start)
+    surface = sewn_surface(panels.mesh, pieces, [seam.piece for seam in seams if seam.edges], size.width)
+    return ShapedPanels(fabric, surface, face_panel, seams, report)
+
+
+def _hem(found: PanelTime, number: int, pieces: list[Piece], width: float) -> Hem:
+    """Return a hem of a panel from left to right, with the number of stitches of each of its pieces."""
+    order = 1 if pieces[found.runs[number][0]].kind == BEGINS else -1
+    points = found.refined.surface.vertices[found.ends.all[number].vertices][::order]
+    parts = [HemPart(piece, pieces[piece].length, _count(pieces, piece, width)) for piece in found.runs[number]]
+    return Hem(points, tuple(parts[::order]))
+
+
+def _count(pieces: list[Piece], number: int, width: float) -> int:
+    """Number of stitches along a piece; the same for the two pieces at a seam, from their mean length."""
+    piece = pieces[number]
+    length = piece.length if piece.partner < 0 else 0.5 * (piece.length + pieces[piece.partner].length)
+    # Rounding is done on a rounded number, so that equal pieces have equal numbers.
+    return max(1, int(np.floor(round(length / width, 6) + 0.5)))
+
+
+def _report(
+    fabric: StitchMesh, seams: Sequence[SeamResult], sewn: int, times: list[PanelTime], seconds: float
+) -> PanelReport:
+    """Gather the figures."""
+    angle = np.degrees(np.concatenate([found.angle for found in times]))
+    area = np.concatenate([found.refined.surface.area for found in times])
+    order = np.argsort(angle)
+    share = np.cumsum(area[order]) / area.sum()
+    return PanelReport(
+        seconds=round(seconds, 3),
+        stitches=fabric.face_count,
+        rows=len(np.unique(fabric.row)),
+        grafted_edges=sum(seam.edges for seam in seams if seam.kind == "grafted"),
+        joined_edges=sum(seam.edges for seam in seams if seam.kind == "joined"),
+        sewn_edges=sewn,
+        mean_angle=round(float(np.average(angle, weights=area)), 3),
+        largest_angle=round(float(angle[order][np.searchsorted(share, 0.99)]), 3),
+    )
+
+
+def _directions(panels: PanelMesh, given: Directions) -> FloatArray:
+    """Return the direction of knitting of each panel, shape (P, 2).
+
+    Raises:
+        ParameterError: a panel does not exist, or a direction is not two finite numbers that are not both zero.
+    """
+    direction = panels.direction.copy()
+    for panel, along in given.items():
+        if panel not in range(panels.panel_count):
+            raise ParameterError(f"directions: panel {panel} does not exist; expected 0 to {panels.panel_count - 1}")
+        if np.shape(along) != (2,) or not np.isfinite(along).all():
+            raise ParameterError(f"directions: panel {panel}: got {along}; expected two numbers (u, v)")
+        direction[panel] = along
+    bad = np.flatnonzero(~direction.any(axis=1))
+    if len(bad):
+        raise ParameterError(f"directions: panel {bad[0]}: got (0, 0); expected two numbers that are not both zero")
+    return direction
+
+
+def _check_size(panels: PanelMesh, size: StitchSize) -> None:
+    """Check the size of the stitches, and that they are not too many.
+
+    Raises:
+        ParameterError, TessellationError: as for ``shape_panels``.
+    """
+    for name, value in (("stitch width", size.width), ("stitch height", size.height)):
+        if not (np.isfinite(value) and value > 0.0):
+            raise ParameterError(f"{name}: got {value} cm; expected a positive number")
+    area = float(np.linalg.norm(panels.mesh.face_vector_area, axis=1).sum())
+    count = area / (size.width * size.height)
+    if count > MOST_STITCHES:
+        raise TessellationError(
+            f"panels of {area:.4g} cm^2 would take {count:.3g} stitches; at most {MOST_STITCHES:,} are made: choose a "
+            "larger stitch, and check the unit"
+        )
