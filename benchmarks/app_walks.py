@@ -5,9 +5,10 @@
     python benchmarks/app_walks.py              # all walks, at 1280 x 800 and at 1000 x 700
     python benchmarks/app_walks.py --pictures   # and draws the pictures of docs/application.md and docs/drape-page.md
 
-The first walk leads from a mesh to the relaxed yarns of a sweater, the second one from a pattern to a swatch, and the
-third one from a scene to a cloth with yarns in a painted region. The
-browser draws in software here, so that the times are longer than those of a machine with a graphics card.
+The first walk leads from a mesh to the relaxed yarns of a sweater, the second one from a mesh of triangles to even
+stitches of a glove, the third one from a pattern to a swatch, and the fourth one from a scene to a cloth with yarns in
+a painted region. The browser draws in software here, so that the times are longer than those of a machine with a
+graphics card.
 """
 
 from __future__ import annotations
@@ -29,7 +30,9 @@ from playwright.sync_api import Browser
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from stitchmesh.io.meshes import read_mesh, write_mesh  # noqa: E402
 from stitchmesh.mesh import FloatArray, Mesh  # noqa: E402
+from stitchmesh.mesh.face_triangles import face_triangles  # noqa: E402
 from tests.app.browser import LONGEST_TASK, Rig, rig_on, started_browser  # noqa: E402
 from tests.app.controls.test_chart_in_browser import PLACE  # noqa: E402
 
@@ -69,7 +72,7 @@ class Walk:
         print(f"| {self.name} | {what} | {now - self.last:.1f} |", flush=True)
         page = self.rig.browser_page
         file = f"{picture}-{page.viewport_size['width']}.jpg"
-        if picture and self.folder is not None and any(file in shown.read_text() for shown in PAGES):
+        if picture and self.folder is not None and any(f"/{file}" in shown.read_text() for shown in PAGES):
             page.mouse.move(5, 5)  # No hint of a control covers the picture.
             page.evaluate("() => document.activeElement && document.activeElement.blur()")
             page.wait_for_function(THUMBNAILS)
@@ -133,6 +136,26 @@ def sweater(walk: Walk) -> None:
     walk.step(f"download {name}, {len(content) / 1e6:.1f} MB", picture="sweater-13-download")
 
 
+def rows(walk: Walk) -> None:
+    """From a mesh of triangles to even stitches."""
+    rig, press = walk.rig, walk.rig.press
+    path = rig.app.project.folder.parent / "glove.obj"
+    write_mesh(path, triangles_of(read_mesh(ROOT / "assets" / "meshes" / "glove.obj")))
+    walk.step("import a mesh of triangles", lambda: rig.upload(path), until=lambda: rig.app.page.name == "Rows")
+    rig.close_notices()
+    project = rig.app.project
+    walk.step("click the wrist: knitting begins", lambda: rig.click_at(border_point(project.mesh)), picture="rows")
+    walk.step("find the stitches", lambda: press("Find the stitches"), picture="rows-2-stitches")
+    walk.step("knit these rows", lambda: press("Knit these rows"), until=lambda: project.fabric)
+    walk.step("go on to Even out", lambda: rig.page_button("Even out"))
+    walk.step("even out", lambda: press("Even out the stitches"), until=lambda: project.evened, picture="rows-3-even")
+
+
+def triangles_of(mesh: Mesh) -> Mesh:
+    """Return a mesh with each face divided into triangles, as a scan has them."""
+    return Mesh.from_polygons(mesh.vertices, mesh.face_vertex[face_triangles(mesh).corners].tolist())
+
+
 def swatch(walk: Walk) -> None:
     """From a pattern to a swatch."""
     rig = walk.rig
@@ -192,7 +215,7 @@ def rest(rig: Rig) -> None:
 
 def run(browser: Browser, size: tuple[int, int], pictures: bool, only: str | None) -> None:
     """Make all walks, or only one of them, in a window of one size."""
-    for walk in (each for each in (sweater, swatch, drape) if only in (None, each.__name__)):
+    for walk in (each for each in (sweater, rows, swatch, drape) if only in (None, each.__name__)):
         with tempfile.TemporaryDirectory(prefix="walk-") as home:
             os.environ.update(HOME=home, STITCHMESH_PROJECTS=f"{home}/StitchMesh", XDG_STATE_HOME=f"{home}/state")
             with rig_on(browser, Path(home) / "StitchMesh" / "Garment", "Project", size) as rig:
@@ -205,7 +228,7 @@ def main() -> None:
     """Parse the options, and walk."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--pictures", action="store_true", help="draw the pictures of docs/application.md")
-    options.add_argument("--only", choices=["sweater", "swatch", "drape"], help="make one walk")
+    options.add_argument("--only", choices=["sweater", "rows", "swatch", "drape"], help="make one walk")
     given = options.parse_args()
     print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores\n\n| walk | step | s |\n|---|---|---|")
     with started_browser() as browser:

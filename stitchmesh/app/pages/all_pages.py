@@ -41,6 +41,7 @@ PAGES: dict[str, MakePage] = {
     "Project": PageModule("project_page", "ProjectPage"),
     "Label": PageModule("label", "LabelPage"),
     "Divide": PageModule("divide", "DividePage"),
+    "Rows": PageModule("rows.page", "RowsPage"),
     "Edit": PageModule("edit.edit_page", "EditPage"),
     "Even out": PageModule("even_out", "EvenOutPage"),
     "Yarns": PageModule("yarns.page", "YarnsPage"),

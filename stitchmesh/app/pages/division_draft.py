@@ -7,28 +7,30 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from stitchmesh.app.pages.draft import Draft
 from stitchmesh.app.project.division import Division, division_of, division_table
-from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
 from stitchmesh.tessellate.counts import edge_named, edges_with_one_count
 from stitchmesh.tessellate.edge_file import EdgeSettings, VertexPair
 
 
-class DivisionDraft:
+class DivisionDraft(Draft[Division]):
     """A division that changes, and its earlier values."""
 
     def __init__(self, division: Division) -> None:
         """Start with a division."""
-        self.division = division
-        self._done: list[Division] = []
-        self._undone: list[Division] = []
-        self._last = ""
+        super().__init__(division, "the division")
 
     @classmethod
     def of_settings(cls, settings: dict[str, Any], otherwise: Division) -> DivisionDraft:
         """Return the draft that a project has kept, or one that starts with another division if it has kept none."""
         return cls(division_of(settings["draft"]) if "draft" in settings else otherwise)
+
+    @property
+    def division(self) -> Division:
+        """The division."""
+        return self.value
 
     @property
     def table(self) -> dict[str, Any]:
@@ -39,43 +41,6 @@ class DivisionDraft:
     def height(self) -> float:
         """Course spacing [cm]."""
         return height_of(self.division)
-
-    def change(self, division: Division, what: str = "") -> None:
-        """Take another division; ``undo`` returns to the present one.
-
-        Args:
-            division: the division.
-            what: what changes; changes of the same thing that follow each other, as a slider makes them, are undone
-                together. Without it, a change is undone alone.
-        """
-        if division == self.division:
-            return
-        if not what or what != self._last or self._undone:
-            self._done.append(self.division)
-        self._undone.clear()
-        self.division, self._last = division, what
-
-    def undo(self) -> None:
-        """Return to the division before the last change.
-
-        Raises:
-            ParameterError: there is none.
-        """
-        self._step(self._done, self._undone, "undo")
-
-    def redo(self) -> None:
-        """Make the change again that was undone last.
-
-        Raises:
-            ParameterError: there is none.
-        """
-        self._step(self._undone, self._done, "redo")
-
-    def _step(self, source: list[Division], target: list[Division], what: str) -> None:
-        if not source:
-            raise ParameterError(f"{what}: there is no change of the division to {what}")
-        target.append(self.division)
-        self.division, self._last = source.pop(), ""
 
 
 def height_of(division: Division) -> float:

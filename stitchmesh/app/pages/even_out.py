@@ -222,10 +222,10 @@ def mesh_relax_options(project: Project) -> MeshRelaxOptions:
 
 
 def mesh_arguments(project: Project) -> dict[str, Any]:
-    """Return the arguments of ``relax_mesh`` for a project; the aspect is that of its division if none was set."""
-    options, division = KnitOptions(mesh_relaxation=mesh_relax_options(project)), project.division
-    if division is not None:
-        options = replace(options, stitch_width=division.stitch_width, stitch_height=division.stitch_height)
+    """Return the arguments of ``relax_mesh`` for a project; the aspect is that of its stitches if none was set."""
+    options, sizes = KnitOptions(mesh_relaxation=mesh_relax_options(project)), project.division or project.shaping
+    if sizes is not None:
+        options = replace(options, stitch_width=sizes.stitch_width, stitch_height=sizes.stitch_height)
     return options.mesh_arguments
 
 

@@ -27,6 +27,7 @@ from stitchmesh.app.scene.scene import Pick, ViewName
 from stitchmesh.app.scene.vertex_numbers import VertexNumbers
 from stitchmesh.errors import ParameterError
 from stitchmesh.labeling import LabelingFault, PartialLabeling
+from stitchmesh.labeling.faults import triangles_message
 from stitchmesh.labeling.growth import COURSE
 from stitchmesh.labeling.pointed_step import free_border_sides, pointed_step
 from stitchmesh.labeling.seeds import side_of
@@ -93,6 +94,10 @@ class LabelPage(Page):
         self._go_on = controls.button(
             "Go on: divide into stitches", "All faces have rows. Open the page Divide.", self._divide, main=True
         )
+        self._to_rows = controls.button(
+            "Go to Rows", "This mesh consists of triangles, in which no rows are modelled; the page Rows finds them.",
+            self._open_rows, main=True,
+        )  # fmt: skip
         self._label_all = controls.button(
             "Label all", "Label all rows that can be labeled (L).", self._step("label_all"), main=True
         )
@@ -181,6 +186,7 @@ class LabelPage(Page):
         self._numbers.show(self._numbered.value)
         self._inside_out = is_inside_out(mesh)
         self._starts.content = start_list(mesh)
+        self._to_rows.visible = bool(triangles_message(mesh))
 
     def _draw(self, labeling: PartialLabeling) -> None:
         drawing, mesh = self._drawing, labeling.mesh
@@ -313,6 +319,9 @@ class LabelPage(Page):
 
     def _divide(self) -> None:
         self.app.open_page("Divide")
+
+    def _open_rows(self) -> None:
+        self.app.open_page("Rows")
 
 
 def _centre(mesh: Mesh, fault: LabelingFault) -> FloatArray:

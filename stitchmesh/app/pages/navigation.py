@@ -11,7 +11,7 @@ from stitchmesh.app.controls.controls import Controls
 
 SECTIONS: dict[str, tuple[str, ...]] = {
     "Project": ("Project",),
-    "Garment": ("Label", "Divide", "Edit", "Even out", "Yarns"),
+    "Garment": ("Label", "Divide", "Rows", "Edit", "Even out", "Yarns"),
     "Swatch": ("Swatch", "Outline"),
     "Drape": ("Drape",),
     "View": ("View",),

@@ -20,6 +20,7 @@ from stitchmesh.app.project.source import Source, read_source
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io.meshes import FORMATS as MESH_FORMATS
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
+from stitchmesh.labeling.faults import triangles_message
 from stitchmesh.mesh import Mesh
 
 if TYPE_CHECKING:
@@ -212,4 +213,6 @@ def next_page(project: Project) -> str:
         return "Yarns"
     if project.fabric is not None:
         return "Edit"
-    return "Label" if project.labeled is None else "Divide"
+    if project.labeled is not None:
+        return "Divide"
+    return "Rows" if project.mesh is not None and triangles_message(project.mesh) else "Label"

@@ -96,6 +96,8 @@ def _rows(project: Project) -> str:
     labeling = project.labeling
     if labeling is None:
         return NOT_YET if project.fabric is None else "in the stitches"
+    if project.shaping is not None:
+        return "found on the mesh"
     if project.labeled is not None:
         return f"{labeling.row_count:,}"
     done = int(labeling.labeled.sum())

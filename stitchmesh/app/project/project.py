@@ -3,8 +3,9 @@
 """A project: the values of all stages of a garment, with undo, settings and autosave.
 
 The stages depend on each other in this order: mesh, labeling, labeled mesh, fabric (divided, then edited), evened
-fabric, yarns, relaxed yarns. A change of one stage drops the later ones; undo and redo bring back what the last change
-dropped. All methods run in one thread; another thread writes the newest state to disk.
+fabric, yarns, relaxed yarns. The fabric can also be found on the mesh itself, without a labeling. A change of one stage
+drops the later ones; undo and redo bring back what the last change dropped. All methods run in one thread; another
+thread writes the newest state to disk.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import Any
 from stitchmesh.app.project.autosave import Autosave
 from stitchmesh.app.project.division import Division
 from stitchmesh.app.project.project_folder import TABLE_NAME, ProjectFolder
+from stitchmesh.app.project.shaping import ShapedStitches, Shaping
 from stitchmesh.app.project.source import Source, read_source
 from stitchmesh.app.project.stage_values import StageValues
 from stitchmesh.app.project.state import (
@@ -29,6 +31,7 @@ from stitchmesh.app.project.state import (
     with_edits,
     with_label_steps,
     with_results,
+    with_shaped,
 )
 from stitchmesh.editing.edit import Edit
 from stitchmesh.errors import FileError, ParameterError
@@ -166,8 +169,13 @@ class Project:
         return self._state.division
 
     @property
+    def shaping(self) -> Shaping | None:
+        """How the stitches were found on the mesh without labels; None if they were not."""
+        return None if self._state.shaped is None else self._state.shaped.shaping
+
+    @property
     def fabric(self) -> StitchMesh | None:
-        """The stitches with all edits; None until the mesh is divided."""
+        """The stitches with all edits; None until the mesh is divided or its rows are found."""
         return self._values.fabric
 
     @property
@@ -277,6 +285,23 @@ class Project:
         """
         values = self._values.divided(division, fabric)
         return self._change(with_division(self._state, division), values)
+
+    def shape(self, shaping: Shaping, fabric: StitchMesh | None = None) -> tuple[str, ...]:
+        """Find rows and stitches on the mesh, without labels.
+
+        Args:
+            shaping: how they are found.
+            fabric: the stitches, if they were found already, such as in a worker thread.
+
+        Raises:
+            StitchMeshError: there is no mesh, or no stitches can be found so.
+        """
+        if fabric is None and self.mesh is not None:
+            fabric = shaping.shape(self.mesh).fabric
+        if fabric is None:
+            raise ParameterError("rows: there is no mesh to find rows on; import a polygon mesh first")
+        state = with_shaped(self._state, ShapedStitches(shaping, fabric))
+        return self._change(state, self._values.shaped(fabric))
 
     def apply_edit(self, edit: Edit) -> tuple[str, ...]:
         """Edit the fabric.

@@ -17,6 +17,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from stitchmesh.app.project.shaping import ShapedStitches, shaping_of
 from stitchmesh.app.project.source import Source
 from stitchmesh.app.project.state import NO_RESULTS, ProjectState, Results
 from stitchmesh.app.project.tables import FORMAT, VERSION, ProjectTable, SourceTable, WorkTable, work_fields, work_table
@@ -37,7 +38,7 @@ FILES = "files"
 
 @dataclass(frozen=True)
 class ResultFormat:
-    """How one field of ``Results`` is kept in a file."""
+    """How one value is kept in a file."""
 
     suffix: str
     write: Callable[[Path, Any], None]
@@ -52,14 +53,17 @@ def _read_history(path: Path) -> list[HistoryEntry]:
     return check_value(read_json(path), list[HistoryEntry])
 
 
+SHAPED = "shaped"
+"""Name, among the files, of the stitches that were found on the mesh."""
 RESULT_FORMATS: Mapping[str, ResultFormat] = {
+    SHAPED: ResultFormat(".h5", write_stitches, read_stitches),
     "evened": ResultFormat(".h5", write_stitches, read_stitches),
     "yarns": ResultFormat(".h5", write_yarns, read_yarns),
     "relaxed": ResultFormat(".h5", write_yarns, read_yarns),
     "report": ResultFormat(".json", _write_plain, read_json),
     "history": ResultFormat(".json", _write_plain, _read_history),
 }
-"""Formats of the results that have files of their own, by field of ``Results``."""
+"""Formats of what has files of its own: the stitches that were found on the mesh, and fields of ``Results``."""
 
 
 class ProjectFolder:
@@ -135,7 +139,7 @@ class ProjectFolder:
     def _work_table(self, state: ProjectState, named: dict[str, object]) -> WorkTable:
         files: dict[str, str] = {}
         for field, form in RESULT_FORMATS.items():
-            value = getattr(state.results, field)
+            value = _value_of(state, field)
             if value is not None:
                 files[field] = self._file_of(value, field, form.suffix, form.write, named)
         return work_table(state, files)
@@ -172,7 +176,11 @@ class ProjectFolder:
                 notes.append(f"{field} left out: {error}")
         if table.yarn_settings is not None:
             values["yarn_settings"] = table.yarn_settings
-        return {**work_fields(table), "results": Results(**values) if values else NO_RESULTS}
+        fabric = values.pop(SHAPED, None)
+        if table.shaping is not None and fabric is None:  # Nothing that follows from the lost stitches is left.
+            return {**work_fields(table), "edits": (), "undone_edits": ()}
+        shaped = None if table.shaping is None else ShapedStitches(shaping_of(table.shaping), fabric)
+        return {**work_fields(table), "shaped": shaped, "results": Results(**values) if values else NO_RESULTS}
 
     def _read_result(self, name: str, form: ResultFormat) -> object:
         """Return the value of a file; a file that two tables name is read once."""
@@ -199,6 +207,13 @@ class ProjectFolder:
             if name not in self._written:
                 with contextlib.suppress(OSError):  # It is removed after a later write.
                     (self.folder / FILES / name).unlink()
+
+
+def _value_of(state: ProjectState, field: str) -> object:
+    """Return what a state holds for a file; None if it holds nothing."""
+    if field == SHAPED:
+        return None if state.shaped is None else state.shaped.fabric
+    return getattr(state.results, field)
 
 
 def stored_source(folder: Path) -> bytes | None:

@@ -78,12 +78,14 @@ class StageValues:
         return StageValues(labelings=self.labelings[:-1], labeled=_labeled(self.labelings[-2]))
 
     def divided_as(self, state: ProjectState) -> StageValues:
-        """Return the values with the division and the edits of a state; the labeling must be that of the state.
+        """Return the values with the stitches and the edits of a state; the labeling must be that of the state.
 
         Raises:
             StitchMeshError: the division or an edit is not possible.
         """
         values = self if state.division is None else self.divided(state.division)
+        if state.shaped is not None:
+            values = self.shaped(state.shaped.fabric)
         for edit in state.edits:
             values = values.edited(edit)
         return values
@@ -97,6 +99,16 @@ class StageValues:
         if self.labeled is None:
             raise ParameterError("divide: the mesh is not labeled completely; label all its faces first")
         return replace(self, fabric=fabric or division.divide(self.labeled), inverses=(), last_changes=())
+
+    def shaped(self, fabric: StitchMesh) -> StageValues:
+        """Return the values with stitches that were found on the mesh.
+
+        Raises:
+            ParameterError: there is no mesh.
+        """
+        if self.labeling is None:
+            raise ParameterError("rows: there is no mesh to find rows on; import a polygon mesh first")
+        return replace(self, fabric=fabric, inverses=(), last_changes=())
 
     def edited(self, edit: Edit) -> StageValues:
         """Return the values after an edit.

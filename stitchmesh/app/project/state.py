@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from stitchmesh.app.project.division import Division
+from stitchmesh.app.project.shaping import ShapedStitches
 from stitchmesh.app.project.source import Source
 from stitchmesh.editing.edit import Edit
 from stitchmesh.io.history import HistoryEntry
@@ -57,6 +58,8 @@ class ProjectState:
     """The steps that can be taken again, the next one first."""
     division: Division | None = None
     """How the labeled mesh is divided; None until it is divided."""
+    shaped: ShapedStitches | None = None
+    """The stitches that were found on the mesh without labels; None if the stitches come from elsewhere."""
     edits: tuple[Edit, ...] = ()
     """The edits of the stitches, in order."""
     undone_edits: tuple[Edit, ...] = ()
@@ -74,13 +77,18 @@ class ProjectState:
         """What the stages after the labeling have made, in words."""
         results = self.results
         parts = {
-            "stitches": self.division,
+            "stitches": self.division or self.shaped,
             "edits": self.edits or self.undone_edits or None,
             "evened stitches": results.evened,
             "yarns": results.yarns,
             "relaxed yarns": results.relaxed,
         }
         return tuple(name for name, value in parts.items() if value is not None)
+
+    @property
+    def stitches_from(self) -> tuple[object, ...]:
+        """What the stitches before the edits follow from; it is equal for states with the same ones."""
+        return self.label_steps, self.division, None if self.shaped is None else id(self.shaped.fabric)
 
 
 def with_label_steps(state: ProjectState, steps: tuple[LabelStep, ...], undone: tuple[LabelStep, ...]) -> ProjectState:
@@ -89,21 +97,37 @@ def with_label_steps(state: ProjectState, steps: tuple[LabelStep, ...], undone: 
     Where the labeling is again that of a kept state, its stitches, edits and results come back.
     """
     changed = replace(
-        state, label_steps=steps, undone_label_steps=undone, division=None, edits=(), undone_edits=(),
+        state, label_steps=steps, undone_label_steps=undone, division=None, shaped=None, edits=(), undone_edits=(),
         results=NO_RESULTS, kept=_kept(state, bool(state.made)),
     )  # fmt: skip
     for kept in changed.kept:
-        if kept.label_steps == steps and kept.division is not None:
+        if kept.label_steps == steps and (kept.division is not None or kept.shaped is not None):
             return replace(
-                changed, division=kept.division, edits=kept.edits, undone_edits=kept.undone_edits, results=kept.results
-            )
+                changed, division=kept.division, shaped=kept.shaped, edits=kept.edits, undone_edits=kept.undone_edits,
+                results=kept.results,
+            )  # fmt: skip
     return changed
 
 
 def with_division(state: ProjectState, division: Division) -> ProjectState:
     """Return the state after a division of the labeled mesh; edits and results are dropped."""
-    lost = bool(state.edits) or state.results is not NO_RESULTS
-    return replace(state, division=division, edits=(), undone_edits=(), results=NO_RESULTS, kept=_kept(state, lost))
+    lost = bool(state.edits) or state.results is not NO_RESULTS or state.shaped is not None
+    return _with_other_stitches(state, division, None, lost)
+
+
+def with_shaped(state: ProjectState, shaped: ShapedStitches) -> ProjectState:
+    """Return the state with stitches that were found on the mesh; edits and results are dropped."""
+    lost = bool(state.edits) or state.results is not NO_RESULTS or state.division is not None
+    return _with_other_stitches(state, None, shaped, lost)
+
+
+def _with_other_stitches(
+    state: ProjectState, division: Division | None, shaped: ShapedStitches | None, lost: bool
+) -> ProjectState:
+    """Return the state with other stitches; the present state is kept if something is lost with it."""
+    return replace(
+        state, division=division, shaped=shaped, edits=(), undone_edits=(), results=NO_RESULTS, kept=_kept(state, lost)
+    )
 
 
 def with_edits(state: ProjectState, edits: tuple[Edit, ...], undone: tuple[Edit, ...]) -> ProjectState:
@@ -113,8 +137,8 @@ def with_edits(state: ProjectState, edits: tuple[Edit, ...], undone: tuple[Edit,
     """
     kept = _kept(state, state.results is not NO_RESULTS)
     changed = replace(state, edits=edits, undone_edits=undone, results=NO_RESULTS, kept=kept)
-    wanted = state.label_steps, state.division, edits
-    same = [one for one in kept if (one.label_steps, one.division, one.edits) == wanted]
+    wanted = state.stitches_from, edits
+    same = [one for one in kept if (one.stitches_from, one.edits) == wanted]
     return replace(changed, results=same[0].results) if same else changed
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from stitchmesh.app.project.division import division_of, division_table
+from stitchmesh.app.project.shaping import shaping_table
 from stitchmesh.app.project.state import ProjectState
 from stitchmesh.editing.edit import Edit
 from stitchmesh.labeling.steps import LabelStep
@@ -31,10 +32,11 @@ class WorkTable:
     label_steps: list[Step] = field(default_factory=list)
     undone_label_steps: list[Step] = field(default_factory=list)
     division: dict[str, Any] | None = None
+    shaping: dict[str, Any] | None = None
     edits: list[Step] = field(default_factory=list)
     undone_edits: list[Step] = field(default_factory=list)
     files: dict[str, str] = field(default_factory=dict)
-    """Name of the file of each result, by the names of the fields of ``Results``."""
+    """Name of the file of the stitches that were found on the mesh, and of each result, by the names of the fields."""
     yarn_settings: dict[str, Any] | None = None
 
 
@@ -62,12 +64,13 @@ class ProjectTable:
 
 
 def work_table(state: ProjectState, files: Mapping[str, str]) -> WorkTable:
-    """Return the table of what the user has made; ``files`` holds the name of the file of each result."""
+    """Return the table of what the user has made; ``files`` holds the names of the files that go with it."""
     settings = state.results.yarn_settings
     return WorkTable(
         label_steps=_steps(state.label_steps),
         undone_label_steps=_steps(state.undone_label_steps),
         division=None if state.division is None else division_table(state.division),
+        shaping=None if state.shaped is None else shaping_table(state.shaped.shaping),
         edits=_steps(state.edits),
         undone_edits=_steps(state.undone_edits),
         files=dict(files),
@@ -76,7 +79,7 @@ def work_table(state: ProjectState, files: Mapping[str, str]) -> WorkTable:
 
 
 def work_fields(table: WorkTable) -> dict[str, Any]:
-    """Return the fields of the state of a table, except for the results.
+    """Return the fields of the state of a table, except for what stands in files.
 
     Raises:
         ParameterError: the division has another form.

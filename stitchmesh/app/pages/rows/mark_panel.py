@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The list of the marks, and the controls of the chosen one."""
+
+from __future__ import annotations
+
+from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.pages.rows.found_rows import FoundRows
+from stitchmesh.app.pages.rows.mark_edits import with_border_role, with_role, with_time, without_mark, without_point
+from stitchmesh.app.pages.rows.mesh_borders import AUTOMATIC, MeshBorders
+from stitchmesh.app.pages.rows.rows_session import RowsSession
+from stitchmesh.app.pages.rows.rows_text import mark_list
+from stitchmesh.errors import ParameterError
+
+BORDER_ROLES = (AUTOMATIC, "begin", "end", "row", "side")
+"""Roles of a border."""
+ROLES = ("begin", "end", "row")
+"""Roles of a tip and of a line."""
+LONGEST = 10_000.0
+"""Largest time [cm]."""
+
+
+class MarkPanel:
+    """The marks as a list, with the controls of the chosen one below it."""
+
+    def __init__(self, session: RowsSession, controls: Controls) -> None:
+        """Make the controls."""
+        self._session = session
+        self._borders: MeshBorders | None = None
+        self._found: FoundRows | None = None
+        self._list = controls.html("", self._clicked)
+        self._border_role = controls.choice(
+            "Role of the border", "What happens at the chosen border; automatic removes the mark.", BORDER_ROLES,
+            AUTOMATIC, self._set_border_role,
+        )  # fmt: skip
+        self._role = controls.choice("Role", "What happens at the chosen tip or line.", ROLES, ROLES[0], self._set_role)
+        self._timed = controls.toggle(
+            "Given time", "Give the chosen mark a time, instead of the one that follows from the mesh.", False,
+            self._set_timed,
+        )  # fmt: skip
+        self._time = controls.number(
+            "Time", "Length of the fabric from its begin to the chosen mark [cm].", 0.0, self._set_time,
+            least=-LONGEST, most=LONGEST, step=0.1,
+        )  # fmt: skip
+        self._point = controls.number(
+            "Point", "Number of a point of the chosen line, from 1; it can be moved and removed.", 1, self._set_point,
+            least=1, most=10_000, step=1,
+        )  # fmt: skip
+        self._remove = controls.button("Remove the mark", "Remove the chosen mark (X).", self._remove_mark)
+        self._remove_point = controls.button(
+            "Remove the point", "Remove the chosen point of the line.", self._remove_chosen_point
+        )
+        controls.key("Remove the mark", "Remove the chosen mark.", "X", None, self._remove_mark)
+
+    def show(self, borders: MeshBorders, found: FoundRows | None) -> None:
+        """Show the marks of the session.
+
+        Args:
+            borders: the borders of the mesh.
+            found: the rows, from which a mark without a time gets one; None if there are none.
+        """
+        self._borders, self._found = borders, found
+        session = self._session
+        self._list.content = mark_list(session.marks, session.chosen, borders)
+        mark = None if session.chosen is None else session.marks[session.chosen]
+        is_border, is_line = mark is not None and mark.kind == "border", mark is not None and mark.kind == "stroke"
+        self._border_role.visible, self._role.visible = is_border, mark is not None and not is_border
+        self._timed.visible = mark is not None and mark.role != "side"
+        self._time.visible = mark is not None and mark.time is not None
+        self._point.visible = is_line
+        self._remove.visible, self._remove_point.visible = mark is not None, is_line
+        if mark is not None:
+            (self._border_role if is_border else self._role).value = mark.role
+            self._timed.value, self._time.value = mark.time is not None, mark.time or 0.0
+            self._point.value = session.point + 1
+
+    def _clicked(self, action: str, value: str) -> None:
+        """Choose or remove a mark of the list.
+
+        Raises:
+            ParameterError: the list has changed.
+        """
+        if not value.isdecimal() or int(value) >= len(self._session.marks):
+            raise ParameterError("mark: the list has changed; look at it again")
+        if action == "choose":
+            self._session.choose(int(value))
+        else:
+            self._session.set_marks(without_mark(self._session.marks, int(value)))
+
+    def _set_border_role(self, role: str) -> None:
+        number, mark = self._session.chosen_mark()
+        assert self._borders is not None
+        border = self._borders.nearest(mark.points[0])
+        if border is not None:
+            marks = with_border_role(self._session.marks, self._borders, border, role)
+            self._session.set_marks(marks, None if role == AUTOMATIC else number)
+
+    def _set_role(self, role: str) -> None:
+        number, _ = self._session.chosen_mark()
+        self._session.set_marks(with_role(self._session.marks, number, role), number)
+
+    def _set_timed(self, timed: bool) -> None:
+        """Give the chosen mark the time that its place has now, or none."""
+        number, mark = self._session.chosen_mark()
+        now = 0.0 if self._found is None else round(self._found.time_at(mark.points[0]), 1)
+        self._session.set_marks(with_time(self._session.marks, number, now if timed else None), number)
+
+    def _set_time(self, time: float) -> None:
+        number, _ = self._session.chosen_mark()
+        self._session.set_marks(with_time(self._session.marks, number, float(time)), number, f"time of {number}")
+
+    def _set_point(self, point: float) -> None:
+        self._session.choose(self._session.chosen, int(point) - 1)
+
+    def _remove_chosen_point(self) -> None:
+        number, _ = self._session.chosen_mark()
+        self._session.set_marks(without_point(self._session.marks, number, self._session.point), number)
+
+    def _remove_mark(self) -> None:
+        number, _ = self._session.chosen_mark()
+        self._session.set_marks(without_mark(self._session.marks, number))

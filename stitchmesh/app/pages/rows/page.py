@@ -1,0 +1,337 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page Rows: rows and stitches of a mesh without modelled rows, from marks of where knitting begins and ends."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stitchmesh.app.controls.legend import legend
+from stitchmesh.app.pages.divide_text import legend_of_stitches, refusal
+from stitchmesh.app.pages.page import Page
+from stitchmesh.app.pages.rows.handle_drag import HandleDrag, as_point
+from stitchmesh.app.pages.rows.mark_edits import with_next_role, with_point, with_tip
+from stitchmesh.app.pages.rows.mark_panel import MarkPanel
+from stitchmesh.app.pages.rows.mesh_borders import MeshBorders
+from stitchmesh.app.pages.rows.rows_finder import FINDING_ROWS, FINDING_STITCHES, RowsFinder
+from stitchmesh.app.pages.rows.rows_session import RowsSession
+from stitchmesh.app.pages.rows.rows_text import border_list, preview_figures, report_figures, text_line, time_legend
+from stitchmesh.app.pages.rows.rows_view import RowsView
+from stitchmesh.app.pages.rows.size_panel import SizePanel
+from stitchmesh.app.project.shaping import Point, Shaping
+from stitchmesh.app.scene.pointer import Pointer
+from stitchmesh.app.scene.scene import Pick, Stroke
+from stitchmesh.errors import ParameterError
+from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh.picking import picking_table, side_near_ray
+
+if TYPE_CHECKING:
+    from stitchmesh.app.application import App
+
+REACH = 0.008
+"""Largest angle between a click and a border that it means [rad], about nine pixels."""
+BORDER, TIP, LINE, MOVE = "marks a border", "puts a tip", "draws a line", "moves the chosen point"
+MEANINGS = {
+    BORDER: "Click a border: knitting begins there, ends there, rows end there, or it is automatic again.",
+    TIP: "Click where a tip is: knitting ends there. Its role can be changed below.",
+    LINE: "Click the points of a line along which a row runs, and press Finish the line (F).",
+    MOVE: "Click the place to which the chosen point of a tip or a line goes.",
+}
+"""What a click means, and the hint for it."""
+ROWS, STITCHES = "rows", "stitches"
+"""What can be shown."""
+
+
+class RowsPage(Page):
+    """Finds rows and stitches on the mesh of the project."""
+
+    name = "Rows"
+    hint = "For a mesh without modelled rows. Click a border: knitting begins or ends there. Drag a mark to move it."
+
+    def __init__(self, app: App) -> None:
+        """Make the page."""
+        super().__init__(app)
+        self._session = RowsSession(Shaping())
+        self._finder = RowsFinder(app.tasks, self._take_found)
+        self._meaning, self._shown = BORDER, ROWS
+
+    def unavailable(self) -> str | None:
+        """Say what is missing."""
+        if self.app.project.mesh is not None:
+            return None
+        if self.app.project.fabric is not None:
+            return "The imported file holds stitches already. Go on with Edit."
+        return "There is no mesh yet. Open the page Project and import one, or choose an example."
+
+    def build(self) -> None:
+        """Make the controls, and draw the mesh."""
+        project = self.app.project
+        kept = project.settings(self.name)
+        if kept.get("draft") != self._session.table:
+            self._session = RowsSession.of_settings(kept, project.shaping or Shaping())
+        self._session.on_change, self._session.on_choice = self._changed, self._show_all
+        self._make_main_controls()
+        self._marks = MarkPanel(self._session, self.app.controls)
+        with self.app.controls.group("Sizes"):
+            self._sizes = SizePanel(self._session, self.app.controls)
+        self._make_other_controls()
+        self._drawn: Mesh | None = None
+        self.refresh()
+        self._view.look()
+
+    def _make_main_controls(self) -> None:
+        """Make the controls of the next step, of the view and of what a click does."""
+        controls = self.app.controls
+        self._find = controls.button(
+            "Find the stitches", "Find stitches of the full size along these rows.", self._find_stitches, main=True
+        )
+        self._knit = controls.button(
+            "Knit these rows", "Take these stitches into the project.", self._knit_rows, main=True
+        )
+        self._go_on = controls.button(
+            "Go on: edit the stitches", "The stitches are in the project. Open the page Edit.", self._edit, main=True
+        )
+        self._stop = controls.button("Stop", "End the search for stitches.", self._finder.stop)
+        self._again = controls.button("Find the rows", "Find the rows, now that nothing else runs.", self._find_rows)
+        self._status = controls.html("")
+        self._choice = controls.choice(
+            "Show", "Whether the rows or the stitches are shown.", (ROWS, STITCHES), self._shown, self._show
+        )
+        self._legend = controls.html("")
+        self._click = controls.choice(
+            "A click", "What a click on the mesh does.", tuple(MEANINGS), self._meaning, self._mean
+        )
+        self._click_hint = controls.html("")
+        self._finish = controls.button(
+            "Finish the line", "Make a mark of the points that were clicked (F).", self._finish_line
+        )
+        controls.buttons(
+            "Changes", "One change back (Ctrl+Z), one change forward (Ctrl+Y).", ("Undo", "Redo"), self._step
+        )
+
+    def _make_other_controls(self) -> None:
+        """Make the controls that replace the mouse, and the keys."""
+        controls, session = self.app.controls, self._session
+        with controls.group("Without the mouse", opened=False):
+            self._borders_list = controls.html("", self._clicked_border)
+            self._place = controls.text("Place", "A place on the mesh, such as 3, 20.5, 8 [cm].", "", lambda _: None)
+            controls.button("Act at this place", "Do there what a click does.", self._act_at_typed_place)
+        for label, key, modifier, run in (
+            ("Finish the line", "F", None, self._finish_line),
+            ("Undo the last change", "Z", "ctrl", session.undo),
+            ("Redo the change", "Y", "ctrl", session.redo),
+            ("Redo the change again", "Z", "ctrl+shift", session.redo),
+        ):
+            controls.key(label, f"{label} of the marks and sizes.", key, modifier, run)
+
+    def refresh(self) -> None:
+        """Show the rows of the project's mesh."""
+        mesh = self.app.project.mesh
+        if mesh is None:
+            return
+        self._finder.take_mesh(mesh)
+        if mesh is not self._drawn:
+            self._take_mesh(mesh)
+        if not self._finder.knows(self._session.shaping) and self._finder.running is None:
+            self._finder.find_rows(self._session.shaping)
+        self._show_all()
+
+    def leave(self) -> None:
+        """End the search for rows, so that it holds up no other page; stitches are found unseen."""
+        if self._finder.running == FINDING_ROWS:
+            self._finder.stop()
+
+    def picked(self, pick: Pick) -> None:
+        """Do what a click means; a click at a point of a mark chooses it."""
+        if self.unavailable() is not None:
+            return
+        place = self._pointer.place(pick)
+        handle = self._view.handles.under(pick, None if place is None else place.depth)
+        if handle is not None and not self._aims:
+            self._session.choose(*handle)
+        elif self._meaning == BORDER:
+            side = side_near_ray(self._table, self._borders.sides, pick.ray_origin, pick.ray_direction, REACH)
+            if side is not None:
+                self._next_role(self._borders.of_side(side))
+        elif place is not None:
+            self._act_at(as_point(place.point))
+
+    @property
+    def _aims(self) -> bool:
+        """Whether a click means a place, even where a point of a mark is."""
+        return bool(self._session.line) or (self._meaning == MOVE and self._session.chosen is not None)
+
+    def stroked(self, stroke: Stroke) -> None:
+        """Drag a point of a mark."""
+        self._drag.stroked(stroke)
+
+    def _take_mesh(self, mesh: Mesh) -> None:
+        """Prepare the drawing and the picking of a mesh."""
+        self._drawn, self._table = mesh, picking_table(mesh)
+        self._borders, self._pointer = MeshBorders(mesh), Pointer(mesh)
+        self._view = RowsView(self.app.scene, self._borders, self._table)
+        self._drag = HandleDrag(self._session, self._view, self._pointer)
+
+    def _changed(self) -> None:
+        """Save what was changed, show it, and find its rows."""
+        self.app.project.set_settings(self.name, {"draft": self._session.table})
+        self._shown = ROWS
+        self._find_rows()
+
+    def _act_at(self, point: Point) -> None:
+        """Do what a click at a place of the mesh means."""
+        session = self._session
+        if self._meaning == BORDER:
+            border = self._borders.nearest(point)
+            if border is not None:
+                self._next_role(border)
+        elif self._meaning == TIP:
+            session.set_marks(with_tip(session.marks, point), len(session.marks))
+        elif self._meaning == LINE:
+            session.go_on(point)
+        else:
+            number, _ = session.chosen_mark()
+            session.set_marks(with_point(session.marks, number, session.point, point), number)
+
+    def _next_role(self, border: int) -> None:
+        """Give a border its next role, and choose its mark."""
+        marks = with_next_role(self._session.marks, self._borders, border)
+        self._session.set_marks(marks, self._borders.mark_of(marks, border))
+
+    def _clicked_border(self, action: str, value: str) -> None:
+        if value.isdecimal() and int(value) < len(self._borders.loops):
+            self._next_role(int(value))
+
+    def _act_at_typed_place(self) -> None:
+        """Do what a click means at the vertex or the place of the mesh that is nearest to the typed place."""
+        self._act_at(as_point(self._nearest_place(typed_point(self._place.value))))
+
+    def _nearest_place(self, point: Point) -> np.ndarray:
+        """The corner or the middle of a face nearest to a point [cm]."""
+        places = np.concatenate([self._table.mesh.vertices, self._table.centre])
+        nearest: np.ndarray = places[np.linalg.norm(places - np.array(point), axis=1).argmin()]
+        return nearest
+
+    def _finish_line(self) -> None:
+        self._session.finish_line()
+
+    def _step(self, option: str) -> None:
+        {"Undo": self._session.undo, "Redo": self._session.redo}[option]()
+
+    def _mean(self, meaning: str) -> None:
+        """Take what a click means; a line that is begun is given up."""
+        self._meaning, self._session.line = meaning, ()
+        self._show_all()
+
+    def _show(self, shown: str) -> None:
+        self._shown = shown
+        self._show_all()
+
+    def _find_rows(self) -> None:
+        self._finder.find_rows(self._session.shaping)
+        self._show_all()
+
+    def _find_stitches(self) -> None:
+        self._finder.find_stitches(self._session.shaping)
+        self._show_all()
+
+    def _take_found(self, new_stitches: bool) -> None:
+        """Show what was found, if the page is still open on its project."""
+        if self.app.page is self and self.app.project.mesh is self._finder.mesh:
+            self._shown = STITCHES if new_stitches else self._shown
+            self._show_all()
+
+    def _knit_rows(self) -> None:
+        """Take the stitches into the project."""
+        shaping = self._session.shaping
+        shaped = self._finder.shaped(shaping)
+        if shaped is None:
+            raise ParameterError("knit: the marks have changed; find the stitches anew first")
+        lost = self.app.project.shape(shaping, shaped.fabric)
+        if lost:
+            self.app.notice(f"Other stitches need other edits and yarns. Removed: {', '.join(lost)}.")
+        self.app.refresh()
+
+    def _edit(self) -> None:
+        self.app.open_page("Edit")
+
+    def _fabric(self) -> StitchMesh | None:
+        """The stitches of the present marks; None if there are none yet."""
+        project, shaping = self.app.project, self._session.shaping
+        if project.shaping == shaping:
+            return project.fabric
+        shaped = self._finder.shaped(shaping)
+        return None if shaped is None else shaped.fabric
+
+    def _show_all(self) -> None:
+        """Show the buttons, the figures, the marks and the drawing."""
+        fabric, session = self._fabric(), self._session
+        knitted = fabric is not None and self.app.project.shaping == session.shaping
+        self._go_on.visible, self._knit.visible = knitted, fabric is not None and not knitted
+        self._find.visible = fabric is None
+        self._choice.visible = fabric is not None
+        self._shown = self._choice.value = self._shown if fabric is not None else ROWS
+        self._finish.visible = bool(session.line)
+        self._click_hint.content = text_line(self._words_of_click())
+        self._marks.show(self._borders, self._finder.found)
+        self._sizes.show()
+        self._borders_list.content = border_list(self._borders, session.marks)
+        self._show_status()
+        self._draw(fabric)
+
+    def _words_of_click(self) -> str:
+        points = len(self._session.line)
+        begun = f"The line has {points} point{'s' * (points != 1)}. " if points else ""
+        return begun + MEANINGS[LINE if points else self._meaning]
+
+    def _show_status(self) -> None:
+        """Show what runs, the figures, or why there are no rows."""
+        finder = self._finder
+        finds, blocked = finder.running == FINDING_STITCHES, finder.blocked_by is not None
+        self._find.disabled = finds or blocked or bool(finder.error)
+        self._stop.visible = finds
+        self._again.visible = finder.running is None and not blocked and not finder.knows(self._session.shaping)
+        self._status.content = self._status_html()
+
+    def _status_html(self) -> str:
+        finder, shaping = self._finder, self._session.shaping
+        if finder.blocked_by is not None:
+            return text_line(f"The rows can be found when the program has ended {finder.blocked_by}.")
+        if finder.running == FINDING_STITCHES:
+            return text_line("Finding the stitches; the more there are, the longer it takes.")
+        if finder.error and finder.running is None:
+            return refusal(finder.error)
+        if finder.found is None:
+            return text_line("Finding the rows.")
+        shaped = finder.shaped(shaping)
+        return preview_figures(finder.found, shaping) if shaped is None else report_figures(shaped.report)
+
+    def _draw(self, fabric: StitchMesh | None) -> None:
+        """Draw the stitches, the rows, or the bare mesh, with the marks."""
+        session = self._session
+        if fabric is not None and self._shown == STITCHES:
+            self._view.show_stitches(fabric)
+            self._legend.content = legend(legend_of_stitches(fabric))
+        elif self._finder.found is not None:
+            self._view.show_found(self._finder.found)
+            self._legend.content = time_legend(self._finder.found)
+        else:
+            self._view.show_bare()
+            self._legend.content = ""
+        chosen = None if session.chosen is None else (session.chosen, session.point)
+        self._view.show_marks(session.marks, chosen, session.line)
+
+
+def typed_point(text: str) -> Point:
+    """Return the place that a text names.
+
+    Raises:
+        ParameterError: the text is not three numbers.
+    """
+    try:
+        x, y, z = (float(part) for part in text.replace(",", " ").split())
+    except ValueError:
+        raise ParameterError(f"place: got {text[:40]!r}; expected three numbers in cm, such as 3, 20.5, 8") from None
+    return x, y, z

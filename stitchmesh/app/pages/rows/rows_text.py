@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the page Rows says, as HTML: figures, the colours of the time, and the lists of marks and borders."""
+
+from __future__ import annotations
+
+from html import escape
+
+from stitchmesh.app.controls.html_pieces import colour_bar, figures
+from stitchmesh.app.controls.legend import LegendEntry, legend
+from stitchmesh.app.pages.label_text import BUTTON, INK
+from stitchmesh.app.pages.rows.found_rows import FoundRows
+from stitchmesh.app.pages.rows.mark_edits import Marks
+from stitchmesh.app.pages.rows.mesh_borders import MeshBorders
+from stitchmesh.app.pages.rows.rows_view import ROLE_COLOURS, TIME_COLOURS, lines_every
+from stitchmesh.app.project.shaping import Shaping
+from stitchmesh.shaping.marks import TimeMark
+from stitchmesh.shaping.report import ShapingReport
+
+KIND_WORDS = {"border": "border", "point": "tip", "stroke": "line"}
+"""Words for the kinds of marks."""
+ROLE_WORDS = {
+    "begin": "knitting begins here", "end": "knitting ends here", "row": "a row runs along this line",
+    "side": "rows end at this border",
+}  # fmt: skip
+"""What each role means."""
+PLAIN = "margin:0;font-size:.86em"
+"""Style of a line of text."""
+
+
+def text_line(text: str) -> str:
+    """Return a line of text that a screen reader reads out when it changes."""
+    return f'<p role="status" style="{PLAIN}">{escape(text)}</p>'
+
+
+def preview_figures(found: FoundRows, shaping: Shaping) -> str:
+    """Return the numbers that are known before there are stitches."""
+    stitches = found.area / (shaping.stitch_width * shaping.height)
+    return figures([
+        ("Rows, one above the other", f"{found.rows:,}"),
+        ("Stitches", f"about {stitches:,.0f}"),
+    ])  # fmt: skip
+
+
+def report_figures(report: ShapingReport) -> str:
+    """Return the figures of stitches that were found."""
+    return figures([
+        ("Stitches", f"{report.stitches:,} in {report.rows:,} rows"),
+        ("Increases and decreases", f"{report.irregular_per_thousand:.1f} in 1,000 stitches"),
+        ("Short rows", f"{report.short_rows:,}"),
+        ("Edges at grafts", f"{report.mismatched_edges:,}"),
+        ("Distance from the mesh", f"{report.rms_distance:.3f} stitches, at most {report.largest_distance:.2f}"),
+        ("Time to find them", f"{report.seconds:.1f} s"),
+    ])  # fmt: skip
+
+
+def time_legend(found: FoundRows) -> str:
+    """Return what the colours and lines of the rows mean."""
+    low, high = float(found.time.min()), float(found.time.max())
+    marks = [f"{low:.0f} cm", f"{0.5 * (low + high):.0f}", f"{high:.0f} cm"]
+    every = lines_every(found)
+    entries = [LegendEntry("each row" if every == 1 else f"every {every} rows", (INK,), line=True)]
+    roles = {place.role for place in found.places} | ({"side"} if len(found.side_edges) else set())
+    entries += [LegendEntry(ROLE_WORDS[role], (colour,), line=True)
+                for role, colour in ROLE_COLOURS.items() if role in roles]  # fmt: skip
+    bar = colour_bar(TIME_COLOURS, marks, "Time: length of the fabric from where knitting begins")
+    return bar + legend(entries)
+
+
+def mark_list(marks: Marks, chosen: int | None, borders: MeshBorders) -> str:
+    """Return a button for each mark, which chooses it, and one that removes it."""
+    if not marks:
+        return text_line("There are no marks: begins and ends are found automatically.")
+    items = "".join(_mark_item(number, mark, number == chosen, borders) for number, mark in enumerate(marks))
+    return f'<ul aria-label="Marks" style="list-style:none;margin:0;padding:0">{items}</ul>'
+
+
+def _mark_item(number: int, mark: TimeMark, chosen: bool, borders: MeshBorders) -> str:
+    words = f"{number}: {mark_words(mark, borders)}"
+    colour = "rgb(232,140,20)" if chosen else "var(--mantine-color-default-border)"
+    return (
+        '<li style="display:flex;gap:4px;align-items:stretch">'
+        f'<button type="button" data-action="choose" data-value="{number}" aria-pressed="{str(chosen).lower()}" '
+        f'title="Choose this mark" style="{BUTTON} {colour}">{escape(words)}</button>'
+        f'<button type="button" data-action="remove" data-value="{number}" aria-label="Remove mark {number}" '
+        f'title="Remove this mark" style="{BUTTON} var(--mantine-color-default-border);width:2.2em;flex:none;'
+        'text-align:center">✕</button></li>'
+    )
+
+
+def mark_words(mark: TimeMark, borders: MeshBorders) -> str:
+    """Say what a mark is, its role and its time."""
+    what = KIND_WORDS[mark.kind]
+    if mark.kind == "border":
+        number = borders.nearest(mark.points[0])
+        what = what if number is None else borders.words(number)
+    elif mark.kind == "stroke":
+        what = f"line of {len(mark.points)} points"
+    time = "" if mark.time is None else f", {mark.time:g} cm"
+    return f"{mark.role}, {what}{time}"
+
+
+def border_list(borders: MeshBorders, marks: Marks) -> str:
+    """Return a button for each border, which gives it the next role."""
+    if not borders.loops:
+        return text_line("The mesh has no border.")
+    heading = f'<p style="{PLAIN}">Give a border its next role:</p>'
+    buttons = "".join(
+        f'<button type="button" data-action="border" data-value="{number}" '
+        f'style="{BUTTON} var(--mantine-color-default-border)">'
+        f"{escape(borders.words(number))}: {borders.role_of(marks, number)}</button>"
+        for number in range(len(borders.loops))
+    )
+    return heading + buttons

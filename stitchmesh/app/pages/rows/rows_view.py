@@ -1,0 +1,168 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the page Rows draws: the time and the rows on the surface, begins and ends, marks, or the stitches."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stitchmesh.app.pages.label_text import INK
+from stitchmesh.app.pages.rows.begun_line import line_on_surface
+from stitchmesh.app.pages.rows.found_rows import EndPlace, FoundRows
+from stitchmesh.app.pages.rows.mark_edits import Marks
+from stitchmesh.app.pages.rows.mark_handles import MarkHandles
+from stitchmesh.app.pages.rows.mesh_borders import MeshBorders
+from stitchmesh.app.project.shaping import Point
+from stitchmesh.app.scene.contour_lines import contour_segments
+from stitchmesh.app.scene.drawing import Colour, Colours, Labels, Lines, Surface
+from stitchmesh.app.scene.mesh_drawing import MeshDrawing
+from stitchmesh.app.scene.point_marks import point_marks
+from stitchmesh.app.scene.scene import Scene
+from stitchmesh.mesh import FloatArray, StitchMesh
+from stitchmesh.mesh.picking import PickingTable
+from stitchmesh.render.colour_scale import ColourScale
+from stitchmesh.render.palette import stitch_colours
+
+TIME_COLOURS = np.array([[250, 244, 226], [214, 226, 220], [160, 195, 210], [104, 150, 190]])
+"""Colours from the first row to the last one, sRGB; dark lines can be seen on all of them."""
+ROLE_COLOURS: dict[str, Colour] = {
+    "begin": (22, 130, 60), "end": (196, 40, 40), "row": (30, 70, 170), "side": (130, 110, 150),
+}  # fmt: skip
+"""Colour of each role."""
+LINE_COLOUR: Colour = (232, 140, 20)
+"""Colour of a line that is begun, and of the chosen point."""
+BARE: Colour = (226, 222, 212)
+"""Colour of the mesh while it has no rows."""
+STEPS = (1, 2, 5, 10, 20, 50, 100, 200)
+"""Numbers of rows that can lie between two lines."""
+MOST_LINES = 50
+"""Number of lines, one above the other, up to which every row is drawn."""
+MOST_TEXTS = 24
+"""Number of begins and ends that are named."""
+MOST_EDGES_DRAWN = 12_000
+"""Number of stitches up to which their edges are drawn."""
+TIP_SIZE = 0.008
+"""Size of the mark of a tip, over the size of the mesh."""
+OF_ROWS = ("surface", "row lines", "tips of begin", "tips of end", "tips of row", "times", "borders",
+           "begin", "end", "row")  # fmt: skip
+"""Drawings that show rows."""
+OF_STITCHES = ("stitches", "stitch edges")
+"""Drawings that show stitches."""
+
+
+class RowsView:
+    """Draws one mesh."""
+
+    def __init__(self, scene: Scene, borders: MeshBorders, table: PickingTable) -> None:
+        """Draw nothing yet; ``table`` is the mesh of the borders, prepared for picking."""
+        self._scene, self._borders, self._table = scene, borders, table
+        self._drawing = MeshDrawing(scene, borders.mesh)
+        self._size = float(np.linalg.norm(np.ptp(borders.mesh.vertices, axis=0)))
+        self._shown: object = self
+        self.handles = MarkHandles(scene, self._size)
+        """The points of the marks, which can be dragged."""
+
+    def look(self) -> None:
+        """Show the whole mesh."""
+        self._drawing.look()
+
+    def show_bare(self) -> None:
+        """Draw the mesh without rows."""
+        if self._shown is None:
+            return
+        self._forget(None, OF_ROWS + OF_STITCHES)
+        mesh = self._borders.mesh
+        self._drawing.show_faces("surface", np.tile(np.array(BARE, dtype=np.uint8), (mesh.face_count, 1)))
+        self._drawing.show_sides("borders", self._borders.sides, ROLE_COLOURS["side"], 4.0)
+
+    def show_found(self, found: FoundRows) -> None:
+        """Draw rows, and where knitting begins and ends."""
+        if self._shown is found:
+            return
+        self._forget(found, OF_STITCHES)
+        surface, low = found.surface, float(found.time.min())
+        share = (found.time - low) / max(float(np.ptp(found.time)), 1e-9)
+        colours = Colours(np.rint(255 * share).astype(np.uint8), ColourScale(TIME_COLOURS, 0.0, 1.0).table(256))
+        self._scene.show("surface", Surface(surface.vertices, surface.triangles, colours, flat=False))
+        interval = lines_every(found) * found.course_height
+        lines = contour_segments(found.in_front, surface.triangles, found.time, interval)
+        self._show_lines("row lines", lines, INK, 1.5)
+        self._show_lines("borders", found.in_front[found.side_edges], ROLE_COLOURS["side"], 5.0)
+        for role in ("begin", "end", "row"):
+            self._show_places(found, role)
+        self._name_places(found)
+
+    def show_stitches(self, fabric: StitchMesh) -> None:
+        """Draw stitches in their colours."""
+        if self._shown is fabric:
+            return
+        self._forget(fabric, OF_ROWS)
+        drawing = MeshDrawing(self._scene, fabric)
+        drawing.show_faces("stitches", stitch_colours(fabric.stitch, fabric.row))
+        if fabric.face_count <= MOST_EDGES_DRAWN:
+            drawing.show_sides("stitch edges", fabric.edge_side, (128, 120, 110), 1.0)
+        else:
+            self._scene.remove("stitch edges")
+
+    def show_marks(self, marks: Marks, chosen: tuple[int, int] | None, line: Sequence[Point]) -> None:
+        """Draw the points of tips and lines, and a line that is begun.
+
+        Args:
+            marks: the marks.
+            chosen: number of the chosen mark, and of its chosen point.
+            line: points of the line that is begun.
+        """
+        self.handles.show(marks, chosen, ROLE_COLOURS, LINE_COLOUR)
+        points = np.array(line, dtype=np.float64).reshape(-1, 3)
+        self._show_lines("begun line", line_on_surface(self._table, line), LINE_COLOUR, 5.0)
+        if len(points):
+            self._scene.show("begun points", point_marks(points, TIP_SIZE * self._size, LINE_COLOUR))
+        else:
+            self._scene.remove("begun points")
+
+    def _forget(self, shown: object, names: Sequence[str]) -> None:
+        """Remove some drawings, because something else is shown now."""
+        self._shown = shown
+        for name in names:
+            self._scene.remove(name)
+
+    def _show_places(self, found: FoundRows, role: str) -> None:
+        """Draw the borders, lines and tips of a role."""
+        paths = [found.in_front[place.vertices] for place in found.places if place.role == role]
+        segments = [np.stack([path[:-1], path[1:]], axis=1) for path in paths]
+        self._show_lines(role, np.concatenate([np.zeros((0, 2, 3)), *segments]), ROLE_COLOURS[role], 7.0)
+        tips = np.concatenate([np.zeros((0, 3)), *[path for path in paths if len(path) == 1]])
+        if len(tips):
+            self._scene.show(f"tips of {role}", point_marks(tips, TIP_SIZE * self._size, ROLE_COLOURS[role]))
+        else:
+            self._scene.remove(f"tips of {role}")
+
+    def _name_places(self, found: FoundRows) -> None:
+        """Write the role and the time of each begin and end beside it, at its front."""
+        named = [place for place in found.places if place.role != "row"][:MOST_TEXTS]
+        if not named:
+            self._scene.remove("times")
+            return
+        points = np.stack([_front(found, place) for place in named])
+        self._scene.show("times", Labels(points, tuple(f"{place.role} {place.time:.0f} cm" for place in named)))
+
+    def _show_lines(self, name: str, segments: FloatArray, colour: Colour, width: float) -> None:
+        """Draw lines, shape (n, 2, 3); without lines, nothing."""
+        if len(segments):
+            self._scene.show(name, Lines(segments, colour, width))
+        else:
+            self._scene.remove(name)
+
+
+def lines_every(found: FoundRows) -> int:
+    """Return the number of rows between two lines, with which the lines can still be told apart."""
+    return next((step for step in STEPS if found.rows <= MOST_LINES * step), STEPS[-1])
+
+
+def _front(found: FoundRows, place: EndPlace) -> FloatArray:
+    """The point of a place that is nearest to a viewer in front of the garment [cm], shape (3,)."""
+    points = found.in_front[place.vertices]
+    front: FloatArray = points[points[:, 2].argmax()]
+    return front
