@@ -23,7 +23,7 @@ from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.level_lines import level_lines, without_small_tips
 from stitchmesh.shaping.marks import TimeMark, marked_ends
 from stitchmesh.shaping.report import ShapingReport, shaping_report
-from stitchmesh.shaping.rows import SMALLEST_RING, StitchSize, stitches_between
+from stitchmesh.shaping.rows import SMALLEST_RING, SMALLEST_TIP, StitchSize, stitches_between
 from stitchmesh.shaping.short_row_plan import with_short_rows
 from stitchmesh.shaping.time_function import knitting_time
 from stitchmesh.shaping.triangle_surface import TriangleSurface, triangle_surface, without_fine_features
@@ -128,7 +128,7 @@ def _shape_part(
     """Knit a connected surface; return the stitches, the time of each vertex in courses, and the ends."""
     ends = marked_ends(part, marks, up)
     courses, ends = knitting_time(part, ends, size.height)
-    levels = without_small_tips(level_lines(part, courses, ends), SMALLEST_RING * size.width)
+    levels = without_small_tips(level_lines(part, courses, ends), SMALLEST_TIP * size.width)
     fabric = stitches_between(levels, saddle_points(part, courses), size)
     return with_short_rows(fabric, size.height) if short_rows else fabric, courses, ends
 

@@ -17,6 +17,8 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
+NARROWEST_TIP = 0.66
+"""Smallest length of the last ring at a tip over that of the ring below it; yarns start too close in a shorter one."""
 BESIDE_LEVEL = 1e-6
 """Distance of a vertex from a level, in courses, below which the vertex is moved off the level."""
 
@@ -268,8 +270,22 @@ def _sorted(lines: list[LevelLine], sides: _Sides, first_border: int) -> LevelLi
     return LevelLines(found, tuple(sorted(used, key=level)), borders)
 
 
+def _is_too_short(levels: LevelLines, line: int, beside: Band, shortest: float) -> bool:
+    """Whether a ring at a tip is too short; ``beside`` is the band at its other side."""
+    length = levels.lines[line].length
+    if line in beside.above and len(beside.below) == 1:
+        shortest = max(shortest, NARROWEST_TIP * levels.lines[beside.below[0]].length)
+    return length < shortest
+
+
 def without_small_tips(levels: LevelLines, shortest: float) -> LevelLines:
-    """Leave out rings at tips that are shorter than a length [cm]; the rows then end one course earlier."""
+    """Leave out rings at tips that are too short; the rows then begin one course later, or end one course earlier.
+
+    Args:
+        levels: the lines and the bands.
+        shortest: length of the shortest ring [cm]. The last ring must also have ``NARROWEST_TIP`` of the length of the
+            ring below it, because both have equally many stitches.
+    """
     bands = [Band(list(band.below), list(band.above)) for band in levels.bands]
     changed = True
     while changed:
@@ -280,7 +296,7 @@ def without_small_tips(levels: LevelLines, shortest: float) -> LevelLines:
                 continue
             line = inner[0]
             other = next((b for b in bands if b is not band and line in b.above + b.below), None)
-            if other is None or line in levels.borders or levels.lines[line].length >= shortest:
+            if other is None or line in levels.borders or not _is_too_short(levels, line, other, shortest):
                 continue
             for side in (other.below, other.above):
                 if line in side:

@@ -3,7 +3,7 @@
 """Stitches between level lines.
 
 Each line becomes a course of equally wide stitches, each band a row, or one row for each of the limbs that meet in it.
-A course at a tip is closed by the yarn that is drawn through its few loops; a longer one is folded flat and grafted.
+The last course before a tip is left open: yarn generation draws a yarn through its loops.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.errors import TessellationError
-from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.connectivity import find_fans, next_sides
 from stitchmesh.shaping.chains import Chain, Grafts, divide, owners
 from stitchmesh.shaping.level_lines import Band, LevelLine, LevelLines
 from stitchmesh.shaping.wales import ABOVE, join_courses
@@ -24,8 +25,11 @@ SLACK = 0.7
 """Difference of a number of stitches from the exact one up to which the number of the course below is kept."""
 SMALLEST_RING = 4
 """Stitches in the smallest round."""
-LARGEST_TIP = 10
-"""Stitches in the largest round that is closed by a drawn yarn; larger ones are folded and grafted."""
+SMALLEST_TIP = 5
+"""Stitches in the smallest round at a tip; through fewer loops the drawn yarn does not pass as it should."""
+LARGEST_TIP = 20
+"""Stitches in the largest round below the last one at a tip whose stitches are all plain: the yarn that is drawn
+through the last loops does not pass well through a decrease and its neighbours."""
 FADING = 0.8
 """Part of the mark of an increase or a decrease that stays from row to row, so that the next one stands elsewhere."""
 
@@ -70,11 +74,8 @@ class _Rows:
         self.edges = 0
         self.faces = StitchFaces()
         self.row = 0
-        self.same: dict[int, int] = {}
-        self.same_edge: dict[int, int] = {}
-        ends = {line for band in levels.bands if not band.above and len(band.below) == 1 for line in band.below}
-        starts = {line for band in levels.bands if not band.below and len(band.above) == 1 for line in band.above}
-        self.tips = ends | starts
+        ends = {band.below[0] for band in levels.bands if not band.above and len(band.below) == 1}
+        self.last_courses = ends - levels.borders
 
     def knit(self, band: Band) -> None:
         """Add the rows of a band."""
@@ -97,43 +98,20 @@ class _Rows:
                 self._add_row(*((whole, part) if joins else (part, whole)))
 
     def _finish(self, band: Band) -> None:
-        """Begin the courses above a place where rows begin, or end those below a place where they end."""
+        """Begin the courses above a place where rows begin; nothing is knitted above courses that end."""
         for line in band.above:
-            self.course[line] = self._new_course(line, 0.0, self._count(self.levels.lines[line], None, tip=True))
-        for line in [*band.above, *band.below]:
-            self._close(line)
+            tip = line not in self.levels.borders
+            self.course[line] = self._new_course(line, 0.0, self._count(self.levels.lines[line], None, tip=tip))
 
-    def _close(self, line: int) -> None:
-        """Fold a long round at a tip, and graft its halves."""
-        course = self.course[line]
-        if line in self.borders or not course.closed or len(course.edges) <= LARGEST_TIP:
-            return
-        points = np.array([self.points[vertex] for vertex in course.vertices[:-1]])
-        start = int(np.linalg.norm(points - points.mean(axis=0), axis=1).argmax())
-        course, half = course.turned(start), len(course.edges) // 2
-        for place in range(1, half):
-            kept, other = course.vertices[place], course.vertices[len(course.edges) - place]
-            self.same[other] = kept
-            self.points[kept] = 0.5 * (self.points[kept] + self.points[other])
-        for place in range(half):
-            self.same_edge[course.edges[len(course.edges) - 1 - place]] = course.edges[place]
-
-    @property
-    def borders(self) -> frozenset[int]:
-        """Lines that are borders of the surface."""
-        return self.levels.borders
-
-    def _count(self, line: LevelLine, below: int | None, *, tip: bool) -> int:
+    def _count(self, line: LevelLine, below: int | None, *, tip: bool = False) -> int:
         """Number of stitches of a course, near that of the course below."""
         exact = line.length / self.size.width
         step = self.size.multiple if line.closed else 1
-        if tip and line.closed:
-            step *= 2 - step % 2
         if below is not None and below % step == 0 and abs(exact - below) <= SLACK * step:
             return below
         # Rounding is done on a rounded number, so that equal limbs have equal numbers.
         count = step * int(np.floor(round(exact / step, 6) + 0.5))
-        least = SMALLEST_RING if line.closed else 1
+        least = (SMALLEST_TIP if tip else SMALLEST_RING) if line.closed else 1
         return max(count, step * -(-least // step))
 
     def _course_above(self, line: int, band: Band) -> Chain:
@@ -146,8 +124,9 @@ class _Rows:
             candidates = [self.course[number].vertices[0] for number in band.below]
             found = [target.nearest(self.points[vertex]) for vertex in candidates]
             start = min(found, key=lambda pair: pair[1])[0]
-        is_tip = line in self.tips and line not in self.borders
-        count = self._count(target, len(below.edges) if plain else None, tip=is_tip)
+        count = self._count(target, len(below.edges) if plain else None)
+        if plain and line in self.last_courses and len(below.edges) <= LARGEST_TIP:
+            count = len(below.edges)
         self.course[line] = self._new_course(line, start, count)
         return self.course[line]
 
@@ -254,21 +233,30 @@ class _Rows:
     def stitch_mesh(self) -> StitchMesh:
         """Join all faces to a stitch mesh."""
         faces = self.faces
-        vertex = np.arange(len(self.points))
-        vertex[list(self.same)] = list(self.same.values())
-        edge = np.arange(self.edges)
-        edge[list(self.same_edge)] = list(self.same_edge.values())
-        used, corner = np.unique(vertex[np.concatenate(faces.corners)], return_inverse=True)
+        corner = np.concatenate(faces.corners)
         start = np.concatenate([[0], np.cumsum([len(corners) for corners in faces.corners])])
-        twin = twins_of_edges(edge[np.concatenate(faces.edges)])
+        twin = twins_of_edges(np.concatenate(faces.edges))
         n_bottom = np.array(faces.n_bottom)
+        fan = _fans(start, twin)
+        shown = np.zeros(fan.max() + 1, dtype=np.int64)
+        shown[fan] = corner
         return StitchMesh(
-            vertices=np.array(self.points)[used],
+            vertices=np.array(self.points)[shown],
             face_start=start,
-            face_vertex=corner,
+            face_vertex=fan,
             twin=twin,
             n_bottom=n_bottom,
             n_top=np.array(faces.n_top),
             stitch=with_cast_on(np.array(faces.stitch), start, n_bottom, twin),
             row=np.array(faces.row),
         )
+
+
+def _fans(start: IntArray, twin: IntArray) -> IntArray:
+    """Number of the fan of faces of each corner, shape (C,).
+
+    Where a slit reaches the first or the last course of a fabric, the two sides of the slit share no face; each then
+    gets a vertex of its own.
+    """
+    across = next_sides(start)[np.where(twin == BORDER, 0, twin)]
+    return find_fans(np.where(twin == BORDER, BORDER, across))
