@@ -1,0 +1,165 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Stitches on any surface: legal, of the right size and number, and the same whatever the rounding."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import stitchmesh as sm
+from stitchmesh.errors import MeshError, ParameterError, TessellationError
+from stitchmesh.mesh import BORDER, Mesh, StitchMesh
+from stitchmesh.mesh.courses import find_courses
+from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.mesh.stitch_counts import stitch_counts
+from stitchmesh.shaping.report import distance_to_surface
+from tests.gallery import ROOT, grid, tube
+from tests.shaking import shaken
+from tests.shaping.surfaces import closed_ball, in_triangles, ring_torus
+
+MESHES = ROOT / "assets" / "meshes"
+
+
+def euler(mesh: Mesh) -> int:
+    return len(mesh.vertices) - len(mesh.edge_side) + mesh.face_count
+
+
+def garment(name: str) -> Mesh:
+    return in_triangles(sm.read_mesh(MESHES / f"{name}.obj"))
+
+
+def sizes_of_rounds(fabric: StitchMesh) -> list[int]:
+    return sorted(len(course.faces) for course in find_courses(fabric) if course.closed)
+
+
+def test_a_tube_has_the_rows_and_stitches_of_its_size():
+    mesh = in_triangles(tube(40, 10, radius=4.0))
+    fabric = sm.auto_stitches(mesh, stitch_width=0.8, stitch_height=0.5)
+    around = 40 * 2 * 4.0 * np.sin(np.pi / 40)  # Perimeter of the polygon with 40 corners.
+    assert sizes_of_rounds(fabric) == [round(around / 0.8)] * 20
+    assert stitch_counts(fabric) == {"faces": fabric.face_count, "increases": 0, "decreases": 0}
+
+
+def test_a_flat_piece_is_knitted_to_and_fro_from_its_lower_side():
+    fabric = sm.auto_stitches(in_triangles(grid(6, 8)), stitch_width=0.5, stitch_height=0.4)
+    courses = find_courses(fabric)
+    assert [len(course.faces) for course in courses] == [12] * 20 and not any(course.closed for course in courses)
+    first = fabric.stitch == Stitch.CAST_ON
+    # A cast-on stitch stands on the lower side y = 0.
+    assert np.allclose(fabric.vertices[fabric.face_vertex[fabric.face_start[:-1][first]], 1], 0.0, atol=1e-9)
+
+
+@pytest.mark.decides
+@pytest.mark.parametrize(
+    ("name", "width", "tips"),
+    [("hat", 1.6, 0), ("sock", 1.4, 0), ("tea_cozy", 1.4, 0), ("sweater", 3.0, 0), ("sheep", 3.0, 0), ("dress", 1.6, 0)],
+)
+def test_triangulated_garments_keep_their_topology(name, width, tips):
+    mesh = garment(name)
+    fabric = sm.auto_stitches(mesh, stitch_width=width)
+    assert euler(fabric) == euler(mesh) - tips
+    assert len(fabric.boundary_loops) == len(mesh.boundary_loops) + tips
+    assert max(fabric.n_bottom.max(), fabric.n_top.max()) <= 3 and fabric.n_bottom.min() >= 1
+
+
+@pytest.mark.decides
+@pytest.mark.parametrize("mesh", [ring_torus(16, 48), closed_ball(24, 20)], ids=["torus", "ball"])
+def test_closed_surfaces_are_open_at_two_tips_only(mesh):
+    fabric = sm.auto_stitches(mesh, stitch_width=0.9)
+    assert euler(fabric) == euler(mesh) - 2  # Each tip is a hole through whose few loops a yarn is drawn.
+    assert len(fabric.boundary_loops) == 2 and max(len(loop) for loop in fabric.boundary_loops) <= 20
+
+
+@pytest.mark.decides
+@pytest.mark.parametrize("seed", range(4))
+def test_rounding_changes_no_stitch(seed):
+    mesh = garment("sweater")
+    fabric = sm.auto_stitches(mesh, stitch_width=4.0)
+    other = sm.auto_stitches(Mesh.from_polygons(shaken(mesh.vertices, seed), mesh.face_vertex.reshape(-1, 3).tolist()),
+                             stitch_width=4.0)  # fmt: skip
+    for name in ("face_vertex", "twin", "n_bottom", "n_top", "stitch", "row"):
+        np.testing.assert_array_equal(getattr(other, name), getattr(fabric, name))
+
+
+def test_a_run_is_repeatable_to_the_last_bit():
+    first, second = (sm.auto_stitches(garment("glove"), stitch_width=0.7) for _ in range(2))
+    np.testing.assert_array_equal(first.vertices, second.vertices)
+
+
+@pytest.mark.decides
+def test_both_sleeves_of_a_symmetric_sweater_have_the_same_rounds():
+    fabric = sm.auto_stitches(garment("sweater"), stitch_width=2.0)
+    sides: dict[bool, list[int]] = {False: [], True: []}
+    for course in find_courses(fabric):
+        middle = fabric.vertices[fabric.face_vertex[fabric.sides_of(np.array(course.faces))]].mean(axis=0)
+        if abs(middle[0]) > 10.0:  # Beyond the body, whose courses are centred.
+            sides[bool(middle[0] > 0.0)].append(len(course.faces))
+    assert len(sides[True]) > 10 and sorted(sides[True]) == sorted(sides[False])
+
+
+@pytest.mark.parametrize("multiple", [2, 4, 6])
+def test_rounds_are_multiples_of_what_a_pattern_repeats(multiple):
+    fabric = sm.auto_stitches(garment("hat"), stitch_width=1.0, multiple=multiple)
+    counts = [int(fabric.n_top[list(course.faces)].sum()) for course in find_courses(fabric) if course.closed]
+    assert counts and not any(count % multiple for count in counts)
+
+
+def test_stitches_lie_on_the_surface_and_relax_on_it():
+    shaped = sm.shape_fabric(garment("hat"), stitch_width=1.2)
+    relaxed = sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh, progress=False)
+    # A vertex leaves the given faces by what the smoothing takes off, a small part of a stitch.
+    assert distance_to_surface(relaxed.vertices, shaped.given).max() < 0.5 * 1.2
+
+
+@pytest.mark.parametrize(("name", "width"), [("hat", 1.6), ("glove", 0.5), ("tea_cozy", 1.6)])
+def test_loops_hold_one_another_as_their_stitches_say(name, width):
+    shaped = sm.shape_fabric(garment(name), stitch_width=width)
+    relaxed = sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh, progress=False)
+    yarns = sm.generate_yarns(relaxed)
+    sm.check_loops(relaxed, yarns)
+    assert yarns.yarn_count > 1
+
+
+def test_parts_are_knitted_one_after_another():
+    near, far = (in_triangles(tube(16, 4, radius=2.0)) for _ in range(2))
+    vertices = np.concatenate([near.vertices, far.vertices + [10.0, 0.0, 0.0]])
+    faces = np.concatenate([near.face_vertex, far.face_vertex + len(near.vertices)]).reshape(-1, 3)
+    both = sm.auto_stitches(Mesh.from_polygons(vertices, faces.tolist()), stitch_width=0.6)
+    alone = sm.auto_stitches(near, stitch_width=0.6)
+    assert both.face_count == 2 * alone.face_count and euler(both) == 2 * euler(alone)
+    assert len(np.unique(both.row)) == 2 * len(np.unique(alone.row))
+
+
+def test_short_rows_add_rows_at_a_heel_only_where_they_are_asked_for():
+    plain = sm.auto_stitches(garment("sock"), stitch_width=0.8)
+    turned = sm.auto_stitches(garment("sock"), stitch_width=0.8, short_rows=True)
+    slits = [loop for loop in turned.boundary_loops if len(loop) == 2]
+    assert len(slits) > 0 and not any(len(loop) == 2 for loop in plain.boundary_loops)
+    assert turned.face_count > plain.face_count
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ({"stitch_width": 0.0}, ParameterError, "stitch width"),
+        ({"stitch_width": np.nan}, ParameterError, "stitch width"),
+        ({"stitch_width": 1.0, "stitch_height": -1.0}, ParameterError, "stitch height"),
+        ({"stitch_width": 1.0, "up": (0.0, 0.0, 0.0)}, ParameterError, "up"),
+        ({"stitch_width": 1.0, "multiple": 0}, ParameterError, "multiple"),
+        ({"stitch_width": 50.0}, MeshError, "room for"),
+        ({"stitch_width": 1e-4}, TessellationError, "larger stitch"),
+    ],
+)
+def test_what_cannot_be_knitted_is_refused_in_one_line(arguments, error, words):
+    with pytest.raises(error, match=words) as caught:
+        sm.auto_stitches(in_triangles(tube(16, 4)), **arguments)
+    assert "\n" not in str(caught.value)
+
+
+def test_borders_of_rows_stay_borders():
+    mesh = in_triangles(tube(24, 6, radius=3.0))
+    fabric = sm.auto_stitches(mesh, stitch_width=0.7)
+    heights = sorted(fabric.vertices[fabric.face_vertex[loop], 1].mean() for loop in fabric.boundary_loops)
+    np.testing.assert_allclose(heights, [0.0, 6.0], atol=1e-9)  # The two ends of the tube are level lines themselves.
+    assert (fabric.twin == BORDER).sum() == sum(len(loop) for loop in fabric.boundary_loops)
