@@ -26,6 +26,7 @@ from .io import write_stitches as write_stitches
 from .io import write_yarns as write_yarns
 from .io.mesh_sequences import read_moving_mesh as read_moving_mesh
 from .io.mesh_sequences import write_moving_mesh as write_moving_mesh
+from .io.meshes import read_repaired_mesh as read_repaired_mesh
 from .io.stitch_formats.face_libraries import read_face_library as read_face_library
 from .io.stitch_formats.face_meshes import read_face_mesh as read_face_mesh
 from .io.stitch_formats.face_meshes import write_face_mesh as write_face_mesh
@@ -52,6 +53,9 @@ from .mesh import StitchMesh as StitchMesh
 from .mesh.orientation import is_inside_out as is_inside_out
 from .mesh.orientation import turn_inside_out as turn_inside_out
 from .mesh.own_stitch import OwnStitch as OwnStitch
+from .mesh.repair import Repaired as Repaired
+from .mesh.repair import RepairOptions as RepairOptions
+from .mesh.repair import repair_mesh as repair_mesh
 from .mesh.stitch import Stitch as Stitch
 from .mesh.vertex_motion import MovingMesh as MovingMesh
 from .mesh.vertex_motion import VertexMotion as VertexMotion
@@ -140,6 +144,14 @@ from .shaping.auto_stitches import ShapedFabric as ShapedFabric
 from .shaping.auto_stitches import auto_stitches as auto_stitches
 from .shaping.auto_stitches import shape_fabric as shape_fabric
 from .shaping.marks import TimeMark as TimeMark
+from .shaping.panels.panel_mesh import PanelMesh as PanelMesh
+from .shaping.panels.panel_mesh import Seam as Seam
+from .shaping.panels.read_panels import read_panels as read_panels
+from .shaping.panels.shape_panels import PanelReport as PanelReport
+from .shaping.panels.shape_panels import ShapedPanels as ShapedPanels
+from .shaping.panels.shape_panels import knit_panels as knit_panels
+from .shaping.panels.shape_panels import shape_panels as shape_panels
+from .shaping.report import ShapingReport as ShapingReport
 from .tessellate import tessellate as tessellate
 from .time_limit import TimeLimit as TimeLimit
 from .time_limit import limited_to as limited_to

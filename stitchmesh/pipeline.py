@@ -19,7 +19,7 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.editing.pattern_regions import PatternRegion, lay_patterns
 from stitchmesh.editing.spiral import make_spiral
-from stitchmesh.errors import StitchMeshError
+from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry, write_history
 from stitchmesh.io.state_saver import StateSaver, save_yarns
@@ -28,6 +28,7 @@ from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.change import PaletteChange, apply_change
 from stitchmesh.mesh.palette import make_palette
+from stitchmesh.mesh.repair import RepairAction
 from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.meshrelax import MeshRelaxOptions, relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
@@ -36,6 +37,10 @@ from stitchmesh.patterns.placement.left_out import left_out_lines
 from stitchmesh.progress import Progress, no_progress, relaxing_progress, shown_stages
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.run_control import RunControl
+from stitchmesh.shaping.auto_stitches import ShapedFabric, shape_fabric
+from stitchmesh.shaping.options import ShapingOptions
+from stitchmesh.shaping.report import shaping_report
+from stitchmesh.shaping.triangle_surface import TriangleSurface
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
 from stitchmesh.tessellate.counts import EdgeName
 from stitchmesh.tessellate.reached_size import reached_sizes
@@ -52,6 +57,12 @@ from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
 
 SHARE_OF_MESH = 0.5
 """Largest part of the time of a budget for the relaxation of the stitch mesh; the other part is for the yarns."""
+OF_LABELED_MESHES = {
+    "borders": "start border", "seeds": "start edge", "flip": "flip", "counts": "count", "marked": "mark",
+}  # fmt: skip
+"""Fields of ``KnitOptions`` that name edges or faces of a labeled mesh, and their options on the command line."""
+AFTER_MESH_RELAXATION = ("rms_distance", "largest_distance", "rms_stretch", "rms_edge_stretch")
+"""Figures of found rows that mesh relaxation changes."""
 POINTS_OF_STITCH = 20
 """Control points of a plain stitch, for the number of stitches of yarns that name no stitches."""
 
@@ -89,7 +100,11 @@ class RelaxOptions:
 
 @dataclass(frozen=True)
 class KnitOptions:
-    """Options of ``knit``."""
+    """Options of ``knit``.
+
+    Raises:
+        ParameterError: an option names edges or faces of a labeled mesh, and rows are found without one.
+    """
 
     stitch_width: float = STITCH_WIDTH
     """Wale spacing [cm]."""
@@ -115,6 +130,8 @@ class KnitOptions:
     """Course edges from which rows start (``label``)."""
     flip: Sequence[int] = ()
     """Faces whose rows are reversed (``label``)."""
+    shaping: ShapingOptions | None = None
+    """How rows are found on a mesh of any kind (``shape_fabric``); None labels the modelled rows of the mesh."""
     palette: Sequence[str] = ()
     """Colours of the yarns by number, as texts (``parse_colour``); stock colours for all other numbers."""
     patterns: Sequence[PatternRegion] = ()
@@ -127,6 +144,14 @@ class KnitOptions:
     """How rows are cast on and bound off, and which floats are cut."""
     relaxation: RelaxOptions = field(default_factory=RelaxOptions)
     """Options of the relaxation of yarns."""
+
+    def __post_init__(self) -> None:
+        for name, words in OF_LABELED_MESHES.items() if self.shaping is not None else ():
+            if getattr(self, name):
+                raise ParameterError(
+                    f"{words}: names edges or faces of a labeled mesh, but rows are found without one (--auto); leave "
+                    "one of the two out"
+                )
 
     @property
     def mesh_arguments(self) -> dict[str, Any]:
@@ -157,7 +182,8 @@ class Knitted:
 
 def knit(
     mesh: Mesh, folder: str | PathLike[str], options: KnitOptions, *, budget: Budget | None = None,
-    progress: Progress | Literal[False] | None = None, seconds_after: Callable[[YarnSet], float] | None = None,
+    repair: Sequence[RepairAction] | None = None, progress: Progress | Literal[False] | None = None,
+    seconds_after: Callable[[YarnSet], float] | None = None,
 ) -> Knitted:  # fmt: skip
     """Make relaxed yarns from a polygon mesh, and write them.
 
@@ -172,6 +198,7 @@ def knit(
         budget: limits on the time of all stages and on the error; measured tables then choose the quality once the
             stitches are known, unless it is another than the default, and the report says what they chose. The
             stitches may take half of the time, and the yarns take what is left.
+        repair: what was changed in the mesh before, for the report; None if the mesh was not repaired.
         progress: called with the progress of each stage; by default a line shows the progress on a terminal or in a
             notebook, and False shows nothing.
         seconds_after: function of the yarns that estimates the time of the caller's own work after this function [s];
@@ -181,23 +208,21 @@ def knit(
         StitchMeshError: a stage cannot continue; the error is that of the stage.
     """
     with limited_to(limit_of(budget)), shown_stages(progress) as report:
-        return _knit(mesh, Path(folder), options, budget, report, seconds_after)
+        return _knit(mesh, Path(folder), options, budget, repair, report, seconds_after)
 
 
 def _knit(
-    mesh: Mesh, target: Path, options: KnitOptions, budget: Budget | None, progress: Progress,
-    seconds_after: Callable[[YarnSet], float] | None,
+    mesh: Mesh, target: Path, options: KnitOptions, budget: Budget | None, repair: Sequence[RepairAction] | None,
+    progress: Progress, seconds_after: Callable[[YarnSet], float] | None,
 ) -> Knitted:  # fmt: skip
     """Make and write relaxed yarns in the time that is left."""
     quality = quality_named(options.quality)
     device = str(device_named(options.device))
     quality_entry = options.quality if isinstance(options.quality, str) else asdict(options.quality)
     report: dict[str, object] = {"stitchmesh": __version__, "device": device, "quality": quality_entry}
-    fabric = label_stage(mesh, options, report, progress)
-    fabric = tessellate_stage(fabric, options, report, progress)
-    fabric = pattern_stage(fabric, options, report, progress)
-    fabric = edit_stage(fabric, options, report, progress)
-    fabric = mesh_stage(fabric, mesh, options, device, report, progress)
+    if repair is not None:
+        report["repair"] = repair_entries(repair)
+    fabric = _relaxed_stitches(mesh, options, device, report, progress)
     fabric = spiral_stage(fabric, options, report)
     if budget is not None:
         plan = make_plan(budget, BudgetScene(kind="garment", stitches=fabric.face_count), options.quality, device)
@@ -219,6 +244,28 @@ def _knit(
     save_yarns(target, relaxed.yarns, report)
     write_history(target / "convergence.csv", relaxed.history)
     return Knitted(fabric, relaxed.yarns, report, relaxed.history)
+
+
+def _relaxed_stitches(
+    mesh: Mesh, options: KnitOptions, device: str, report: dict[str, object], progress: Progress
+) -> StitchMesh:
+    """Make the stitches with their patterns and edits, and relax them on the surface."""
+    shaped = None if options.shaping is None else shape_stage(mesh, options, report, progress)
+    if shaped is None:
+        fabric = tessellate_stage(label_stage(mesh, options, report, progress), options, report, progress)
+    else:
+        fabric, mesh = shaped.fabric, shaped.surface.mesh
+    fabric = pattern_stage(fabric, options, report, progress)
+    fabric = edit_stage(fabric, options, report, progress)
+    fabric = mesh_stage(fabric, mesh, options, device, report, progress)
+    if shaped is not None:
+        measure_shape(fabric, shaped.given, options, report)
+    return fabric
+
+
+def repair_entries(actions: Sequence[RepairAction]) -> list[dict[str, object]]:
+    """Return what a repair changed, as it stands in the report: each action with its text and its places."""
+    return [{**asdict(action), "text": f"{action.text}: {action.places}"} for action in actions]
 
 
 def relax_with_options(
@@ -317,6 +364,27 @@ def tessellate_stage(
     checked_drawn_radius(checked_radius(fabric, options.yarn_radius), options.drawn_radius)
     report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric), **reached_sizes(fabric)}
     return fabric
+
+
+def shape_stage(mesh: Mesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> ShapedFabric:
+    """Find rows and stitches on a mesh of any kind; the radii of the yarn are checked as in ``tessellate_stage``."""
+    shaping = ShapingOptions() if options.shaping is None else options.shaping
+    shaped = shape_fabric(
+        mesh, stitch_width=options.stitch_width, stitch_height=options.stitch_height, progress=progress,
+        **shaping.arguments,
+    )  # fmt: skip
+    checked_drawn_radius(checked_radius(shaped.fabric, options.yarn_radius), options.drawn_radius)
+    report["shape"] = asdict(shaped.report)
+    return shaped
+
+
+def measure_shape(fabric: StitchMesh, surface: TriangleSurface, options: KnitOptions, report: dict[str, Any]) -> None:
+    """Put the distances from the given surface and the stretch of the relaxed stitches into the report of found rows.
+
+    Counts stay those of the stitches that were found, before patterns and edits.
+    """
+    relaxed = asdict(shaping_report(fabric, surface, options.stitch_width, 0.0))
+    report["shape"] = {**report["shape"], **{name: relaxed[name] for name in AFTER_MESH_RELAXATION}}
 
 
 def pattern_stage(

@@ -26,6 +26,7 @@ T = TypeVar("T", bound=Callable[..., None])
 STAGE_TEXTS = {
     "label": "labeling rows",
     "tessellate": "tessellating",
+    "shape": "finding rows",
     "edit": "editing stitches",
     "pattern": "applying the pattern",
     "meshrelax": "relaxing the stitch mesh",

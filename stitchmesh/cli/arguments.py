@@ -28,6 +28,12 @@ TERMINAL_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 """Escape sequence that sets a colour on a terminal."""
 CONFIG = (tyro.conf.OmitArgPrefixes, tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff)
 """Options of tyro: a flag is the name of its field without the name of its group, and no flag has a negation."""
+AXES = {
+    sign + name: tuple(float(f"{sign}1") if place == axis else 0.0 for place in range(3))
+    for sign in ("", "-")
+    for axis, name in enumerate("xyz")
+}
+"""Directions by the names of their axes, such as ``-x``."""
 FREE = "free"
 """Word for a size that the relaxation determines."""
 NUMBER_NAMES: dict[Any, tuple[str, str]] = {int: ("whole number", "N"), float: ("number", "X")}
@@ -95,6 +101,20 @@ def pair(text: str) -> tuple[int, int]:
     return first, second
 
 
+def direction(text: str) -> tuple[float, float, float]:
+    """Convert the name of an axis, or three numbers with commas between them, into a direction."""
+    try:
+        x, y, z = AXES.get(text.strip().lower()) or (float(word) for word in text.split(","))
+    except ValueError as error:
+        raise ValueError(f"got {text!r}; expected an axis such as y or -x, or three numbers with commas") from error
+    return x, y, z
+
+
+def _direction_text(given: tuple[float, ...]) -> str:
+    """Return the name of an axis, or numbers with commas between them."""
+    return next((name for name, axis in AXES.items() if axis == given), ",".join(f"{part:g}" for part in given))
+
+
 def _one_or_two(text: str) -> tuple[float, ...]:
     try:
         numbers = tuple(float(word) for word in text.split(","))
@@ -120,6 +140,8 @@ def _sizes(words: list[str]) -> tuple[float | None, ...]:
 
 Pair = Annotated[tuple[int, int], parsed_by(pair, "V,W")]
 """Two whole numbers in one word, with a comma between them."""
+Direction = Annotated[tuple[float, float, float], parsed_by(direction, "AXIS|X,Y,Z", _direction_text)]
+"""A direction in one word: the name of an axis, or three numbers with commas between them."""
 OneOrTwo = Annotated[tuple[float, ...] | None, parsed_by(_one_or_two, "A[,B]")]
 """One number, or two numbers in one word with a comma between them."""
 Period = Annotated[

@@ -12,17 +12,21 @@ from stitchmesh.errors import DisplayError, LabelError
 
 FAULTS_PICTURE = "labeling-faults.png"
 """Name of the picture."""
+REMEDY = "knit it with --auto"
+"""What helps a mesh of any kind: rows are found on it without labels."""
 
 
 @contextmanager
-def faults_drawn(folder: Path) -> Iterator[None]:
+def faults_drawn(folder: Path, remedy: str = REMEDY) -> Iterator[None]:
     """Draw the faces at fault if a mesh cannot be labeled in this block, and name the picture in the error.
 
     Args:
         folder: folder of the picture.
+        remedy: what to do instead of labeling the mesh, for the error.
 
     Raises:
-        LabelError: the error of the block, with the name of the picture if this machine can draw pictures.
+        LabelError: the error of the block with the remedy, and with the name of the picture if this machine can draw
+            pictures.
     """
     try:
         yield
@@ -33,9 +37,9 @@ def faults_drawn(folder: Path) -> Iterator[None]:
             raise
         from stitchmesh.render.labeling_picture import render_labeling
 
-        picture = folder / FAULTS_PICTURE
+        picture, message = folder / FAULTS_PICTURE, f"{error}; or {remedy}"
         try:
             render_labeling(error.labeling, picture)
         except DisplayError:
-            raise error from None
-        raise LabelError(f"{error}; {picture} shows the faces", labeling=error.labeling) from error
+            raise LabelError(message, labeling=error.labeling) from error
+        raise LabelError(f"{message}; {picture} shows the faces", labeling=error.labeling) from error

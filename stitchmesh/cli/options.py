@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import UseAppendAction, arg
 
-from stitchmesh.cli.arguments import Flag, OneOrTwo, Pair, help_entry
+from stitchmesh.cli.arguments import Direction, Flag, OneOrTwo, Pair, help_entry
 from stitchmesh.compute.threads import VARIABLE
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
 from stitchmesh.mesh.palette import Palette, parse_yarn_colours, recolour_palette
 from stitchmesh.meshrelax.options import MeshRelaxOptions
@@ -23,11 +23,14 @@ from stitchmesh.periodic.swatch_options import COMPACT_LOOP, SPACING, SwatchOpti
 from stitchmesh.quality import PRESETS, Quality, Solver, quality_with
 from stitchmesh.recipe.sections import (
     LabelSection,
+    MarkTable,
     MaterialSection,
     PhysicsSection,
     RestLengthsSection,
+    RowsSection,
     StitchesSection,
 )
+from stitchmesh.shaping.options import ShapingOptions
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
@@ -151,6 +154,50 @@ class Rows:
             flip=self.flip,
             turn_inside_out=self.turn_inside_out,
         )
+
+
+@dataclass(frozen=True)
+class FoundRows:
+    """Rows that are found on a mesh of any kind, in the place of the labeled rows of a modelled mesh."""
+
+    auto: Flag = False
+    """find rows and stitches on any mesh, also of triangles; the mesh is repaired first"""
+    up: Annotated[Direction, help_entry("AXIS|X,Y,Z")] = ShapingOptions.up
+    """direction of knitting where nothing else decides: an axis such as z or -x, or three numbers"""
+    multiple: Annotated[int, help_entry("N")] = ShapingOptions.multiple
+    """number that the stitches of each round are a multiple of, for a pattern that repeats"""
+    short_rows: Flag = ShapingOptions.short_rows
+    """turn the yarn back within the fabric where rows are far too high, as at a heel"""
+    marks: Annotated[str | None, help_entry("FILE", "automatic")] = None
+    """JSON list of places where knitting begins and ends and of lines along which rows run (docs/recipes.md)"""
+
+    def section(self) -> RowsSection:
+        """Return the section of a recipe.
+
+        Raises:
+            FileError: the file of the marks cannot be read, or has a key or a value that no mark has.
+            ParameterError: another option is given without ``--auto``, a number is out of bounds, or a mark is not
+                possible.
+        """
+        return RowsSection(
+            auto=self.auto, up=self.up, multiple=self.multiple, short_rows=self.short_rows,
+            marks=() if self.marks is None else _read_marks(self.marks),
+        )  # fmt: skip
+
+
+def _read_marks(path: str) -> tuple[MarkTable, ...]:
+    """Read the marks of a JSON file.
+
+    Raises:
+        FileError: the file cannot be read, or has a key or a value that no mark has.
+    """
+    from stitchmesh.io.checked import check_table
+    from stitchmesh.io.json_file import read_json
+
+    try:
+        return check_table(read_json(path), tuple[MarkTable, ...])
+    except ParameterError as error:
+        raise FileError(f"{path}: {error}") from error
 
 
 @dataclass(frozen=True)

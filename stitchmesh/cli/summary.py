@@ -53,6 +53,21 @@ def knit_summary(fabric: StitchMesh, yarns: YarnSet, report: Mapping[str, Any], 
         f"Gauge: {gauge}. Yarn: {_length(yarns)}{_weight(yarns, yarn, gauge)}.",
         state_of(report["yarnrelax"], mesh_converged=report["meshrelax"]["converged"]),
         *_pattern_lines(report),
+        *(f"Repair: {entry['text']}." for entry in report.get("repair", ())),
+        *shape_lines(report),
+    ]
+
+
+def shape_lines(report: Mapping[str, Any]) -> list[str]:
+    """Return two lines on rows that were found: how well the stitches fit the surface; none for a labeled mesh."""
+    if "shape" not in report:
+        return []
+    shape = report["shape"]
+    return [
+        f"Surface: stitches are off by {shape['rms_distance']:.2g} stitch widths (rms), at most "
+        f"{shape['largest_distance']:.2g}; their stretch differs by {100 * shape['rms_stretch']:.2g} % (rms).",
+        f"Shaping: {shape['irregular_per_thousand']:.3g} irregular stitches in a thousand, "
+        f"{shape['mismatched_edges']} grafted edges, {shape['short_rows']} short rows.",
     ]
 
 

@@ -19,18 +19,21 @@ from stitchmesh.io.state_saver import StateSaver
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.jobs.budget_stage import chosen_quality
 from stitchmesh.jobs.job import recipe_of
-from stitchmesh.jobs.job_memory import check_memory, garment_memory
+from stitchmesh.jobs.job_memory import check_memory, found_memory, garment_memory
 from stitchmesh.jobs.kept_stages import stage_key
-from stitchmesh.jobs.stage_files import fabric_stage, relaxation_stage, yarns_stage
+from stitchmesh.jobs.stage_files import FoundStitches, fabric_stage, found_stage, relaxation_stage, yarns_stage
 from stitchmesh.jobs.stage_run import JobRun, cut_short
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.pipeline import (
     KnitOptions,
     edit_stage,
     label_stage,
+    measure_shape,
     mesh_stage,
     pattern_stage,
     relax_with_options,
+    repair_entries,
+    shape_stage,
     spiral_stage,
     tessellate_stage,
     yarn_stage,
@@ -39,6 +42,7 @@ from stitchmesh.quality import Quality, quality_named
 from stitchmesh.recipe.recipe import recipe_options
 from stitchmesh.recipe.recipe_file import edits_with_paths
 from stitchmesh.selection.selection import Selection, with_paths
+from stitchmesh.shaping.triangle_surface import TriangleSurface
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import NAME as CHECKPOINT
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, seconds_of
@@ -55,17 +59,13 @@ def make_garment(run: JobRun) -> tuple[StitchMesh, Relaxation]:
     """
     recipe = recipe_of(run.job)
     options = recipe_options(recipe)
-    mesh = recipe.label.read_mesh(recipe.mesh, recipe.unit)
+    mesh, repair = recipe.read_mesh()
     device = str(device_named(options.device))
     entry = options.quality if isinstance(options.quality, str) else asdict(options.quality)
     run.report |= {"device": device, "quality": entry}
-    stage = fabric_stage("label", stage_key("label", mesh, options.borders, options.seeds, options.flip))
-    labeled = run.run(stage, lambda report: label_stage(mesh, options, report, run.progress))
-    run.report["memory"] = check_memory(
-        lambda quality: garment_memory(labeled, options, quality, device, run.job.render),
-        quality_named(options.quality), device, "wider stitches, a smaller mesh, or no pictures (render = [])",
-    )  # fmt: skip
-    fabric = _fabric(run, mesh, labeled, options, device)
+    if repair is not None:
+        run.report["repair"] = repair_entries(repair)
+    fabric = (_labeled_fabric if options.shaping is None else _found_fabric)(run, mesh, options, device)
     for name in run.job.write_stitches:
         write_stitches(run.folder / name, fabric)
     scene = BudgetScene(kind="garment", stitches=fabric.face_count)
@@ -81,20 +81,74 @@ def make_garment(run: JobRun) -> tuple[StitchMesh, Relaxation]:
     return fabric, _relaxed(run, fabric, yarns, options, quality, device)
 
 
-def _fabric(run: JobRun, mesh: Mesh, labeled: StitchMesh, options: KnitOptions, device: str) -> StitchMesh:
-    """Return the stitches, evened out on their surface."""
-    fabric = labeled
+def _labeled_fabric(run: JobRun, mesh: Mesh, options: KnitOptions, device: str) -> StitchMesh:
+    """Return the stitches of a modelled mesh, evened out on their surface."""
+    stage = fabric_stage("label", stage_key("label", mesh, options.borders, options.seeds, options.flip))
+    labeled = run.run(stage, lambda report: label_stage(mesh, options, report, run.progress))
+    _check_memory(
+        run, options, device, lambda quality: garment_memory(labeled, options, quality, device, run.job.render)
+    )
+    size = options.stitch_width, options.stitch_height, options.counts, options.marked
+    stage = fabric_stage("tessellate", stage_key("tessellate", labeled, *size))
+    fabric = run.run(stage, lambda report: tessellate_stage(labeled, options, report, run.progress))
+    return _fabric(run, mesh, fabric, options, device)
 
-    def next_stage(name: str, make: Callable[[StitchMesh, dict[str, Any]], StitchMesh], *given: Any) -> None:
+
+def _found_fabric(run: JobRun, mesh: Mesh, options: KnitOptions, device: str) -> StitchMesh:
+    """Return stitches that are found on a mesh of any kind, evened out on its surface."""
+    size = options.stitch_width, options.stitch_height
+    stage = found_stage("auto_stitches", stage_key("auto_stitches", mesh, size, options.shaping))
+
+    def find(report: dict[str, Any]) -> FoundStitches:
+        """Find the rows and the stitches."""
+        shaped = shape_stage(mesh, options, report, run.progress)
+        return FoundStitches(shaped.fabric, shaped.given, shaped.surface)
+
+    found = run.run(stage, find)
+    _check_memory(run, options, device, lambda quality: found_memory(found.fabric, quality, device, run.job.render))
+    return _fabric(run, found.surface.mesh, found.fabric, options, device, found.given)
+
+
+def _check_memory(run: JobRun, options: KnitOptions, device: str, memory_at: Callable[[Quality], float]) -> None:
+    """Refuse a job that does not fit into the memory, and report what it needs.
+
+    Raises:
+        ParameterError: as for ``check_memory``.
+    """
+    run.report["memory"] = check_memory(
+        memory_at, quality_named(options.quality), device,
+        "wider stitches, a smaller mesh, or no pictures (render = [])",
+    )  # fmt: skip
+
+
+def _fabric(
+    run: JobRun, mesh: Mesh, fabric: StitchMesh, options: KnitOptions, device: str, given: TriangleSurface | None = None
+) -> StitchMesh:
+    """Return stitches with patterns and edits, evened out on a surface.
+
+    Args:
+        run: the run.
+        mesh: the surface.
+        fabric: the stitches.
+        options: options of all stages.
+        device: Warp's name of the device.
+        given: the surface from which the distance of found stitches is measured; None for those of a modelled mesh.
+    """
+
+    def next_stage(name: str, make: Callable[[StitchMesh, dict[str, Any]], StitchMesh], *inputs: Any) -> None:
         nonlocal fabric
         before = fabric
-        stage = fabric_stage(name, stage_key(name, before, *given))
+        stage = fabric_stage(name, stage_key(name, before, *inputs))
         fabric = run.run(stage, lambda report: make(before, report))
 
-    next_stage(
-        "tessellate", lambda fabric, report: tessellate_stage(fabric, options, report, run.progress),
-        options.stitch_width, options.stitch_height, options.counts, options.marked,
-    )  # fmt: skip
+    def relax(fabric: StitchMesh, report: dict[str, Any]) -> StitchMesh:
+        """Even out the stitches, and measure those that were found."""
+        relaxed = mesh_stage(fabric, mesh, options, device, report, run.progress)
+        if given is not None:
+            report["shape"] = run.report["shape"]
+            measure_shape(relaxed, given, options, report)
+        return relaxed
+
     if options.palette or options.patterns:
         next_stage(
             "apply_pattern", lambda fabric, report: pattern_stage(fabric, options, report, run.progress),
@@ -105,10 +159,8 @@ def _fabric(run: JobRun, mesh: Mesh, labeled: StitchMesh, options: KnitOptions, 
             "apply_edit", lambda fabric, report: edit_stage(fabric, options, report, run.progress),
             [_edit(edit) for edit in options.edits],
         )  # fmt: skip
-    next_stage(
-        "relax_mesh", lambda fabric, report: mesh_stage(fabric, mesh, options, device, report, run.progress),
-        mesh, options.mesh_arguments, _processor(device),
-    )  # fmt: skip
+    measured = () if given is None else (given, options.stitch_width)
+    next_stage("relax_mesh", relax, mesh, options.mesh_arguments, _processor(device), *measured)
     if options.spiral:
         next_stage("make_spiral", lambda fabric, report: spiral_stage(fabric, options, report))
     return fabric

@@ -18,6 +18,7 @@ from stitchmesh.io.stitches import WRITABLE as STITCH_SUFFIXES
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.io.yarns import FORMATS
 from stitchmesh.jobs.sections import (
+    AutoStitchesTable,
     GenerateYarnsTable,
     LabelTable,
     RelaxYarnsTable,
@@ -32,6 +33,7 @@ from stitchmesh.recipe.sections import (
     LabelSection,
     MaterialSection,
     RestLengthsSection,
+    RowsSection,
     SolverSection,
     StitchesSection,
 )
@@ -40,8 +42,8 @@ from stitchmesh.yarngen.finish import YarnFinish
 SOURCES = ("mesh", "recipe", "swatch")
 """Keys that say what a job makes; each job has one of them."""
 OF_MESHES = (
-    "unit", "turn_inside_out", "label", "tessellate", "apply_pattern", "apply_edit", "relax_mesh", "make_spiral",
-    "generate_yarns", "apply_rest_lengths",
+    "unit", "turn_inside_out", "label", "tessellate", "auto_stitches", "apply_pattern", "apply_edit", "relax_mesh",
+    "make_spiral", "generate_yarns", "apply_rest_lengths",
 )  # fmt: skip
 """Keys that only a job from a mesh has: a recipe has its own, and a swatch has no such stages."""
 OF_GARMENTS = ("relax_yarns", "write_stitches")
@@ -77,6 +79,8 @@ class Job:
     """Largest relative error of the stitch spacing, such as ``1%``."""
     label: LabelTable = field(default_factory=LabelTable)
     tessellate: TessellateTable = field(default_factory=TessellateTable)
+    auto_stitches: AutoStitchesTable | None = None
+    """How rows are found on a repaired mesh of any kind, in the place of ``label`` and ``tessellate``."""
     apply_pattern: tuple[RecipePattern, ...] = ()
     """Patterns, each on its part of the garment."""
     apply_edit: tuple[Edit, ...] = ()
@@ -101,7 +105,11 @@ class Job:
         if len(given) != 1:
             found = " and ".join(given) or "none of them"
             raise ParameterError(f"job: got {found}; expected one of mesh, recipe and [swatch]")
-        self._refuse_keys_of_others(given[0])
+        others = {"mesh": (), "recipe": OF_MESHES, "swatch": (*OF_MESHES, *OF_GARMENTS)}[given[0]]
+        remedy = f"write it into {self.recipe}" if given[0] == "recipe" else "leave it out"
+        self._refuse(others, f"a job with a {given[0]}; {remedy}")
+        if self.auto_stitches is not None:
+            self._refuse(("label", "tessellate"), "a job with auto_stitches, which finds rows itself; leave it out")
         if self.quality is not None:
             quality_named(self.quality)
         _check_outputs("write_stitches", self.write_stitches, STITCH_SUFFIXES)
@@ -112,14 +120,12 @@ class Job:
         if self.budget is not None:
             self.budget.refuse_kept_quality(kept=self.quality is not None)
 
-    def _refuse_keys_of_others(self, source: str) -> None:
-        """Return unless a key has another value than its default and does not belong to the source."""
-        others = {"mesh": (), "recipe": OF_MESHES, "swatch": (*OF_MESHES, *OF_GARMENTS)}[source]
-        remedy = f"write it into {self.recipe}" if source == "recipe" else "leave it out"
+    def _refuse(self, others: Iterable[str], reason: str) -> None:
+        """Return unless one of some keys has another value than its default."""
         for part in fields(self):
             default = part.default if part.default_factory is MISSING else part.default_factory()
             if part.name in others and getattr(self, part.name) != default:
-                raise ParameterError(f"{part.name}: is no key of a job with a {source}; {remedy}")
+                raise ParameterError(f"{part.name}: is no key of {reason}")
 
     @property
     def budget(self) -> Budget | None:
@@ -141,12 +147,13 @@ def recipe_of(job: Job) -> Recipe:
             raise ParameterError(f"relax_yarns: a recipe has all but checkpoint_every; write it into {job.recipe}")
         return replace(recipe, quality=job.quality or recipe.quality, device=job.device or recipe.device)
     assert job.mesh is not None
-    yarns, stitches, relax = job.generate_yarns, job.tessellate, job.relax_yarns
+    yarns, relax = job.generate_yarns, job.relax_yarns
+    found, size = job.auto_stitches, job.auto_stitches or job.tessellate
     finish = YarnFinish(yarns.bind_off, yarns.cast_on, yarns.longest_float)
     return Recipe(
         mesh=job.mesh,
         unit=job.unit,
-        stitch_width=stitches.stitch_width,
+        stitch_width=size.stitch_width,
         yarn_radius=yarns.yarn_radius,
         drawn_radius=yarns.drawn_radius,
         quality=job.quality or DEFAULT_QUALITY,
@@ -154,12 +161,13 @@ def recipe_of(job: Job) -> Recipe:
         spiral=job.make_spiral,
         patterns=job.apply_pattern,
         edits=job.apply_edit,
+        rows=RowsSection() if found is None else found.rows(),
         label=LabelSection(
             start_borders=job.label.borders, start_edges=job.label.seeds, flip=job.label.flip,
             turn_inside_out=job.turn_inside_out,
         ),
         stitches=StitchesSection(
-            course_height=stitches.stitch_height, counts=stitches.counts, marked=stitches.marked
+            course_height=size.stitch_height, counts=job.tessellate.counts, marked=job.tessellate.marked
         ),
         mesh_relaxation=job.relax_mesh,
         finish=finish,

@@ -26,6 +26,7 @@ HEADER = """\
 # A key behind # is not set; every other key has its default.
 """
 UNSET = {
+    "auto_stitches": "{ stitch_width = 0.8 }",
     "quality": '"draft"', "device": '"cpu"', "within": '"8h"', "error": '"1%"', "stitch_height": "0.6",
     "yarn_radius": "0.1", "drawn_radius": "0.17", "aspect": "0.77", "loop_length": "2.0", "gravity": "[0, -981, 0]",
     "friction": "0.2", "twist": "0.1", "body": '"body.obj"', "solver": '"dynamics"', "max_iterations": "20000",
@@ -39,6 +40,7 @@ COMMENTS = {
     "device": "cpu or cuda:0; by default the first GPU",
     "within": "time for the whole job",
     "error": "of the stitch spacing; measured tables choose the quality",
+    "auto_stitches": "rows are found on any mesh, in the place of label and tessellate",
     "make_spiral": "whether tubes are one spiral row",
     "write_stitches": "in the folder of the job",
     "borders": "[V, W]: an edge of a border from which rows start",

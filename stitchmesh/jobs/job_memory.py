@@ -10,16 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.free_memory import available_memory
 from stitchmesh.errors import ParameterError
 from stitchmesh.jobs.sections import RenderTable, SwatchTable
-from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh import BORDER, TOP, StitchMesh
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_budget import stitches_of
 from stitchmesh.pipeline import KnitOptions
 from stitchmesh.quality import PRESETS, Quality
-from stitchmesh.recipe.estimate import BASE_MEMORY, bytes_per_point, estimate_garment
+from stitchmesh.recipe.estimate import BASE_MEMORY, bytes_per_point, control_points, estimate_garment, stage_memory
 
 GIGABYTE = 1e9
 """Bytes in the unit of the messages."""
@@ -42,10 +44,25 @@ def garment_memory(
         labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height, counts=options.counts,
         marked=options.marked, quality=quality, device=device,
     )  # fmt: skip
+    return _largest_memory(estimate.memory, estimate.control_points, quality, device, pictures)
+
+
+def found_memory(fabric: StitchMesh, quality: Quality, device: str, pictures: Sequence[RenderTable]) -> float:
+    """Return the largest memory of a job whose stitches were found, as for ``garment_memory`` [bytes]."""
+    bind_off = int(((fabric.twin == BORDER) & (fabric.side_role == TOP)).sum())
+    shaped = int(np.abs(fabric.n_top - fabric.n_bottom).sum())
+    points = control_points(fabric.face_count, bind_off, shaped, quality)
+    largest = max(stage_memory(fabric.face_count, points, quality).values())
+    return _largest_memory(largest, points, quality, device, pictures)
+
+
+def _largest_memory(
+    largest: float, points: int, quality: Quality, device: str, pictures: Sequence[RenderTable]
+) -> float:
+    """Memory of a job, given the largest one of its stages on a CPU [bytes]."""
     if device_named(device).is_cuda:
-        return memory_on_gpu(estimate.control_points, quality)
-    relaxed = estimate.memory + _kept_memory(estimate.control_points, quality)
-    return max(relaxed, _picture_memory(estimate.control_points, pictures))
+        return memory_on_gpu(points, quality)
+    return max(largest + _kept_memory(points, quality), _picture_memory(points, pictures))
 
 
 def swatch_memory(swatch: SwatchTable, quality: Quality, device: str, pictures: Sequence[RenderTable]) -> float:

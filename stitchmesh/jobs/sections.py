@@ -13,8 +13,9 @@ from typing import Any, Literal
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.swatch_options import KnitState, SwatchOptions
 from stitchmesh.quality import Quality, Solver, quality_named, quality_with
-from stitchmesh.recipe.sections import PhysicsSection
+from stitchmesh.recipe.sections import MarkTable, PhysicsSection, RowsSection
 from stitchmesh.render.options import PICTURE_SIZE, PictureOptions
+from stitchmesh.shaping.options import ShapingOptions
 from stitchmesh.tessellate import STITCH_WIDTH
 from stitchmesh.yarn.rest_length import parse_rest_lengths
 from stitchmesh.yarngen.finish import YarnFinish
@@ -59,6 +60,36 @@ class TessellateTable:
     """Numbers of stitches along edges, ``V,W=COUNT``."""
     marked: tuple[tuple[int, int], ...] = ()
     """Wale edges at which all increases and decreases of their faces stand, each named by its two vertices."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AutoStitchesTable:
+    """Arguments of ``auto_stitches``.
+
+    Raises:
+        ParameterError: a number or a mark is not possible.
+    """
+
+    stitch_width: float = STITCH_WIDTH
+    """Wale spacing [cm]."""
+    stitch_height: float | None = None
+    """Course spacing [cm]; None for 0.77 times the width."""
+    up: tuple[float, float, float] = ShapingOptions.up
+    """Direction in which the garment is knitted where nothing else decides."""
+    multiple: int = ShapingOptions.multiple
+    """Number that the stitches of each round are a multiple of."""
+    short_rows: bool = ShapingOptions.short_rows
+    """Whether the yarn turns back and comes again where rows are far too high."""
+    marks: tuple[MarkTable, ...] = ()
+    """Where knitting begins and ends, and lines along which rows run."""
+
+    def __post_init__(self) -> None:
+        self.rows()
+
+    def rows(self) -> RowsSection:
+        """Return the section of a recipe."""
+        given = {part.name: getattr(self, part.name) for part in fields(RowsSection) if part.name != "auto"}
+        return RowsSection(auto=True, **given)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,13 +4,14 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.checked import check_table
+from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
 from stitchmesh.io.history import read_history, write_history
 from stitchmesh.io.json_file import read_json
 from stitchmesh.io.stitches import read_stitches, write_stitches
@@ -19,12 +20,32 @@ from stitchmesh.jobs.kept_stages import Stage
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.periodic.swatch import Swatch
 from stitchmesh.quality import Quality
+from stitchmesh.shaping.triangle_surface import TriangleSurface
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
 
 STITCHES, YARNS, HISTORY = "stitches.h5", "yarns.h5", "convergence.csv"
+GIVEN, SURFACE, SURFACE_FORMAT = "given.h5", "surface.h5", "stitchmesh surface"
+"""Files of the surface on which stitches were found, as given and without fine features, and their format."""
 PLAN = "plan.json"
 """File of the quality that a budget has chosen."""
+
+
+@dataclass(frozen=True, eq=False)
+class FoundStitches:
+    """Stitches that were found on a surface."""
+
+    fabric: StitchMesh
+    """The stitches, before patterns."""
+    given: TriangleSurface
+    """The triangles of the mesh."""
+    surface: TriangleSurface
+    """The same triangles without features finer than a stitch, for mesh relaxation."""
+
+
+def found_stage(name: str, key: str) -> Stage[FoundStitches]:
+    """Return a stage whose result is stitches that were found on a surface."""
+    return Stage(name, key, _write_found, _read_found)
 
 
 def fabric_stage(name: str, key: str) -> Stage[StitchMesh]:
@@ -53,6 +74,18 @@ def quality_stage(name: str, key: str) -> Stage[Quality]:
     """Return a stage whose result is a quality."""
     return Stage(name, key, lambda folder, quality: write_json(folder / PLAN, asdict(quality)),
                  lambda folder, report: check_table(read_json(folder / PLAN), Quality))  # fmt: skip
+
+
+def _write_found(folder: Path, found: FoundStitches) -> None:
+    write_stitches(folder / STITCHES, found.fabric)
+    write_dataclass(folder / GIVEN, found.given, SURFACE_FORMAT)
+    write_dataclass(folder / SURFACE, found.surface, SURFACE_FORMAT)
+
+
+def _read_found(folder: Path, report: dict[str, Any]) -> FoundStitches:
+    _entry(report, "shape")
+    given, surface = (read_dataclass(folder / name, TriangleSurface, SURFACE_FORMAT) for name in (GIVEN, SURFACE))
+    return FoundStitches(read_stitches(folder / STITCHES), given, surface)
 
 
 def _write_relaxation(folder: Path, relaxed: Relaxation | Swatch) -> None:

@@ -137,7 +137,7 @@ def estimate_garment(
         labeled, stitch_width=stitch_width, stitch_height=stitch_height, counts=counts, marked=marked
     )
     chosen = quality_named(quality)
-    points = _control_points(planned, chosen)
+    points = control_points(planned.total, planned.bind_off, planned.shaped, chosen)
     return GarmentEstimate(
         planned=planned,
         yarn_length=_yarn_length(labeled, planned),
@@ -152,8 +152,16 @@ def estimate_garment(
     )
 
 
-def _control_points(planned: PlannedStitches, quality: Quality) -> int:
-    loops = planned.total + POINTS_PER_BIND_OFF * planned.bind_off + POINTS_PER_SHAPED_LOOP * planned.shaped
+def control_points(stitches: int, bind_off: int, shaped: int, quality: Quality) -> int:
+    """Return the number of control points of a garment of plain stitches, within a few percent.
+
+    Args:
+        stitches: number of stitches.
+        bind_off: number of loops that are bound off.
+        shaped: number of loops that are increased or decreased.
+        quality: the quality.
+    """
+    loops = stitches + POINTS_PER_BIND_OFF * bind_off + POINTS_PER_SHAPED_LOOP * shaped
     return round(quality.control_points_per_stitch * loops)
 
 
@@ -181,9 +189,15 @@ def _stages(stitches: int, points: int, iterations: float, quality: Quality, dev
     together = thread_count() ** GAIN_OF_THREADS if device == "cpu" else 1.0
     an_iteration = SECONDS_PER_ITERATION[device] + SECONDS_PER_POINT_ITERATION[device] * points * work / together
     seconds["yarnrelax"] = SECONDS_TO_START[device] + iterations * an_iteration
+    memory = stage_memory(stitches, points, quality)
+    return {name: StageCost(seconds=time, memory=memory[name]) for name, time in seconds.items()}
+
+
+def stage_memory(stitches: int, points: int, quality: Quality) -> dict[str, float]:
+    """Return the largest memory of the program in each stage [bytes]."""
     memory = {name: size * stitches for name, size in BYTES_PER_STITCH.items()}
     memory |= {"yarngen": BYTES_PER_POINT["yarngen"] * points, "yarnrelax": bytes_per_point(quality) * points}
-    return {name: StageCost(seconds=time, memory=BASE_MEMORY + memory[name]) for name, time in seconds.items()}
+    return {name: BASE_MEMORY + own for name, own in memory.items()}
 
 
 def bytes_per_point(quality: Quality) -> float:

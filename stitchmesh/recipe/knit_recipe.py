@@ -49,8 +49,10 @@ def knit_recipe(
     """
     options = recipe_options(recipe)
     options = replace(options, relaxation=replace(options.relaxation, checkpoint=checkpoint, resume=resume))
-    mesh = recipe.label.read_mesh(recipe.mesh, recipe.unit)
-    made = knit(mesh, folder, options, budget=budget, progress=progress, seconds_after=seconds_after)
+    mesh, repair = recipe.read_mesh()
+    made = knit(
+        mesh, folder, options, budget=budget, repair=repair, progress=progress, seconds_after=seconds_after
+    )  # fmt: skip
     write_recipe(Path(folder) / RECIPE_FILE, recipe if budget is None else _as_made(recipe, made.report))
     return made
 

@@ -9,6 +9,7 @@ pipeline.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from stitchmesh.editing.edit import Edit
 from stitchmesh.editing.on_selection import ON
@@ -26,6 +27,7 @@ from stitchmesh.recipe.sections import (
     MaterialSection,
     PhysicsSection,
     RestLengthsSection,
+    RowsSection,
     SolverSection,
     StitchesSection,
 )
@@ -33,6 +35,10 @@ from stitchmesh.selection import parse_selection
 from stitchmesh.tessellate import STITCH_WIDTH
 from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
 from stitchmesh.yarngen import YarnFinish
+
+if TYPE_CHECKING:
+    from stitchmesh.mesh import Mesh
+    from stitchmesh.mesh.repair import RepairAction
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,6 +108,7 @@ class Recipe:
     """Edits that are applied one after another, after the patterns."""
     colours: tuple[RecipeColour, ...] = ()
     """Colours of parts of the garment, set one after another, after the edits."""
+    rows: RowsSection = field(default_factory=RowsSection)
     label: LabelSection = field(default_factory=LabelSection)
     stitches: StitchesSection = field(default_factory=StitchesSection)
     mesh_relaxation: MeshRelaxOptions = field(default_factory=MeshRelaxOptions)
@@ -122,6 +129,23 @@ class Recipe:
             self.yarn, self.gauge, stitch_width=self.stitch_width, stitch_height=self.stitches.course_height,
             yarn_radius=self.yarn_radius, drawn_radius=self.drawn_radius,
         )  # fmt: skip
+
+    def read_mesh(self) -> tuple[Mesh, tuple[RepairAction, ...] | None]:
+        """Read the mesh; if rows are found on it, make a valid mesh of polygons of any kind.
+
+        Returns:
+            The mesh, and what the repair has changed; None if the mesh is not repaired.
+
+        Raises:
+            StitchMeshError: as for ``read_mesh`` or ``read_repaired_mesh``.
+        """
+        if not self.rows.auto:
+            return self.label.read_mesh(self.mesh, self.unit), None
+        from stitchmesh.io.meshes import read_repaired_mesh
+        from stitchmesh.mesh.orientation import turn_inside_out
+
+        repaired = read_repaired_mesh(self.mesh, unit=self.unit)
+        return turn_inside_out(repaired.mesh) if self.label.turn_inside_out else repaired.mesh, repaired.actions
 
 
 def recipe_options(recipe: Recipe) -> KnitOptions:
@@ -147,6 +171,7 @@ def recipe_options(recipe: Recipe) -> KnitOptions:
         borders=recipe.label.start_borders,
         seeds=recipe.label.start_edges,
         flip=recipe.label.flip,
+        shaping=recipe.rows.options(),
         palette=palette,
         patterns=tuple(_region(part, number) for number, part in enumerate(recipe.patterns)),
         edits=(*recipe.edits, *stripes),

@@ -7,11 +7,15 @@ The names of the fields are the keys of the file.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Literal
 
+from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.quality import Quality, Solver, quality_named, quality_with
+from stitchmesh.shaping.marks import TimeMark
+from stitchmesh.shaping.options import UP, ShapingOptions
 from stitchmesh.yarn.rest_length import RestLengths, parse_rest_lengths
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, parse_stiffnesses
 
@@ -45,6 +49,77 @@ class LabelSection:
 
         mesh = read_mesh(path, unit=unit)
         return turn_inside_out(mesh) if self.turn_inside_out else mesh
+
+
+@dataclass(frozen=True, kw_only=True)
+class MarkTable:
+    """A mark on the surface: where knitting begins or ends, or a line along which a row runs."""
+
+    kind: Literal["border", "stroke", "point"]
+    """The border nearest to the first point, a line through all points, or a tip at the first point."""
+    points: tuple[tuple[float, float, float], ...]
+    """Points on the surface [cm]."""
+    role: Literal["begin", "end", "row", "side"] = "row"
+    """Whether knitting begins or ends here, a row runs here, or rows end at this border."""
+    time: float | None = None
+    """Distance along the fabric from where knitting begins [cm]."""
+
+    def time_mark(self) -> TimeMark:
+        """Return the mark as the library holds it.
+
+        Raises:
+            ParameterError: as for ``TimeMark``.
+        """
+        return TimeMark(self.kind, self.points, self.role, self.time)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RowsSection:
+    """Rows that are found on a mesh of any kind, in the place of the labeled rows of a modelled mesh.
+
+    Raises:
+        ParameterError: another key is given without ``auto``, or as for ``ShapingOptions``.
+    """
+
+    auto: bool = False
+    """Whether rows are found; the mesh is repaired first."""
+    up: tuple[float, float, float] = UP
+    """Direction in which the garment is knitted where nothing else decides."""
+    multiple: int = 1
+    """Number that the stitches of each round are a multiple of."""
+    short_rows: bool = False
+    """Whether the yarn turns back and comes again where rows are far too high."""
+    marks: tuple[MarkTable, ...] = ()
+    """Where knitting begins and ends, and lines along which rows run."""
+
+    def __post_init__(self) -> None:
+        for part in fields(self) if not self.auto else ():
+            if getattr(self, part.name) != part.default:
+                raise ParameterError(f"{part.name}: is for rows that are found; give auto (--auto) too")
+        self.options()
+
+    def options(self) -> ShapingOptions | None:
+        """Return how rows are found; None if the rows of the mesh are labeled."""
+        if not self.auto:
+            return None
+        return ShapingOptions(
+            up=self.up, multiple=self.multiple, short_rows=self.short_rows, marks=time_marks(self.marks)
+        )
+
+
+def time_marks(marks: Sequence[MarkTable]) -> tuple[TimeMark, ...]:
+    """Return marks as the library holds them.
+
+    Raises:
+        ParameterError: as for ``TimeMark``; the message has the number of the mark.
+    """
+    found = []
+    for number, mark in enumerate(marks):
+        try:
+            found.append(mark.time_mark())
+        except ParameterError as error:
+            raise ParameterError(f"marks[{number}]: {str(error).removeprefix('mark: ')}") from error
+    return tuple(found)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -20,6 +20,7 @@ from stitchmesh.render.colouring import COLOUR_BY, one_colour
 from stitchmesh.render.fabric_pictures import render_faces, render_mesh, render_rows, render_stitches, render_stretch
 from stitchmesh.render.options import PictureOptions
 from stitchmesh.render.picture import render_yarns
+from stitchmesh.render.shaping_picture import render_irregular
 from stitchmesh.render.swatch_picture import DEFAULT_TILES, render_swatch
 from stitchmesh.selection import select
 from stitchmesh.yarn import YarnSet
@@ -32,6 +33,7 @@ FABRIC_PICTURES: dict[str, Callable[..., None]] = {
     "stitch": render_stitches,
     "strain": render_stretch,
     "stretch": render_stretch,
+    "irregular": render_irregular,
 }
 """The pictures of a stitch mesh, by what decides their colours."""
 

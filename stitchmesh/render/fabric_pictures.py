@@ -50,7 +50,7 @@ def render_mesh(mesh: Mesh, path: FilePath, options: PictureOptions = DEFAULTS) 
         add_faces(plotter, mesh, np.tile(np.array(stitch_colour(Stitch.KNIT), dtype=np.uint8), (mesh.face_count, 1)))
         if mesh.face_count <= MOST_LINES:
             add_edges(plotter, mesh, np.ones(mesh.side_count, dtype=bool), 2.0, 0.6)
-        _look_at(plotter, mesh, options, 0.0)
+        look_at_mesh(plotter, mesh, options, 0.0)
 
 
 def render_rows(fabric: StitchMesh, path: FilePath, options: PictureOptions = DEFAULTS) -> None:
@@ -68,7 +68,7 @@ def render_rows(fabric: StitchMesh, path: FilePath, options: PictureOptions = DE
             add_edges(plotter, fabric, fabric.is_wale, 1.5, 0.35)
             add_edges(plotter, fabric, ~fabric.is_wale, 4.0, 0.9)
             add_wale_arrows(plotter, fabric)
-        _look_at(plotter, fabric, options, 0.0)
+        look_at_mesh(plotter, fabric, options, 0.0)
 
 
 def render_stitches(fabric: StitchMesh, path: FilePath, options: PictureOptions = DEFAULTS) -> None:
@@ -89,7 +89,7 @@ def render_stitches(fabric: StitchMesh, path: FilePath, options: PictureOptions 
         add_faces(plotter, fabric, blend_colours(own, stitch_colours(fabric.stitch, fabric.row), options.blend))
         if fabric.face_count <= MOST_LINES:
             add_edges(plotter, fabric, np.ones(fabric.side_count, dtype=bool), 1.0, 0.35)
-        _look_at(plotter, fabric, options, 1 - KEY_LEFT)
+        look_at_mesh(plotter, fabric, options, 1 - KEY_LEFT)
 
 
 def render_stretch(fabric: StitchMesh, path: FilePath, options: PictureOptions = DEFAULTS) -> None:
@@ -117,7 +117,7 @@ def render_stretch(fabric: StitchMesh, path: FilePath, options: PictureOptions =
         )  # fmt: skip
         if fabric.face_count <= MOST_LINES:
             add_edges(plotter, fabric, np.ones(fabric.side_count, dtype=bool), 1.0, 0.25)
-        _look_at(plotter, fabric, options, 1 - KEY_LEFT)
+        look_at_mesh(plotter, fabric, options, 1 - KEY_LEFT)
 
 
 def render_faces(fabric: Mesh, path: FilePath, options: PictureOptions = DEFAULTS) -> None:
@@ -132,7 +132,7 @@ def render_faces(fabric: Mesh, path: FilePath, options: PictureOptions = DEFAULT
         add_faces(plotter, fabric, _face_colours(fabric, options.colour or "yarn"))
         if fabric.face_count <= MOST_LINES:
             add_edges(plotter, fabric, np.ones(fabric.side_count, dtype=bool), 1.0, 0.35)
-        _look_at(plotter, fabric, options, 0.0)
+        look_at_mesh(plotter, fabric, options, 0.0)
 
 
 def _face_colours(fabric: Mesh, colour: str) -> NDArray[np.uint8]:
@@ -141,7 +141,7 @@ def _face_colours(fabric: Mesh, colour: str) -> NDArray[np.uint8]:
     return np.tile(one_colour(colour), (fabric.face_count, 1))
 
 
-def _look_at(plotter: pyvista.Plotter, mesh: Mesh, options: PictureOptions, kept_free: float) -> None:
+def look_at_mesh(plotter: pyvista.Plotter, mesh: Mesh, options: PictureOptions, kept_free: float) -> None:
     """Show the whole mesh or a place of it, and leave the part ``kept_free`` of the width free on the right."""
     points = mesh.corner_position
     towards, up = view_directions(points, options.view or FRONT)

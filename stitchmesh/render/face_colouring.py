@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Colours of the faces of meshes: by yarn, row, stitch or stretch, or one colour."""
+"""Colours of the faces of meshes: by yarn, row, stitch, stretch or irregular stitches, or one colour."""
 
 from __future__ import annotations
 
@@ -8,15 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.mesh.palette import colours_of
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.render.colour_scale import diverging_scale
 from stitchmesh.render.colouring import LEAST_STRAIN, Coloured, one_colour, stitch_key
-from stitchmesh.render.palette import stitch_colours
+from stitchmesh.render.lettering import Colour
+from stitchmesh.render.palette import stitch_colour, stitch_colours
+from stitchmesh.shaping.report import irregular_faces
 from stitchmesh.yarn.colours import row_colours
 
-FACE_COLOUR_BY = ("stitch", "row", "yarn", "stretch")
+FACE_COLOUR_BY = ("stitch", "row", "yarn", "stretch", "irregular")
 """What can decide the colours of the faces of a stitch mesh, besides one colour."""
+IRREGULAR: dict[str, Colour] = {"increases": (240, 176, 24), "decreases": (24, 138, 92), "turns": (110, 44, 140)}
+"""Colours of stitches that change the number of loops, and of those at turns of short rows, sRGB."""
 
 
 def colour_faces(mesh: Mesh, colour: str) -> Coloured:
@@ -39,15 +44,30 @@ def colour_faces(mesh: Mesh, colour: str) -> Coloured:
         return Coloured(row_colours(mesh.row))
     if colour == "yarn":
         return Coloured(colours_of(mesh.yarn, mesh.palette))
-    return _by_stretch(mesh)
-
-
-def _by_stretch(mesh: StitchMesh) -> Coloured:
+    if colour == "irregular":
+        return _by_irregularity(mesh)
     if mesh.face_stretch is None:
         raise ParameterError("stretch: the stitch mesh has none; relax the mesh first")
-    values = mesh.face_stretch - 1.0
+    return _by_stretch(mesh.face_stretch - 1.0, "stretch")
+
+
+def _by_stretch(values: FloatArray, name: str) -> Coloured:
     scale = diverging_scale(values, LEAST_STRAIN)
-    return Coloured(scale.of(values), scale.key(lambda mark: f"{100 * mark:+.1f} % stretch"), scale)
+    return Coloured(scale.of(values), scale.key(lambda mark: f"{100 * mark:+.1f} % {name}"), scale)
+
+
+def _by_irregularity(mesh: StitchMesh) -> Coloured:
+    """Colour irregular stitches, and all others by their stretch from the mean, if the mesh is relaxed."""
+    ground = Coloured(_everywhere(mesh, np.array(stitch_colour(Stitch.KNIT), dtype=np.uint8)))
+    if mesh.face_stretch is not None:
+        ground = _by_stretch(mesh.face_stretch / mesh.face_stretch.mean() - 1.0, "from mean stretch")
+    irregular = irregular_faces(mesh)
+    more, fewer = mesh.n_top > mesh.n_bottom, mesh.n_top < mesh.n_bottom
+    colours, key = ground.points.copy(), []
+    for (name, colour), chosen in zip(IRREGULAR.items(), (more, fewer, irregular & ~(more | fewer)), strict=True):
+        colours[chosen] = colour
+        key += [(f"{name}  {chosen.sum()}", colour)] if chosen.any() else []
+    return Coloured(colours, (*key, *ground.key), ground.scale)
 
 
 def _everywhere(mesh: Mesh, colour: NDArray[np.uint8]) -> NDArray[np.uint8]:

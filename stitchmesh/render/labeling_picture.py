@@ -11,8 +11,7 @@ import numpy as np
 from stitchmesh.io.contents import FilePath
 from stitchmesh.labeling import PartialLabeling
 from stitchmesh.labeling.growth import COURSE
-from stitchmesh.mesh import FloatArray, IntArray, Mesh
-from stitchmesh.render.camera import camera_around, picture_axes
+from stitchmesh.mesh import IntArray
 from stitchmesh.render.labeling_drawing import (
     FAULT_COLOUR,
     MISMATCH_COLOUR,
@@ -23,15 +22,13 @@ from stitchmesh.render.labeling_drawing import (
 )
 from stitchmesh.render.lettering import INK, Colour
 from stitchmesh.render.options import PictureOptions
-from stitchmesh.render.stage import KEY_LEFT, PAPER, WHOLE, Viewport, look, picture
-from stitchmesh.render.surface import add_faces, lifted_corners
-from stitchmesh.render.view import FLAT, view_directions
+from stitchmesh.render.stage import picture
+from stitchmesh.render.surface import add_faces, add_lines
+from stitchmesh.render.two_views import two_views
 
 if TYPE_CHECKING:
     import pyvista
 
-PANELS = KEY_LEFT - 0.01
-"""Width of the views, divided by the width of the picture; the legend is beside them."""
 SIZE = (1600, 1000)
 """Default width and height of the picture [pixels]."""
 
@@ -56,32 +53,14 @@ def render_labeling(
     """
     mesh, at_fault = labeling.mesh, faces_at_fault(labeling)
     mismatched = labeling.mismatched_sides()
-    towards, up = view_directions(mesh.corner_position)
-    extent = np.sort(np.ptp(mesh.corner_position, axis=0))
-    views = [towards, -towards] if back and extent[0] > FLAT * extent[1] else [towards]
-    panels = _panels(mesh, towards, up, size, len(views))
-    aspect = size[0] * (panels[0][2] - panels[0][0]) / (size[1] * (panels[0][3] - panels[0][1]))
+    views = two_views(mesh.corner_position, size, back=back)
     key = _key(labeling, at_fault, mismatched)
     options, caption = PictureOptions(size=size), _caption(labeling, at_fault)
-    with picture(path, options, panels=(WHOLE, *panels), caption=caption, key=key) as plotter:
-        plotter.set_background(PAPER)  # One colour, so that the panels have no visible borders.
-        for number, direction in enumerate(views, start=1):
-            plotter.subplot(0, number)
+    with picture(path, options, panels=views.panels, caption=caption, key=key) as plotter:
+        for _ in views.shown(plotter):
             add_faces(plotter, mesh, labeling_colours(labeling, at_fault))
             _add_edges(plotter, labeling, mismatched)
             _add_arrows(plotter, labeling)
-            look(plotter, camera_around(mesh.corner_position, direction, up, aspect))
-
-
-def _panels(mesh: Mesh, towards: FloatArray, up: FloatArray, size: tuple[int, int], count: int) -> tuple[Viewport, ...]:
-    """The panels of one or two views: one beside the other, or one above the other if the mesh is larger then."""
-    if count == 1:
-        return ((0.0, 0.0, PANELS, 1.0),)
-    width, height, _ = np.ptp(mesh.corner_position @ picture_axes(towards, up), axis=0)
-    free = PANELS * size[0] / width, size[1] / height  # Pixels per cm for one view in the whole free part.
-    if min(free[0] / 2, free[1]) > min(free[0], free[1] / 2):
-        return (0.0, 0.0, PANELS / 2, 1.0), (PANELS / 2, 0.0, PANELS, 1.0)
-    return (0.0, 0.5, PANELS, 1.0), (0.0, 0.0, PANELS, 0.5)
 
 
 def _caption(labeling: PartialLabeling, at_fault: IntArray) -> str:
@@ -102,25 +81,9 @@ def _key(labeling: PartialLabeling, at_fault: IntArray, mismatched: IntArray) ->
 def _add_edges(plotter: pyvista.Plotter, labeling: PartialLabeling, mismatched: IntArray) -> None:
     """Add all edges as thin lines, course edges as thick lines, and the seams that do not match in their colour."""
     mesh = labeling.mesh
-    _add_lines(plotter, mesh, mesh.edge_side, INK, 1.0, 0.3)
-    _add_lines(plotter, mesh, mesh.edge_side[labeling.edge_label == COURSE], INK, 3.5, 0.9)
-    _add_lines(plotter, mesh, mismatched, MISMATCH_COLOUR, 9.0, 1.0)
-
-
-def _add_lines(
-    plotter: pyvista.Plotter, mesh: Mesh, sides: IntArray, colour: str | Colour, width: float, opacity: float
-) -> None:
-    """Add sides as lines of a width [pixels of the window]."""
-    import pyvista
-
-    if not len(sides):
-        return
-    corners = np.stack([sides, mesh.side_next[sides]], axis=1)
-    lines = np.insert(np.arange(2 * len(sides)), np.arange(0, 2 * len(sides), 2), 2)
-    points = lifted_corners(mesh)[corners.ravel()].astype(np.float32)
-    plotter.add_mesh(
-        pyvista.PolyData(points, lines=lines), color=colour, line_width=width, opacity=opacity, lighting=False
-    )
+    add_lines(plotter, mesh, mesh.edge_side, INK, 1.0, 0.3)
+    add_lines(plotter, mesh, mesh.edge_side[labeling.edge_label == COURSE], INK, 3.5, 0.9)
+    add_lines(plotter, mesh, mismatched, MISMATCH_COLOUR, 9.0, 1.0)
 
 
 def _add_arrows(plotter: pyvista.Plotter, labeling: PartialLabeling) -> None:

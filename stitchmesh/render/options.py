@@ -51,7 +51,7 @@ class PictureOptions:
     """Whether a picture of whole yarns from the front also has a close-up of some stitches."""
     colour: str | None = None
     """``yarn``, ``row``, ``stitch``, ``strain``, ``stretch``, ``contact``, ``distance``, ``body-distance``, or one
-    colour; yarns have their own colours by default."""
+    colour; of a stitch mesh also ``irregular``. Yarns have their own colours by default."""
     blend: float = 1.0
     """Weight of the colours of rows or stitches over those of the yarns, from 0 to 1."""
     background: str | None = None

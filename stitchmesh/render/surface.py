@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.mesh import BORDER, FloatArray, Mesh, StitchMesh
-from stitchmesh.render.lettering import INK
+from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
+from stitchmesh.render.lettering import INK, Colour
 
 if TYPE_CHECKING:
     import pyvista
@@ -48,18 +48,33 @@ def add_edges(plotter: pyvista.Plotter, mesh: Mesh, sides: NDArray[np.bool_], wi
         width: width of the lines [pixels of the window].
         opacity: opacity of the lines, from 0 to 1.
     """
+    chosen = np.flatnonzero(sides & ((mesh.twin == BORDER) | (np.arange(mesh.side_count) < mesh.twin)))
+    add_lines(plotter, mesh, chosen, INK, width, opacity)
+
+
+def add_lines(
+    plotter: pyvista.Plotter, mesh: Mesh, sides: IntArray, colour: str | Colour, width: float, opacity: float
+) -> None:
+    """Add sides as lines.
+
+    Args:
+        plotter: the plotter.
+        mesh: the mesh.
+        sides: the sides, shape (n,).
+        colour: colour of the lines, a text or sRGB.
+        width: width of the lines [pixels of the window].
+        opacity: opacity of the lines, from 0 to 1.
+    """
     import pyvista
 
-    chosen = np.flatnonzero(sides & ((mesh.twin == BORDER) | (np.arange(mesh.side_count) < mesh.twin)))
-    if not len(chosen):
+    if not len(sides):
         return
-    corners = np.stack([chosen, mesh.side_next[chosen]], axis=1)
-    lines = np.insert(np.arange(2 * len(chosen)), np.arange(0, 2 * len(chosen), 2), 2)
-    points = lifted_corners(mesh)[corners.ravel()]
+    corners = np.stack([sides, mesh.side_next[sides]], axis=1)
+    lines = np.insert(np.arange(2 * len(sides)), np.arange(0, 2 * len(sides), 2), 2)
+    points = lifted_corners(mesh)[corners.ravel()].astype(np.float32)
     plotter.add_mesh(
-        pyvista.PolyData(points.astype(np.float32), lines=lines),
-        color=INK, line_width=width, opacity=opacity, lighting=False,
-    )  # fmt: skip
+        pyvista.PolyData(points, lines=lines), color=colour, line_width=width, opacity=opacity, lighting=False
+    )
 
 
 def add_wale_arrows(plotter: pyvista.Plotter, fabric: StitchMesh) -> None:

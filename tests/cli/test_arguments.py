@@ -118,8 +118,23 @@ def test_a_period_is_two_sizes_or_free(words, period):
 
 
 @pytest.mark.parametrize(
+    ("words", "up"),
+    [
+        (["--up", "z"], (0.0, 0.0, 1.0)),
+        (["--up=-X"], (-1.0, 0.0, 0.0)),
+        (["--up", "0,1,-0.5"], (0.0, 1.0, -0.5)),
+        ([], (0.0, 1.0, 0.0)),
+    ],
+)
+def test_a_direction_is_an_axis_or_three_numbers(words, up):
+    assert parsed([*words_of("knit"), *words]).found_rows.up == up
+
+
+@pytest.mark.parametrize(
     ("words", "message"),
     [
+        (["knit", "a.obj", "-o", "o", "--up", "w"], "--up: got 'w'; expected an axis such as y or -x, or three numbers"),
+        (["knit", "a.obj", "-o", "o", "--up", "0,1"], "--up: got '0,1'; expected an axis such as y or -x, or three"),
         (["knit", "a.obj", "-o", "o", "--stitch-width", "wide"], "--stitch-width: got 'wide'; expected a number"),
         (["knit", "a.obj", "-o", "o", "--max-iterations", "1.5"], "--max-iterations: got '1.5'; expected a whole"),
         (["knit", "a.obj", "-o", "o", "--gravity", "0", "down", "0"], "--gravity: got '0 down 0'; expected numbers"),

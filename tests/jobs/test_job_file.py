@@ -16,6 +16,7 @@ from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.jobs.job import Job, recipe_of
 from stitchmesh.jobs.job_file import example_job, job_of_table, read_job
 from stitchmesh.jobs.sections import (
+    AutoStitchesTable,
     GenerateYarnsTable,
     LabelTable,
     RelaxYarnsTable,
@@ -47,14 +48,15 @@ def test_a_new_file_has_the_defaults(source, job):
 
 def test_every_key_without_a_value_has_a_valid_example():
     """Without its # a line gives a value that the key accepts, except where two keys exclude each other."""
-    text = example_job("hat.obj").replace("# error", "#error").replace("\n# ", "\n").partition("\n\n")[2]
+    text = example_job("hat.obj").replace("# error", "#error").replace("# auto_stitches", "#auto_stitches")
+    text = text.replace("\n# ", "\n").partition("\n\n")[2]
     job = job_of_table(tomllib.loads(text), "job.toml")
     assert job.within == "8h" and job.tessellate.stitch_height == 0.6 and job.render[0].view == "back"
 
 
 @pytest.mark.parametrize(
     "table, function",
-    [(LabelTable, sm.label), (TessellateTable, sm.tessellate)],
+    [(LabelTable, sm.label), (TessellateTable, sm.tessellate), (AutoStitchesTable, sm.auto_stitches)],
 )
 def test_tables_have_the_arguments_of_their_function(table, function):
     assert names_of(table) <= set(inspect.signature(function).parameters)
@@ -92,6 +94,17 @@ def test_the_keys_of_a_job_reach_the_options_of_the_stages():
     assert options.quality.max_iterations == 7
 
 
+def test_the_keys_of_found_rows_reach_the_options_of_the_stages():
+    mark = {"kind": "border", "points": [[0, 0, 2]], "role": "begin"}
+    table = {"stitch_width": 1.2, "stitch_height": 0.9, "up": [1, 0, 0], "multiple": 3, "marks": [mark]}
+    recipe = recipe_of(job_of_table({"mesh": "hat.stl", "auto_stitches": table}, "job.toml"))
+    options = recipe_options(recipe)
+    assert options.shaping is not None and options.shaping == recipe.rows.options()
+    assert (options.stitch_width, options.stitch_height) == (1.2, 0.9)
+    assert (options.shaping.up, options.shaping.multiple) == ((1.0, 0.0, 0.0), 3)
+    assert [one.role for one in options.shaping.marks] == ["begin"]
+
+
 @pytest.mark.parametrize(
     "table, message",
     [
@@ -114,6 +127,11 @@ def test_the_keys_of_a_job_reach_the_options_of_the_stages():
         ({"mesh": "a.obj", "render": [{"view": "abvoe"}]}, "abvoe"),
         ({"mesh": "a.obj", "relax_yarns": {"checkpoint_every": 0}}, "relax_yarns.checkpoint_every: got 0"),
         ({"swatch": {"pattern": "rib2x2", "checkpoint_every": 0}}, "swatch.checkpoint_every: got 0; expected at least"),
+        ({"mesh": "a.obj", "auto_stitches": {"multipel": 2}}, "auto_stitches has no key 'multipel'; did you mean"),
+        ({"mesh": "a.obj", "auto_stitches": {"multiple": 0}}, "multiple: got 0; expected 1 or more stitches"),
+        ({"mesh": "a.obj", "auto_stitches": {}, "label": {"flip": [1]}},
+         "label: is no key of a job with auto_stitches, which finds rows itself; leave it out"),
+        ({"recipe": "b.toml", "auto_stitches": {}}, "auto_stitches: is no key of a job with a recipe; write it into"),
         ({"mesh": "a.obj", "apply_edit": [{"yarn": 1}]}, "apply_edit[0] needs 'edit'"),
     ],
 )  # fmt: skip

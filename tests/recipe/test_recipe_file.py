@@ -17,9 +17,11 @@ from stitchmesh.recipe.recipe import Recipe, RecipeColour, RecipePattern, recipe
 from stitchmesh.recipe.recipe_file import read_recipe, write_recipe
 from stitchmesh.recipe.sections import (
     LabelSection,
+    MarkTable,
     MaterialSection,
     PhysicsSection,
     RestLengthsSection,
+    RowsSection,
     SolverSection,
     StitchesSection,
 )
@@ -41,6 +43,13 @@ FULL = Recipe(
         Edit("paste_pattern", {"pattern": "charts/one.knit", "on": "front"}),
     ),
     colours=(RecipeColour(on="neck 4", colour="teal"), RecipeColour(on="cuffs", yarn=1)),
+    rows=RowsSection(
+        auto=True, up=(0.0, 0.0, 1.0), multiple=4, short_rows=True,
+        marks=(
+            MarkTable(kind="border", points=((0.0, 1.5, 2.0),), role="begin", time=0.0),
+            MarkTable(kind="stroke", points=((0.0, 4.0, 2.0), (0.1, 4.0, 2.0))),
+        ),
+    ),
     label=LabelSection(start_borders=((1, 2),), start_edges=((3, 4), (5, 6)), flip=(7,), turn_inside_out=True),
     stitches=StitchesSection(course_height=0.5, counts=("4,7=12",), marked=((5, 9),), edges="edges.txt"),
     mesh_relaxation=MeshRelaxOptions(aspect=0.8, alpha=0.7, area_force=False),
@@ -128,6 +137,17 @@ def test_texts_with_quotes_and_other_letters_are_written_whole(tmp_path):
         ("mesh = 'h.obj'\n[[edits]]\nedit = 'stripe'\nyarn = 1\non = 'hm 3'", "edits[0]: selection 'hm 3': 'hm' is"),
         ("mesh = 'h.obj'\nedits = 3", "edits: expected tables [[edits]]"),
         ("mesh = 'h.obj'\n[[colours]]\non = 'hem'", "colours: on 'hem': expected either a yarn number or a colour"),
+        ("mesh = 'h.obj'\n[rows]\nmultiple = 2", "multiple: is for rows that are found; give auto (--auto) too"),
+        ("mesh = 'h.obj'\n[rows]\nauto = true\nup = [0, 0]", "rows.up is [0, 0]"),
+        ("mesh = 'h.obj'\n[rows]\nauto = true\nup = [0, 0, nan]", "up: got (0.0, 0.0, nan)"),
+        (
+            "mesh = 'h.obj'\n[rows]\nauto = true\n[[rows.marks]]\nkind = 'point'",
+            "rows.marks[0] needs 'points'; got kind",
+        ),
+        (
+            "mesh = 'h.obj'\n[rows]\nauto = true\n[[rows.marks]]\nkind = 'point'\npoints = [[0, 0, inf]]",
+            "marks[0]: got points of shape (1, 3); expected finite points",
+        ),
         ("mesh = 'h.obj'\n[mesh_relaxation]\nalpha = 2", "alpha: got 2"),
         ("mesh = 'h.obj'\n[physics]\ngravity = [0, 1]", "physics.gravity is [0, 1]"),
         ("mesh = 'h.obj'\n[solver]\nmethod = 'quick'", 'solver.method is "quick"'),
@@ -167,12 +187,24 @@ def test_a_file_that_is_no_recipe_is_refused_in_one_line(tmp_path, text, message
         ({"material": MaterialSection(name="wool")}, "wool"),
         ({"rest_lengths": RestLengthsSection(factors=("zz=1",))}, "rest length zz: unknown stitch"),
         ({"stitches": StitchesSection(edges="none.txt")}, "none.txt: there is no such file"),
+        (
+            {"rows": RowsSection(auto=True), "label": LabelSection(flip=(3,))},
+            "flip: names edges or faces of a labeled mesh, but rows are found without one (--auto); leave one of",
+        ),
     ],
 )
 def test_a_name_or_a_number_of_a_recipe_that_is_not_accepted_is_named(change, message):
     with pytest.raises(StitchMeshError) as refused:
         recipe_options(Recipe(mesh="hat.obj", **change))
     assert message in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_found_rows_reach_the_options_of_the_stages():
+    shaping = recipe_options(Recipe(mesh="hat.obj", rows=FULL.rows)).shaping
+    assert shaping is not None and (shaping.up, shaping.multiple, shaping.short_rows) == ((0.0, 0.0, 1.0), 4, True)
+    assert [(mark.kind, mark.role, mark.time) for mark in shaping.marks] == [
+        ("border", "begin", 0.0), ("stroke", "row", None),
+    ]  # fmt: skip
 
 
 def test_a_colour_that_the_palette_has_is_its_number_and_another_is_added():

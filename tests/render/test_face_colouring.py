@@ -9,11 +9,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.errors import ParameterError
+from stitchmesh.labeling import label
 from stitchmesh.mesh.palette import make_palette
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.render.colour_scale import DIVERGING
-from stitchmesh.render.face_colouring import FACE_COLOUR_BY, colour_faces
+from stitchmesh.render.face_colouring import FACE_COLOUR_BY, IRREGULAR, colour_faces
 from stitchmesh.render.palette import stitch_colour
+from stitchmesh.shaping.report import irregular_faces
+from stitchmesh.tessellate import tessellate
+from tests.gallery import tube
 from tests.render.test_pictures import fabric
 from tests.yarnrelax.test_contact_load import floor
 
@@ -41,6 +47,24 @@ def test_a_compressed_fabric_is_blue():
     cloth = replace(fabric(), stretch=np.full(int(fabric().side_edge.max()) + 1, 0.9))
     coloured = colour_faces(cloth, "stretch")
     assert (coloured.points == DIVERGING[0]).all() and coloured.key[-1][0] == "-10.0 % stretch"
+
+
+def test_irregular_stitches_have_their_colours_and_the_others_that_of_their_stretch_from_the_mean():
+    narrow = tessellate(label(tube(8, 3, radius=3.0, top_radius=1.5)), stitch_width=0.6)
+    plain = (narrow.row == 1) & (narrow.n_top == narrow.n_bottom)
+    cloth = apply_edit(narrow, Edit("short_rows", {"faces": np.flatnonzero(plain)[:4].tolist()})).fabric
+    coloured = colour_faces(cloth, "irregular")
+    fewer, turned = cloth.n_top < cloth.n_bottom, irregular_faces(cloth) & (cloth.n_top == cloth.n_bottom)
+    assert fewer.any() and turned.any()
+    assert (coloured.points[fewer] == IRREGULAR["decreases"]).all()
+    assert (coloured.points[turned] == IRREGULAR["turns"]).all()
+    assert (coloured.points[~(fewer | turned)] == stitch_colour(Stitch.KNIT)).all()
+    assert coloured.key == (
+        (f"decreases  {fewer.sum()}", IRREGULAR["decreases"]), (f"turns  {turned.sum()}", IRREGULAR["turns"]),
+    )  # fmt: skip
+    even = replace(fabric(), stretch=np.full(int(fabric().side_edge.max()) + 1, 1.2))
+    pale = colour_faces(even, "irregular").points  # No stitch differs from the mean; the table has an even length.
+    np.testing.assert_allclose(pale, np.broadcast_to(DIVERGING[2], pale.shape), atol=1)
 
 
 @pytest.mark.parametrize(

@@ -52,14 +52,14 @@ def test_a_flat_piece_is_knitted_to_and_fro_from_its_lower_side():
 
 @pytest.mark.decides
 @pytest.mark.parametrize(
-    ("name", "width", "tips"),
-    [("hat", 1.6, 0), ("sock", 1.4, 0), ("tea_cozy", 1.4, 0), ("sweater", 3.0, 0), ("sheep", 3.0, 0), ("dress", 1.6, 0)],
+    ("name", "width"),
+    [("hat", 1.6), ("sock", 1.4), ("tea_cozy", 1.4), ("sweater", 3.0), ("sheep", 3.0), ("dress", 1.6)],
 )
-def test_triangulated_garments_keep_their_topology(name, width, tips):
+def test_triangulated_garments_keep_their_topology(name, width):
     mesh = garment(name)
     fabric = sm.auto_stitches(mesh, stitch_width=width)
-    assert euler(fabric) == euler(mesh) - tips
-    assert len(fabric.boundary_loops) == len(mesh.boundary_loops) + tips
+    assert euler(fabric) == euler(mesh)
+    assert len(fabric.boundary_loops) == len(mesh.boundary_loops)
     assert max(fabric.n_bottom.max(), fabric.n_top.max()) <= 3 and fabric.n_bottom.min() >= 1
 
 
@@ -123,7 +123,7 @@ def test_loops_hold_one_another_as_their_stitches_say(name, width):
 
 def test_parts_are_knitted_one_after_another():
     near, far = (in_triangles(tube(16, 4, radius=2.0)) for _ in range(2))
-    vertices = np.concatenate([near.vertices, far.vertices + [10.0, 0.0, 0.0]])
+    vertices = np.concatenate([near.vertices, far.vertices + np.array([10.0, 0.0, 0.0])])
     faces = np.concatenate([near.face_vertex, far.face_vertex + len(near.vertices)]).reshape(-1, 3)
     both = sm.auto_stitches(Mesh.from_polygons(vertices, faces.tolist()), stitch_width=0.6)
     alone = sm.auto_stitches(near, stitch_width=0.6)

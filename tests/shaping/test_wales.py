@@ -71,5 +71,6 @@ def test_a_course_is_cut_where_rows_end_at_a_slit():
 def test_single_edges_are_given_to_the_limb_around_them():
     x = np.arange(12.0)
     points = np.stack([x, np.zeros(12), np.zeros(12)], axis=1)
-    lines = [points[:6] + [0, 1, 0], np.concatenate([points[6:] + [0, 1, 0], [[2.0, 0.1, 0.0]]])]
+    beside = points + np.array([0.0, 1.0, 0.0])
+    lines = [beside[:6], np.concatenate([beside[6:], [[2.0, 0.1, 0.0]]])]
     assert owners(points, lines, closed=False).tolist() == [0] * 6 + [1] * 6

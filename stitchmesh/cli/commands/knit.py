@@ -7,7 +7,7 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 from tyro.conf import Positional, UseAppendAction
 
@@ -20,11 +20,12 @@ from stitchmesh.cli.budget_options import (
     exit_status,
     time_after,
 )
-from stitchmesh.cli.labeling_faults import faults_drawn
+from stitchmesh.cli.labeling_faults import REMEDY, faults_drawn
 from stitchmesh.cli.options import (
     DRAWN_RADIUS,
     GENERATED_RADIUS,
     Device,
+    FoundRows,
     MaterialOptions,
     MeshRelaxation,
     MorePhysics,
@@ -56,9 +57,13 @@ from stitchmesh.yarngen.finish import YarnFinish
 
 if TYPE_CHECKING:
     from stitchmesh.budget.budget import Budget
+    from stitchmesh.pipeline import Knitted
+    from stitchmesh.progress import Progress
     from stitchmesh.recipe.recipe import Recipe, RecipePattern
 
 RECIPE_SUFFIX = ".toml"
+SHAPING_PICTURE = "shaping.png"
+"""Name of the picture of found rows."""
 
 
 @dataclass(frozen=True)
@@ -88,11 +93,12 @@ class Knit:
     threads: Threads = None
     budget: BudgetOptions = field(default_factory=BudgetOptions)
     no_picture: Flag = False
-    """do not write preview.png"""
+    """do not write preview.png and shaping.png"""
     json: AsJson = False
     yarn: YarnAndGauge = field(default_factory=YarnAndGauge)
     colours: YarnColours = field(default_factory=YarnColours)
     rows: Rows = field(default_factory=Rows)
+    found_rows: FoundRows = field(default_factory=FoundRows)
     stitches: StitchCounts = field(default_factory=StitchCounts)
     mesh_relaxation: MeshRelaxation = field(default_factory=MeshRelaxation)
     finish: YarnFinish = field(default_factory=YarnFinish)
@@ -110,27 +116,30 @@ class Knit:
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.recipe.knit_recipe import knit_recipe
 
-        recipe = self._recipe_of_file() if self.mesh.lower().endswith(RECIPE_SUFFIX) else self.recipe()
+        recipe = self._recipe_of_file() if self._is_recipe else self.recipe()
         checkpoint = self.solver.checkpoints(Path(self.output))
         after, draws = time_after(None if self.no_picture else START_OF_RENDERER, self.budget.within)
         seconds_after = picture_seconds if draws else None
         budget = self._budget(recipe, after)
-        with output_folder(self.output) as folder, show_progress() as progress, faults_drawn(folder):
+        remedy = f"write auto = true under [rows] into {self.mesh}" if self._is_recipe else REMEDY
+        with output_folder(self.output) as folder, show_progress() as progress, faults_drawn(folder, remedy):
             made = knit_recipe(recipe, folder, budget=budget, checkpoint=checkpoint, resume=self.solver.resume,
                                progress=progress, seconds_after=seconds_after)  # fmt: skip
             plot_history(made.history, folder, chosen_setting(made.report) or recipe.quality)
             drawn = False
             if draws:
-                progress("picture", 0.0, "preview.png")
-                from stitchmesh.render import render_yarns
-
-                drawn = draw_if_possible(lambda: render_yarns(made.yarns, folder / "preview.png"))
+                drawn = _draw(made, folder, progress)
             elif not self.no_picture:
                 print(NO_TIME_FOR_PICTURE, file=sys.stderr)
         yarn = None if recipe.yarn is None else Yarn.named(recipe.yarn)
         lines = knit_summary(made.fabric, made.yarns, made.report, yarn)
         print_result(made.report, [*lines, files_to_open(folder, drawn)], as_json=self.json)
         return exit_status(made.report["yarnrelax"])
+
+    @property
+    def _is_recipe(self) -> bool:
+        """Whether the file is a recipe."""
+        return self.mesh.lower().endswith(RECIPE_SUFFIX)
 
     def _budget(self, recipe: Recipe, after: float) -> Budget | None:
         """Return the budget, which chooses the quality unless the options or the recipe ask for one.
@@ -179,6 +188,7 @@ class Knit:
             spiral=self.spiral,
             palette=tuple(map(colour_text, self.colours.recoloured(empty_palette()))) if self.colours.colour else (),
             patterns=self._patterns(),
+            rows=self.found_rows.section(),
             label=self.rows.section(),
             stitches=self.stitches.section(),
             mesh_relaxation=self.mesh_relaxation.mesh_relax_options(),
@@ -199,3 +209,18 @@ class Knit:
         remainder = check_remainder(self.pattern_remainder)
         parts = zip(self.pattern, places, strict=True)
         return tuple(RecipePattern(pattern=name, on=on, remainder=remainder) for name, on in parts)
+
+
+def _draw(made: Knitted, folder: Path, progress: Progress) -> bool:
+    """Draw the yarns and, if rows were found, their shaping; returns whether this machine can draw."""
+    progress("picture", 0.0, "preview.png")
+    from stitchmesh.render import render_yarns
+
+    drawn = draw_if_possible(lambda: render_yarns(made.yarns, folder / "preview.png"))
+    if drawn and "shape" in made.report:
+        progress("picture", 0.5, SHAPING_PICTURE)
+        from stitchmesh.render.shaping_picture import render_shaping
+
+        path, figures = folder / SHAPING_PICTURE, cast(dict[str, Any], made.report["shape"])
+        drawn = draw_if_possible(lambda: render_shaping(made.fabric, path, figures))
+    return drawn

@@ -30,8 +30,8 @@ class Render:
     extent: Annotated[float | None, help_entry("CM", "about twelve stitches")] = None
     """width of the region of a close-up [cm]"""
     colour_by: Annotated[str | None, help_entry("WHAT", "the colours of the yarns; rows or stitches of a mesh")] = None
-    """yarn, row, stitch, strain, stretch, contact, distance or body-distance, or one colour: #rrggbb or a name such as
-    navy"""
+    """yarn, row, stitch, strain, stretch, contact, distance or body-distance, of a stitch mesh also irregular, or one
+    colour: #rrggbb or a name such as navy"""
     blend: Annotated[float, help_entry("X")] = 1.0
     """weight of the colours of rows or stitches over those of the yarns, 0 to 1"""
     stitches: Annotated[str | None, help_entry("FILE", "none")] = None

@@ -1,0 +1,241 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""`knit --auto`: rows on triangles without labels, what is written and said, and what is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stitchmesh.cli import main as cli
+from stitchmesh.io import read_mesh, read_stitches, write_mesh
+from stitchmesh.io.mesh_formats.stl import write_stl_polygons
+from stitchmesh.mesh import Mesh
+from stitchmesh.recipe.recipe_file import read_recipe
+from tests.gallery import moebius, odd_corner, torus, tube
+from tests.labeling.test_partial_labeling import triangulated
+
+SHORT = ["--auto", "--stitch-width", "1", "--quality", "draft", "--device", "cpu", "--max-iterations", "5"]
+"""Options with which a small tube is knitted in a moment; its yarns do not come to rest."""
+
+
+def cone() -> Mesh:
+    """A narrowing tube of triangles, so that rows differ in their stitches; its axis is y, from 0 to 4.5 cm."""
+    return triangulated(tube(8, 3, radius=2.0, height=1.5, top_radius=1.2))
+
+
+def written(path: Path, vertices: np.ndarray, faces: list[list[int]]) -> Path:
+    """Write polygons that need not be a mesh as an OBJ file."""
+    lines = [f"v {x} {y} {z}" for x, y, z in vertices] + ["f " + " ".join(str(v + 1) for v in face) for face in faces]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.fixture(scope="module")
+def cone_obj(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("meshes") / "cone.obj"
+    write_mesh(path, cone())
+    return path
+
+
+@pytest.fixture(scope="module")
+def knitted(tmp_path_factory, cone_obj) -> Path:
+    folder = tmp_path_factory.mktemp("knitted") / "out"
+    assert cli.main(["knit", str(cone_obj), *SHORT, "--multiple", "2", "-o", str(folder)]) == 0
+    return folder
+
+
+def knit(*words: object) -> None:
+    """Knit without a picture."""
+    assert cli.main(["knit", *map(str, words), *SHORT, "--no-picture"]) == 0
+
+
+def refused(capsys, *words: object) -> str:
+    """Run a command that must fail, and return its error message of one line."""
+    assert cli.main([str(word) for word in words]) == 2
+    printed = capsys.readouterr()
+    assert printed.err.count("\n") == 1 and "Traceback" not in printed.err
+    return printed.err
+
+
+def test_triangles_are_knitted_with_a_picture_of_their_shaping(knitted):
+    assert {path.name for path in knitted.iterdir()} == {
+        "stitches.h5", "yarns.h5", "yarns.bcc", "preview.png", "shaping.png", "report.json", "convergence.csv",
+        "convergence.png", "garment.toml",
+    }  # fmt: skip
+    report, fabric = json.loads((knitted / "report.json").read_text()), read_stitches(knitted / "stitches.h5")
+    assert report["repair"] == [] and not {"label", "tessellate"} & set(report)
+    shape = report["shape"]
+    assert (shape["stitches"], shape["rows"]) == (fabric.face_count, len(np.unique(fabric.row)))
+    assert shape["irregular"] == np.count_nonzero(fabric.n_top != fabric.n_bottom) > 0
+    assert (fabric.stretch is not None) and shape["rms_stretch"] > 0.0
+
+
+def test_the_stitches_of_each_round_are_a_multiple(knitted):
+    fabric = read_stitches(knitted / "stitches.h5")
+    assert all(np.sum(fabric.n_top[fabric.row == row]) % 2 == 0 for row in np.unique(fabric.row))
+
+
+def test_the_distances_of_the_report_are_those_of_the_relaxed_stitches(knitted, cone_obj):
+    from stitchmesh.shaping.report import distance_to_surface
+    from stitchmesh.shaping.triangle_surface import triangle_surface
+
+    fabric, shape = read_stitches(knitted / "stitches.h5"), json.loads((knitted / "report.json").read_text())["shape"]
+    distance = distance_to_surface(fabric.vertices, triangle_surface(read_mesh(cone_obj), 2.0))
+    assert shape["largest_distance"] == pytest.approx(distance.max(), abs=1e-4)  # rounded to four digits
+
+
+def test_the_recipe_that_knit_writes_knits_the_same_stitches(knitted, tmp_path):
+    rows = read_recipe(knitted / "garment.toml").rows
+    assert rows.auto and rows.multiple == 2
+    assert cli.main(["knit", str(knitted / "garment.toml"), "--no-picture", "-o", str(tmp_path / "again")]) == 0
+    assert (tmp_path / "again" / "yarns.h5").read_bytes() == (knitted / "yarns.h5").read_bytes()
+    assert read_recipe(tmp_path / "again" / "garment.toml").rows == rows
+
+
+def test_the_summary_says_how_the_stitches_fit(cone_obj, tmp_path, capsys):
+    knit(cone_obj, "-o", tmp_path / "out")
+    shape = json.loads((tmp_path / "out" / "report.json").read_text())["shape"]
+    surface, shaping, where = capsys.readouterr().out.splitlines()[3:]
+    assert surface == (
+        f"Surface: stitches are off by {shape['rms_distance']:.2g} stitch widths (rms), at most "
+        f"{shape['largest_distance']:.2g}; their stretch differs by {100 * shape['rms_stretch']:.2g} % (rms)."
+    )
+    assert shaping == (
+        f"Shaping: {shape['irregular_per_thousand']:.3g} irregular stitches in a thousand, 0 grafted edges, "
+        "0 short rows."
+    )
+    assert where.startswith("No picture was drawn")
+
+
+def test_what_the_repair_changes_is_printed_and_reported(tmp_path, capsys):
+    """The file has a face twice, and each triangle has vertices of its own."""
+    mesh = cone()
+    faces = mesh.face_vertex.reshape(-1, 3)
+    soup = np.arange(faces.size).reshape(-1, 3).tolist()
+    path = written(tmp_path / "soup.obj", mesh.vertices[faces.ravel()], [*soup, soup[4]])
+    knit(path, "-o", tmp_path / "out")
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Repair: ")]
+    entries = json.loads((tmp_path / "out" / "report.json").read_text())["repair"]
+    assert [entry["name"] for entry in entries] == ["duplicate faces", "welded vertices"]
+    assert lines == [f"Repair: {entry['text']}." for entry in entries]
+    assert lines[0] == "Repair: 1 face with the same vertices as another face was removed: face 48."
+
+
+def test_marks_decide_where_knitting_begins(cone_obj, tmp_path):
+    marks = [{"kind": "border", "points": [[0, 4.5, 1.2]], "role": "begin"}]
+    (tmp_path / "marks.json").write_text(json.dumps(marks))
+    knit(cone_obj, "--marks", tmp_path / "marks.json", "--up=0,-1,0", "-o", tmp_path / "out")
+    fabric = read_stitches(tmp_path / "out" / "stitches.h5")
+    height = [fabric.corner_position[fabric.side_face == face][:, 1].mean() for face in np.flatnonzero(fabric.row == 0)]
+    assert min(height) > 3.0  # the first row is at the upper border
+    rows = read_recipe(tmp_path / "out" / "garment.toml").rows
+    assert rows.up == (0.0, -1.0, 0.0) and [mark.role for mark in rows.marks] == ["begin"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--start-border", "0,1"], "start border: names edges or faces of a labeled mesh, but rows are found"),
+        (["--seed", "0,1"], "start edge: names edges"),
+        (["--flip", "3"], "flip: names edges"),
+        (["--count", "0,1=5"], "count: names edges"),
+        (["--mark", "0,1"], "mark: names edges"),
+        (["--multiple", "0"], "multiple: got 0; expected 1 or more stitches"),
+        (["--up", "0,0,0"], "up: got (0.0, 0.0, 0.0); expected three finite numbers that are not all zero"),
+        (["--stitch-width", "9"], "has room for"),
+        (["--stitch-width", "1e-4"], "stitches are made: choose a larger stitch"),
+        (["--stitch-width", "0"], "stitch width: got 0.0 cm; expected a positive number"),
+        (["--yarn-radius", "3"], "too thick"),
+        (["--marks", "none.json"], "none.json: there is no such file"),
+    ],
+)
+def test_a_bad_option_gives_a_message_of_one_line(cone_obj, tmp_path, capsys, words, message):
+    assert message in refused(capsys, "knit", cone_obj, *SHORT, *words, "-o", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("option", ["--multiple=2", "--up=z", "--short-rows"])
+def test_an_option_of_found_rows_needs_auto(cone_obj, tmp_path, capsys, option):
+    name = option.partition("=")[0].strip("-").replace("-", "_")
+    message = refused(capsys, "knit", cone_obj, option, "-o", tmp_path / "out")
+    assert f"{name}: is for rows that are found; give auto (--auto) too" in message
+    assert not (tmp_path / "out").exists()
+
+
+BORDER = {"kind": "border", "points": [[0, 0, 2]], "role": "begin"}
+UPPER = {"kind": "border", "points": [[0, 4.5, 1.2]], "role": "end"}
+
+
+@pytest.mark.parametrize(
+    ("marks", "message"),
+    [
+        ("{", "is no JSON"),
+        (BORDER, "expected a list"),
+        ([{**BORDER, "tme": 0}], "[0] has no key 'tme'; did you mean 'time'? the keys are kind, points, role, time"),
+        ([{"points": [[0, 0, 2]]}], "[0] needs 'kind'; got points"),
+        ([{**BORDER, "kind": "edge"}], '[0].kind is "edge"; expected one of border, point, stroke'),
+        ([{**BORDER, "points": [[0, 2]]}], "[0].points[0] is [0, 2]"),
+        ([BORDER, {**BORDER, "points": []}], "marks[1]: got points of shape (0,)"),
+        ([{"kind": "point", "points": [[0, 0, 2]], "role": "side"}], "marks[0]: got the role 'side' for a point"),
+        ([{"kind": "point", "points": [[0, 90, 0]]}], "cm off the surface; draw it on the surface, and check the unit"),
+        ([{**BORDER, "time": 4}, {**UPPER, "time": 1}], "knitting would end at 1 cm and begin at 4 cm"),
+        ([BORDER, {**BORDER, "role": "end"}], "meet; a place has one time"),
+    ],
+)  # fmt: skip
+def test_bad_marks_are_refused_in_one_line_and_nothing_is_written(cone_obj, tmp_path, capsys, marks, message):
+    path = tmp_path / "marks.json"
+    path.write_text(marks if isinstance(marks, str) else json.dumps(marks))
+    assert message in refused(capsys, "knit", cone_obj, *SHORT, "--marks", path, "-o", tmp_path / "out")
+    assert [entry.name for entry in tmp_path.iterdir()] == ["marks.json"]
+
+
+def not_finite(path: Path) -> None:
+    vertices = cone().vertices.copy()
+    vertices[3, 1] = np.nan
+    write_stl_polygons(path, vertices, cone().face_vertex.reshape(-1, 3).tolist())
+
+
+@pytest.mark.parametrize(
+    ("name", "write", "message"),
+    [
+        ("nan.stl", not_finite, "not finite|nan"),
+        ("strip.obj", lambda path: written(path, *moebius()), "one side"),
+        ("flat.obj", lambda path: written(path, np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0]]), [[0, 1, 2]]),
+         "none of the 1 faces has an area"),
+        ("empty.obj", lambda path: path.write_text("v 0 0 0\n"), "no faces|has an area"),
+    ],
+)  # fmt: skip
+def test_a_mesh_that_cannot_be_repaired_is_refused_in_one_line(tmp_path, capsys, name, write, message):
+    write(tmp_path / name)
+    printed = refused(capsys, "knit", tmp_path / name, *SHORT, "-o", tmp_path / "out")
+    assert any(part in printed for part in message.split("|")) and name in printed
+    assert [entry.name for entry in tmp_path.iterdir()] == [name]
+
+
+@pytest.mark.parametrize(
+    ("mesh", "reason"),
+    [(cone, "these are triangles"), (odd_corner, "would be both wale and course"), (lambda: torus(6, 8), "no border")],
+)
+@pytest.mark.parametrize("command", ["knit", "label"])
+def test_a_mesh_that_cannot_be_labeled_names_the_remedy(tmp_path, capsys, monkeypatch, command, mesh, reason):
+    from stitchmesh.render import labeling_picture
+
+    monkeypatch.setattr(labeling_picture, "render_labeling", lambda *_: None)
+    write_mesh(tmp_path / "mesh.obj", mesh())
+    message = refused(capsys, command, tmp_path / "mesh.obj", "-o", tmp_path / "out.h5")
+    assert reason in message and "; or knit it with --auto; " in message
+
+
+def test_a_recipe_whose_mesh_cannot_be_labeled_names_the_remedy(tmp_path, cone_obj, capsys, monkeypatch):
+    from stitchmesh.render import labeling_picture
+
+    monkeypatch.setattr(labeling_picture, "render_labeling", lambda *_: None)
+    recipe = tmp_path / "garment.toml"
+    recipe.write_text(f'mesh = "{cone_obj}"\n')
+    message = refused(capsys, "knit", recipe, "-o", tmp_path / "out")
+    assert f"; or write auto = true under [rows] into {recipe}; " in message
+    assert "found-rows: is part of a recipe" in refused(capsys, "knit", recipe, "--auto", "-o", tmp_path / "out")

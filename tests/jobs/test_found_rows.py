@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Jobs and sweeps of meshes whose rows are found: the bits of `knit`, kept stages, and the memory that they need."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import stitchmesh as sm
+from stitchmesh.jobs import job_memory
+from stitchmesh.jobs.job import Job, recipe_of
+from stitchmesh.jobs.job_memory import found_memory
+from stitchmesh.jobs.run_job import run_job
+from stitchmesh.jobs.sections import AutoStitchesTable, RelaxYarnsTable
+from stitchmesh.jobs.stage_files import GIVEN
+from stitchmesh.jobs.sweep.row import inputs_of, measures_of
+from stitchmesh.mesh import BORDER, TOP
+from stitchmesh.quality import PRESETS
+from stitchmesh.recipe.estimate import control_points
+from stitchmesh.recipe.knit_recipe import knit_recipe
+from stitchmesh.recipe.recipe_file import write_recipe
+from tests.gallery import tube
+from tests.labeling.test_partial_labeling import triangulated
+
+STAGES = ["auto_stitches", "relax_mesh", "generate_yarns", "relax_yarns", "plot_convergence"]
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory) -> Job:
+    """Return a job of a narrowing tube of triangles, whose yarns do not come to rest."""
+    path = tmp_path_factory.mktemp("mesh") / "cone.obj"
+    sm.write_mesh(path, triangulated(tube(8, 3, radius=2.0, height=1.5, top_radius=1.2)))
+    return Job(
+        mesh=str(path), quality="draft", device="cpu", render=(), auto_stitches=AutoStitchesTable(stitch_width=1.0),
+        relax_yarns=RelaxYarnsTable(max_iterations=5),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def done(job, tmp_path_factory) -> Path:
+    """Return the folder of the finished job."""
+    folder = tmp_path_factory.mktemp("done")
+    run_job(job, folder)
+    return folder
+
+
+@pytest.fixture
+def copy(done, tmp_path) -> Path:
+    """Return a copy of the folder of the finished job."""
+    return shutil.copytree(done, tmp_path / "job")
+
+
+def computed(made) -> list[str]:
+    return [stage["name"] for stage in made.report["job"]["stages"] if not stage["kept"]]
+
+
+def test_a_job_has_the_bits_and_the_figures_of_knit(job, done, tmp_path):
+    made = knit_recipe(recipe_of(job), tmp_path / "knit", progress=False)
+    assert (tmp_path / "knit" / "yarns.h5").read_bytes() == (done / "yarns.h5").read_bytes()
+    report = json.loads((done / "report.json").read_text())
+    assert report["repair"] == made.report["repair"] == []
+    assert {**report["shape"], "seconds": 0} == {**made.report["shape"], "seconds": 0}
+
+
+def test_a_second_run_computes_nothing_and_reports_the_same(job, copy):
+    before = json.loads((copy / "report.json").read_text())["shape"]
+    made = run_job(job, copy)
+    assert computed(made) == [] and made.report["shape"] == before
+
+
+def test_the_recipe_of_a_job_is_the_same_job(job, copy, tmp_path):
+    write_recipe(tmp_path / "garment.toml", recipe_of(job))
+    assert computed(run_job(Job(recipe=str(tmp_path / "garment.toml"), render=()), copy)) == []
+
+
+def test_an_option_of_found_rows_computes_all_stages(job, copy):
+    changed = replace(job, auto_stitches=AutoStitchesTable(stitch_width=1.0, multiple=2))
+    assert computed(run_job(changed, copy)) == STAGES
+    assert computed(run_job(job, copy)) == []
+
+
+def test_a_damaged_surface_is_found_again_with_the_same_bits(job, copy):
+    path = next(copy.glob(f"stages/auto_stitches-*/{GIVEN}"))
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    assert computed(run_job(job, copy)) == ["auto_stitches"]
+    assert path.read_bytes() == content
+
+
+def test_the_row_of_a_sweep_has_the_options_and_the_figures(job, done):
+    inputs = inputs_of(job)
+    assert inputs["auto_stitches.stitch_width"] == 1.0 and inputs["auto_stitches.multiple"] == 1
+    measures = measures_of(json.loads((done / "report.json").read_text()))
+    assert measures["shape.irregular"] > 0 and measures["shape.rms_stretch"] > 0.0
+
+
+def test_the_memory_follows_from_the_stitches_that_were_found(job, done):
+    """The control points are within a few percent of those that are generated, and each of them needs memory."""
+    fabric, yarns, draft = sm.read_stitches(done / "stitches.h5"), sm.read_yarns(done / "yarns.h5"), PRESETS["draft"]
+    bind_off = int(((fabric.twin == BORDER) & (fabric.side_role == TOP)).sum())
+    shaped = int(abs(fabric.n_top - fabric.n_bottom).sum())
+    points = control_points(fabric.face_count, bind_off, shaped, draft)
+    assert points == pytest.approx(len(yarns.points), rel=0.1)  # as for an estimate of a modelled mesh
+    needed = [found_memory(fabric, quality, "cpu", ()) for quality in (draft, PRESETS["reference"])]
+    assert needed[0] < needed[1]
+
+
+def test_a_job_that_does_not_fit_is_refused_before_the_relaxation(job, tmp_path, monkeypatch):
+    monkeypatch.setattr(job_memory, "available_memory", lambda device: 1e6)
+    with pytest.raises(sm.StitchMeshError, match="memory: the job needs about"):
+        run_job(job, tmp_path)
+    assert [path.name.split("-")[0] for path in (tmp_path / "stages").iterdir()] == ["auto_stitches"]
