@@ -133,7 +133,7 @@ def test_a_direction_is_an_axis_or_three_numbers(words, up):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["knit", "a.obj", "-o", "o", "--up", "w"], "--up: got 'w'; expected an axis such as y or -x, or three numbers"),
+        (["knit", "a.obj", "-o", "o", "--up", "w"], "--up: got 'w'; expected an axis such as y or -x, or three"),
         (["knit", "a.obj", "-o", "o", "--up", "0,1"], "--up: got '0,1'; expected an axis such as y or -x, or three"),
         (["knit", "a.obj", "-o", "o", "--stitch-width", "wide"], "--stitch-width: got 'wide'; expected a number"),
         (["knit", "a.obj", "-o", "o", "--max-iterations", "1.5"], "--max-iterations: got '1.5'; expected a whole"),

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stitchmesh.errors import MeshError, ParameterError
+from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import relax_mesh, relax_mesh_with_report
-from tests.meshrelax.fabrics import cube, grid_fabric, rectangle_points, rotation, tube_chord_points
+from tests.meshrelax.fabrics import grid_fabric, rectangle_points, rotation, tube_chord_points
 
 pytestmark = pytest.mark.decides
 
@@ -128,8 +128,3 @@ def test_the_message_names_a_number_out_of_range(wrong: dict[str, float]) -> Non
     fabric, surface = distorted_swatch()
     with pytest.raises(ParameterError, match=next(iter(wrong))):
         relax_mesh(fabric, surface=surface, **wrong)  # type: ignore[arg-type]
-
-
-def test_a_fabric_with_a_border_needs_a_surface_with_a_border() -> None:
-    with pytest.raises(MeshError, match="border"):
-        relax_mesh(distorted_swatch()[0], surface=cube())

@@ -71,6 +71,15 @@ def test_closed_surfaces_are_open_at_two_tips_only(mesh):
     assert len(fabric.boundary_loops) == 2 and max(len(loop) for loop in fabric.boundary_loops) <= 20
 
 
+def test_the_border_of_a_fabric_on_a_closed_surface_is_free_on_it():
+    shaped = sm.shape_fabric(closed_ball(24, 20), stitch_width=0.9)
+    relaxed = sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh, progress=False)
+    border = relaxed.face_vertex[relaxed.twin == BORDER]
+    # The surface for relaxation lies off the given faces by a small part of a stitch.
+    assert distance_to_surface(relaxed.vertices[border], shaped.given).max() < 0.3 * 0.9
+    assert 0.5 < relaxed.stretch.min() and relaxed.stretch.max() < 1.6
+
+
 @pytest.mark.decides
 @pytest.mark.parametrize("seed", range(4))
 def test_rounding_changes_no_stitch(seed):
