@@ -12,13 +12,14 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stitchmesh.errors import MeshError, ParameterError, TessellationError, check_kind
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
-from stitchmesh.progress import Progress, no_progress
+from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.level_lines import level_lines, without_small_tips
 from stitchmesh.shaping.marks import TimeMark, marked_ends
@@ -94,26 +95,27 @@ def auto_stitches(
 def shape_fabric(
     mesh: Mesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
     marks: Sequence[TimeMark] = (), up: ArrayLike = (0.0, 1.0, 0.0), multiple: int = 1, short_rows: bool = False,
-    progress: Progress = no_progress,
+    progress: Progress | Literal[False] | None = None,
 ) -> ShapedFabric:  # fmt: skip
     """Knit any surface as ``auto_stitches`` does, and return also what the stitches follow from.
 
-    The arguments and the errors are the same; ``progress`` is called with the progress.
+    The arguments and the errors are the same; ``progress`` is called with the progress; by default a
+    line shows it on a terminal or in a notebook, and False shows nothing.
     """
     start = time.perf_counter()
     check_kind("auto_stitches", mesh, Mesh)
     height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
     size = StitchSize(stitch_width, height, multiple)
     upwards = _checked(mesh, size, up)
-    progress("shape", 0.0, f"{mesh.face_count} faces")
     given = triangle_surface(mesh, EDGE_OVER_WIDTH * stitch_width)
     surface = without_fine_features(given, FINEST_FEATURE * stitch_width)
     parts = connected_parts(surface)
     marks_of_part = _marks_by_part(parts, marks)
     shaped = []
-    for number, (part, _) in enumerate(parts):
-        progress("shape", number / len(parts), f"{len(part.triangles)} triangles")
-        shaped.append(_shape_part(part, marks_of_part[number], upwards, size, short_rows=short_rows))
+    with shown_stages(progress) as report_part:
+        for number, (part, _) in enumerate(parts):
+            report_part("shape", number / len(parts), f"{len(part.triangles)} triangles")
+            shaped.append(_shape_part(part, marks_of_part[number], upwards, size, short_rows=short_rows))
     fabric = joined([fabric for fabric, _, _ in shaped])
     times = np.zeros(len(surface.vertices))
     for (_, vertices), (_, own, _) in zip(parts, shaped, strict=True):

@@ -10,12 +10,13 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
 from stitchmesh.errors import ParameterError, TessellationError, check_kind
 from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
-from stitchmesh.progress import Progress, no_progress
+from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.shaping.auto_stitches import EDGE_OVER_WIDTH, MOST_STITCHES
 from stitchmesh.shaping.level_lines import LevelLine, level_lines
 from stitchmesh.shaping.panels.outline_pieces import BEGINS, Piece, outline_pieces
@@ -102,15 +103,20 @@ def shape_panels(
 
 def knit_panels(
     panels: PanelMesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
-    directions: Directions | None = None, progress: Progress = no_progress,
+    directions: Directions | None = None, progress: Progress | Literal[False] | None = None,
 ) -> ShapedPanels:  # fmt: skip
     """Knit panels as ``shape_panels`` does, and return how they were joined; arguments and errors are the same."""
-    start = time.perf_counter()
     check_kind("shape_panels", panels, PanelMesh, "sm.read_panels(path)")
     height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
     size = StitchSize(stitch_width, height)
     _check_size(panels, size)
-    direction = _directions(panels, directions or {})
+    with shown_stages(progress) as report_panel:
+        return _knit(panels, size, _directions(panels, directions or {}), report_panel)
+
+
+def _knit(panels: PanelMesh, size: StitchSize, direction: FloatArray, progress: Progress) -> ShapedPanels:
+    """Knit panels in their directions, shape (panels, 2), and join them."""
+    start = time.perf_counter()
     pieces = outline_pieces(panels, direction, size.width)
     times = []
     for panel in range(panels.panel_count):
