@@ -18,7 +18,7 @@ from stitchmesh.shaping.triangle_surface import TriangleSurface
 
 OFF_SURFACE = 0.05
 """Distance from the surface, over its size, from which a mark does not lie on it."""
-STEEPEST = 2.0
+STEEPEST = 20.0
 """Difference of the times of two marks over their distance in space from which the times contradict each other."""
 KINDS = ("border", "stroke", "point")
 """Kinds of marks."""
@@ -68,7 +68,8 @@ def marked_ends(surface: TriangleSurface, marks: Sequence[TimeMark], up: FloatAr
         up: unit vector, shape (3,).
 
     Raises:
-        ParameterError: a mark is off the surface, two marks share a place, or their times contradict each other.
+        ParameterError: a mark is off the surface, two marks share a place, their times contradict each other, or all
+            borders at which knitting could begin or end are sides.
     """
     if not marks:
         return automatic_ends(surface, up)
@@ -84,6 +85,10 @@ def marked_ends(surface: TriangleSurface, marks: Sequence[TimeMark], up: FloatAr
     if not begins and not finishes:
         roots = tuple(end for end in automatic.roots if end in open_ends)
         others = tuple(end for end in automatic.others if end in open_ends)
+        if not roots and not others:
+            raise ParameterError(
+                "marks: leave no border at which knitting begins or ends; mark one as begin or end, or a point as a tip"
+            )
         return Ends(roots or others[:1], others if roots else others[1:], lines, automatic.begins)
     if begins and not finishes:
         return Ends(tuple(begins), tuple(open_ends), lines, begins=True)
@@ -177,7 +182,7 @@ def _check_times(surface: TriangleSurface, found: list[tuple[TimeMark, End]]) ->
                     f"at {max(mark.time, second.time):g} cm; exchange the times, or the roles"
                 )
             apart = _smallest_distance(surface, end.vertices, later.vertices)
-            if abs(change) > 0.0 and apart < abs(change) / STEEPEST / 10.0:
+            if abs(change) > 0.0 and apart < abs(change) / STEEPEST:
                 raise ParameterError(
                     f"marks {number} and {other}: times {mark.time:g} and {second.time:g} cm, but only {apart:.2g} cm "
                     "apart; rows would be crowded: bring the times together, or the marks apart"

@@ -30,7 +30,7 @@ class ShapingReport:
     irregular_per_thousand: float
     """The same for each thousand stitches."""
     short_rows: int
-    """Short rows: turns of the yarn within the fabric, in pairs of back and out again."""
+    """Short rows: each ends at one turn of the yarn within the fabric, and turns are what is counted."""
     mismatched_edges: int
     """Edges at grafts, where wale directions differ."""
     rms_distance: float

@@ -121,6 +121,7 @@ def test_a_side_is_a_border_at_which_rows_end():
 @pytest.mark.parametrize(
     ("marks", "words"),
     [
+        ([TimeMark("border", [[0, 0, 3]], "side"), TimeMark("border", [[0, 6, 3]], "side")], "begins or ends"),
         ([TimeMark("point", [[50.0, 0.0, 0.0]], "end")], "off"),
         ([TimeMark("border", [[0, 0, 3]], "begin"), TimeMark("border", [[0, 0, -3]], "end")], "meet"),
         ([TimeMark("border", [[0, 0, 3]], "begin", 5.0), TimeMark("border", [[0, 6, 3]], "end", 1.0)], "exchange"),
