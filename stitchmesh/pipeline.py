@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -28,7 +29,7 @@ from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.change import PaletteChange, apply_change
 from stitchmesh.mesh.palette import make_palette
-from stitchmesh.mesh.repair import RepairAction
+from stitchmesh.mesh.repair import RepairAction, self_intersections
 from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.meshrelax import MeshRelaxOptions, relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
@@ -55,6 +56,8 @@ from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
 
+logger = logging.getLogger(__name__)
+
 SHARE_OF_MESH = 0.5
 """Largest part of the time of a budget for the relaxation of the stitch mesh; the other part is for the yarns."""
 OF_LABELED_MESHES = {
@@ -63,6 +66,8 @@ OF_LABELED_MESHES = {
 """Fields of ``KnitOptions`` that name edges or faces of a labeled mesh, and their options on the command line."""
 AFTER_MESH_RELAXATION = ("rms_distance", "largest_distance", "rms_stretch", "rms_edge_stretch")
 """Figures of found rows that mesh relaxation changes."""
+MOST_CROSSINGS = 100
+"""Pairs of faces of a given mesh that cross each other after which the search ends."""
 POINTS_OF_STITCH = 20
 """Control points of a plain stitch, for the number of stitches of yarns that name no stitches."""
 
@@ -374,8 +379,20 @@ def shape_stage(mesh: Mesh, options: KnitOptions, report: dict[str, object], pro
         **shaping.arguments,
     )  # fmt: skip
     checked_drawn_radius(checked_radius(shaped.fabric, options.yarn_radius), options.drawn_radius)
-    report["shape"] = asdict(shaped.report)
+    report["shape"] = {**asdict(shaped.report), "crossing_faces": _crossing_faces(mesh)}
     return shaped
+
+
+def _crossing_faces(mesh: Mesh) -> list[list[int]]:
+    """Return pairs of faces that cross each other, and warn of them: the fabric passes through itself there."""
+    pairs: list[list[int]] = self_intersections(mesh, MOST_CROSSINGS).tolist()
+    if pairs:
+        count = f"{MOST_CROSSINGS} or more pairs" if len(pairs) == MOST_CROSSINGS else f"{len(pairs)} pair(s)"
+        logger.warning(
+            f"the mesh crosses itself: {count} of faces, such as {pairs[0][0]} and {pairs[0][1]}; yarns may start too "
+            "close there: move the parts of the mesh apart"
+        )
+    return pairs
 
 
 def measure_shape(fabric: StitchMesh, surface: TriangleSurface, options: KnitOptions, report: dict[str, Any]) -> None:

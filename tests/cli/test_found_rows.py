@@ -239,3 +239,16 @@ def test_a_recipe_whose_mesh_cannot_be_labeled_names_the_remedy(tmp_path, cone_o
     message = refused(capsys, "knit", recipe, "-o", tmp_path / "out")
     assert f"; or write auto = true under [rows] into {recipe}; " in message
     assert "found-rows: is part of a recipe" in refused(capsys, "knit", recipe, "--auto", "-o", tmp_path / "out")
+
+
+def test_a_mesh_that_crosses_itself_is_told_and_still_tried(tmp_path, cone_obj, caplog):
+    one = cone()
+    other = one.vertices @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]) + [-2.0, 2.0, 0.0]
+    faces = one.face_vertex.reshape(-1, 3)
+    crossing = written(tmp_path / "crossing.obj", np.concatenate([one.vertices, other]),
+                       np.concatenate([faces, faces + len(one.vertices)]).tolist())  # fmt: skip
+    cli.main(["knit", str(crossing), *SHORT, "--no-picture", "-o", str(tmp_path / "out")])
+    assert "the mesh crosses itself" in caplog.text
+    caplog.clear()
+    knit(cone_obj, "-o", tmp_path / "plain")
+    assert "crosses itself" not in caplog.text
