@@ -28,12 +28,10 @@ from stitchmesh.mesh import BORDER, FloatArray, StitchMesh
 from stitchmesh.mesh.change import Change, apply_change
 from stitchmesh.mesh.courses import Course, course_through
 from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.mesh.turns import tip_beside
 
 LOWER_LINE, UPPER_LINE = 1 / 3, 2 / 3
 """Heights of the two new course lines, as fractions of the height of the row."""
-TIP = (0.4, 0.2)
-"""The inner end of a slit: its distance from the end of the run as a fraction of a stitch, and from the top or bottom
-line as a fraction of the height. Mesh relaxation moves it further."""
 
 
 @dataclass(frozen=True)
@@ -230,18 +228,16 @@ def _lines(sketch: Sketch, run: Run, low: FloatArray, high: list[int]) -> tuple[
     tops = np.array([sketch.position(vertex) for vertex in high])
     lines = [[sketch.vertex(point) for point in low[1:-1] + share * (tops - low)[1:-1]]
              for share in (LOWER_LINE, UPPER_LINE)]  # fmt: skip
-    along, up = TIP
     for end, inner, at_border, comes_in in (
         (0, 1, run.left_border, run.from_left), (-1, -2, run.right_border, not run.from_left),
     ):  # fmt: skip
-        height = tops[end] - low[end]
+        beside = [low[inner] + share * (tops - low)[inner] for share in (LOWER_LINE, UPPER_LINE)]
         if at_border:
-            ends = [sketch.vertex(low[end] + share * height) for share in (LOWER_LINE, UPPER_LINE)]
+            ends = [sketch.vertex(low[end] + share * (tops - low)[end]) for share in (LOWER_LINE, UPPER_LINE)]
         elif comes_in:
-            ends = [high[end], sketch.vertex(tops[end] + along * (tops[inner] - tops[end]) - up * height)]
+            ends = [high[end], sketch.vertex(tip_beside(tops[end], beside[1]))]
         else:
-            tip = sketch.vertex(low[end] + along * (low[inner] - low[end]) + up * height)
-            ends = [tip, _bottom_vertex(sketch, run, end)]
+            ends = [sketch.vertex(tip_beside(low[end], beside[0])), _bottom_vertex(sketch, run, end)]
         for line, vertex in zip(lines, ends, strict=True):
             line.insert(0 if end == 0 else len(line), vertex)
     return lines[0], lines[1]

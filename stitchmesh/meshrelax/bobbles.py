@@ -19,9 +19,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.courses import bottom_sides, course_through, top_sides
-
-SLIT_SIDES = 2
-"""Number of sides of the border of a slit."""
+from stitchmesh.mesh.turns import SLIT_SIDES
 
 
 @dataclass(frozen=True, eq=False)

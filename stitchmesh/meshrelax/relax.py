@@ -17,6 +17,7 @@ from stitchmesh.compute.device import alone
 from stitchmesh.errors import MeshError, ParameterError, check_kind
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.mesh.change import UNKNOWN_STRETCH
+from stitchmesh.mesh.turns import with_tips_placed
 from stitchmesh.meshrelax.assembly import assembly
 from stitchmesh.meshrelax.attachment import attach
 from stitchmesh.meshrelax.bobbles import Bobbles, carried, find_bobbles
@@ -136,7 +137,7 @@ def relax_mesh_with_report(
     whole = patches(placement.position, placement.normal, limit.area)
     count = len(fabric.vertices) if moving is None else max(1, int(moving.sum()))
     relaxation = Relaxation(model, assembly(len(fabric.vertices), force_groups(model)), attachment, whole, count)
-    made = partial(_relaxed, fabric, rest, bobbles)
+    made = partial(_relaxed, fabric, rest, bobbles, moving)
     with shown_progress(progress, partial(relaxing_progress, "meshrelax", tolerance)) as report_iteration:
         shown: Observer[SurfacePlacement] = Observer(
             lambda state: made(state.position)[0], tolerance, start, report_iteration, control
@@ -160,7 +161,7 @@ def relax_mesh_with_report(
 
 
 def _relaxed(
-    fabric: StitchMesh, rest: RestLengths, bobbles: Bobbles, position: FloatArray
+    fabric: StitchMesh, rest: RestLengths, bobbles: Bobbles, moving: NDArray[np.bool_] | None, position: FloatArray
 ) -> tuple[StitchMesh, FloatArray]:
     """Return the fabric at new positions, shape (V, 3), and the stretch of the edges that lie on the surface."""
     position = position.copy()
@@ -168,7 +169,7 @@ def _relaxed(
     stretch = edge_stretch(fabric, position, rest)
     on_surface = ~np.isin(edge_ends(fabric), bobbles.raised).any(axis=1)
     relaxed = replace(fabric, vertices=position, stretch=np.where(on_surface, stretch, UNKNOWN_STRETCH))
-    return relaxed, stretch[on_surface]
+    return with_tips_placed(relaxed, moving), stretch[on_surface]
 
 
 def not_converged(report: MeshRelaxReport) -> str:

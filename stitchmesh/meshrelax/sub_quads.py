@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
-from stitchmesh.meshrelax.bobbles import NO_BOBBLES, SLIT_SIDES, Bobbles
+from stitchmesh.mesh.turns import turn_edges
+from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles
 from stitchmesh.meshrelax.rest_lengths import RestLengths
 
 TURN_HEIGHT = 0.2
 """Rest length of a row end at a turn within the fabric, over that of a wale edge. The two rows meet in a point there,
-and loops of the one are drawn through those of the other beside it: between 0.15 and 0.3 their yarns start 0.5 radii
-apart, at 1 as little as 0.2, and at 0.05 the relaxation does not converge."""
+near which their tip is placed after the relaxation; at 0.05 the relaxation does not converge."""
 
 
 @dataclass(frozen=True)
@@ -69,18 +69,6 @@ def springs(
         unit=rest.unit,
         area_force=area_force,
     )
-
-
-def turn_edges(fabric: StitchMesh) -> NDArray[np.bool_]:
-    """Return whether each edge is one of the two row ends at a turn within the fabric, shape (E,).
-
-    The two make a border of two left or two right wale sides.
-    """
-    short = [loop for loop in fabric.boundary_loops if len(loop) == SLIT_SIDES]
-    slits = [loop for loop in short if fabric.side_role[loop[0]] == fabric.side_role[loop[1]]]
-    found = np.zeros(len(fabric.edge_side), dtype=bool)
-    found[fabric.side_edge[np.concatenate([*slits, np.zeros(0, dtype=np.int64)])]] = True
-    return found
 
 
 def quad_angles(quads: IntArray) -> IntArray:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from stitchmesh.mesh import BOTTOM, LEFT, RIGHT, TOP, FloatArray, IntArray, StitchMesh
-from stitchmesh.meshrelax.bobbles import SLIT_SIDES
+from stitchmesh.mesh.turns import SLIT_SIDES
 from stitchmesh.meshrelax.report import MeshRelaxReport
 
 

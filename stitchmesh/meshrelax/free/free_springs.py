@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.turns import turn_edges
 from stitchmesh.meshrelax.bobbles import Bobbles
 from stitchmesh.meshrelax.free.points import CornerPoints, corner_points
 from stitchmesh.meshrelax.free.stitch_sizes import StitchSizes
@@ -18,7 +19,6 @@ from stitchmesh.meshrelax.sub_quads import (
     edge_ends,
     quad_angles,
     sub_quad_corners,
-    turn_edges,
     wale_strut_corners,
 )
 

@@ -23,6 +23,7 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.mesh.change import UNKNOWN_STRETCH
 from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.mesh.turns import with_tips_placed
 from stitchmesh.meshrelax.assembly import assembly
 from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles, carried, find_bobbles
 from stitchmesh.meshrelax.dynamics import FREE, Outcome, Progress, Relaxation
@@ -153,7 +154,7 @@ def _relaxed(fabric: StitchMesh, forces: FreeSprings, bobbles: Bobbles, placemen
     raised |= bobbles.is_raised(len(vertices))[fabric.face_vertex[fabric.side_next[fabric.edge_side]]]
     stretch = np.where(raised, UNKNOWN_STRETCH, stretch)
     if fabric.lattice is None:
-        return replace(fabric, vertices=vertices, stretch=stretch)
+        return with_tips_placed(replace(fabric, vertices=vertices, stretch=stretch))
     periods = _periods(fabric.lattice, forces, position)
     turn = _along_x(periods)
     return replace(fabric, vertices=vertices @ turn, lattice=Lattice(periods @ turn), stretch=stretch)

@@ -150,6 +150,7 @@ class _Cutter:
         self.leaves_course = (role[:, 1] % 2 == 0).tolist()
         self.is_drawn_through = np.isin(whole.stitch[pieces.face], DRAWN_THROUGH).tolist()
         self.row = whole.row[pieces.face].tolist()
+        self.role = dict(zip(pieces.ends.ravel().tolist(), role.ravel().tolist(), strict=True))
         self.paths = pieces.routes.bridges.paths
         self.start, self.closed = yarns.start.tolist(), yarns.closed.tolist()
 
@@ -167,12 +168,17 @@ class _Cutter:
         return [self._arc(yarn, order, a, b) for a, b in pairwise([0, *ends])]
 
     def _is_cut(self, i: int, j: int) -> bool:
-        """Whether the yarn is cut between piece i and the next piece j."""
+        """Whether the yarn is cut between piece i and the next piece j.
+
+        Between two wale sides it is cut where it turns back, also where short rows have the number of their row: a link
+        from a loop around the turn into the stitch above would thread the loop at which it begins.
+        """
         if self.leaves_course[i]:
             return not (self.is_loop[i] and self.is_loop[j])
         if self.is_drawn_through[i] or self.is_drawn_through[j]:
             return True
-        return self.ends[i][1] in self.paths and self.row[i] != self.row[j]
+        leaving, entered = self.ends[i][1], self.ends[j][0]
+        return leaving in self.paths and (self.row[i] != self.row[j] or self.role[leaving] == self.role[entered])
 
     def _arc(self, yarn: int, order: list[int], begin: int, end: int) -> Arc:
         """The arc of the pieces from ``begin`` up to but not including ``end``.
