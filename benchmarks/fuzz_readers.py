@@ -206,7 +206,7 @@ def _usd_mesh_seeds(folder: Path) -> list[bytes]:
     moving = MovingMesh(body, VertexMotion(np.array([0.0, 0.5]), np.array([body.vertices, body.vertices + 0.1])))
     found = written(write_moving_mesh, moving, suffix=".usda")(folder)
     head, _, rest = found[0].partition(b"    int[] faceVertexCounts")
-    turned = b'    double3 xformOp:translate.timeSamples = { 0: (0, 0, 0), 9: (1, 2, 3) }\n'
+    turned = b"    double3 xformOp:translate.timeSamples = { 0: (0, 0, 0), 9: (1, 2, 3) }\n"
     turned += b'    uniform token[] xformOpOrder = ["xformOp:translate"]\n'
     return [*found, head + turned + b"    int[] faceVertexCounts" + rest]
 
@@ -320,6 +320,20 @@ def _read_crossing_materials(path: Path) -> object:
     return sm.CrossingMaterial.read(path, "jersey")
 
 
+def _read_sewing_pattern(path: Path) -> object:
+    from stitchmesh.shaping.panels.read_panels import read_panels
+
+    return read_panels(path)
+
+
+def _sewing_patterns(folder: Path) -> list[bytes]:
+    """Return two squares with a common edge: with the texture coordinates of their panels, and in two groups."""
+    squares = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\n"
+    panels = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt 3 0\nvt 4 0\nvt 4 1\nvt 3 1\n"
+    textured = f"{squares}{panels}f 1/1 2/2 3/3 4/4\nf 2/5 5/6 6/7 3/8\n"
+    return [textured.encode(), f"{squares}g front\nf 1 2 3 4\ng back\nf 2 5 6 3\n".encode()]
+
+
 def _read_textured(path: Path) -> object:
     from stitchmesh.mixed.cloth.textured_obj import read_textured_obj
 
@@ -393,6 +407,8 @@ YARN_MATERIALS = ["examples/mixed/materials/garment-yarns.toml"]
 
 READERS: dict[str, Reader] = {
     "obj mesh": _meshes(".obj", damage.TEXT),
+    "repaired mesh": Reader(".obj", sm.read_repaired_mesh, written(write_mesh, cube, suffix=".obj"), damage.TEXT,
+                            (FileError, MeshError)),
     "off": _meshes(".off", damage.TEXT),
     "ply": _meshes(".ply", damage.MIXED, _ascii_ply),
     "stl": _meshes(".stl", damage.MIXED, _ascii_stl),
@@ -433,6 +449,7 @@ READERS: dict[str, Reader] = {
                              errors=(FileError, ParameterError)),
     "textured obj": Reader(".obj", _read_textured, lambda folder: [
         b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"]),
+    "sewing pattern": Reader(".obj", _read_sewing_pattern, _sewing_patterns, errors=(FileError, MeshError)),
     "pattern": Reader(".knit", _resolved, files(*PATTERNS), errors=PATTERN_ERRORS),
     "chart": Reader(".knit", _read_chart("chart.knit"), files(*PATTERNS), errors=PATTERN_ERRORS),
     "chart text": Reader(".txt", _read_chart("chart.txt"), lambda folder: [b"KPKP\nPKPK\n", b"0011\n1100\n"],
