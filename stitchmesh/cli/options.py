@@ -166,8 +166,8 @@ class FoundRows:
     """direction of knitting where nothing else decides: an axis such as z or -x, or three numbers"""
     multiple: Annotated[int, help_entry("N")] = ShapingOptions.multiple
     """number that the stitches of each round are a multiple of, for a pattern that repeats"""
-    short_rows: Flag = ShapingOptions.short_rows
-    """turn the yarn back within the fabric where rows are far too high, as at a heel"""
+    no_short_rows: Flag = not ShapingOptions.short_rows
+    """do not turn the yarn back within the fabric where rows are far too high, as at a heel"""
     marks: Annotated[str | None, help_entry("FILE", "automatic")] = None
     """JSON list of places where knitting begins and ends and of lines along which rows run (docs/recipes.md)"""
 
@@ -180,7 +180,7 @@ class FoundRows:
                 possible.
         """
         return RowsSection(
-            auto=self.auto, up=self.up, multiple=self.multiple, short_rows=self.short_rows,
+            auto=self.auto, up=self.up, multiple=self.multiple, short_rows=not self.no_short_rows,
             marks=() if self.marks is None else _read_marks(self.marks),
         )  # fmt: skip
 

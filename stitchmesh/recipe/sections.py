@@ -87,7 +87,7 @@ class RowsSection:
     """Direction in which the garment is knitted where nothing else decides."""
     multiple: int = 1
     """Number that the stitches of each round are a multiple of."""
-    short_rows: bool = False
+    short_rows: bool = True
     """Whether the yarn turns back and comes again where rows are far too high."""
     marks: tuple[MarkTable, ...] = ()
     """Where knitting begins and ends, and lines along which rows run."""

@@ -60,7 +60,7 @@ class ShapedFabric:
 
 def auto_stitches(
     mesh: Mesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
-    marks: Sequence[TimeMark] = (), up: ArrayLike = (0.0, 1.0, 0.0), multiple: int = 1, short_rows: bool = False,
+    marks: Sequence[TimeMark] = (), up: ArrayLike = (0.0, 1.0, 0.0), multiple: int = 1, short_rows: bool = True,
 ) -> StitchMesh:  # fmt: skip
     """Knit any surface: find rows and stitches without a labeled mesh.
 
@@ -74,9 +74,8 @@ def auto_stitches(
         marks: where knitting begins and ends, and lines along which rows run; automatic without any.
         up: direction in which garments are knitted where nothing else decides, shape (3,).
         multiple: number that the stitches of each round are a multiple of, for a pattern that repeats.
-        short_rows: whether the yarn turns back and comes again where rows are far too high, as at a heel. Stitches
-            there are less stretched, but loops at the turns are crowded: some fabrics with them have yarns that start
-            too close, or loops that ``check_loops`` refuses.
+        short_rows: whether the yarn turns back and comes again where rows are far too high, as at a heel; without,
+            stitches there are stretched more.
 
     Returns:
         A stitch mesh on the polygons of ``mesh``.
@@ -94,7 +93,7 @@ def auto_stitches(
 
 def shape_fabric(
     mesh: Mesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
-    marks: Sequence[TimeMark] = (), up: ArrayLike = (0.0, 1.0, 0.0), multiple: int = 1, short_rows: bool = False,
+    marks: Sequence[TimeMark] = (), up: ArrayLike = (0.0, 1.0, 0.0), multiple: int = 1, short_rows: bool = True,
     progress: Progress | Literal[False] | None = None,
 ) -> ShapedFabric:  # fmt: skip
     """Knit any surface as ``auto_stitches`` does, and return also what the stitches follow from.

@@ -28,7 +28,7 @@ class ShapingOptions:
     """Direction in which the garment is knitted where nothing else decides."""
     multiple: int = 1
     """Number that the stitches of each round are a multiple of, for a pattern that repeats."""
-    short_rows: bool = False
+    short_rows: bool = True
     """Whether the yarn turns back and comes again where rows are far too high."""
     marks: Sequence[TimeMark] = ()
     """Where knitting begins and ends, and lines along which rows run; automatic without any."""

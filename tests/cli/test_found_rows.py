@@ -158,9 +158,9 @@ def test_a_bad_option_gives_a_message_of_one_line(cone_obj, tmp_path, capsys, wo
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("option", ["--multiple=2", "--up=z", "--short-rows"])
+@pytest.mark.parametrize("option", ["--multiple=2", "--up=z", "--no-short-rows"])
 def test_an_option_of_found_rows_needs_auto(cone_obj, tmp_path, capsys, option):
-    name = option.partition("=")[0].strip("-").replace("-", "_")
+    name = option.partition("=")[0].removeprefix("--").removeprefix("no-").replace("-", "_")
     message = refused(capsys, "knit", cone_obj, option, "-o", tmp_path / "out")
     assert f"{name}: is for rows that are found; give auto (--auto) too" in message
     assert not (tmp_path / "out").exists()

@@ -44,7 +44,7 @@ FULL = Recipe(
     ),
     colours=(RecipeColour(on="neck 4", colour="teal"), RecipeColour(on="cuffs", yarn=1)),
     rows=RowsSection(
-        auto=True, up=(0.0, 0.0, 1.0), multiple=4, short_rows=True,
+        auto=True, up=(0.0, 0.0, 1.0), multiple=4, short_rows=False,
         marks=(
             MarkTable(kind="border", points=((0.0, 1.5, 2.0),), role="begin", time=0.0),
             MarkTable(kind="stroke", points=((0.0, 4.0, 2.0), (0.1, 4.0, 2.0))),
@@ -201,7 +201,7 @@ def test_a_name_or_a_number_of_a_recipe_that_is_not_accepted_is_named(change, me
 
 def test_found_rows_reach_the_options_of_the_stages():
     shaping = recipe_options(Recipe(mesh="hat.obj", rows=FULL.rows)).shaping
-    assert shaping is not None and (shaping.up, shaping.multiple, shaping.short_rows) == ((0.0, 0.0, 1.0), 4, True)
+    assert shaping is not None and (shaping.up, shaping.multiple, shaping.short_rows) == ((0.0, 0.0, 1.0), 4, False)
     assert [(mark.kind, mark.role, mark.time) for mark in shaping.marks] == [
         ("border", "begin", 0.0), ("stroke", "row", None),
     ]  # fmt: skip
