@@ -49,8 +49,12 @@ def scenes(options: argparse.Namespace) -> Iterator[Scene]:
     for name, make in SHAPES.items():
         yield name, 0.8, make
     for path in sorted(GARMENTS.glob("*.obj")):
-        width = 0.5 if path.stem == "glove" else 0.8 if path.stem in SMALL else 1.6
-        yield f"{path.stem}.obj", width, lambda path=path: triangulated(sm.read_mesh(path))
+        yield path.name, width_of(path), lambda path=path: triangulated(sm.read_mesh(path))
+
+
+def width_of(garment: Path) -> float:
+    """Return the width of the stitches in which a garment of the project is knitted [cm]."""
+    return 0.5 if garment.stem == "glove" else 0.8 if garment.stem in SMALL else 1.6
 
 
 def measure(scene: Scene, options: argparse.Namespace) -> str:

@@ -63,6 +63,16 @@ class Ends:
         """All ends and lines, the roots first."""
         return (*self.roots, *self.others, *self.lines)
 
+    @property
+    def begin_ends(self) -> tuple[End, ...]:
+        """The ends at which knitting begins."""
+        return self.roots if self.begins else self.others
+
+    @property
+    def finish_ends(self) -> tuple[End, ...]:
+        """The ends at which knitting ends."""
+        return self.others if self.begins else self.roots
+
 
 def automatic_ends(surface: TriangleSurface, up: FloatArray) -> Ends:
     """Choose the ends of a connected surface.

@@ -86,6 +86,12 @@ class LevelLines:
     borders: frozenset[int]
     """Numbers of the lines that are borders of the surface."""
 
+    @property
+    def tips(self) -> int:
+        """Number of lines, other than borders, beyond which nothing is knitted."""
+        ends = [line for band in self.bands if not (band.below and band.above) for line in band.below + band.above]
+        return len(set(ends) - self.borders)
+
 
 def level_lines(surface: TriangleSurface, time: FloatArray, ends: Ends) -> LevelLines:
     """Find the lines of all whole numbers, and the bands between them.
