@@ -4,7 +4,8 @@
 
 Each line becomes a course of equally wide stitches, each band a row, or one row for each of the limbs that meet in it.
 The last course before a tip is left open: yarn generation draws a yarn through its loops. Rows are numbered tube by
-tube: first all rows of one sleeve, then those of the other one, then those of the body.
+tube: first those that begin at the longest line, such as the hem, then all rows of one sleeve, those of the other one,
+and those of the body above them.
 """
 
 from __future__ import annotations
@@ -71,6 +72,7 @@ class _Rows:
         self.faces = StitchFaces()
         self.tube: dict[int, int] = {}
         self.tubes = 0
+        self.begun: dict[int, float] = {}
         self.tube_of_row: list[int] = []
         ends = {band.below[0] for band in levels.bands if not band.above and len(band.below) == 1}
         self.last_courses = ends - levels.borders
@@ -108,7 +110,7 @@ class _Rows:
                 self._add_row(low, self.course[line], self.tube[line])
 
     def _new_tube(self) -> int:
-        """Number of a further tube; those whose rows come later have larger numbers."""
+        """Number of a further tube; a tube that continues others has a larger number than they have."""
         self.tubes += 1
         return self.tubes - 1
 
@@ -117,6 +119,7 @@ class _Rows:
         for line in band.above:
             tip = line not in self.levels.borders
             self.tube[line] = self._new_tube()
+            self.begun[self.tube[line]] = self.levels.lines[line].length
             count = rounded_count(self.levels.lines[line], self.exact[line], self.size, tip=tip)
             self.course[line] = self._new_course(line, 0.0, count)
 
@@ -275,14 +278,23 @@ class _Rows:
             n_bottom=n_bottom,
             n_top=np.array(faces.n_top),
             stitch=with_cast_on(np.array(faces.stitch), start, n_bottom, twin),
-            row=_tube_by_tube(self.tube_of_row)[faces.row],
+            row=_tube_by_tube(self.tube_of_row, self.begun)[faces.row],
         )
 
 
-def _tube_by_tube(tube: list[int]) -> IntArray:
-    """Number of each row, for the tubes of rows in the order in which they were made, shape (rows,)."""
-    number = np.empty(len(tube), dtype=np.int64)
-    number[np.argsort(tube, kind="stable")] = np.arange(len(tube))
+def _tube_by_tube(tube_of_row: list[int], begun: dict[int, float]) -> IntArray:
+    """Number of each row, in the order in which the rows were made, shape (rows,).
+
+    Args:
+        tube_of_row: tube of each row.
+        begun: length of the first line of each tube in which knitting begins [cm]. These tubes come first, the longest
+            line before the others; lengths are rounded, so that equal sleeves keep their order.
+    """
+    first = sorted(begun, key=lambda tube: (-round(begun[tube], 6), tube))
+    rank = {tube: place for place, tube in enumerate(first)}
+    place = [rank.get(tube, len(first) + tube) for tube in tube_of_row]
+    number = np.empty(len(place), dtype=np.int64)
+    number[np.argsort(place, kind="stable")] = np.arange(len(place))
     return number
 
 

@@ -176,7 +176,7 @@ UPPER = {"kind": "border", "points": [[0, 4.5, 1.2]], "role": "end"}
     [
         ("{", "is no JSON"),
         (BORDER, "expected a list"),
-        ([{**BORDER, "tme": 0}], "has no key 'tme'; did you mean 'time'? the keys are kind, points, role, time, radius"),
+        ([{**BORDER, "tme": 0}], "did you mean 'time'? the keys are kind, points, role, time, radius"),
         ([{"points": [[0, 0, 2]]}], "[0] needs 'kind'; got points"),
         ([{**BORDER, "kind": "edge"}], '[0].kind is "edge"; expected one of border, point, stroke'),
         ([{**BORDER, "points": [[0, 2]]}], "[0].points[0] is [0, 2]"),

@@ -62,6 +62,7 @@ def test_rows_are_numbered_tube_by_tube(sweater):
     for hand in ("left", "right"):
         rows = parts.row_numbers[parts.sleeve_rows(hand)]
         assert len(rows) > 5 and np.ptp(rows) == len(rows) - 1
+    assert set(np.flatnonzero(sweater.row == 0)) == set(sm.select(sweater, "hem 1"))  # The longest begin comes first.
     below = np.flatnonzero((sweater.twin != BORDER) & (sweater.side_role == BOTTOM) & ~sweater.mismatched)
     # A row is made after the rows whose loops it takes.
     assert (sweater.row[sweater.side_face[below]] > sweater.row[sweater.side_face[sweater.twin[below]]]).all()
