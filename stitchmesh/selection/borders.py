@@ -5,8 +5,8 @@
 The y axis points up, and the wearer looks along +z, so that +x is the wearer's left. The names do not depend on the
 width of the stitches:
 
-- A *tip* is a ring of less than ``TIP_LENGTH`` in which the rows converge, or of less than ``CLOSED_LENGTH``: a crown, a
-  toe, a fingertip.
+- A *tip* is a ring of less than ``TIP_LENGTH`` in which the rows converge, or of less than ``CLOSED_LENGTH``: a crown,
+  a toe, a fingertip.
 - A border away from the middle plane is a *cuff* if it runs along rows only, and an *armhole* if rows end at it.
 - Of the borders at the middle plane, the lowest one in the lower half of the garment is the *hem*, and the highest one
   in the upper half is the *neck*. A border that is higher than half the garment, as of a flat piece, has no name.

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.selection.borders import CLOSED_LENGTH
 from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
@@ -287,6 +288,8 @@ def _is_too_short(levels: LevelLines, line: int, beside: Band, shortest: float) 
 def without_small_tips(levels: LevelLines, shortest: float) -> LevelLines:
     """Leave out rings at tips that are too short; the rows then begin one course later, or end one course earlier.
 
+    A border that no finger goes through is such a ring too: a yarn is drawn through the loops there.
+
     Args:
         levels: the lines and the bands.
         shortest: length of the shortest ring [cm]. The last ring must also have ``NARROWEST_TIP`` of the length of the
@@ -302,7 +305,8 @@ def without_small_tips(levels: LevelLines, shortest: float) -> LevelLines:
                 continue
             line = inner[0]
             other = next((b for b in bands if b is not band and line in b.above + b.below), None)
-            if other is None or line in levels.borders or not _is_too_short(levels, line, other, shortest):
+            kept = line in levels.borders and levels.lines[line].length >= CLOSED_LENGTH
+            if other is None or kept or not _is_too_short(levels, line, other, shortest):
                 continue
             for side in (other.below, other.above):
                 if line in side:

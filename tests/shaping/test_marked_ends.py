@@ -84,3 +84,11 @@ def test_a_closed_surface_with_one_marked_tip_has_no_other_given_end():
     top = sm.TimeMark("point", [[0.0, 6.0, 0.0]], "begin")
     ends = marked_ends(triangle_surface(closed_ball(12, 8), 2.0), [top], UP)
     assert ends.begins and len(ends.all) == 1
+
+
+def test_a_glove_begins_at_its_cuff_and_ends_at_all_fingertips():
+    """Its fingertips have holes of 2 cm, one of which is the highest border."""
+    glove = triangle_surface(in_triangles(sm.read_mesh(ROOT / "assets" / "meshes" / "glove.obj")), 1.0)
+    ends = marked_ends(glove, [], UP)
+    assert len(ends.begin_ends) == 1 and len(ends.finish_ends) == 5
+    assert glove.vertices[ends.begin_ends[0].vertices, 1].max() < 1.0

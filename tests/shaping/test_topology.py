@@ -45,3 +45,8 @@ def test_armholes_that_are_lost_at_a_large_stitch_are_told(caplog):
     lost = report["shape"]["lost"]
     assert lost.startswith("the fabric has 2 borders instead of 4: ") and "choose a smaller stitch" in lost
     assert lost in caplog.text and "\n" not in lost
+
+
+def test_fingertips_whose_holes_are_drawn_together_are_no_lost_borders():
+    shaped = sm.shape_fabric(in_triangles(sm.read_mesh(MESHES / "glove.obj")), stitch_width=0.7)
+    assert len(shaped.fabric.boundary_loops) == 6 and shaped.report.lost is None
