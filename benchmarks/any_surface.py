@@ -63,7 +63,7 @@ def measure(scene: Scene, options: argparse.Namespace) -> str:
     options.name = name
     mesh = make()
     start = time.perf_counter()
-    shaped = sm.shape_fabric(mesh, stitch_width=width)
+    shaped = sm.shape_fabric(mesh, stitch_width=width, most_shaping=options.most_shaping)
     seconds = time.perf_counter() - start
     fabric, how = relax_mesh_with_report(
         shaped.fabric, surface=shaped.surface.mesh, device=options.device, progress=False
@@ -116,6 +116,7 @@ def main() -> None:
     parser.add_argument("--device", default="cpu")
     parser.add_argument("--out", type=Path, help="folder for stitch meshes")
     parser.add_argument("--only", nargs="*", default=[])
+    parser.add_argument("--most-shaping", type=float, help="largest part of a row that is increases or decreases")
     options = parser.parse_args()
     logging.disable(logging.WARNING)
     np.seterr(all="ignore")
