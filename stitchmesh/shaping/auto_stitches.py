@@ -172,8 +172,7 @@ def _shape_part(
     ends = marked_ends(part, marks, up)
     courses, ends = knitting_time(part, ends, size.height, lambda done: report(SHARE_OF_TIME * done, "time"))
     report(SHARE_OF_TIME, "lines")
-    whole = level_lines(part, courses, ends)
-    levels = without_small_tips(whole, SMALLEST_TIP * size.width)
+    levels = without_small_tips(level_lines(part, courses, ends), SMALLEST_TIP * size.width)
     plain = plain_places(part, marks, size.width)
     fabric = stitches_between(
         levels, saddle_points(part, courses), size, plain,
@@ -182,7 +181,7 @@ def _shape_part(
     if short_rows:
         report(SHARE_OF_ROWS, "short rows")
         fabric = with_short_rows(fabric, size.height)
-    return _ShapedPart(fabric, courses, ends, whole.tips)
+    return _ShapedPart(fabric, courses, ends, levels.tips)
 
 
 def saddle_points(surface: TriangleSurface, values: FloatArray) -> FloatArray:

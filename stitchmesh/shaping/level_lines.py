@@ -86,12 +86,14 @@ class LevelLines:
     """The bands, in ascending order of their levels."""
     borders: frozenset[int]
     """Numbers of the lines that are borders of the surface."""
+    at_holes: frozenset[int] = frozenset()
+    """Numbers of the lines before or after which a border of the surface was left out."""
 
     @property
     def tips(self) -> int:
-        """Number of lines, other than borders, beyond which nothing is knitted."""
+        """Number of lines beyond which nothing is knitted, although the surface has no border there."""
         ends = [line for band in self.bands if not (band.below and band.above) for line in band.below + band.above]
-        return len(set(ends) - self.borders)
+        return len(set(ends) - self.borders - self.at_holes)
 
 
 def level_lines(surface: TriangleSurface, time: FloatArray, ends: Ends) -> LevelLines:
@@ -296,6 +298,7 @@ def without_small_tips(levels: LevelLines, shortest: float) -> LevelLines:
             ring below it, because both have equally many stitches.
     """
     bands = [Band(list(band.below), list(band.above)) for band in levels.bands]
+    at_holes: set[int] = set()
     changed = True
     while changed:
         changed = False
@@ -311,7 +314,9 @@ def without_small_tips(levels: LevelLines, shortest: float) -> LevelLines:
             for side in (other.below, other.above):
                 if line in side:
                     side.remove(line)
+            if line in levels.borders or line in at_holes:
+                at_holes.update(other.above if not other.below else other.below if not other.above else ())
             bands = [b for b in bands if b is not band]
             changed = True
             break
-    return LevelLines(levels.lines, tuple(bands), levels.borders)
+    return LevelLines(levels.lines, tuple(bands), levels.borders, frozenset(at_holes))

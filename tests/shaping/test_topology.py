@@ -50,3 +50,11 @@ def test_armholes_that_are_lost_at_a_large_stitch_are_told(caplog):
 def test_fingertips_whose_holes_are_drawn_together_are_no_lost_borders():
     shaped = sm.shape_fabric(in_triangles(sm.read_mesh(MESHES / "glove.obj")), stitch_width=0.7)
     assert len(shaped.fabric.boundary_loops) == 6 and shaped.report.lost is None
+
+
+def test_a_small_summit_that_is_knitted_over_is_no_lost_border():
+    """If all borders of the sweater begin, its rows end at several summits, of which one is lower than a row."""
+    borders = [[0.0, 0.0, 13.0], [0.0, 60.0, 5.0], [56.0, 10.0, 7.0], [-56.0, 10.0, 7.0]]
+    marks = [sm.TimeMark("border", [place], "begin") for place in borders]
+    mesh = in_triangles(sm.read_mesh(MESHES / "sweater.obj"))
+    assert sm.shape_fabric(mesh, stitch_width=1.6, marks=marks).report.lost is None
