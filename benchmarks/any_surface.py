@@ -49,8 +49,12 @@ def scenes(options: argparse.Namespace) -> Iterator[Scene]:
     for name, make in SHAPES.items():
         yield name, 0.8, make
     for path in sorted(GARMENTS.glob("*.obj")):
-        width = 0.5 if path.stem == "glove" else 0.8 if path.stem in SMALL else 1.6
-        yield f"{path.stem}.obj", width, lambda path=path: triangulated(sm.read_mesh(path))
+        yield path.name, width_of(path), lambda path=path: triangulated(sm.read_mesh(path))
+
+
+def width_of(garment: Path) -> float:
+    """Return the width of the stitches in which a garment of the project is knitted [cm]."""
+    return 0.5 if garment.stem == "glove" else 0.8 if garment.stem in SMALL else 1.6
 
 
 def measure(scene: Scene, options: argparse.Namespace) -> str:
@@ -59,7 +63,7 @@ def measure(scene: Scene, options: argparse.Namespace) -> str:
     options.name = name
     mesh = make()
     start = time.perf_counter()
-    shaped = sm.shape_fabric(mesh, stitch_width=width)
+    shaped = sm.shape_fabric(mesh, stitch_width=width, most_shaping=options.most_shaping)
     seconds = time.perf_counter() - start
     fabric, how = relax_mesh_with_report(
         shaped.fabric, surface=shaped.surface.mesh, device=options.device, progress=False
@@ -112,6 +116,7 @@ def main() -> None:
     parser.add_argument("--device", default="cpu")
     parser.add_argument("--out", type=Path, help="folder for stitch meshes")
     parser.add_argument("--only", nargs="*", default=[])
+    parser.add_argument("--most-shaping", type=float, help="largest part of a row that is increases or decreases")
     options = parser.parse_args()
     logging.disable(logging.WARNING)
     np.seterr(all="ignore")

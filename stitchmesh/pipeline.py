@@ -379,6 +379,8 @@ def shape_stage(mesh: Mesh, options: KnitOptions, report: dict[str, object], pro
         **shaping.arguments,
     )  # fmt: skip
     checked_drawn_radius(checked_radius(shaped.fabric, options.yarn_radius), options.drawn_radius)
+    if shaped.report.lost:
+        logger.warning(shaped.report.lost)
     report["shape"] = {**asdict(shaped.report), "crossing_faces": _crossing_faces(mesh)}
     return shaped
 

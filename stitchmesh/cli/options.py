@@ -169,7 +169,9 @@ class FoundRows:
     no_short_rows: Flag = not ShapingOptions.short_rows
     """do not turn the yarn back within the fabric where rows are far too high, as at a heel"""
     marks: Annotated[str | None, help_entry("FILE", "automatic")] = None
-    """JSON list of places where knitting begins and ends and of lines along which rows run (docs/recipes.md)"""
+    """JSON list of places where knitting begins and ends, where a row runs, or where no shaping is (docs/recipes.md)"""
+    most_shaping: Annotated[float | None, help_entry("PART", "as the mesh asks")] = ShapingOptions.most_shaping
+    """largest part of the stitches of a row that are increases or decreases, such as 0.25"""
 
     def section(self) -> RowsSection:
         """Return the section of a recipe.
@@ -181,7 +183,7 @@ class FoundRows:
         """
         return RowsSection(
             auto=self.auto, up=self.up, multiple=self.multiple, short_rows=not self.no_short_rows,
-            marks=() if self.marks is None else _read_marks(self.marks),
+            marks=() if self.marks is None else _read_marks(self.marks), most_shaping=self.most_shaping,
         )  # fmt: skip
 
 

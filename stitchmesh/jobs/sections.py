@@ -81,7 +81,9 @@ class AutoStitchesTable:
     short_rows: bool = ShapingOptions.short_rows
     """Whether the yarn turns back and comes again where rows are far too high."""
     marks: tuple[MarkTable, ...] = ()
-    """Where knitting begins and ends, and lines along which rows run."""
+    """Where knitting begins and ends, lines along which rows run, and plain places."""
+    most_shaping: float | None = ShapingOptions.most_shaping
+    """Largest part of the stitches of a row that are increases or decreases; None for as many as the surface asks."""
 
     def __post_init__(self) -> None:
         self.rows()

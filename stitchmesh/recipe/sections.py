@@ -53,16 +53,18 @@ class LabelSection:
 
 @dataclass(frozen=True, kw_only=True)
 class MarkTable:
-    """A mark on the surface: where knitting begins or ends, or a line along which a row runs."""
+    """A mark on the surface: where knitting begins or ends, a line along which a row runs, or a plain place."""
 
     kind: Literal["border", "stroke", "point"]
     """The border nearest to the first point, a line through all points, or a tip at the first point."""
     points: tuple[tuple[float, float, float], ...]
     """Points on the surface [cm]."""
-    role: Literal["begin", "end", "row", "side"] = "row"
-    """Whether knitting begins or ends here, a row runs here, or rows end at this border."""
+    role: Literal["begin", "end", "row", "side", "plain"] = "row"
+    """Whether knitting begins or ends here, a row runs here, rows end at this border, or shaping is kept away."""
     time: float | None = None
     """Distance along the fabric from where knitting begins [cm]."""
+    radius: float | None = None
+    """Distance from a plain mark up to which the fabric is plain [cm]."""
 
     def time_mark(self) -> TimeMark:
         """Return the mark as the library holds it.
@@ -70,7 +72,7 @@ class MarkTable:
         Raises:
             ParameterError: as for ``TimeMark``.
         """
-        return TimeMark(self.kind, self.points, self.role, self.time)
+        return TimeMark(self.kind, self.points, self.role, self.time, self.radius)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,7 +92,9 @@ class RowsSection:
     short_rows: bool = True
     """Whether the yarn turns back and comes again where rows are far too high."""
     marks: tuple[MarkTable, ...] = ()
-    """Where knitting begins and ends, and lines along which rows run."""
+    """Where knitting begins and ends, lines along which rows run, and plain places."""
+    most_shaping: float | None = None
+    """Largest part of the stitches of a row that are increases or decreases."""
 
     def __post_init__(self) -> None:
         for part in fields(self) if not self.auto else ():
@@ -103,8 +107,9 @@ class RowsSection:
         if not self.auto:
             return None
         return ShapingOptions(
-            up=self.up, multiple=self.multiple, short_rows=self.short_rows, marks=time_marks(self.marks)
-        )
+            up=self.up, multiple=self.multiple, short_rows=self.short_rows, marks=time_marks(self.marks),
+            most_shaping=self.most_shaping,
+        )  # fmt: skip
 
 
 def time_marks(marks: Sequence[MarkTable]) -> tuple[TimeMark, ...]:

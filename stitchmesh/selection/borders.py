@@ -5,7 +5,8 @@
 The y axis points up, and the wearer looks along +z, so that +x is the wearer's left. The names do not depend on the
 width of the stitches:
 
-- A *tip* is a ring of less than ``TIP_LENGTH`` in which the rows converge: a crown, a toe, a fingertip.
+- A *tip* is a ring of less than ``TIP_LENGTH`` in which the rows converge, or of less than ``CLOSED_LENGTH``: a crown,
+  a toe, a fingertip.
 - A border away from the middle plane is a *cuff* if it runs along rows only, and an *armhole* if rows end at it.
 - Of the borders at the middle plane, the lowest one in the lower half of the garment is the *hem*, and the highest one
   in the upper half is the *neck*. A border that is higher than half the garment, as of a flat piece, has no name.
@@ -24,6 +25,8 @@ from stitchmesh.mesh.polygon_mesh import ranges
 
 TIP_LENGTH = 15.0
 """Length of a border below which it can be a tip [cm]; the hand of a small child does not go through it."""
+CLOSED_LENGTH = 3.0
+"""Length of a ring below which it is a tip, even if the rows run straight up to it [cm]; no finger goes through it."""
 CONVERGING = 0.8
 """Largest alignment of the wales at a tip: length of the sum of their vectors, divided by the sum of their lengths."""
 SPIRAL_STEP = 1
@@ -128,6 +131,8 @@ def _measured(fabric: StitchMesh, number: int, sides: IntArray) -> Border:
 def _is_tip(fabric: StitchMesh, border: Border) -> bool:
     if border.length >= TIP_LENGTH or not border.along_rows:
         return False
+    if border.length < CLOSED_LENGTH:
+        return True
     faces = fabric.side_face[border.sides]
     left, right = fabric.left_wale[faces], fabric.right_wale[faces]
     start, end = fabric.face_start[:-1][faces], right + 1  # Corners at the lower left and at the upper right.

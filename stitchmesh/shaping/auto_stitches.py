@@ -10,7 +10,7 @@ Parts of a mesh that are not connected are knitted one after another.
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -20,11 +20,14 @@ from numpy.typing import ArrayLike
 from stitchmesh.errors import MeshError, ParameterError, TessellationError, check_kind
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.progress import Progress, shown_stages
+from stitchmesh.shaping.counts import SMALLEST_RING, SMALLEST_TIP, StitchSize
 from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.level_lines import level_lines, without_small_tips
 from stitchmesh.shaping.marks import TimeMark, marked_ends
+from stitchmesh.shaping.options import check_most_shaping
+from stitchmesh.shaping.plain_places import plain_places
 from stitchmesh.shaping.report import ShapingReport, shaping_report
-from stitchmesh.shaping.rows import SMALLEST_RING, SMALLEST_TIP, StitchSize, stitches_between
+from stitchmesh.shaping.rows import stitches_between
 from stitchmesh.shaping.short_row_plan import with_short_rows
 from stitchmesh.shaping.time_function import knitting_time
 from stitchmesh.shaping.triangle_surface import TriangleSurface, triangle_surface, without_fine_features
@@ -38,6 +41,8 @@ MOST_STITCHES = 3_000_000
 """Largest number of stitches; the tables of more would not fit in the memory of a usual machine."""
 BYTES_OF_STITCH = 2_500
 """Memory for each stitch, measured on a tube of 100,000 stitches."""
+SHARE_OF_TIME, SHARE_OF_ROWS = 0.25, 0.95
+"""Completed parts of the search when the time is known, and when all rows are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +66,7 @@ class ShapedFabric:
 def auto_stitches(
     mesh: Mesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
     marks: Sequence[TimeMark] = (), up: ArrayLike = (0.0, 1.0, 0.0), multiple: int = 1, short_rows: bool = True,
+    most_shaping: float | None = None,
 ) -> StitchMesh:  # fmt: skip
     """Knit any surface: find rows and stitches without a labeled mesh.
 
@@ -71,11 +77,15 @@ def auto_stitches(
         mesh: any oriented surface, of polygons of any kind [cm].
         stitch_width: wale spacing [cm].
         stitch_height: course spacing [cm]; by default 0.77 times the width.
-        marks: where knitting begins and ends, and lines along which rows run; automatic without any.
+        marks: where knitting begins and ends, lines along which rows run, and places that increases and decreases
+            keep away from; automatic without any.
         up: direction in which garments are knitted where nothing else decides, shape (3,).
         multiple: number that the stitches of each round are a multiple of, for a pattern that repeats.
         short_rows: whether the yarn turns back and comes again where rows are far too high, as at a heel; without,
             stitches there are stretched more.
+        most_shaping: largest part of the stitches of a row that are increases or decreases, such as 0.25 for one in
+            four; one increase or decrease is always permitted. Rows that would need more are stretched. By default as
+            many as the surface asks.
 
     Returns:
         A stitch mesh on the polygons of ``mesh``.
@@ -87,51 +97,90 @@ def auto_stitches(
     """
     return shape_fabric(
         mesh, stitch_width=stitch_width, stitch_height=stitch_height, marks=marks, up=up, multiple=multiple,
-        short_rows=short_rows,
+        short_rows=short_rows, most_shaping=most_shaping,
     ).fabric  # fmt: skip
 
 
 def shape_fabric(
     mesh: Mesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
     marks: Sequence[TimeMark] = (), up: ArrayLike = (0.0, 1.0, 0.0), multiple: int = 1, short_rows: bool = True,
+    most_shaping: float | None = None,
     progress: Progress | Literal[False] | None = None,
 ) -> ShapedFabric:  # fmt: skip
     """Knit any surface as ``auto_stitches`` does, and return also what the stitches follow from.
 
-    The arguments and the errors are the same; ``progress`` is called with the progress; by default a
-    line shows it on a terminal or in a notebook, and False shows nothing.
+    The arguments and the errors are the same. ``progress`` is called with the progress of each stage, and an error
+    that it raises ends the search; by default a line shows the progress on a terminal or in a notebook, and False
+    shows nothing.
     """
     start = time.perf_counter()
     check_kind("auto_stitches", mesh, Mesh)
     height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
-    size = StitchSize(stitch_width, height, multiple)
+    size = StitchSize(stitch_width, height, multiple, most_shaping)
     upwards = _checked(mesh, size, up)
-    given = triangle_surface(mesh, EDGE_OVER_WIDTH * stitch_width)
-    surface = without_fine_features(given, FINEST_FEATURE * stitch_width)
-    parts = connected_parts(surface)
-    marks_of_part = _marks_by_part(parts, marks)
-    shaped = []
-    with shown_stages(progress) as report_part:
-        for number, (part, _) in enumerate(parts):
-            report_part("shape", number / len(parts), f"{len(part.triangles)} triangles")
-            shaped.append(_shape_part(part, marks_of_part[number], upwards, size, short_rows=short_rows))
-    fabric = joined([fabric for fabric, _, _ in shaped])
+    with shown_stages(progress) as report_stage:
+        report_stage("shape", 0.0, "dividing the surface into triangles")
+        given = triangle_surface(mesh, EDGE_OVER_WIDTH * stitch_width)
+        surface = without_fine_features(given, FINEST_FEATURE * stitch_width)
+        parts = connected_parts(surface)
+        shaped = []
+        for number, own_marks in enumerate(_marks_by_part(parts, marks)):
+            report_part = _progress_of_part(report_stage, number, [len(part.triangles) for part, _ in parts])
+            shaped.append(_shape_part(parts[number][0], own_marks, upwards, size, short_rows, report_part))
+    fabric = joined([part.fabric for part in shaped])
     times = np.zeros(len(surface.vertices))
-    for (_, vertices), (_, own, _) in zip(parts, shaped, strict=True):
-        times[vertices] = own
-    report = shaping_report(fabric, given, stitch_width, time.perf_counter() - start)
-    return ShapedFabric(fabric, given, surface, times, tuple(ends for _, _, ends in shaped), report)
+    for (_, vertices), part in zip(parts, shaped, strict=True):
+        times[vertices] = part.time
+    seconds, tips = time.perf_counter() - start, sum(part.tips for part in shaped)
+    report = shaping_report(fabric, given, stitch_width, seconds, tips)
+    return ShapedFabric(fabric, given, surface, times, tuple(part.ends for part in shaped), report)
+
+
+PartProgress = Callable[[float, str], None]
+"""Function that is called with the completed part of one part of the surface, from 0 to 1, and what is done."""
+
+
+def _progress_of_part(report_stage: Progress, number: int, sizes: Sequence[int]) -> PartProgress:
+    """Return the progress function of one part of the surface, from the numbers of triangles of all parts."""
+    before, own, whole = sum(sizes[:number]), sizes[number], sum(sizes)
+    place = "" if len(sizes) == 1 else f", part {number + 1} of {len(sizes)}"
+
+    def report(done: float, note: str) -> None:
+        report_stage("shape", (before + done * own) / whole, note + place)
+
+    return report
+
+
+@dataclass(frozen=True, eq=False)
+class _ShapedPart:
+    """Stitches on a connected part of the surface."""
+
+    fabric: StitchMesh
+    time: FloatArray
+    """Time of each vertex of the part in courses, shape (V,)."""
+    ends: Ends
+    tips: int
+    """Number of borders of the fabric that the surface lacks, at which a yarn is drawn through the loops."""
 
 
 def _shape_part(
-    part: TriangleSurface, marks: Sequence[TimeMark], up: FloatArray, size: StitchSize, *, short_rows: bool
-) -> tuple[StitchMesh, FloatArray, Ends]:
-    """Knit a connected surface; return the stitches, the time of each vertex in courses, and the ends."""
+    part: TriangleSurface, marks: Sequence[TimeMark], up: FloatArray, size: StitchSize, short_rows: bool,
+    report: PartProgress,
+) -> _ShapedPart:  # fmt: skip
+    """Knit a connected surface."""
     ends = marked_ends(part, marks, up)
-    courses, ends = knitting_time(part, ends, size.height)
+    courses, ends = knitting_time(part, ends, size.height, lambda done: report(SHARE_OF_TIME * done, "time"))
+    report(SHARE_OF_TIME, "lines")
     levels = without_small_tips(level_lines(part, courses, ends), SMALLEST_TIP * size.width)
-    fabric = stitches_between(levels, saddle_points(part, courses), size)
-    return with_short_rows(fabric, size.height) if short_rows else fabric, courses, ends
+    plain = plain_places(part, marks, size.width)
+    fabric = stitches_between(
+        levels, saddle_points(part, courses), size, plain,
+        lambda done: report(SHARE_OF_TIME + (SHARE_OF_ROWS - SHARE_OF_TIME) * done, "rows"),
+    )  # fmt: skip
+    if short_rows:
+        report(SHARE_OF_ROWS, "short rows")
+        fabric = with_short_rows(fabric, size.height)
+    return _ShapedPart(fabric, courses, ends, levels.tips)
 
 
 def saddle_points(surface: TriangleSurface, values: FloatArray) -> FloatArray:
@@ -237,6 +286,7 @@ def _checked(mesh: Mesh, size: StitchSize, up: ArrayLike) -> FloatArray:
             raise ParameterError(f"{name}: got {value} cm; expected a positive number")
     if size.multiple < 1:
         raise ParameterError(f"multiple: got {size.multiple}; expected 1 or more stitches")
+    check_most_shaping(size.most_shaping)
     direction = np.asarray(up, dtype=np.float64)
     if direction.shape != (3,) or not np.isfinite(direction).all() or not direction.any():
         raise ParameterError(f"up: got {up!r}; expected three numbers that are not all zero")

@@ -19,6 +19,7 @@ from itertools import pairwise
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.selection.borders import CLOSED_LENGTH
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
 SLIT_TURNING = -np.pi
@@ -63,13 +64,24 @@ class Ends:
         """All ends and lines, the roots first."""
         return (*self.roots, *self.others, *self.lines)
 
+    @property
+    def begin_ends(self) -> tuple[End, ...]:
+        """The ends at which knitting begins."""
+        return self.roots if self.begins else self.others
+
+    @property
+    def finish_ends(self) -> tuple[End, ...]:
+        """The ends at which knitting ends."""
+        return self.others if self.begins else self.roots
+
 
 def automatic_ends(surface: TriangleSurface, up: FloatArray) -> Ends:
     """Choose the ends of a connected surface.
 
     The highest of several borders is the root, and knitting ends there: from the hem to the neck, from the cuff to the
     shoulder. A single border is where knitting begins if it is the lower end, as the brim of a hat, and where it ends
-    if it is the upper one: a sock is knitted from the toe. A closed surface begins at an end of its longest axis.
+    if it is the upper one: a sock is knitted from the toe. Borders that no finger goes through are tips, as those of a
+    glove, and do not count if there are others. A closed surface begins at an end of its longest axis.
 
     Args:
         surface: a connected surface.
@@ -83,10 +95,11 @@ def automatic_ends(surface: TriangleSurface, up: FloatArray) -> Ends:
             return flat
     rows = [border for border in surface.borders if not is_slit(surface, border)]
     rows = rows or [max(surface.borders, key=lambda border: _length(surface, border))]
-    root = _highest(surface, rows, up)
-    others = tuple(End(border) for number, border in enumerate(rows) if number != root)
-    begins = not others and not _is_upper_end(surface, rows[root], up)
-    return Ends((End(rows[root]),), others, begins=begins)
+    wide = [border for border in rows if _length(surface, border) >= CLOSED_LENGTH] or rows
+    root = wide[_highest(surface, wide, up)]
+    others = tuple(End(border) for border in rows if border is not root)
+    begins = len(wide) == 1 and not _is_upper_end(surface, root, up)
+    return Ends((End(root),), others, begins=begins)
 
 
 def turning(surface: TriangleSurface, border: IntArray) -> float:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.selection.borders import CLOSED_LENGTH
 from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
@@ -85,6 +86,14 @@ class LevelLines:
     """The bands, in ascending order of their levels."""
     borders: frozenset[int]
     """Numbers of the lines that are borders of the surface."""
+    at_holes: frozenset[int] = frozenset()
+    """Numbers of the lines before or after which a border of the surface was left out."""
+
+    @property
+    def tips(self) -> int:
+        """Number of lines beyond which nothing is knitted, although the surface has no border there."""
+        ends = [line for band in self.bands if not (band.below and band.above) for line in band.below + band.above]
+        return len(set(ends) - self.borders - self.at_holes)
 
 
 def level_lines(surface: TriangleSurface, time: FloatArray, ends: Ends) -> LevelLines:
@@ -281,12 +290,15 @@ def _is_too_short(levels: LevelLines, line: int, beside: Band, shortest: float) 
 def without_small_tips(levels: LevelLines, shortest: float) -> LevelLines:
     """Leave out rings at tips that are too short; the rows then begin one course later, or end one course earlier.
 
+    A border that no finger goes through is such a ring too: a yarn is drawn through the loops there.
+
     Args:
         levels: the lines and the bands.
         shortest: length of the shortest ring [cm]. The last ring must also have ``NARROWEST_TIP`` of the length of the
             ring below it, because both have equally many stitches.
     """
     bands = [Band(list(band.below), list(band.above)) for band in levels.bands]
+    at_holes: set[int] = set()
     changed = True
     while changed:
         changed = False
@@ -296,12 +308,15 @@ def without_small_tips(levels: LevelLines, shortest: float) -> LevelLines:
                 continue
             line = inner[0]
             other = next((b for b in bands if b is not band and line in b.above + b.below), None)
-            if other is None or line in levels.borders or not _is_too_short(levels, line, other, shortest):
+            kept = line in levels.borders and levels.lines[line].length >= CLOSED_LENGTH
+            if other is None or kept or not _is_too_short(levels, line, other, shortest):
                 continue
             for side in (other.below, other.above):
                 if line in side:
                     side.remove(line)
+            if line in levels.borders or line in at_holes:
+                at_holes.update(other.above if not other.below else other.below if not other.above else ())
             bands = [b for b in bands if b is not band]
             changed = True
             break
-    return LevelLines(levels.lines, tuple(bands), levels.borders)
+    return LevelLines(levels.lines, tuple(bands), levels.borders, frozenset(at_holes))

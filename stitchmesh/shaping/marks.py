@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Marks of a user: where knitting begins and ends, and lines along which rows run."""
+"""Marks of a user: where knitting begins and ends, lines along which rows run, and places without shaping."""
 
 from __future__ import annotations
 
@@ -22,6 +22,10 @@ STEEPEST = 20.0
 """Difference of the times of two marks over their distance in space from which the times contradict each other."""
 KINDS = ("border", "stroke", "point")
 """Kinds of marks."""
+ROLES = ("begin", "end", "row", "side", "plain")
+"""Roles of marks."""
+UNTIMED = ("side", "plain")
+"""Roles of marks at which many rows pass, so that they have no time."""
 
 
 @dataclass(frozen=True)
@@ -37,17 +41,19 @@ class TimeMark:
     at the first point."""
     points: Sequence[Sequence[float]]
     """Points on the surface [cm], shape (n, 3)."""
-    role: Literal["begin", "end", "row", "side"] = "row"
+    role: Literal["begin", "end", "row", "side", "plain"] = "row"
     """``begin``: knitting begins here; ``end``: it ends here; ``row``: a row runs along it; ``side``: rows end at this
-    border."""
+    border; ``plain``: increases and decreases are kept away from it."""
     time: float | None = None
     """Distance along the fabric from where knitting begins [cm]; None if it follows from the size of the surface."""
+    radius: float | None = None
+    """Distance from a ``plain`` mark up to which the fabric is plain [cm]; None for three stitch widths."""
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise ParameterError(f"mark: got the kind '{self.kind}'; expected one of {', '.join(KINDS)}")
-        if self.role not in ("begin", "end", "row", "side"):
-            raise ParameterError(f"mark: got the role '{self.role}'; expected begin, end, row or side")
+        if self.role not in ROLES:
+            raise ParameterError(f"mark: got the role '{self.role}'; expected one of {', '.join(ROLES)}")
         if self.role == "side" and self.kind != "border":
             raise ParameterError(f"mark: got the role 'side' for a {self.kind}; only a border is a side")
         points = np.asarray(self.points, dtype=np.float64)
@@ -55,50 +61,83 @@ class TimeMark:
             raise ParameterError(f"mark: got points of shape {points.shape}; expected finite points, shape (n, 3) [cm]")
         if self.time is not None and not np.isfinite(self.time):
             raise ParameterError(f"mark: got the time {self.time}; expected a finite number of centimetres")
+        if self.time is not None and self.role in UNTIMED:
+            raise ParameterError(f"mark: got a time for the role '{self.role}'; only begin, end and row have one")
+        if self.radius is not None and self.role != "plain":
+            raise ParameterError(f"mark: got a radius for the role '{self.role}'; only the role plain has one")
+        if self.radius is not None and not (np.isfinite(self.radius) and self.radius > 0.0):
+            raise ParameterError(f"mark: got the radius {self.radius}; expected a positive number of centimetres")
 
 
 def marked_ends(surface: TriangleSurface, marks: Sequence[TimeMark], up: FloatArray) -> Ends:
     """Return the ends that marks name; what they leave open is chosen automatically.
 
-    If only one of begin and end is marked, the other borders of rows, or the tips, are the other ends.
+    Borders without a mark keep their automatic roles. They have the opposite ones, because the garment is knitted the
+    other way round, if all marked borders have the opposite of their automatic roles, or if knitting would otherwise
+    only begin or only end. Tips without a mark follow from the flow.
 
     Args:
         surface: a connected surface.
-        marks: the marks on it.
+        marks: the marks on it; those whose role is ``plain`` make no end.
         up: unit vector, shape (3,).
 
     Raises:
         ParameterError: a mark is off the surface, two marks share a place, their times contradict each other, or all
             borders at which knitting could begin or end are sides.
     """
-    if not marks:
-        return automatic_ends(surface, up)
-    found = [(mark, End(_vertices_of(surface, mark), mark.time)) for mark in marks]
+    found = [(mark, End(vertices_of(surface, mark), mark.time)) for mark in marks if mark.role != "plain"]
+    automatic = automatic_ends(surface, up)
+    if not found:
+        return automatic
     _check_apart(found)
     _check_times(surface, found)
-    begins = [end for mark, end in found if mark.role == "begin"]
-    finishes = [end for mark, end in found if mark.role == "end"]
+    begins, finishes = (tuple(end for mark, end in found if mark.role == role) for role in ("begin", "end"))
     lines = tuple(end for mark, end in found if mark.role == "row")
-    used = np.concatenate([end.vertices for _, end in found])
-    automatic = automatic_ends(surface, up)
-    open_ends = [end for end in (*automatic.roots, *automatic.others) if not np.isin(end.vertices, used).any()]
+    is_marked = bool(begins or finishes)
+    if surface.borders or not is_marked:
+        used = np.concatenate([end.vertices for _, end in found])
+        first, last = (_without(ends, used) for ends in (automatic.begin_ends, automatic.finish_ends))
+        if is_marked and _is_turned(automatic, begins, finishes, (first, last)):
+            first, last = last, first
+        begins, finishes = (*begins, *first), (*finishes, *last)
     if not begins and not finishes:
-        roots = tuple(end for end in automatic.roots if end in open_ends)
-        others = tuple(end for end in automatic.others if end in open_ends)
-        if not roots and not others:
-            raise ParameterError(
-                "marks: leave no border at which knitting begins or ends; mark one as begin or end, or a point as a tip"
-            )
-        return Ends(roots or others[:1], others if roots else others[1:], lines, automatic.begins)
-    if begins and not finishes:
-        return Ends(tuple(begins), tuple(open_ends), lines, begins=True)
-    if finishes and not begins:
-        return Ends(tuple(finishes), tuple(open_ends), lines, begins=False)
-    return Ends(tuple(finishes), tuple(begins), lines, begins=False)
+        raise ParameterError(
+            "marks: leave no border at which knitting begins or ends; mark one as begin or end, or a point as a tip"
+        )
+    # The flow to a single root has saddles only where limbs meet.
+    if not finishes or 0 < len(begins) < len(finishes):
+        return Ends(begins, finishes, lines, begins=True)
+    return Ends(finishes, begins, lines, begins=False)
 
 
-def _vertices_of(surface: TriangleSurface, mark: TimeMark) -> IntArray:
-    """The vertices of a mark."""
+def _without(ends: Sequence[End], used: IntArray) -> tuple[End, ...]:
+    """The ends that have none of some vertices."""
+    return tuple(end for end in ends if not np.isin(end.vertices, used).any())
+
+
+def _is_turned(
+    automatic: Ends, begins: tuple[End, ...], finishes: tuple[End, ...], free: tuple[tuple[End, ...], tuple[End, ...]]
+) -> bool:
+    """Whether marks turn the direction of knitting (``marked_ends``); ``free`` are the automatic ends without marks."""
+    pairs = [(automatic.begin_ends, begins), (automatic.finish_ends, finishes)]
+    kept = any(_meet(own, marked) for own, marked in pairs)
+    contradicted = _meet(automatic.begin_ends, finishes) or _meet(automatic.finish_ends, begins)
+    one_sided = not (begins or free[0]) or not (finishes or free[1])
+    two_sided_if_turned = bool((begins or free[1]) and (finishes or free[0]))
+    return (contradicted and not kept) or (one_sided and two_sided_if_turned)
+
+
+def _meet(some: Sequence[End], others: Sequence[End]) -> bool:
+    """Whether two groups of ends share a vertex."""
+    return any(np.isin(one.vertices, other.vertices).any() for one in some for other in others)
+
+
+def vertices_of(surface: TriangleSurface, mark: TimeMark) -> IntArray:
+    """Return the vertices of a mark: the whole border, the path of a stroke over edges, or the nearest vertex.
+
+    Raises:
+        ParameterError: the mark is off the surface, or names a border of a closed one.
+    """
     points = np.asarray(mark.points, dtype=np.float64)
     if mark.kind == "border":
         return _nearest_border(surface, points[0])
@@ -135,14 +174,11 @@ def _nearest_vertices(surface: TriangleSurface, points: FloatArray, mark: TimeMa
 
 def _path(surface: TriangleSurface, stops: IntArray) -> IntArray:
     """Vertices along the shortest path over edges through some vertices."""
-    from scipy.sparse import coo_array
     from scipy.sparse.csgraph import dijkstra
 
-    length = np.linalg.norm(np.diff(surface.vertices[surface.edges], axis=1)[:, 0], axis=1)
-    graph = coo_array((length, surface.edges.T), shape=(len(surface.vertices),) * 2).tocsr()
     path = [int(stops[0])]
     for stop in stops[1:].tolist():
-        _, before = dijkstra(graph, directed=False, indices=stop, return_predecessors=True)
+        _, before = dijkstra(surface.edge_graph, directed=False, indices=stop, return_predecessors=True)
         while path[-1] != stop:
             path.append(int(before[path[-1]]))
     known = np.array(path)
@@ -202,9 +238,11 @@ def marks_from(records: Sequence[dict[str, ArrayLike]]) -> tuple[TimeMark, ...]:
     """
     marks = []
     for number, record in enumerate(records):
-        unknown = set(record) - {"kind", "points", "role", "time"}
+        unknown = set(record) - {"kind", "points", "role", "time", "radius"}
         if unknown or "kind" not in record or "points" not in record:
             found = ", ".join(sorted(record)) or "nothing"
-            raise ParameterError(f"mark {number}: got {found}; expected kind and points, and perhaps role and time")
+            raise ParameterError(
+                f"mark {number}: got {found}; expected kind and points, and perhaps role, time and radius"
+            )
         marks.append(TimeMark(**record))  # type: ignore[arg-type]
     return tuple(marks)

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 from stitchmesh.errors import ParameterError
@@ -21,7 +21,8 @@ class ShapingOptions:
     """Options of ``shape_fabric``, apart from the size of the stitches.
 
     Raises:
-        ParameterError: the direction is zero or not finite, or the multiple is not positive.
+        ParameterError: the direction is zero or not finite, the multiple is not positive, or the part of increases
+            and decreases is not a part of 1.
     """
 
     up: tuple[float, float, float] = UP
@@ -31,15 +32,30 @@ class ShapingOptions:
     short_rows: bool = True
     """Whether the yarn turns back and comes again where rows are far too high."""
     marks: Sequence[TimeMark] = ()
-    """Where knitting begins and ends, and lines along which rows run; automatic without any."""
+    """Where knitting begins and ends, lines along which rows run, and plain places; automatic without any."""
+    most_shaping: float | None = None
+    """Largest part of the stitches of a row that are increases or decreases; None for as many as the surface asks."""
 
     def __post_init__(self) -> None:
         if len(self.up) != 3 or not all(map(math.isfinite, self.up)) or not any(self.up):
             raise ParameterError(f"up: got {self.up}; expected three finite numbers that are not all zero")
         if self.multiple < 1:
             raise ParameterError(f"multiple: got {self.multiple}; expected 1 or more stitches")
+        check_most_shaping(self.most_shaping)
 
     @property
     def arguments(self) -> dict[str, Any]:
         """Arguments of ``shape_fabric`` besides the mesh and the size of the stitches."""
-        return {"up": self.up, "multiple": self.multiple, "short_rows": self.short_rows, "marks": self.marks}
+        return {part.name: getattr(self, part.name) for part in fields(self)}
+
+
+def check_most_shaping(part: float | None) -> None:
+    """Check the largest part of the stitches of a row that are increases or decreases.
+
+    Raises:
+        ParameterError: it is not above 0, or above 1.
+    """
+    if part is not None and not 0.0 < part <= 1.0:
+        raise ParameterError(
+            f"most shaping: got {part:g}; expected a part of the stitches of a row above 0 and at most 1, such as 0.25"
+        )

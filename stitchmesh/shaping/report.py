@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.mesh.stitch_counts import stitch_counts
+from stitchmesh.shaping.topology import lost_features, topology
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
 
@@ -33,6 +34,10 @@ class ShapingReport:
     """Short rows: each ends at one turn of the yarn within the fabric, and turns are what is counted."""
     mismatched_edges: int
     """Edges at grafts, where wale directions differ."""
+    largest_shaping: float
+    """Largest part of the stitches of a row that are increases, decreases or closings."""
+    lost: str | None
+    """What the fabric lacks of the borders, handles and joins of the surface, in one sentence; None for nothing."""
     rms_distance: float
     """Root mean square distance of the vertices from the surface, in stitch widths."""
     largest_distance: float
@@ -43,7 +48,9 @@ class ShapingReport:
     """The same of single edges, which differ more: an increase has one wide side and two narrow ones."""
 
 
-def shaping_report(fabric: StitchMesh, surface: TriangleSurface, width: float, seconds: float) -> ShapingReport:
+def shaping_report(
+    fabric: StitchMesh, surface: TriangleSurface, width: float, seconds: float, tips: int = 0
+) -> ShapingReport:
     """Measure stitches on a surface.
 
     Args:
@@ -51,6 +58,7 @@ def shaping_report(fabric: StitchMesh, surface: TriangleSurface, width: float, s
         surface: the surface that it was made for.
         width: width of a stitch [cm].
         seconds: time that it took to find the stitches.
+        tips: number of borders of the fabric at which a yarn is drawn through the loops, and which the surface lacks.
     """
     counts = stitch_counts(fabric)
     closings = int((fabric.stitch == Stitch.DRAW_THROUGH).sum())
@@ -64,11 +72,19 @@ def shaping_report(fabric: StitchMesh, surface: TriangleSurface, width: float, s
         irregular_per_thousand=round(1000.0 * irregular / fabric.face_count, 2),
         short_rows=len(turns(fabric)),
         mismatched_edges=int(fabric.mismatched.sum()) // 2,
+        largest_shaping=round(_largest_shaping(fabric), 4),
+        lost=lost_features(topology(surface.mesh), topology(fabric, tips + len(turns(fabric)))),
         rms_distance=round(float(np.sqrt(np.mean(distance**2))), 4),
         largest_distance=round(float(distance.max()), 4),
         rms_stretch=None if fabric.stretch is None else round(_deviation(_stretch_of_stitches(fabric)), 4),
         rms_edge_stretch=None if fabric.stretch is None else round(_deviation(_counted_stretch(fabric)), 4),
     )
+
+
+def _largest_shaping(fabric: StitchMesh) -> float:
+    """Largest part of the stitches of a row that are increases, decreases or closings."""
+    shaped = np.bincount(fabric.row, fabric.n_bottom != fabric.n_top)
+    return float((shaped / np.maximum(np.bincount(fabric.row), 1)).max())
 
 
 def turns(fabric: StitchMesh) -> list[int]:

@@ -21,6 +21,7 @@ knitting of 3D meshes* (2018).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -155,7 +156,9 @@ def whole_rows(surface: TriangleSurface, time: FloatArray, ends: Ends) -> FloatA
     return parts.solve(surface.stiffness(), right, known)
 
 
-def knitting_time(surface: TriangleSurface, ends: Ends, course_height: float) -> tuple[FloatArray, Ends]:
+def knitting_time(
+    surface: TriangleSurface, ends: Ends, course_height: float, report_part: Callable[[float], None] = lambda _: None
+) -> tuple[FloatArray, Ends]:
     """Return the time of each vertex in courses, shape (V,), and the ends.
 
     Slits in which the flow has a summit, such as the open toe of a sock, become ends.
@@ -164,15 +167,21 @@ def knitting_time(surface: TriangleSurface, ends: Ends, course_height: float) ->
         surface: a connected surface.
         ends: the ends.
         course_height: height of a course [cm].
+        report_part: called with the completed part, from 0 to 1, before each step.
     """
+    report_part(0.0)
     flow = first_flow(surface, ends)
     tips = _tips_in_slits(surface, flow, ends)
     if tips:
         ends = replace(ends, others=(*ends.others, *tips))
         flow = first_flow(surface, ends)
+    report_part(0.2)
     time = even_slope(surface, flow, ends)
+    report_part(0.6)
     time = smooth_out(surface, time / course_height, LOWEST_SUMMIT, ends) * course_height
+    report_part(0.7)
     time = even_slope(surface, time, ends, LAST_ROUNDS)
+    report_part(0.9)
     time = whole_rows(surface, time / course_height, ends)
     time = smooth_out(surface, time, LOWEST_SUMMIT, ends)
     return (time if ends.begins else -time), ends

@@ -79,6 +79,18 @@ class TriangleSurface:
         ends = np.sort(np.stack([self.triangles, np.roll(self.triangles, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
         return np.unique(ends, axis=0)
 
+    @cached_property
+    def edge_length(self) -> FloatArray:
+        """Length of each edge [cm], shape (E,)."""
+        return np.linalg.norm(np.diff(self.vertices[self.edges], axis=1)[:, 0], axis=1)
+
+    @cached_property
+    def edge_graph(self) -> csr_array:
+        """Matrix of the lengths of the edges between vertices [cm], each once, shape (V, V)."""
+        from scipy.sparse import coo_array
+
+        return coo_array((self.edge_length, self.edges.T), shape=(len(self.vertices),) * 2).tocsr()
+
     def gradient(self, values: FloatArray) -> FloatArray:
         """Return the gradient on each triangle [1/cm], shape (T, 3), of values at the vertices, shape (V,)."""
         return np.einsum("tci,tc->ti", self.corner_gradients, values[self.triangles])

@@ -145,6 +145,7 @@ def test_marks_decide_where_knitting_begins(cone_obj, tmp_path):
         (["--count", "0,1=5"], "count: names edges"),
         (["--mark", "0,1"], "mark: names edges"),
         (["--multiple", "0"], "multiple: got 0; expected 1 or more stitches"),
+        (["--most-shaping", "0"], "most shaping: got 0; expected a part of the stitches of a row above 0"),
         (["--up", "0,0,0"], "up: got (0.0, 0.0, 0.0); expected three finite numbers that are not all zero"),
         (["--stitch-width", "9"], "has room for"),
         (["--stitch-width", "1e-4"], "stitches are made: choose a larger stitch"),
@@ -158,7 +159,7 @@ def test_a_bad_option_gives_a_message_of_one_line(cone_obj, tmp_path, capsys, wo
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("option", ["--multiple=2", "--up=z", "--no-short-rows"])
+@pytest.mark.parametrize("option", ["--multiple=2", "--up=z", "--no-short-rows", "--most-shaping=0.2"])
 def test_an_option_of_found_rows_needs_auto(cone_obj, tmp_path, capsys, option):
     name = option.partition("=")[0].removeprefix("--").removeprefix("no-").replace("-", "_")
     message = refused(capsys, "knit", cone_obj, option, "-o", tmp_path / "out")
@@ -175,12 +176,13 @@ UPPER = {"kind": "border", "points": [[0, 4.5, 1.2]], "role": "end"}
     [
         ("{", "is no JSON"),
         (BORDER, "expected a list"),
-        ([{**BORDER, "tme": 0}], "[0] has no key 'tme'; did you mean 'time'? the keys are kind, points, role, time"),
+        ([{**BORDER, "tme": 0}], "did you mean 'time'? the keys are kind, points, role, time, radius"),
         ([{"points": [[0, 0, 2]]}], "[0] needs 'kind'; got points"),
         ([{**BORDER, "kind": "edge"}], '[0].kind is "edge"; expected one of border, point, stroke'),
         ([{**BORDER, "points": [[0, 2]]}], "[0].points[0] is [0, 2]"),
         ([BORDER, {**BORDER, "points": []}], "marks[1]: got points of shape (0,)"),
         ([{"kind": "point", "points": [[0, 0, 2]], "role": "side"}], "marks[0]: got the role 'side' for a point"),
+        ([{**BORDER, "radius": 2}], "marks[0]: got a radius for the role 'begin'; only the role plain has one"),
         ([{"kind": "point", "points": [[0, 90, 0]]}], "cm off the surface; draw it on the surface, and check the unit"),
         ([{**BORDER, "time": 4}, {**UPPER, "time": 1}], "knitting would end at 1 cm and begin at 4 cm"),
         ([BORDER, {**BORDER, "role": "end"}], "meet; a place has one time"),

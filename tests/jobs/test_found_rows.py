@@ -18,6 +18,7 @@ from stitchmesh.jobs.job_memory import found_memory
 from stitchmesh.jobs.run_job import run_job
 from stitchmesh.jobs.sections import AutoStitchesTable, RelaxYarnsTable
 from stitchmesh.jobs.stage_files import GIVEN
+from stitchmesh.jobs.stop import JobStopped, StopRequest
 from stitchmesh.jobs.sweep.row import inputs_of, measures_of
 from stitchmesh.mesh import BORDER, TOP
 from stitchmesh.quality import PRESETS
@@ -115,3 +116,17 @@ def test_a_job_that_does_not_fit_is_refused_before_the_relaxation(job, tmp_path,
     with pytest.raises(sm.StitchMeshError, match="memory: the job needs about"):
         run_job(job, tmp_path)
     assert [path.name.split("-")[0] for path in (tmp_path / "stages").iterdir()] == ["auto_stitches"]
+
+
+def test_a_job_stops_while_it_finds_rows(job, tmp_path):
+    stop, ended = StopRequest(), []
+
+    def ask(status) -> None:
+        """Ask when the first rows are made."""
+        ended[:] = status.stages
+        if status.note == "rows":
+            stop.ask()
+
+    with pytest.raises(JobStopped):
+        run_job(job, tmp_path / "job", stop=stop, listener=ask)
+    assert ended == []

@@ -44,10 +44,11 @@ FULL = Recipe(
     ),
     colours=(RecipeColour(on="neck 4", colour="teal"), RecipeColour(on="cuffs", yarn=1)),
     rows=RowsSection(
-        auto=True, up=(0.0, 0.0, 1.0), multiple=4, short_rows=False,
+        auto=True, up=(0.0, 0.0, 1.0), multiple=4, short_rows=False, most_shaping=0.25,
         marks=(
             MarkTable(kind="border", points=((0.0, 1.5, 2.0),), role="begin", time=0.0),
             MarkTable(kind="stroke", points=((0.0, 4.0, 2.0), (0.1, 4.0, 2.0))),
+            MarkTable(kind="point", points=((0.0, 3.0, 2.0),), role="plain", radius=1.5),
         ),
     ),
     label=LabelSection(start_borders=((1, 2),), start_edges=((3, 4), (5, 6)), flip=(7,), turn_inside_out=True),
@@ -202,9 +203,10 @@ def test_a_name_or_a_number_of_a_recipe_that_is_not_accepted_is_named(change, me
 def test_found_rows_reach_the_options_of_the_stages():
     shaping = recipe_options(Recipe(mesh="hat.obj", rows=FULL.rows)).shaping
     assert shaping is not None and (shaping.up, shaping.multiple, shaping.short_rows) == ((0.0, 0.0, 1.0), 4, False)
-    assert [(mark.kind, mark.role, mark.time) for mark in shaping.marks] == [
-        ("border", "begin", 0.0), ("stroke", "row", None),
+    assert [(mark.kind, mark.role, mark.time, mark.radius) for mark in shaping.marks] == [
+        ("border", "begin", 0.0, None), ("stroke", "row", None, None), ("point", "plain", None, 1.5),
     ]  # fmt: skip
+    assert shaping.most_shaping == 0.25
 
 
 def test_a_colour_that_the_palette_has_is_its_number_and_another_is_added():

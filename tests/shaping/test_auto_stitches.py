@@ -162,6 +162,8 @@ def test_short_rows_add_rows_at_a_heel_unless_they_are_not_wanted():
         ({"stitch_width": 1.0, "stitch_height": -1.0}, ParameterError, "stitch height"),
         ({"stitch_width": 1.0, "up": (0.0, 0.0, 0.0)}, ParameterError, "up"),
         ({"stitch_width": 1.0, "multiple": 0}, ParameterError, "multiple"),
+        ({"stitch_width": 1.0, "most_shaping": 0.0}, ParameterError, "most shaping: got 0; expected a part"),
+        ({"stitch_width": 1.0, "most_shaping": 1.5}, ParameterError, "most shaping"),
         ({"stitch_width": 50.0}, MeshError, "room for"),
         ({"stitch_width": 1e-4}, TessellationError, "larger stitch"),
     ],
@@ -178,3 +180,21 @@ def test_borders_of_rows_stay_borders():
     heights = sorted(fabric.vertices[fabric.face_vertex[loop], 1].mean() for loop in fabric.boundary_loops)
     np.testing.assert_allclose(heights, [0.0, 6.0], atol=1e-9)  # The two ends of the tube are level lines themselves.
     assert (fabric.twin == BORDER).sum() == sum(len(loop) for loop in fabric.boundary_loops)
+
+
+def test_progress_is_reported_within_a_part_and_can_stop_the_search():
+    calls: list[tuple[float, str]] = []
+    sm.shape_fabric(garment("hat"), stitch_width=1.2, progress=lambda _, done, note: calls.append((done, note)))
+    done = [part for part, _ in calls]
+    assert done == sorted(done) and len(done) > 6 and 0.0 <= done[0] and done[-1] < 1.0
+    assert {"time", "lines", "rows"} < {note for _, note in calls}
+
+    def stop(_: str, part: float, note: str) -> None:
+        calls.append((part, note))
+        if note == "rows":
+            raise KeyboardInterrupt
+
+    calls.clear()
+    with pytest.raises(KeyboardInterrupt):
+        sm.shape_fabric(garment("hat"), stitch_width=1.2, progress=stop)
+    assert [note for _, note in calls].count("rows") == 1

@@ -141,6 +141,7 @@ def test_marks_that_contradict_each_other_are_refused(marks, words):
         {"kind": "point", "points": [[0, 0, 0]], "role": "start"},
         {"kind": "stroke", "points": [[0, 0, 0]], "role": "side"},
         {"kind": "point", "points": [[0, 0, 0]], "when": 3},
+        {"kind": "point", "points": [[0, 0, 0]], "role": "plain", "radius": -1},
         {"points": [[0, 0, 0]]},
         {"kind": "point", "points": [[0, 0, 0]], "time": np.inf},
     ],

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from stitchmesh.errors import ParameterError
@@ -36,7 +36,7 @@ class Shaping:
     stitch_height: float | None = None
     """Course spacing [cm]; None for 0.77 times the stitch width."""
     marks: tuple[TimeMark, ...] = ()
-    """Where knitting begins and ends, and lines along which rows run."""
+    """Where knitting begins and ends, lines along which rows run, and plain places."""
     up: Point = UP
     """Direction in which the garment is knitted where nothing else decides."""
     multiple: int = 1
@@ -100,7 +100,8 @@ def shaping_table(shaping: Shaping) -> dict[str, Any]:
 def mark_table(mark: TimeMark) -> dict[str, Any]:
     """Return a mark as JSON can hold it."""
     points = [[float(number) for number in point] for point in mark.points]
-    return {"kind": mark.kind, "points": points, "role": mark.role, "time": mark.time}
+    table = {"kind": mark.kind, "points": points, "role": mark.role, "time": mark.time}
+    return table if mark.radius is None else {**table, "radius": mark.radius}
 
 
 def shaping_of(table: object) -> Shaping:
@@ -119,4 +120,4 @@ def shaping_of(table: object) -> Shaping:
 def plain_mark(mark: TimeMark) -> TimeMark:
     """Return a mark whose points are tuples of numbers, so that equal marks compare equal."""
     points = tuple(tuple(float(number) for number in point) for point in mark.points)
-    return TimeMark(mark.kind, points, mark.role, mark.time)
+    return replace(mark, points=points)

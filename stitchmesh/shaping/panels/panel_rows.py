@@ -17,8 +17,8 @@ import numpy as np
 from stitchmesh.errors import TessellationError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.shaping.chains import Chain
+from stitchmesh.shaping.counts import SLACK, StitchSize
 from stitchmesh.shaping.level_lines import Band, LevelLine, LevelLines
-from stitchmesh.shaping.rows import SLACK, StitchSize
 from stitchmesh.shaping.wales import Wales, join_courses
 from stitchmesh.tessellate.panel import StitchFaces, stitch_for
 

@@ -18,6 +18,7 @@ from stitchmesh.errors import ParameterError, TessellationError, check_kind
 from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.shaping.auto_stitches import EDGE_OVER_WIDTH, MOST_STITCHES
+from stitchmesh.shaping.counts import StitchSize
 from stitchmesh.shaping.level_lines import LevelLine, level_lines
 from stitchmesh.shaping.panels.outline_pieces import BEGINS, Piece, outline_pieces
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh
@@ -28,7 +29,6 @@ from stitchmesh.shaping.panels.seam_gap import drawn_back, gap_at, sides_on_seam
 from stitchmesh.shaping.panels.seam_times import with_equal_seams
 from stitchmesh.shaping.panels.sewing import SeamResult, sewn_fabric
 from stitchmesh.shaping.panels.sewn_surface import sewn_surface
-from stitchmesh.shaping.rows import StitchSize
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 
 Directions = Mapping[int, tuple[float, float]]

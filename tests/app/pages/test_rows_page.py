@@ -17,6 +17,7 @@ from stitchmesh.app.pages.rows.page import BORDER, LINE, MOVE, TIP
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.drawing import Labels, Lines
 from stitchmesh.app.scene.scene import Stroke
+from stitchmesh.errors import ParameterError
 from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.mesh import Mesh
 from stitchmesh.mesh.face_triangles import face_triangles
@@ -189,6 +190,24 @@ def test_a_tip_is_put_chosen_by_a_click_and_dragged(page):
     assert marks(page) == [("point", "begin")]
     press(page, "Remove the mark")
     assert marks(page) == []
+
+
+def test_a_plain_place_has_a_radius_and_no_time(page):
+    set_value(page, "A click", TIP)
+    click(page, front(page, 4.0))
+    set_value(page, "Given time", True)
+    set_value(page, "Role", "plain")
+    set_value(page, "Plain up to", 2.5)
+    (mark,) = page.project.settings("Rows")["draft"]["marks"]
+    assert (mark["role"], mark["time"], mark["radius"]) == ("plain", None, 2.5)
+    with pytest.raises(ParameterError, match="'Given time': is hidden"):
+        page.controls.find("Given time")
+    assert "row lines" in page.scene.drawings and "up to 2.5 cm" in text(page)
+    set_value(page, "Plain up to", 0.0)
+    assert "radius" not in page.project.settings("Rows")["draft"]["marks"][0], "0 is the usual radius"
+    set_value(page, "Role", "end")
+    with pytest.raises(ParameterError, match="'Plain up to': is hidden"):
+        page.controls.find("Plain up to")
 
 
 def test_a_typed_place_is_as_good_as_a_click(page):

@@ -10,7 +10,7 @@ from typing import Any
 from stitchmesh.app.pages.rows.mesh_borders import AUTOMATIC, MeshBorders, role_after
 from stitchmesh.app.project.shaping import Point, plain_mark
 from stitchmesh.errors import ParameterError
-from stitchmesh.shaping.marks import TimeMark
+from stitchmesh.shaping.marks import UNTIMED, TimeMark
 
 Marks = tuple[TimeMark, ...]
 """Marks in the order in which they were made."""
@@ -48,23 +48,34 @@ def with_line(marks: Marks, points: tuple[Point, ...]) -> Marks:
 
 
 def with_role(marks: Marks, number: int, role: Any) -> Marks:
-    """Return the marks with another role of one; sides have no time.
+    """Return the marks with another role of one; only some roles have a time, and only plain places a radius.
 
     Raises:
         ParameterError: the mark cannot have the role.
     """
-    time = None if role == "side" else marks[number].time
-    return _with(marks, number, replace(marks[number], role=role, time=time))
+    mark = marks[number]
+    time, radius = None if role in UNTIMED else mark.time, mark.radius if role == "plain" else None
+    return _with(marks, number, replace(mark, role=role, time=time, radius=radius))
+
+
+def with_radius(marks: Marks, number: int, radius: float) -> Marks:
+    """Return the marks with another radius of a plain one [cm]; 0 for the usual radius.
+
+    Raises:
+        ParameterError: the mark is not plain.
+    """
+    return _with(marks, number, replace(marks[number], radius=radius or None))
 
 
 def with_time(marks: Marks, number: int, time: float | None) -> Marks:
     """Return the marks with another time of one [cm]; None for the time that follows from the surface.
 
     Raises:
-        ParameterError: the mark is a side.
+        ParameterError: the mark is a side or plain.
     """
-    if marks[number].role == "side" and time is not None:
-        raise ParameterError("time: a side has none, because rows end at it one after another")
+    role = marks[number].role
+    if role in UNTIMED and time is not None:
+        raise ParameterError(f"time: a mark whose role is {role} has none, because many rows pass it")
     return _with(marks, number, replace(marks[number], time=time))
 
 

@@ -6,15 +6,23 @@ from __future__ import annotations
 
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.pages.rows.found_rows import FoundRows
-from stitchmesh.app.pages.rows.mark_edits import with_border_role, with_role, with_time, without_mark, without_point
+from stitchmesh.app.pages.rows.mark_edits import (
+    with_border_role,
+    with_radius,
+    with_role,
+    with_time,
+    without_mark,
+    without_point,
+)
 from stitchmesh.app.pages.rows.mesh_borders import AUTOMATIC, MeshBorders
 from stitchmesh.app.pages.rows.rows_session import RowsSession
 from stitchmesh.app.pages.rows.rows_text import mark_list
 from stitchmesh.errors import ParameterError
+from stitchmesh.shaping.marks import UNTIMED
 
-BORDER_ROLES = (AUTOMATIC, "begin", "end", "row", "side")
+BORDER_ROLES = (AUTOMATIC, "begin", "end", "row", "side", "plain")
 """Roles of a border."""
-ROLES = ("begin", "end", "row")
+ROLES = ("begin", "end", "row", "plain")
 """Roles of a tip and of a line."""
 LONGEST = 10_000.0
 """Largest time [cm]."""
@@ -42,6 +50,10 @@ class MarkPanel:
             "Time", "Length of the fabric from its begin to the chosen mark [cm].", 0.0, self._set_time,
             least=-LONGEST, most=LONGEST, step=0.1,
         )  # fmt: skip
+        self._radius = controls.number(
+            "Plain up to", "Distance from the mark without increases and decreases [cm]; 0 is three stitch widths.",
+            0.0, self._set_radius, least=0.0, most=LONGEST, step=0.1,
+        )  # fmt: skip
         self._point = controls.number(
             "Point", "Number of a point of the chosen line, from 1; it can be moved and removed.", 1, self._set_point,
             least=1, most=10_000, step=1,
@@ -65,14 +77,15 @@ class MarkPanel:
         mark = None if session.chosen is None else session.marks[session.chosen]
         is_border, is_line = mark is not None and mark.kind == "border", mark is not None and mark.kind == "stroke"
         self._border_role.visible, self._role.visible = is_border, mark is not None and not is_border
-        self._timed.visible = mark is not None and mark.role != "side"
+        self._timed.visible = mark is not None and mark.role not in UNTIMED
+        self._radius.visible = mark is not None and mark.role == "plain"
         self._time.visible = mark is not None and mark.time is not None
         self._point.visible = is_line
         self._remove.visible, self._remove_point.visible = mark is not None, is_line
         if mark is not None:
             (self._border_role if is_border else self._role).value = mark.role
             self._timed.value, self._time.value = mark.time is not None, mark.time or 0.0
-            self._point.value = session.point + 1
+            self._point.value, self._radius.value = session.point + 1, mark.radius or 0.0
 
     def _clicked(self, action: str, value: str) -> None:
         """Choose or remove a mark of the list.
@@ -108,6 +121,10 @@ class MarkPanel:
     def _set_time(self, time: float) -> None:
         number, _ = self._session.chosen_mark()
         self._session.set_marks(with_time(self._session.marks, number, float(time)), number, f"time of {number}")
+
+    def _set_radius(self, radius: float) -> None:
+        number, _ = self._session.chosen_mark()
+        self._session.set_marks(with_radius(self._session.marks, number, float(radius)), number, f"radius of {number}")
 
     def _set_point(self, point: float) -> None:
         self._session.choose(self._session.chosen, int(point) - 1)

@@ -21,7 +21,7 @@ KIND_WORDS = {"border": "border", "point": "tip", "stroke": "line"}
 """Words for the kinds of marks."""
 ROLE_WORDS = {
     "begin": "knitting begins here", "end": "knitting ends here", "row": "a row runs along this line",
-    "side": "rows end at this border",
+    "side": "rows end at this border", "plain": "no increases or decreases near here",
 }  # fmt: skip
 """What each role means."""
 PLAIN = "margin:0;font-size:.86em"
@@ -51,6 +51,7 @@ def report_figures(report: ShapingReport) -> str:
         ("Edges at grafts", f"{report.mismatched_edges:,}"),
         ("Distance from the mesh", f"{report.rms_distance:.3f} stitches, at most {report.largest_distance:.2f}"),
         ("Time to find them", f"{report.seconds:.1f} s"),
+        *([("Lost", report.lost)] if report.lost else []),
     ])  # fmt: skip
 
 
@@ -97,7 +98,8 @@ def mark_words(mark: TimeMark, borders: MeshBorders) -> str:
     elif mark.kind == "stroke":
         what = f"line of {len(mark.points)} points"
     time = "" if mark.time is None else f", {mark.time:g} cm"
-    return f"{mark.role}, {what}{time}"
+    radius = "" if mark.radius is None else f", up to {mark.radius:g} cm"
+    return f"{mark.role}, {what}{time}{radius}"
 
 
 def border_list(borders: MeshBorders, marks: Marks) -> str:

@@ -29,6 +29,7 @@ TIME_COLOURS = np.array([[250, 244, 226], [214, 226, 220], [160, 195, 210], [104
 """Colours from the first row to the last one, sRGB; dark lines can be seen on all of them."""
 ROLE_COLOURS: dict[str, Colour] = {
     "begin": (22, 130, 60), "end": (196, 40, 40), "row": (30, 70, 170), "side": (130, 110, 150),
+    "plain": (110, 90, 60),
 }  # fmt: skip
 """Colour of each role."""
 LINE_COLOUR: Colour = (232, 140, 20)
