@@ -179,7 +179,7 @@ def _shape_part(
     )  # fmt: skip
     if short_rows:
         report(SHARE_OF_ROWS, "short rows")
-        fabric = with_short_rows(fabric, size.height)
+        fabric = with_short_rows(fabric, size.height, plain)
     return _ShapedPart(fabric, courses, ends, levels.tips)
 
 

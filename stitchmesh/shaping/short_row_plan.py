@@ -21,6 +21,8 @@ from stitchmesh.errors import MeshError, ParameterError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.change import apply_change
 from stitchmesh.mesh.courses import Course, find_courses
+from stitchmesh.selection.parts import face_centres
+from stitchmesh.shaping.plain_places import PlainPlaces
 
 ADDED = 2.0
 """Rows that the yarn works more where it turns back and comes again."""
@@ -47,14 +49,15 @@ class Wedge:
     """The stitches from left to right."""
 
 
-def with_short_rows(fabric: StitchMesh, height: float) -> StitchMesh:
+def with_short_rows(fabric: StitchMesh, height: float, plain: PlainPlaces) -> StitchMesh:
     """Add short rows where the rows of a fabric are too high.
 
     Args:
         fabric: stitches on a surface, before mesh relaxation.
         height: height of a stitch [cm].
+        plain: places in which the yarn does not turn.
     """
-    for wedge in list(wedges(fabric, height)):
+    for wedge in list(wedges(fabric, height, plain)):
         try:
             for change in short_rows(fabric, wedge.faces):
                 fabric = apply_change(fabric, change)
@@ -64,12 +67,12 @@ def with_short_rows(fabric: StitchMesh, height: float) -> StitchMesh:
     return fabric
 
 
-def wedges(fabric: StitchMesh, height: float) -> Iterator[Wedge]:
+def wedges(fabric: StitchMesh, height: float, plain: PlainPlaces) -> Iterator[Wedge]:
     """Find the runs of stitches above which short rows are missing, from the first row to the last one."""
     excess = np.maximum(face_height(fabric) / height - 1.0 - BEARABLE, 0.0)
     below = _faces_below(fabric)
     missing = np.zeros(fabric.face_count)
-    crowded = _near_shaping(fabric)
+    crowded = _near_shaping(fabric) | plain.hold(face_centres(fabric, np.arange(fabric.face_count)))
     for course in sorted(find_courses(fabric), key=lambda course: int(fabric.row[course.faces[0]])):
         faces = np.array(course.faces)
         carried = np.array([missing[below[face]].mean() if len(below[face]) else 0.0 for face in course.faces])
