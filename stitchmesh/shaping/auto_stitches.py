@@ -21,7 +21,7 @@ from stitchmesh.errors import MeshError, ParameterError, TessellationError, chec
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.shaping.ends import Ends
-from stitchmesh.shaping.level_lines import level_lines, without_small_tips
+from stitchmesh.shaping.level_lines import LevelLines, level_lines, without_small_tips
 from stitchmesh.shaping.marks import TimeMark, marked_ends
 from stitchmesh.shaping.report import ShapingReport, shaping_report
 from stitchmesh.shaping.rows import SMALLEST_RING, SMALLEST_TIP, StitchSize, stitches_between
@@ -106,11 +106,9 @@ def shape_fabric(
     check_kind("auto_stitches", mesh, Mesh)
     height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
     size = StitchSize(stitch_width, height, multiple)
-    upwards = _checked(mesh, size, up)
-    given = triangle_surface(mesh, EDGE_OVER_WIDTH * stitch_width)
-    surface = without_fine_features(given, FINEST_FEATURE * stitch_width)
+    given, surface, upwards = shaping_surface(mesh, size, up)
     parts = connected_parts(surface)
-    marks_of_part = _marks_by_part(parts, marks)
+    marks_of_part = marks_by_part(parts, marks)
     shaped = []
     with shown_stages(progress) as report_part:
         for number, (part, _) in enumerate(parts):
@@ -128,11 +126,29 @@ def _shape_part(
     part: TriangleSurface, marks: Sequence[TimeMark], up: FloatArray, size: StitchSize, *, short_rows: bool
 ) -> tuple[StitchMesh, FloatArray, Ends]:
     """Knit a connected surface; return the stitches, the time of each vertex in courses, and the ends."""
-    ends = marked_ends(part, marks, up)
-    courses, ends = knitting_time(part, ends, size.height)
-    levels = without_small_tips(level_lines(part, courses, ends), SMALLEST_TIP * size.width)
+    levels, courses, ends = levels_of_part(part, marks, up, size)
     fabric = stitches_between(levels, saddle_points(part, courses), size)
     return with_short_rows(fabric, size.height) if short_rows else fabric, courses, ends
+
+
+def levels_of_part(
+    part: TriangleSurface, marks: Sequence[TimeMark], up: FloatArray, size: StitchSize
+) -> tuple[LevelLines, FloatArray, Ends]:
+    """Return the lines of all courses of a connected surface, the time of each vertex in courses, and the ends."""
+    ends = marked_ends(part, marks, up)
+    courses, ends = knitting_time(part, ends, size.height)
+    return without_small_tips(level_lines(part, courses, ends), SMALLEST_TIP * size.width), courses, ends
+
+
+def shaping_surface(mesh: Mesh, size: StitchSize, up: ArrayLike) -> tuple[TriangleSurface, TriangleSurface, FloatArray]:
+    """Check the arguments; return the triangles of a mesh, those without fine features, and the unit vector upwards.
+
+    Raises:
+        ParameterError, MeshError, TessellationError: as for ``auto_stitches``.
+    """
+    upwards = _checked(mesh, size, up)
+    given = triangle_surface(mesh, EDGE_OVER_WIDTH * size.width)
+    return given, without_fine_features(given, FINEST_FEATURE * size.width), upwards
 
 
 def saddle_points(surface: TriangleSurface, values: FloatArray) -> FloatArray:
@@ -166,9 +182,7 @@ def connected_parts(surface: TriangleSurface) -> list[tuple[TriangleSurface, Int
     return found
 
 
-def _marks_by_part(
-    parts: list[tuple[TriangleSurface, IntArray]], marks: Sequence[TimeMark]
-) -> list[list[TimeMark]]:
+def marks_by_part(parts: list[tuple[TriangleSurface, IntArray]], marks: Sequence[TimeMark]) -> list[list[TimeMark]]:
     """Give each mark to the part nearest to its first point."""
     from scipy.spatial import cKDTree
 

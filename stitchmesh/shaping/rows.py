@@ -8,6 +8,7 @@ The last course before a tip is left open: yarn generation draws a yarn through 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,85 +58,109 @@ def stitches_between(levels: LevelLines, saddles: FloatArray, size: StitchSize) 
     Raises:
         TessellationError: limbs join and part within one band, or neighbouring courses differ too much.
     """
-    rows = _Rows(levels, saddles, size)
-    for band in levels.bands:
-        rows.knit(band)
-    return rows.stitch_mesh()
+    return Rows(levels, saddles, size).knitted()
 
 
-class _Rows:
+class Rows:
     """Courses and rows made so far."""
 
+    faces_are = "stitches"
+    """Name of the faces in messages."""
+
     def __init__(self, levels: LevelLines, saddles: FloatArray, size: StitchSize) -> None:
+        """Start without a course; the arguments are those of ``stitches_between``."""
         self.levels, self.saddles, self.size = levels, saddles, size
+        self.face_width = size.width  # the unit of the distances between two courses when they are joined
         self.points: list[FloatArray] = []
         self.course: dict[int, Chain] = {}
         self.recent: list[float] = []
-        self.edges = 0
+        self.stitches: list[int] = []
         self.faces = StitchFaces()
         self.row = 0
         ends = {band.below[0] for band in levels.bands if not band.above and len(band.below) == 1}
         self.last_courses = ends - levels.borders
 
-    def knit(self, band: Band) -> None:
+    def knitted(self) -> StitchMesh:
+        """Add the rows of all bands, and join their faces to a stitch mesh."""
+        for band in self.levels.bands:
+            self._knit(band)
+        return self._stitch_mesh()
+
+    def _knit(self, band: Band) -> None:
         """Add the rows of a band."""
         lines = self.levels.lines
         if not band.below or not band.above:
             self._finish(band)
             return
-        below = [self.course[line] for line in band.below]
-        above = [self._course_above(line, band) for line in band.above]
-        if len(below) > 1 and len(above) > 1:
+        for line in band.above:
+            self._make_course_above(line, band)
+        if len(band.below) > 1 and len(band.above) > 1:
             place = lines[band.below[0]].points.mean(axis=0).round(1).tolist()
             raise TessellationError(
-                f"near {place} cm: limbs join and part within one row; choose a smaller stitch, or mark other ends"
+                f"near {place} cm: limbs join and part within one row; choose smaller stitches, or mark other ends"
             )
-        grafts = Grafts(self._graft)
-        joins = len(above) == 1
-        parts = self._divided(above[0], below, grafts) if joins else self._divided(below[0], above, grafts)
-        for whole, part in zip(below if joins else above, parts, strict=True):
+        joins = len(band.above) == 1
+        whole, limbs = (band.above[0], band.below) if joins else (band.below[0], band.above)
+        for limb, part in zip(limbs, self._divided(whole, limbs, Grafts(self._graft)), strict=True):
             if part is not None:
-                self._add_row(*((whole, part) if joins else (part, whole)))
+                self._add_row(*((self.course[limb], part) if joins else (part, self.course[limb])))
 
     def _finish(self, band: Band) -> None:
         """Begin the courses above a place where rows begin; nothing is knitted above courses that end."""
         for line in band.above:
-            tip = line not in self.levels.borders
-            self.course[line] = self._new_course(line, 0.0, self._count(self.levels.lines[line], None, tip=tip))
+            self.course[line] = self._new_course(line, self._start(line, []), None, begins=True)
 
-    def _count(self, line: LevelLine, below: int | None, *, tip: bool = False) -> int:
+    def _edges_along(self, line: int, start: float, below: Chain | None, *, begins: bool) -> IntArray:
+        """Number of stitches along each edge of the course on a line, here one, shape (edges,).
+
+        Args:
+            line: number of the line.
+            start: length along the line at which the course starts [cm].
+            below: the course below, if it is the only one below and this is the only one above it.
+            begins: whether rows begin at this course.
+        """
+        return np.ones(self._count(line, below, begins=begins), dtype=np.int64)
+
+    def _count(self, line: int, below: Chain | None, *, begins: bool) -> int:
         """Number of stitches of a course, near that of the course below."""
-        exact = line.length / self.size.width
-        step = self.size.multiple if line.closed else 1
-        if below is not None and below % step == 0 and abs(exact - below) <= SLACK * step:
-            return below
+        target, before = self.levels.lines[line], None if below is None else self._stitches_of(below)
+        if before is not None and line in self.last_courses and before <= LARGEST_TIP:
+            return before
+        exact = target.length / self.size.width
+        step = self.size.multiple if target.closed else 1
+        if before is not None and before % step == 0 and abs(exact - before) <= SLACK * step:
+            return before
         # Rounding is done on a rounded number, so that equal limbs have equal numbers.
         count = step * int(np.floor(round(exact / step, 6) + 0.5))
-        least = (SMALLEST_TIP if tip else SMALLEST_RING) if line.closed else 1
+        is_tip = begins and line not in self.levels.borders
+        least = (SMALLEST_TIP if is_tip else SMALLEST_RING) if target.closed else 1
         return max(count, step * -(-least // step))
 
-    def _course_above(self, line: int, band: Band) -> Chain:
-        """Make the course on a line above a band; a round starts above the start of the nearest course below."""
-        target = self.levels.lines[line]
-        plain = len(band.below) == len(band.above) == 1
-        below = self.course[band.below[0]]
-        start = 0.0
-        if target.closed:
-            candidates = [self.course[number].vertices[0] for number in band.below]
-            found = [target.nearest(self.points[vertex]) for vertex in candidates]
-            start = min(found, key=lambda pair: pair[1])[0]
-        count = self._count(target, len(below.edges) if plain else None)
-        if plain and line in self.last_courses and len(below.edges) <= LARGEST_TIP:
-            count = len(below.edges)
-        self.course[line] = self._new_course(line, start, count)
-        return self.course[line]
+    def _stitches_of(self, chain: Chain) -> int:
+        """Number of stitches along a chain."""
+        return sum(self.stitches[edge] for edge in chain.edges)
 
-    def _new_course(self, line: int, start: float, count: int) -> Chain:
-        """Make a course of some stitches on a line."""
+    def _make_course_above(self, line: int, band: Band) -> None:
+        """Make the course on a line above a band."""
+        plain = len(band.below) == len(band.above) == 1
+        below = [self.course[number] for number in band.below]
+        start = self._start(line, below)
+        self.course[line] = self._new_course(line, start, below[0] if plain else None, begins=False)
+
+    def _start(self, line: int, below: Sequence[Chain]) -> float:
+        """Length along a line at which its course starts [cm]: a round starts above the start of the nearest course."""
         target = self.levels.lines[line]
-        place = start + target.length * np.arange(count if target.closed else count + 1) / count
-        vertices = self._new_vertices(target.at(place))
-        return Chain((*vertices, *vertices[:1]) if target.closed else vertices, self._new_edges(count))
+        if not target.closed or not below:
+            return 0.0
+        found = [target.nearest(self.points[chain.vertices[0]]) for chain in below]
+        return min(found, key=lambda pair: pair[1])[0]
+
+    def _new_course(self, line: int, start: float, below: Chain | None, *, begins: bool) -> Chain:
+        """Make a course on a line; the other arguments are those of ``_edges_along``."""
+        target, along = self.levels.lines[line], self._edges_along(line, start, below, begins=begins)
+        place = start + target.length * np.concatenate([[0], np.cumsum(along)]) / along.sum()
+        vertices = self._new_vertices(target.at(place[:-1] if target.closed else place))
+        return Chain((*vertices, *vertices[:1]) if target.closed else vertices, self._new_edges(along))
 
     def _new_vertices(self, points: FloatArray) -> tuple[int, ...]:
         first = len(self.points)
@@ -143,19 +168,25 @@ class _Rows:
         self.recent.extend([0.0] * len(points))
         return tuple(range(first, len(self.points)))
 
-    def _new_edges(self, count: int) -> tuple[int, ...]:
-        first, self.edges = self.edges, self.edges + count
-        return tuple(range(first, self.edges))
+    def _new_edges(self, stitches: IntArray) -> tuple[int, ...]:
+        """Make edges, each with some stitches along it."""
+        first = len(self.stitches)
+        self.stitches.extend(stitches.tolist())
+        return tuple(range(first, len(self.stitches)))
 
-    def _divided(self, course: Chain, others: list[Chain], grafts: Grafts) -> list[Chain | None]:
-        """Divide a course among the courses at the other side of its band."""
+    def _divided(self, whole: int, limbs: Sequence[int], grafts: Grafts) -> list[Chain | None]:
+        """Divide the course on a line among those on the lines at the other side of its band."""
+        course, others = self.course[whole], [self.course[line] for line in limbs]
         if len(others) == 1:
             return [self._opened(course, others[0])]
+        return divide(course, self._owners(whole, limbs), [other.closed for other in others], grafts)
+
+    def _owners(self, whole: int, limbs: Sequence[int]) -> IntArray:
+        """Place, among some lines, of the line that gets each edge of the course on another one, shape (edges,)."""
+        course, others = self.course[whole], [self.course[line].vertices for line in limbs]
         position = np.array([self.points[vertex] for vertex in course.vertices])
-        middles = 0.5 * (position[1:] + position[:-1])
-        lines = [np.array([self.points[vertex] for vertex in other.vertices]) for other in others]
-        owner = owners(middles, lines, course.closed)
-        return divide(course, owner, [other.closed for other in others], grafts)
+        lines = [np.array([self.points[vertex] for vertex in vertices]) for vertices in others]
+        return owners(0.5 * (position[1:] + position[:-1]), lines, course.closed)
 
     def _opened(self, course: Chain, other: Chain) -> Chain:
         """Cut a ring that faces an open course, at the foot or the head of a slit."""
@@ -173,9 +204,13 @@ class _Rows:
             detour = np.linalg.norm(self.saddles[:, None] - ends, axis=2).sum(axis=1)
             path = np.array([ends[0], self.saddles[detour.argmin()], ends[1]])
         line = LevelLine(0, path, closed=False)
-        count = max(1, round(line.length / self.size.width))
-        inner = self._new_vertices(line.at(line.length * np.arange(1, count) / count))
-        return Chain((first, *inner, last), self._new_edges(count))
+        along = self._edges_of_graft(max(1, round(line.length / self.size.width)))
+        inner = self._new_vertices(line.at(line.length * np.cumsum(along)[:-1] / along.sum()))
+        return Chain((first, *inner, last), self._new_edges(along))
+
+    def _edges_of_graft(self, count: int) -> IntArray:
+        """Number of stitches along each edge of a graft with some stitches."""
+        return np.ones(count, dtype=np.int64)
 
     def _add_row(self, low: Chain, high: Chain) -> None:
         """Add the stitches between two chains."""
@@ -183,12 +218,12 @@ class _Rows:
             low, high = self._aligned(low, high)
         below, above = (np.array([self.points[vertex] for vertex in chain.vertices]) for chain in (low, high))
         recent = np.array([self.recent[vertex] for vertex in low.vertices])
-        wales = join_courses(below, above, self.size.width, ABOVE * recent)
+        wales = join_courses(below, above, self.face_width, ABOVE * recent)
         if wales is None:
             raise TessellationError(
-                f"near {below.mean(axis=0).round(1).tolist()} cm: {len(low.edges)} stitches below and "
-                f"{len(high.edges)} above one row; a stitch changes the number of loops by at most a factor of 3: "
-                "choose a smaller stitch"
+                f"near {below.mean(axis=0).round(1).tolist()} cm: {len(low.edges)} {self.faces_are} below and "
+                f"{len(high.edges)} above one row; the number changes by at most a factor of 3: choose smaller "
+                f"{self.faces_are}"
             )
         self._add_faces(low, high, wales.below, wales.above)
         self._mark(low, high, wales.below, wales.above)
@@ -206,8 +241,8 @@ class _Rows:
     def _add_faces(self, low: Chain, high: Chain, below: IntArray, above: IntArray) -> None:
         """Add the faces between neighbouring wale edges."""
         closed = low.closed and high.closed
-        wale = [*self._new_edges(len(below) - 1)]
-        wale.append(wale[0] if closed else self._new_edges(1)[0])
+        wale = list(self._new_edges(np.ones(len(below) - closed, dtype=np.int64)))
+        wale += wale[:1] if closed else []
         for place in range(len(below) - 1):
             b, t = slice(below[place], below[place + 1]), slice(above[place], above[place + 1])
             bottom, top = low.edges[b], high.edges[t]
@@ -230,7 +265,7 @@ class _Rows:
         for vertex, value in zip(high.vertices, mark, strict=True):
             self.recent[vertex] = float(value)
 
-    def stitch_mesh(self) -> StitchMesh:
+    def _stitch_mesh(self) -> StitchMesh:
         """Join all faces to a stitch mesh."""
         faces = self.faces
         corner = np.concatenate(faces.corners)

@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A labeled mesh of large panels on any surface: rows to edit before they are divided into stitches.
+
+The level lines are those of all courses. Only some of them are kept, and panels stand between these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+from numpy.typing import ArrayLike
+
+from stitchmesh.errors import ParameterError, check_kind
+from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.progress import Progress, shown_stages
+from stitchmesh.shaping.auto_stitches import (
+    connected_parts,
+    joined,
+    levels_of_part,
+    marks_by_part,
+    saddle_points,
+    shaping_surface,
+)
+from stitchmesh.shaping.marks import TimeMark
+from stitchmesh.shaping.options import UP
+from stitchmesh.shaping.panel_rows import panels_between
+from stitchmesh.shaping.rows import StitchSize
+from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
+
+PANEL_SIZE = 6
+"""Stitches and courses of a panel. Panels are then 4 to 8 stitches wide: large enough that few faces make a garment and
+that the whole stitches of an edge are within a twelfth of its length, small enough for a sleeve of six panels."""
+SMALLEST_PANEL = 2
+"""Smallest size of a panel; a panel of one stitch would be a stitch."""
+
+
+def auto_labels(
+    mesh: Mesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None, panel_size: int = PANEL_SIZE,
+    marks: Sequence[TimeMark] = (), up: ArrayLike = UP, multiple: int = 1,
+    progress: Progress | Literal[False] | None = None,
+) -> StitchMesh:  # fmt: skip
+    """Find rows of large panels on any surface: a labeled mesh, as ``label`` returns it for modelled rows.
+
+    Rows are those of ``auto_stitches``, several of them together. Edit the labeled mesh, divide it by ``tessellate``
+    with the same size of stitches, and relax the stitches on the given mesh.
+
+    Args:
+        mesh: any oriented surface, of polygons of any kind [cm].
+        stitch_width: wale spacing of the stitches that the panels are made for [cm].
+        stitch_height: their course spacing [cm]; by default 0.77 times the width.
+        panel_size: stitches along a panel, and courses in a row of panels; panels get up to a third narrower or
+            wider, and rows are lower where limbs meet or rows end.
+        marks: where knitting begins and ends, and lines along which rows run; automatic without any.
+        up: direction in which garments are knitted where nothing else decides, shape (3,).
+        multiple: number that the stitches of each round are a multiple of; at another size of stitches they are not.
+        progress: called with the progress; by default a line shows it on a terminal or in a notebook, and False shows
+            nothing.
+
+    Returns:
+        A stitch mesh of ``Stitch.PANEL`` faces, whose corners lie near the surface.
+
+    Raises:
+        ParameterError: a number is out of range, or marks contradict each other or are off the surface.
+        MeshError: the mesh has a lattice or is thinner than a stitch.
+        TessellationError: a part is too small for its stitches, or neighbouring rows differ too much.
+    """
+    check_kind("auto_labels", mesh, Mesh)
+    if panel_size < SMALLEST_PANEL:
+        raise ParameterError(f"panel size: got {panel_size}; expected {SMALLEST_PANEL} or more stitches")
+    height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
+    size = StitchSize(stitch_width, height, multiple)
+    _, surface, upwards = shaping_surface(mesh, size, up)
+    parts = connected_parts(surface)
+    labeled = []
+    with shown_stages(progress) as report_part:
+        for number, ((part, _), own) in enumerate(zip(parts, marks_by_part(parts, marks), strict=True)):
+            report_part("label", number / len(parts), f"{len(part.triangles)} triangles")
+            levels, courses, _ = levels_of_part(part, own, upwards, size)
+            labeled.append(panels_between(levels, saddle_points(part, courses), size, panel_size))
+    return joined(labeled)
