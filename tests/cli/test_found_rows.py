@@ -111,6 +111,12 @@ def test_the_summary_says_how_the_stitches_fit(cone_obj, tmp_path, capsys):
     assert where.startswith("No picture was drawn")
 
 
+def test_rounds_that_were_found_become_a_spiral(cone_obj, tmp_path):
+    knit(cone_obj, "--spiral", "-o", tmp_path / "out")
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert report["spiral"]["spirals"] == 1 and report["yarngen"]["yarns"] == 1
+
+
 def test_what_the_repair_changes_is_printed_and_reported(tmp_path, capsys):
     """The file has a face twice, and each triangle has vertices of its own."""
     mesh = cone()
