@@ -24,14 +24,11 @@ from stitchmesh.shaping.auto_stitches import (
     shaping_surface,
 )
 from stitchmesh.shaping.marks import TimeMark
-from stitchmesh.shaping.options import UP
+from stitchmesh.shaping.options import PANEL_SIZE, UP
 from stitchmesh.shaping.panel_rows import panels_between
 from stitchmesh.shaping.rows import StitchSize
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 
-PANEL_SIZE = 6
-"""Stitches and courses of a panel. Panels are then 4 to 8 stitches wide: large enough that few faces make a garment and
-that the whole stitches of an edge are within a twelfth of its length, small enough for a sleeve of six panels."""
 SMALLEST_PANEL = 2
 """Smallest size of a panel; a panel of one stitch would be a stitch."""
 

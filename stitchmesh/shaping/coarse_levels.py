@@ -102,8 +102,10 @@ def _limbs(levels: LevelLines) -> Iterator[_Limb]:
         while _is_plain(levels, over):
             lines.append(over.above[0])
             over = levels.bands[above[lines[-1]]] if lines[-1] in above else Band()
-        yield _Limb(tuple(lines), _is_part(levels, first, under.above, under.below),
-                    _is_part(levels, lines[-1], over.below, over.above))  # fmt: skip
+        yield _Limb(
+            lines=tuple(lines), opens=_is_part(levels, first, under.above, under.below),
+            closes=_is_part(levels, lines[-1], over.below, over.above),
+        )  # fmt: skip
 
 
 def _is_plain(levels: LevelLines, band: Band) -> bool:
