@@ -140,6 +140,7 @@ from .selection import Selection as Selection
 from .selection import borders as borders
 from .selection import parse_selection as parse_selection
 from .selection import select as select
+from .shaping.auto_labels import auto_labels as auto_labels
 from .shaping.auto_stitches import ShapedFabric as ShapedFabric
 from .shaping.auto_stitches import auto_stitches as auto_stitches
 from .shaping.auto_stitches import shape_fabric as shape_fabric

@@ -30,7 +30,7 @@ from stitchmesh.recipe.sections import (
     RowsSection,
     StitchesSection,
 )
-from stitchmesh.shaping.options import ShapingOptions
+from stitchmesh.shaping.options import PANEL_SIZE, ShapingOptions
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarn.stitch_size import StitchSize, stitch_size
@@ -185,6 +185,38 @@ class FoundRows:
             auto=self.auto, up=self.up, multiple=self.multiple, short_rows=not self.no_short_rows,
             marks=() if self.marks is None else _read_marks(self.marks), most_shaping=self.most_shaping,
         )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class FoundPanels:
+    """Size of the panels of a labeled mesh whose rows are found."""
+
+    stitch_width: StitchWidth = None
+    yarn: YarnAndGauge = field(default_factory=YarnAndGauge)
+    course_height: Annotated[float | None, help_entry("CM", f"{COURSE_OVER_WALE_SPACING} stitch widths")] = None
+    """course spacing [cm]"""
+    panel_size: Annotated[int, help_entry("N")] = PANEL_SIZE
+    """stitches along a panel, and courses in a row of panels"""
+
+    def arguments(self) -> dict[str, Any]:
+        """Return arguments of ``auto_labels``.
+
+        Raises:
+            ParameterError: as for ``YarnAndGauge.size``.
+        """
+        size = self.yarn.size(stitch_width=self.stitch_width, stitch_height=self.course_height)
+        width = STITCH_WIDTH if size.stitch_width is None else size.stitch_width
+        return {"stitch_width": width, "stitch_height": size.stitch_height, "panel_size": self.panel_size}
+
+    def refuse(self) -> None:
+        """Check that nothing is given, because the panels are the faces of the mesh.
+
+        Raises:
+            ParameterError: a size is given.
+        """
+        for part in fields(self):
+            if getattr(self, part.name) != getattr(FoundPanels(), part.name):
+                raise ParameterError(f"{part.name}: is for rows that are found; give auto (--auto) too")
 
 
 def _read_marks(path: str) -> tuple[MarkTable, ...]:

@@ -20,17 +20,21 @@ from stitchmesh.editing.reconnect import corner_fans, reconnect
 from stitchmesh.editing.ring_rows import Turns, ring_stacks
 from stitchmesh.errors import ParameterError, check_kind
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
-from stitchmesh.mesh.courses import Course, find_courses
+from stitchmesh.mesh.courses import Course, bottom_sides, find_courses, top_sides
+
+CONVERGING = 0.9
+"""Width of the loops at the border over that at the bottom of the last ring, below which wales converge at a tip. It is
+about 0.75 at tips of found rows, and 1 elsewhere."""
 
 
 def make_spiral(fabric: StitchMesh, seam: int | None = None) -> StitchMesh:
     """Convert stacked rings to one row that rises around the tube, so that a single yarn with two ends knits the tube.
 
     All stacks of two or more rings are converted, or only the stack that contains a given face. A row that is drawn
-    together at its top stays a ring; the spiral leads into this ring. If no wale runs through a whole stack, the stack
-    is divided into parts, each as tall as its longest wale. The row numbers stay the same; each turn of the spiral has
-    one number. The mesh of stitches should be relaxed first, because the border of a spiral rises and does not follow
-    the border of the surface.
+    together at its top, and the last row at a tip, stay rings; the spiral leads into this ring. If no wale runs through
+    a whole stack, the stack is divided into parts, each as tall as its longest wale. The row numbers stay the same;
+    each turn of the spiral has one number. The mesh of stitches should be relaxed first, because the border of a spiral
+    rises and does not follow the border of the surface.
 
     Args:
         fabric: a mesh of stitches.
@@ -74,9 +78,18 @@ def _stacks_to_convert(fabric: StitchMesh, seam: int | None) -> list[list[Course
 
 
 def _is_closing(fabric: StitchMesh, ring: Course) -> bool:
-    """Whether all wales of a ring begin in one vertex, or all end in one vertex."""
+    """Whether all wales of a ring begin in one vertex, or all end in one vertex, or converge at a tip.
+
+    At a tip, the loops of the last ring become narrower towards the border, because a yarn is drawn through them. A
+    spiral that went on above this border would cross itself.
+    """
     faces = list(ring.faces)
-    return not fabric.n_top[faces].any() or not fabric.n_bottom[faces].any()
+    if not fabric.n_top[faces].any() or not fabric.n_bottom[faces].any():
+        return True
+    top, bottom = top_sides(fabric, faces), bottom_sides(fabric, faces)
+    if (fabric.twin[top] != BORDER).any():
+        return False
+    return bool(fabric.side_length[top].mean() < CONVERGING * fabric.side_length[bottom].mean())
 
 
 def _cut_stack(fabric: StitchMesh, stack: list[Course], seam: int | None, taken: set[int]) -> list[Turns]:
@@ -154,7 +167,8 @@ def _may_end(fabric: StitchMesh, begins: int, ends: int, own: set[int]) -> bool:
     """Whether a spiral may end between two course sides that begin and end at the seam.
 
     Both sides must lie on a border, or face a ring of the same stack. In the second case the two stitches of that ring
-    share a wale edge, which is opened; the far end of this edge must not lie on another border.
+    share a wale edge, which is opened; the far end of this edge must not lie on another border. None of the four
+    stitches may then be an increase or a decrease, because some of its loops would lie on the wrong side of the yarn.
     """
     if fabric.is_wale[[begins, ends]].any():
         return False
@@ -164,8 +178,10 @@ def _may_end(fabric: StitchMesh, begins: int, ends: int, own: set[int]) -> bool:
     wale = int(fabric.side_next[across])
     shared = fabric.is_wale[wale] and fabric.twin[wale] == fabric.side_previous[beside]
     beyond = fabric.face_vertex[fabric.side_next[wale]]
+    around = fabric.side_face[[begins, ends, across, beside]]
+    is_plain = (fabric.n_bottom[around] <= 1).all() and (fabric.n_top[around] <= 1).all()
     is_inside = (fabric.twin[fabric.face_vertex == beyond] != BORDER).all()
-    return bool(shared and is_inside) and int(fabric.side_face[across]) in own
+    return bool(shared and is_plain and is_inside) and int(fabric.side_face[across]) in own
 
 
 def _start_at(faces: tuple[int, ...], first: int) -> list[int]:

@@ -22,7 +22,7 @@ from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.shaping.counts import SMALLEST_RING, SMALLEST_TIP, StitchSize
 from stitchmesh.shaping.ends import Ends
-from stitchmesh.shaping.level_lines import level_lines, without_small_tips
+from stitchmesh.shaping.level_lines import LevelLines, level_lines, without_small_tips
 from stitchmesh.shaping.marks import TimeMark, marked_ends
 from stitchmesh.shaping.options import check_most_shaping
 from stitchmesh.shaping.plain_places import plain_places
@@ -117,15 +117,13 @@ def shape_fabric(
     check_kind("auto_stitches", mesh, Mesh)
     height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
     size = StitchSize(stitch_width, height, multiple, most_shaping)
-    upwards = _checked(mesh, size, up)
     with shown_stages(progress) as report_stage:
         report_stage("shape", 0.0, "dividing the surface into triangles")
-        given = triangle_surface(mesh, EDGE_OVER_WIDTH * stitch_width)
-        surface = without_fine_features(given, FINEST_FEATURE * stitch_width)
+        given, surface, upwards = shaping_surface(mesh, size, up)
         parts = connected_parts(surface)
         shaped = []
-        for number, own_marks in enumerate(_marks_by_part(parts, marks)):
-            report_part = _progress_of_part(report_stage, number, [len(part.triangles) for part, _ in parts])
+        for number, own_marks in enumerate(marks_by_part(parts, marks)):
+            report_part = progress_of_part(report_stage, "shape", number, parts)
             shaped.append(_shape_part(parts[number][0], own_marks, upwards, size, short_rows, report_part))
     fabric = joined([part.fabric for part in shaped])
     times = np.zeros(len(surface.vertices))
@@ -140,13 +138,16 @@ PartProgress = Callable[[float, str], None]
 """Function that is called with the completed part of one part of the surface, from 0 to 1, and what is done."""
 
 
-def _progress_of_part(report_stage: Progress, number: int, sizes: Sequence[int]) -> PartProgress:
-    """Return the progress function of one part of the surface, from the numbers of triangles of all parts."""
+def progress_of_part(
+    report_stage: Progress, stage: str, number: int, parts: Sequence[tuple[TriangleSurface, IntArray]]
+) -> PartProgress:
+    """Return the progress function of one of the parts of a surface, which count by their triangles."""
+    sizes = [len(part.triangles) for part, _ in parts]
     before, own, whole = sum(sizes[:number]), sizes[number], sum(sizes)
     place = "" if len(sizes) == 1 else f", part {number + 1} of {len(sizes)}"
 
     def report(done: float, note: str) -> None:
-        report_stage("shape", (before + done * own) / whole, note + place)
+        report_stage(stage, (before + done * own) / whole, note + place)
 
     return report
 
@@ -168,10 +169,7 @@ def _shape_part(
     report: PartProgress,
 ) -> _ShapedPart:  # fmt: skip
     """Knit a connected surface."""
-    ends = marked_ends(part, marks, up)
-    courses, ends = knitting_time(part, ends, size.height, lambda done: report(SHARE_OF_TIME * done, "time"))
-    report(SHARE_OF_TIME, "lines")
-    levels = without_small_tips(level_lines(part, courses, ends), SMALLEST_TIP * size.width)
+    levels, courses, ends = levels_of_part(part, marks, up, size, report)
     plain = plain_places(part, marks, size.width)
     fabric = stitches_between(
         levels, saddle_points(part, courses), size, plain,
@@ -181,6 +179,27 @@ def _shape_part(
         report(SHARE_OF_ROWS, "short rows")
         fabric = with_short_rows(fabric, size.height, plain)
     return _ShapedPart(fabric, courses, ends, levels.tips)
+
+
+def levels_of_part(
+    part: TriangleSurface, marks: Sequence[TimeMark], up: FloatArray, size: StitchSize, report: PartProgress
+) -> tuple[LevelLines, FloatArray, Ends]:
+    """Return the lines of all courses of a connected surface, the time of each vertex in courses, and the ends."""
+    ends = marked_ends(part, marks, up)
+    courses, ends = knitting_time(part, ends, size.height, lambda done: report(SHARE_OF_TIME * done, "time"))
+    report(SHARE_OF_TIME, "lines")
+    return without_small_tips(level_lines(part, courses, ends), SMALLEST_TIP * size.width), courses, ends
+
+
+def shaping_surface(mesh: Mesh, size: StitchSize, up: ArrayLike) -> tuple[TriangleSurface, TriangleSurface, FloatArray]:
+    """Check the arguments; return the triangles of a mesh, those without fine features, and the unit vector upwards.
+
+    Raises:
+        ParameterError, MeshError, TessellationError: as for ``auto_stitches``.
+    """
+    upwards = _checked(mesh, size, up)
+    given = triangle_surface(mesh, EDGE_OVER_WIDTH * size.width)
+    return given, without_fine_features(given, FINEST_FEATURE * size.width), upwards
 
 
 def saddle_points(surface: TriangleSurface, values: FloatArray) -> FloatArray:
@@ -214,7 +233,7 @@ def connected_parts(surface: TriangleSurface) -> list[tuple[TriangleSurface, Int
     return found
 
 
-def _marks_by_part(
+def marks_by_part(
     parts: list[tuple[TriangleSurface, IntArray]], marks: Sequence[TimeMark]
 ) -> list[list[TimeMark]]:
     """Give each mark to the part nearest to its first point."""

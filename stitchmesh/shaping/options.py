@@ -14,6 +14,9 @@ from stitchmesh.shaping.marks import TimeMark
 
 UP = (0.0, 1.0, 0.0)
 """Direction in which garments are knitted where nothing else decides."""
+PANEL_SIZE = 6
+"""Stitches and courses of a panel of a labeled mesh. Panels are then 4 to 8 stitches wide: large enough that few faces
+make a garment and that whole stitches divide an edge to an eighth, small enough for a sleeve of six panels."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,7 @@ and those of the body above them.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -51,24 +51,24 @@ def stitches_between(
     Raises:
         TessellationError: limbs join and part within one band, or neighbouring courses differ too much.
     """
-    rows = _Rows(levels, saddles, size, plain)
-    for number, band in enumerate(levels.bands):
-        if number % BANDS_OF_REPORT == 0:
-            report_part(number / len(levels.bands))
-        rows.knit(band)
-    return rows.stitch_mesh()
+    return Rows(levels, saddles, size, plain).knitted(report_part)
 
 
-class _Rows:
+class Rows:
     """Courses and rows made so far."""
 
+    faces_are = "stitches"
+    """Name of the faces in messages."""
+
     def __init__(self, levels: LevelLines, saddles: FloatArray, size: StitchSize, plain: PlainPlaces) -> None:
+        """Start without a course; the arguments are those of ``stitches_between``."""
         self.levels, self.saddles, self.size, self.plain = levels, saddles, size, plain
+        self.face_width = size.width  # the unit of the distances between two courses when they are joined
         self.exact = exact_counts(levels, size)
         self.points: list[FloatArray] = []
         self.course: dict[int, Chain] = {}
         self.recent: list[float] = []
-        self.edges = 0
+        self.stitches: list[int] = []  # along each edge
         self.faces = StitchFaces()
         self.tube: dict[int, int] = {}
         self.tubes = 0
@@ -77,36 +77,44 @@ class _Rows:
         ends = {band.below[0] for band in levels.bands if not band.above and len(band.below) == 1}
         self.last_courses = ends - levels.borders
 
-    def knit(self, band: Band) -> None:
+    def knitted(self, report_part: Callable[[float], None]) -> StitchMesh:
+        """Add the rows of all bands, and join their faces to a stitch mesh."""
+        for number, band in enumerate(self.levels.bands):
+            if number % BANDS_OF_REPORT == 0:
+                report_part(number / len(self.levels.bands))
+            self._knit(band)
+        return self._stitch_mesh()
+
+    def _knit(self, band: Band) -> None:
         """Add the rows of a band."""
         if not band.below or not band.above:
             self._finish(band)
             return
-        below = [self.course[line] for line in band.below]
-        above = [self._course_above(line, band) for line in band.above]
-        if len(below) > 1 and len(above) > 1:
+        for line in band.above:
+            self._make_course_above(line, band)
+        if len(band.below) > 1 and len(band.above) > 1:
             place = self.levels.lines[band.below[0]].points.mean(axis=0).round(1).tolist()
             raise TessellationError(
                 f"near {place} cm: limbs join and part within one row; choose a smaller stitch, or mark other ends"
             )
-        if len(above) == 1:
-            self._join(band, below, above[0])
+        if len(band.above) == 1:
+            self._join(band.below, band.above[0])
         else:
-            self._part(band, below[0], above)
+            self._part(band.below[0], band.above)
 
-    def _join(self, band: Band, below: list[Chain], above: Chain) -> None:
-        """Add the rows from one or several courses to the one above them."""
-        self.tube[band.above[0]] = self.tube[band.below[0]] if len(below) == 1 else self._new_tube()
-        for line, low, high in zip(band.below, below, self._divided(above, below), strict=True):
+    def _join(self, below: Sequence[int], above: int) -> None:
+        """Add the rows from the courses on one or several lines to the one on the line above them."""
+        self.tube[above] = self.tube[below[0]] if len(below) == 1 else self._new_tube()
+        for line, high in zip(below, self._divided(above, below), strict=True):
             if high is not None:
-                self._add_row(low, high, self.tube[line])
+                self._add_row(self.course[line], high, self.tube[line])
 
-    def _part(self, band: Band, below: Chain, above: list[Chain]) -> None:
-        """Add the rows from a course to several ones above it."""
-        for line, low in zip(band.above, self._divided(below, above), strict=True):
+    def _part(self, below: int, above: Sequence[int]) -> None:
+        """Add the rows from the course on a line to those on several lines above it."""
+        for line, low in zip(above, self._divided(below, above), strict=True):
             self.tube[line] = self._new_tube()
             if low is not None:
-                self._fit_to(line, band, len(low.edges))
+                self._fit_to(line, below, self._stitches_of(low))
                 self._add_row(low, self.course[line], self.tube[line])
 
     def _new_tube(self) -> int:
@@ -121,24 +129,32 @@ class _Rows:
             self.tube[line] = self._new_tube()
             self.begun[self.tube[line]] = self.levels.lines[line].length
             count = rounded_count(self.levels.lines[line], self.exact[line], self.size, tip=tip)
-            self.course[line] = self._new_course(line, 0.0, count)
+            self._make_course(line, (), count, None)
 
-    def _course_above(self, line: int, band: Band) -> Chain:
-        """Make the course on a line above a band; a round starts above the start of the nearest course below."""
-        below = self.course[band.below[0]]
+    def _make_course_above(self, line: int, band: Band) -> None:
+        """Make the course on a line above a band."""
         if len(band.below) == len(band.above) == 1:
-            count = self._count_above(line, len(below.edges))
+            below = self.course[band.below[0]]
+            self._make_course(line, band.below, self._count_above(line, self._stitches_of(below)), below)
         else:
             count = rounded_count(self.levels.lines[line], self.exact[line], self.size)
-        self.course[line] = self._new_course(line, self._start(line, band), count)
-        return self.course[line]
+            self._make_course(line, band.below, count, None)
 
-    def _start(self, line: int, band: Band) -> float:
-        """Length along a line above a band at which its course starts [cm]."""
+    def _stitches_of(self, chain: Chain) -> int:
+        """Number of stitches along a chain."""
+        return sum(self.stitches[edge] for edge in chain.edges)
+
+    def _start(self, line: int, below: Sequence[int]) -> float:
+        """Length along a line at which its course starts [cm], for a round above the nearest start of a course below.
+
+        Args:
+            line: number of the line.
+            below: numbers of the lines below; none where rows begin.
+        """
         target = self.levels.lines[line]
-        if not target.closed:
+        if not target.closed or not below:
             return 0.0
-        found = [target.nearest(self.points[self.course[number].vertices[0]]) for number in band.below]
+        found = [target.nearest(self.points[self.course[number].vertices[0]]) for number in below]
         return min(found, key=lambda pair: pair[1])[0]
 
     def _count_above(self, line: int, below: int) -> int:
@@ -152,19 +168,37 @@ class _Rows:
             return below
         return count_beside(target, self.exact[line], below, self.size)
 
-    def _fit_to(self, line: int, band: Band, below: int) -> None:
-        """Make the course of a limb anew if no row joins it to its part of the course below."""
-        made = len(self.course[line].edges)
-        if max(made, below) > self.size.factor * min(made, below):
-            count = count_beside(self.levels.lines[line], made, below, self.size)
-            self.course[line] = self._new_course(line, self._start(line, band), count)
+    def _fit_to(self, line: int, below: int, count: int) -> None:
+        """Make the course of a limb anew if no row joins it to the stitches of the course below that it gets.
 
-    def _new_course(self, line: int, start: float, count: int) -> Chain:
-        """Make a course of some stitches on a line."""
-        target = self.levels.lines[line]
-        place = start + target.length * np.arange(count if target.closed else count + 1) / count
-        vertices = self._new_vertices(target.at(place))
-        return Chain((*vertices, *vertices[:1]) if target.closed else vertices, self._new_edges(count))
+        Args:
+            line: number of the line of the limb.
+            below: number of the line below.
+            count: stitches that it gets.
+        """
+        made = self._stitches_of(self.course[line])
+        if max(made, count) > self.size.factor * min(made, count):
+            fitting = count_beside(self.levels.lines[line], made, count, self.size)
+            self._make_course(line, (below,), fitting, None)
+
+    def _make_course(self, line: int, beside: Sequence[int], count: int, below: Chain | None) -> None:
+        """Make a course of some stitches on a line.
+
+        Args:
+            line: number of the line.
+            beside: numbers of the lines below it.
+            count: number of stitches.
+            below: the course below, if it is the only one below and this is the only one above it.
+        """
+        target, start = self.levels.lines[line], self._start(line, beside)
+        along = self._edges_along(line, start, count, below)
+        place = start + target.length * np.concatenate([[0], np.cumsum(along)]) / count
+        vertices = self._new_vertices(target.at(place[:-1] if target.closed else place))
+        self.course[line] = Chain((*vertices, *vertices[:1]) if target.closed else vertices, self._new_edges(along))
+
+    def _edges_along(self, line: int, start: float, count: int, below: Chain | None) -> IntArray:
+        """Number of stitches along each edge of the course on a line, here one, shape (edges,)."""
+        return np.ones(count, dtype=np.int64)
 
     def _new_vertices(self, points: FloatArray) -> tuple[int, ...]:
         first = len(self.points)
@@ -172,19 +206,25 @@ class _Rows:
         self.recent.extend([0.0] * len(points))
         return tuple(range(first, len(self.points)))
 
-    def _new_edges(self, count: int) -> tuple[int, ...]:
-        first, self.edges = self.edges, self.edges + count
-        return tuple(range(first, self.edges))
+    def _new_edges(self, stitches: IntArray) -> tuple[int, ...]:
+        """Make edges, each with some stitches along it."""
+        first = len(self.stitches)
+        self.stitches.extend(stitches.tolist())
+        return tuple(range(first, len(self.stitches)))
 
-    def _divided(self, course: Chain, others: list[Chain]) -> list[Chain | None]:
-        """Divide a course among the courses at the other side of its band."""
+    def _divided(self, whole: int, limbs: Sequence[int]) -> list[Chain | None]:
+        """Divide the course on a line among those on the lines at the other side of its band."""
+        course, others = self.course[whole], [self.course[line] for line in limbs]
         if len(others) == 1:
             return [self._opened(course, others[0])]
+        return divide(course, self._owners(whole, limbs), [other.closed for other in others], Grafts(self._graft))
+
+    def _owners(self, whole: int, limbs: Sequence[int]) -> IntArray:
+        """Place, among some lines, of the line that gets each edge of the course on another one, shape (edges,)."""
+        course, others = self.course[whole], [self.course[line].vertices for line in limbs]
         position = np.array([self.points[vertex] for vertex in course.vertices])
-        middles = 0.5 * (position[1:] + position[:-1])
-        lines = [np.array([self.points[vertex] for vertex in other.vertices]) for other in others]
-        owner = owners(middles, lines, course.closed)
-        return divide(course, owner, [other.closed for other in others], Grafts(self._graft))
+        lines = [np.array([self.points[vertex] for vertex in vertices]) for vertices in others]
+        return owners(0.5 * (position[1:] + position[:-1]), lines, course.closed)
 
     def _opened(self, course: Chain, other: Chain) -> Chain:
         """Cut a ring that faces an open course, at the foot or the head of a slit."""
@@ -202,9 +242,13 @@ class _Rows:
             detour = np.linalg.norm(self.saddles[:, None] - ends, axis=2).sum(axis=1)
             path = np.array([ends[0], self.saddles[detour.argmin()], ends[1]])
         line = LevelLine(0, path, closed=False)
-        count = max(1, round(line.length / self.size.width))
-        inner = self._new_vertices(line.at(line.length * np.arange(1, count) / count))
-        return Chain((first, *inner, last), self._new_edges(count))
+        along = self._edges_of_graft(max(1, round(line.length / self.size.width)))
+        inner = self._new_vertices(line.at(line.length * np.cumsum(along)[:-1] / along.sum()))
+        return Chain((first, *inner, last), self._new_edges(along))
+
+    def _edges_of_graft(self, count: int) -> IntArray:
+        """Number of stitches along each edge of a graft with some stitches, here one, shape (edges,)."""
+        return np.ones(count, dtype=np.int64)
 
     def _add_row(self, low: Chain, high: Chain, tube: int) -> None:
         """Add the stitches between two chains of a tube."""
@@ -213,12 +257,12 @@ class _Rows:
         below, above = (np.array([self.points[vertex] for vertex in chain.vertices]) for chain in (low, high))
         recent = np.array([self.recent[vertex] for vertex in low.vertices])
         penalty = ABOVE * recent + KEPT_AWAY * self.plain.hold(below)
-        wales = join_courses(below, above, self.size.width, penalty)
+        wales = join_courses(below, above, self.face_width, penalty)
         if wales is None:
             raise TessellationError(
-                f"near {below.mean(axis=0).round(1).tolist()} cm: {len(low.edges)} stitches below and "
-                f"{len(high.edges)} above one row; a stitch changes the number of loops by at most a factor of 3: "
-                "choose a smaller stitch"
+                f"near {below.mean(axis=0).round(1).tolist()} cm: {len(low.edges)} {self.faces_are} below and "
+                f"{len(high.edges)} above one row; the number changes by at most a factor of 3: choose smaller "
+                f"{self.faces_are}"
             )
         self._add_faces(low, high, wales.below, wales.above)
         self._mark(low, high, wales.below, wales.above)
@@ -236,8 +280,8 @@ class _Rows:
     def _add_faces(self, low: Chain, high: Chain, below: IntArray, above: IntArray) -> None:
         """Add the faces between neighbouring wale edges."""
         closed = low.closed and high.closed
-        wale = [*self._new_edges(len(below) - 1)]
-        wale.append(wale[0] if closed else self._new_edges(1)[0])
+        wale = list(self._new_edges(np.ones(len(below) - closed, dtype=np.int64)))
+        wale += wale[:1] if closed else []
         for place in range(len(below) - 1):
             b, t = slice(below[place], below[place + 1]), slice(above[place], above[place + 1])
             bottom, top = low.edges[b], high.edges[t]
@@ -260,7 +304,7 @@ class _Rows:
         for vertex, value in zip(high.vertices, mark, strict=True):
             self.recent[vertex] = float(value)
 
-    def stitch_mesh(self) -> StitchMesh:
+    def _stitch_mesh(self) -> StitchMesh:
         """Join all faces to a stitch mesh."""
         faces = self.faces
         corner = np.concatenate(faces.corners)

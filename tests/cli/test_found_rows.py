@@ -14,6 +14,7 @@ from stitchmesh.cli import main as cli
 from stitchmesh.io import read_mesh, read_stitches, write_mesh
 from stitchmesh.io.mesh_formats.stl import write_stl_polygons
 from stitchmesh.mesh import Mesh
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.recipe.recipe_file import read_recipe
 from tests.gallery import moebius, odd_corner, torus, tube
 from tests.labeling.test_partial_labeling import triangulated
@@ -109,6 +110,13 @@ def test_the_summary_says_how_the_stitches_fit(cone_obj, tmp_path, capsys):
         "0 short rows."
     )
     assert where.startswith("No picture was drawn")
+
+
+def test_rounds_that_were_found_become_a_spiral(cone_obj, tmp_path):
+    knit(cone_obj, "--spiral", "-o", tmp_path / "out")
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert report["spiral"]["spirals"] == 1
+    assert report["yarngen"]["yarns"] < report["shape"]["rows"]
 
 
 def test_what_the_repair_changes_is_printed_and_reported(tmp_path, capsys):
@@ -254,3 +262,56 @@ def test_a_mesh_that_crosses_itself_is_told_and_still_tried(tmp_path, cone_obj, 
     caplog.clear()
     knit(cone_obj, "-o", tmp_path / "plain")
     assert "crosses itself" not in caplog.text
+
+
+def test_panels_are_found_divided_and_relaxed_on_the_mesh_through_files(cone_obj, tmp_path, capsys):
+    rows, stitches, even = (str(tmp_path / name) for name in ("rows.h5", "stitches.h5", "even.h5"))
+    words = ["--stitch-width", "0.5", "--panel-size", "3", "--picture", str(tmp_path / "rows.png")]
+    assert cli.main(["label", str(cone_obj), "--auto", *words, "-o", rows]) == 0
+    panels = read_stitches(rows)
+    assert (panels.stitch == Stitch.PANEL).all() and (tmp_path / "rows.png").stat().st_size > 1000
+    assert f"{panels.row.max() + 1} rows of {panels.face_count} faces" in capsys.readouterr().out
+    assert cli.main(["tessellate", rows, "--stitch-width", "0.5", "-o", stitches]) == 0
+    assert cli.main(["relax-mesh", stitches, "--surface", str(cone_obj), "-o", even]) == 0
+    from stitchmesh.shaping.report import distance_to_surface
+    from stitchmesh.shaping.triangle_surface import triangle_surface
+
+    surface = triangle_surface(read_mesh(cone_obj), 1.0)
+    away = [distance_to_surface(read_stitches(path).vertices, surface).max() for path in (stitches, even)]
+    # The surface of relaxation is smooth, and the cone has eight edges, from which it is off by less than a stitch.
+    assert away[1] < 0.5 and away[1] < away[0] + 0.05
+
+
+def test_the_application_opens_panels_that_were_found(cone_obj, tmp_path):
+    from stitchmesh.app.project.source import Source, read_source
+
+    path = tmp_path / "rows.h5"
+    assert cli.main(["label", str(cone_obj), "--auto", "--stitch-width", "0.5", "-o", str(path)]) == 0
+    start = read_source(Source(name="rows.h5", content=path.read_bytes(), unit="cm"))
+    assert start.fabric is None and start.labeling is not None and start.labeling.labeled.all()
+    assert start.labeling.row_count == read_stitches(path).row.max() + 1
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--auto", "--set-edge", "0,1=wale"], "set edge: is for the rows of a modelled mesh; find rows with --auto"),
+        (["--auto", "--start-border", "0,1"], "start border: is for the rows"),
+        (["--auto", "--flip", "0"], "flip: is for the rows"),
+        (["--auto", "--rows", "0"], "rows: is for the rows"),
+        (["--auto", "--short-rows"], "short rows: the yarn turns between stitches, and a panel holds many"),
+        (["--auto", "--panel-size", "1"], "panel size: got 1; expected 2 or more stitches"),
+        (["--panel-size", "4"], "panel_size: is for rows that are found; give auto (--auto) too"),
+        (["--stitch-width", "4"], "stitch_width: is for rows that are found"),
+        (["--up=z"], "up: is for rows that are found"),
+    ],
+)
+def test_a_bad_option_of_label_gives_a_message_of_one_line(cone_obj, tmp_path, capsys, words, message):
+    assert message in refused(capsys, "label", cone_obj, *words, "-o", tmp_path / "rows.h5")
+    assert not (tmp_path / "rows.h5").exists()
+
+
+def test_a_labeled_mesh_is_not_labeled_anew(cone_obj, tmp_path, capsys):
+    path = tmp_path / "rows.h5"
+    assert cli.main(["label", str(cone_obj), "--auto", "--stitch-width", "0.5", "-o", str(path)]) == 0
+    assert "--auto: the mesh has rows already" in refused(capsys, "label", path, "--auto", "-o", tmp_path / "again.h5")

@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, UseAppendAction, arg
 
 from stitchmesh.cli.arguments import Pair, help_entry, pair, parsed_by
-from stitchmesh.cli.options import Rows, Unit
+from stitchmesh.cli.options import FoundPanels, FoundRows, Rows, Unit
+from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
 
 if TYPE_CHECKING:
     from stitchmesh.labeling import PartialLabeling
+    from stitchmesh.recipe.sections import RowsSection
 
 CLEAR = "clear"
 """Word for the removal of the label of an edge."""
@@ -50,6 +52,8 @@ class Label:
     """number of rows to label after those of the starts; the result is a partly labeled mesh"""
     picture: Annotated[str | None, help_entry("PNG", "none")] = None
     """picture of rows, wale directions, seams that do not match, unlabeled faces and faults"""
+    found_rows: FoundRows = field(default_factory=FoundRows)
+    panels: FoundPanels = field(default_factory=FoundPanels)
 
     def run(self) -> None:
         """Take the steps, and write the labeled or partly labeled mesh and the picture."""
@@ -62,7 +66,8 @@ class Label:
         suffix_of(self.output, TWO_WAY if self.rows is None else SUFFIXES)
         if self.picture is not None:
             suffix_of(self.picture, (".png",))
-        labeling = self._labeled(self._read())
+        rows = self.found_rows.section()
+        labeling = self._found(rows) if rows.auto else self._labeled(self._read())
         if self.rows is None:
             with faults_drawn(Path(self.output).parent):
                 labeled = labeling.finish()
@@ -72,15 +77,57 @@ class Label:
         self._draw(labeling)
         print(_summary(labeling))
 
+    def _found(self, rows: RowsSection) -> PartialLabeling:
+        """Find rows of panels on the repaired mesh.
+
+        Raises:
+            ParameterError: an option is given that names edges or faces, or that is for stitches.
+        """
+        from stitchmesh.io.stitches import READABLE
+        from stitchmesh.labeling import PartialLabeling
+        from stitchmesh.recipe.recipe import Recipe
+        from stitchmesh.recipe.sections import LabelSection
+        from stitchmesh.shaping.auto_labels import auto_labels
+
+        self._refuse_with_auto(rows)
+        if self.mesh.lower().endswith(READABLE):
+            raise ParameterError("--auto: the mesh has rows already; give the polygon mesh")
+        side = LabelSection(turn_inside_out=self.starts.turn_inside_out)
+        mesh, repair = Recipe(mesh=self.mesh, unit=self.unit, rows=rows, label=side).read_mesh()
+        for action in repair or ():
+            print(f"Repair: {action.text}: {action.places}.")
+        options = rows.options()
+        assert options is not None
+        found = {name: value for name, value in options.arguments.items() if name != "short_rows"}
+        return PartialLabeling.of_rows(auto_labels(mesh, **self.panels.arguments(), **found))
+
+    def _refuse_with_auto(self, rows: RowsSection) -> None:
+        """Refuse options that name edges or faces of the given mesh, or that are for stitches.
+
+        Raises:
+            ParameterError: one of them is given.
+        """
+        own = {"set edge": self.set_edge, "start border": self.starts.start_border, "flip": self.starts.flip,
+               "start edge": self.starts.start_edge, "row at": self.row_at, "rows": self.rows is not None}  # fmt: skip
+        for words in (words for words, value in own.items() if value):
+            raise ParameterError(
+                f"{words}: is for the rows of a modelled mesh; find rows with --auto first, and give it for their file"
+            )
+        if rows.short_rows:
+            raise ParameterError(
+                "short rows: the yarn turns between stitches, and a panel holds many; give them to `knit --auto`, or "
+                "add them to the stitches by the edit short_rows"
+            )
+
     def _read(self) -> PartialLabeling:
         """Read the partly labeled mesh, or the mesh on which nothing is labeled."""
-        from stitchmesh.errors import ParameterError
         from stitchmesh.io import read_stitches
         from stitchmesh.io.stitches import READABLE
         from stitchmesh.labeling import PartialLabeling, start_labeling
         from stitchmesh.labeling.label import warn_if_inside_out
         from stitchmesh.labeling.labeling_file import holds_labeling, read_labeling
 
+        self.panels.refuse()
         if self.mesh.lower().endswith(READABLE):
             if self.starts.turn_inside_out:
                 raise ParameterError("--turn-inside-out: the mesh has rows already; turn the polygon mesh")

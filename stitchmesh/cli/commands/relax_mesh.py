@@ -5,12 +5,16 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, MeshRelaxation
+from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, MeshRelaxation, Unit
+from stitchmesh.io.units import DEFAULT_UNIT
+
+if TYPE_CHECKING:
+    from stitchmesh.mesh import Mesh
 
 
 @dataclass(frozen=True)
@@ -18,9 +22,10 @@ class RelaxMesh:
     """Relax the stitches of a stitch mesh on the surface of the garment."""
 
     fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]
-    surface: Annotated[str, help_entry("LABELED")]
-    """labeled mesh, from `stitchmesh label`"""
+    surface: Annotated[str, help_entry("LABELED|MESH")]
+    """labeled mesh, from `stitchmesh label`, or the polygon mesh that it was made for"""
     output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_STITCHES)]
+    unit: Unit = DEFAULT_UNIT
     forces: MeshRelaxation = field(default_factory=MeshRelaxation)
 
     def run(self) -> None:
@@ -31,7 +36,7 @@ class RelaxMesh:
         from stitchmesh.meshrelax.relax import TOLERANCE
         from stitchmesh.progress import relaxing_progress
 
-        fabric, surface = read_stitches(self.fabric), read_stitches(self.surface)
+        fabric, surface = read_stitches(self.fabric), self._surface()
         options = {name: value for name, value in asdict(self.forces.mesh_relax_options()).items() if value is not None}
         with show_progress() as progress:
             report_progress = relaxing_progress("meshrelax", TOLERANCE, progress)
@@ -39,3 +44,13 @@ class RelaxMesh:
         write_stitches(self.output, relaxed)
         stretch = f"stretch: rms {report.rms_stretch:.3f}, maximum {report.max_stretch:.3f}"
         print(f"{report.iterations} iterations, {stretch}")
+
+    def _surface(self) -> Mesh:
+        """Read the surface; a polygon mesh is repaired, as it is where rows are found on it."""
+        from stitchmesh.io import read_stitches
+        from stitchmesh.io.meshes import read_repaired_mesh
+        from stitchmesh.io.stitches import READABLE
+
+        if self.surface.lower().endswith(READABLE):
+            return read_stitches(self.surface)
+        return read_repaired_mesh(self.surface, unit=self.unit).mesh
