@@ -38,10 +38,14 @@ from stitchmesh.patterns.placement.left_out import left_out_lines
 from stitchmesh.progress import Progress, no_progress, relaxing_progress, shown_stages
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.run_control import RunControl
-from stitchmesh.shaping.auto_stitches import ShapedFabric, shape_fabric
+from stitchmesh.shaping.auto_stitches import EDGE_OVER_WIDTH, shape_fabric
+from stitchmesh.shaping.found_stitches import FoundStitches
 from stitchmesh.shaping.options import ShapingOptions
+from stitchmesh.shaping.panels.options import PanelOptions
+from stitchmesh.shaping.panels.panel_mesh import PanelMesh
+from stitchmesh.shaping.panels.shape_panels import knit_panels
 from stitchmesh.shaping.report import shaping_report
-from stitchmesh.shaping.triangle_surface import TriangleSurface
+from stitchmesh.shaping.triangle_surface import TriangleSurface, triangle_surface
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
 from stitchmesh.tessellate.counts import EdgeName
 from stitchmesh.tessellate.reached_size import reached_sizes
@@ -108,7 +112,8 @@ class KnitOptions:
     """Options of ``knit``.
 
     Raises:
-        ParameterError: an option names edges or faces of a labeled mesh, and rows are found without one.
+        ParameterError: an option names edges or faces of a labeled mesh, and rows are found without one; or rows are
+            found both on any mesh and on panels.
     """
 
     stitch_width: float = STITCH_WIDTH
@@ -137,6 +142,8 @@ class KnitOptions:
     """Faces whose rows are reversed (``label``)."""
     shaping: ShapingOptions | None = None
     """How rows are found on a mesh of any kind (``shape_fabric``); None labels the modelled rows of the mesh."""
+    panels: PanelOptions | None = None
+    """How the panels of a sewing pattern are knitted (``knit_panels``); None if the mesh is no sewing pattern."""
     palette: Sequence[str] = ()
     """Colours of the yarns by number, as texts (``parse_colour``); stock colours for all other numbers."""
     patterns: Sequence[PatternRegion] = ()
@@ -151,12 +158,20 @@ class KnitOptions:
     """Options of the relaxation of yarns."""
 
     def __post_init__(self) -> None:
-        for name, words in OF_LABELED_MESHES.items() if self.shaping is not None else ():
+        if self.shaping is not None and self.panels is not None:
+            raise ParameterError("panels: rows are also found on the whole mesh (--auto); leave one of the two out")
+        flag = "--auto" if self.panels is None else "--panels"
+        for name, words in OF_LABELED_MESHES.items() if self.finds_rows else ():
             if getattr(self, name):
                 raise ParameterError(
-                    f"{words}: names edges or faces of a labeled mesh, but rows are found without one (--auto); leave "
+                    f"{words}: names edges or faces of a labeled mesh, but rows are found without one ({flag}); leave "
                     "one of the two out"
                 )
+
+    @property
+    def finds_rows(self) -> bool:
+        """Whether rows are found, on a mesh of any kind or on panels, in the place of labeled rows."""
+        return self.shaping is not None or self.panels is not None
 
     @property
     def mesh_arguments(self) -> dict[str, Any]:
@@ -186,7 +201,7 @@ class Knitted:
 
 
 def knit(
-    mesh: Mesh, folder: str | PathLike[str], options: KnitOptions, *, budget: Budget | None = None,
+    mesh: Mesh | PanelMesh, folder: str | PathLike[str], options: KnitOptions, *, budget: Budget | None = None,
     repair: Sequence[RepairAction] | None = None, progress: Progress | Literal[False] | None = None,
     seconds_after: Callable[[YarnSet], float] | None = None,
 ) -> Knitted:  # fmt: skip
@@ -197,7 +212,7 @@ def knit(
     ``report.json`` then says that the relaxation is unfinished.
 
     Args:
-        mesh: the polygon mesh.
+        mesh: the polygon mesh; the panels of a sewing pattern if the options have ``panels``.
         folder: output folder.
         options: options of all stages.
         budget: limits on the time of all stages and on the error; measured tables then choose the quality once the
@@ -217,8 +232,8 @@ def knit(
 
 
 def _knit(
-    mesh: Mesh, target: Path, options: KnitOptions, budget: Budget | None, repair: Sequence[RepairAction] | None,
-    progress: Progress, seconds_after: Callable[[YarnSet], float] | None,
+    mesh: Mesh | PanelMesh, target: Path, options: KnitOptions, budget: Budget | None,
+    repair: Sequence[RepairAction] | None, progress: Progress, seconds_after: Callable[[YarnSet], float] | None,
 ) -> Knitted:  # fmt: skip
     """Make and write relaxed yarns in the time that is left."""
     quality = quality_named(options.quality)
@@ -252,17 +267,18 @@ def _knit(
 
 
 def _relaxed_stitches(
-    mesh: Mesh, options: KnitOptions, device: str, report: dict[str, object], progress: Progress
+    mesh: Mesh | PanelMesh, options: KnitOptions, device: str, report: dict[str, object], progress: Progress
 ) -> StitchMesh:
     """Make the stitches with their patterns and edits, and relax them on the surface."""
-    shaped = None if options.shaping is None else shape_stage(mesh, options, report, progress)
+    shaped = shape_stage(mesh, options, report, progress) if options.finds_rows else None
     if shaped is None:
-        fabric = tessellate_stage(label_stage(mesh, options, report, progress), options, report, progress)
+        surface = whole_mesh(mesh)
+        fabric = tessellate_stage(label_stage(surface, options, report, progress), options, report, progress)
     else:
-        fabric, mesh = shaped.fabric, shaped.surface.mesh
+        fabric, surface = shaped.fabric, shaped.surface.mesh
     fabric = pattern_stage(fabric, options, report, progress)
     fabric = edit_stage(fabric, options, report, progress)
-    fabric = mesh_stage(fabric, mesh, options, device, report, progress)
+    fabric = mesh_stage(fabric, surface, options, device, report, progress)
     if shaped is not None:
         measure_shape(fabric, shaped.given, options, report)
     return fabric
@@ -371,16 +387,62 @@ def tessellate_stage(
     return fabric
 
 
-def shape_stage(mesh: Mesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> ShapedFabric:
-    """Find rows and stitches on a mesh of any kind; the radii of the yarn are checked as in ``tessellate_stage``."""
+def whole_mesh(mesh: Mesh | PanelMesh) -> Mesh:
+    """Return the mesh of a garment whose rows are labeled or found on the whole of it.
+
+    Raises:
+        ParameterError: the garment is a sewing pattern, and the options do not say how its panels are knitted.
+    """
+    if isinstance(mesh, PanelMesh):
+        raise ParameterError("mesh: got the panels of a sewing pattern; set panels=PanelOptions() in the options")
+    return mesh
+
+
+def shape_stage(
+    mesh: Mesh | PanelMesh, options: KnitOptions, report: dict[str, object], progress: Progress
+) -> FoundStitches:
+    """Find rows and stitches on a mesh of any kind or on panels; radii are checked as in ``tessellate_stage``."""
+    if options.panels is None:
+        found = _shaped_whole(whole_mesh(mesh), options, report, progress)
+    else:
+        found = _shaped_panels(mesh, options, options.panels, report, progress)
+    checked_drawn_radius(checked_radius(found.fabric, options.yarn_radius), options.drawn_radius)
+    return found
+
+
+def _shaped_whole(mesh: Mesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> FoundStitches:
+    """Find rows and stitches on a mesh of any kind."""
     shaping = ShapingOptions() if options.shaping is None else options.shaping
     shaped = shape_fabric(
         mesh, stitch_width=options.stitch_width, stitch_height=options.stitch_height, progress=progress,
         **shaping.arguments,
     )  # fmt: skip
-    checked_drawn_radius(checked_radius(shaped.fabric, options.yarn_radius), options.drawn_radius)
     report["shape"] = {**asdict(shaped.report), "crossing_faces": _crossing_faces(mesh)}
-    return shaped
+    return FoundStitches(shaped.fabric, shaped.given, shaped.surface)
+
+
+def _shaped_panels(
+    panels: Mesh | PanelMesh, options: KnitOptions, chosen: PanelOptions, report: dict[str, object],
+    progress: Progress,
+) -> FoundStitches:  # fmt: skip
+    """Knit the panels of a sewing pattern, and join them."""
+    if not isinstance(panels, PanelMesh):
+        raise ParameterError("panels: got a mesh that is no sewing pattern; read it by sm.read_panels(path)")
+    shaped = knit_panels(
+        panels, stitch_width=options.stitch_width, stitch_height=options.stitch_height,
+        directions=dict(chosen.directions), sewn=chosen.sewn, progress=progress,
+    )  # fmt: skip
+    longest_edge = EDGE_OVER_WIDTH * options.stitch_width
+    given, surface = (triangle_surface(one, longest_edge) for one in (panels.mesh, shaped.surface))
+    fit = shaping_report(shaped.fabric, given, options.stitch_width, shaped.report.seconds)
+    report["shape"] = {
+        **asdict(fit), **asdict(shaped.report), "panels": panels.panel_count,
+        "seams": [
+            {"panels": list(seam.panels), "kind": seam.kind, "length_cm": round(seam.length, 3), "edges": seam.edges}
+            for seam in shaped.seams
+        ],
+    }  # fmt: skip
+    return FoundStitches(shaped.fabric, given, surface)
 
 
 def _crossing_faces(mesh: Mesh) -> list[list[int]]:

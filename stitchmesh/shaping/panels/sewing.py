@@ -9,7 +9,7 @@ border, for a needle and a thread.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -62,7 +62,7 @@ class _Faces:
 
 
 def sewn_fabric(
-    made: PanelStitches, pieces: list[Piece], lines: list[LevelLine]
+    made: PanelStitches, pieces: list[Piece], lines: list[LevelLine], apart: Collection[tuple[int, int]] = ()
 ) -> tuple[StitchMesh, tuple[SeamResult, ...]]:
     """Join the panels at their seams where their stitches fit.
 
@@ -70,6 +70,7 @@ def sewn_fabric(
         made: the stitches of all panels.
         pieces: pieces of the outlines.
         lines: the same pieces as lines.
+        apart: pairs of panels, the lower number first, whose seams are sewn.
 
     Returns:
         The stitches, with rows in knitting order, and how each piece of a seam was made.
@@ -82,7 +83,10 @@ def sewn_fabric(
         if piece.partner <= number:
             continue
         other = pieces[piece.partner]
-        if piece.kind != SIDE and other.kind != SIDE:
+        pair = (min(piece.panel, other.panel), max(piece.panel, other.panel))
+        if pair in apart:
+            kind, pairs = "sewn", []
+        elif piece.kind != SIDE and other.kind != SIDE:
             kind, pairs = "grafted", _hem_pairs(made.hem_edges, faces.side_of_edge, pieces, number)
         else:
             kind, pairs = "joined", _row_pairs(ends, number, piece.partner)
