@@ -5,12 +5,15 @@
 from __future__ import annotations
 
 import logging
+import re
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, cast
+
+import numpy as np
 
 from stitchmesh import __version__
 from stitchmesh.budget.budget import Budget
@@ -20,7 +23,7 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.editing.pattern_regions import PatternRegion, lay_patterns
 from stitchmesh.editing.spiral import make_spiral
-from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.errors import ParameterError, StitchMeshError, YarnError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry, write_history
 from stitchmesh.io.state_saver import StateSaver, save_yarns
@@ -248,7 +251,8 @@ def _knit(
         plan = make_plan(budget, BudgetScene(kind="garment", stitches=fabric.face_count), options.quality, device)
         quality, report["budget"] = plan.quality, plan.report()
         report["quality"] = plan.report()["quality"] or quality_entry
-    yarns = yarn_stage(fabric, options, quality, report, progress)
+    shape = cast(Mapping[str, Any] | None, report.get("shape"))
+    yarns = yarn_stage(fabric, options, quality, report, progress, shape)
     progress("yarnrelax", 0.0, f"{len(yarns.points)} control points")
     write_stitches(target / "stitches.h5", fabric)
     saver = StateSaver(target, report, yarns)
@@ -275,7 +279,7 @@ def _relaxed_stitches(
         surface = whole_mesh(mesh)
         fabric = tessellate_stage(label_stage(surface, options, report, progress), options, report, progress)
     else:
-        fabric, surface = shaped.fabric, shaped.surface.mesh
+        fabric, surface = shaped.fabric, shaped.surface_mesh
     fabric = pattern_stage(fabric, options, report, progress)
     fabric = edit_stage(fabric, options, report, progress)
     fabric = mesh_stage(fabric, surface, options, device, report, progress)
@@ -432,17 +436,17 @@ def _shaped_panels(
         panels, stitch_width=options.stitch_width, stitch_height=options.stitch_height,
         directions=dict(chosen.directions), sewn=chosen.sewn, progress=progress,
     )  # fmt: skip
-    longest_edge = EDGE_OVER_WIDTH * options.stitch_width
-    given, surface = (triangle_surface(one, longest_edge) for one in (panels.mesh, shaped.surface))
+    given = triangle_surface(panels.mesh, EDGE_OVER_WIDTH * options.stitch_width)
     fit = shaping_report(shaped.fabric, given, options.stitch_width, shaped.report.seconds)
     report["shape"] = {
         **asdict(fit), **asdict(shaped.report), "panels": panels.panel_count,
+        "stitches_of_panels": np.bincount(shaped.face_panel, minlength=panels.panel_count).tolist(),
         "seams": [
             {"panels": list(seam.panels), "kind": seam.kind, "length_cm": round(seam.length, 3), "edges": seam.edges}
             for seam in shaped.seams
         ],
     }  # fmt: skip
-    return FoundStitches(shaped.fabric, given, surface)
+    return FoundStitches(shaped.fabric, given, None)
 
 
 def _crossing_faces(mesh: Mesh) -> list[list[int]]:
@@ -536,15 +540,23 @@ def spiral_stage(fabric: StitchMesh, options: KnitOptions, report: dict[str, obj
 
 
 def yarn_stage(
-    fabric: StitchMesh, options: KnitOptions, quality: Quality, report: dict[str, object], progress: Progress
-) -> YarnSet:
-    """Generate the yarns of a fabric."""
+    fabric: StitchMesh, options: KnitOptions, quality: Quality, report: dict[str, object], progress: Progress,
+    shape: Mapping[str, Any] | None = None,
+) -> YarnSet:  # fmt: skip
+    """Generate the yarns of a fabric; ``shape`` is the entry of found rows in the report.
+
+    Raises:
+        YarnError: as for ``generate_yarns``; for panels the message names the panel.
+    """
     clock = _Clock()
     progress("yarngen", 0.0, f"{fabric.face_count} stitches")
-    yarns = generate_yarns(
-        fabric, yarn_radius=options.yarn_radius, drawn_radius=options.drawn_radius, quality=quality,
-        **asdict(options.finish),
-    )  # fmt: skip
+    try:
+        yarns = generate_yarns(
+            fabric, yarn_radius=options.yarn_radius, drawn_radius=options.drawn_radius, quality=quality,
+            **asdict(options.finish),
+        )  # fmt: skip
+    except YarnError as error:
+        raise YarnError(_with_panel(str(error), fabric, shape or {})) from error
     report["yarngen"] = {
         "seconds": clock.lap(),
         "yarns": yarns.yarn_count,
@@ -552,6 +564,19 @@ def yarn_stage(
         "length_cm": round(float(yarns.lengths.sum()), 3),
     }
     return yarns
+
+
+def _with_panel(message: str, fabric: StitchMesh, shape: Mapping[str, Any]) -> str:
+    """Return an error message about the yarns of a face with the panel of the face, and what helps there."""
+    face, ends = re.match(r"face (\d+)", message), np.cumsum(shape.get("stitches_of_panels", []))
+    # Faces lie in the order of their panels; an edit that adds stitches ends this.
+    if face is None or not len(ends) or int(ends[-1]) != fabric.face_count:
+        return message
+    panel = int(np.searchsorted(ends, int(face[1]), side="right"))
+    return (
+        f"panel {panel}: {message}; or choose another direction of this panel (--panel-direction), or leave its seams "
+        "to be sewn (--sew)"
+    )
 
 
 class _Clock:

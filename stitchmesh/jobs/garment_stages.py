@@ -81,7 +81,8 @@ def make_garment(run: JobRun) -> tuple[StitchMesh, Relaxation]:
     sampling = quality.control_points_per_stitch
     key = stage_key("generate_yarns", fabric, options.yarn_radius, options.drawn_radius, options.finish, sampling)
     yarns = run.run(
-        yarns_stage("generate_yarns", key), lambda report: yarn_stage(fabric, options, quality, report, run.progress)
+        yarns_stage("generate_yarns", key),
+        lambda report: yarn_stage(fabric, options, quality, report, run.progress, run.report.get("shape")),
     )
     return fabric, _relaxed(run, fabric, yarns, options, quality, device)
 
@@ -107,7 +108,7 @@ def _found_fabric(run: JobRun, mesh: Mesh | PanelMesh, options: KnitOptions, dev
     stage = found_stage(name, stage_key(name, mesh, size, chosen))
     found = run.run(stage, lambda report: shape_stage(mesh, options, report, run.progress))
     _check_memory(run, options, device, lambda quality: found_memory(found.fabric, quality, device, run.job.render))
-    return _fabric(run, found.surface.mesh, found.fabric, options, device, found.given)
+    return _fabric(run, found.surface_mesh, found.fabric, options, device, found.given)
 
 
 def _check_memory(run: JobRun, options: KnitOptions, device: str, memory_at: Callable[[Quality], float]) -> None:

@@ -68,12 +68,15 @@ def quality_stage(name: str, key: str) -> Stage[Quality]:
 def _write_found(folder: Path, found: FoundStitches) -> None:
     write_stitches(folder / STITCHES, found.fabric)
     write_dataclass(folder / GIVEN, found.given, SURFACE_FORMAT)
-    write_dataclass(folder / SURFACE, found.surface, SURFACE_FORMAT)
+    if found.surface is not None:
+        write_dataclass(folder / SURFACE, found.surface, SURFACE_FORMAT)
 
 
 def _read_found(folder: Path, report: dict[str, Any]) -> FoundStitches:
     _entry(report, "shape")
-    given, surface = (read_dataclass(folder / name, TriangleSurface, SURFACE_FORMAT) for name in (GIVEN, SURFACE))
+    given = read_dataclass(folder / GIVEN, TriangleSurface, SURFACE_FORMAT)
+    own = "panels" in report["shape"]
+    surface = None if own else read_dataclass(folder / SURFACE, TriangleSurface, SURFACE_FORMAT)
     return FoundStitches(read_stitches(folder / STITCHES), given, surface)
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
 
@@ -18,6 +18,16 @@ class FoundStitches:
     """The stitches, before patterns."""
     given: TriangleSurface
     """The triangles of the mesh, from which the distance of the stitches is measured."""
-    surface: TriangleSurface
-    """The triangles for mesh relaxation: those of the mesh without features finer than a stitch, or panels that are
-    closed along the seams at which their stitches are joined."""
+    surface: TriangleSurface | None
+    """The triangles for mesh relaxation: those of the mesh without features finer than a stitch. None for stitches on
+    panels, whose own faces are the surface."""
+
+    @property
+    def surface_mesh(self) -> Mesh:
+        """The surface for mesh relaxation."""
+        return faces_of(self.fabric) if self.surface is None else self.surface.mesh
+
+
+def faces_of(fabric: StitchMesh) -> Mesh:
+    """Return the faces of a stitch mesh as a surface."""
+    return Mesh(fabric.vertices, fabric.face_start, fabric.face_vertex, fabric.twin)

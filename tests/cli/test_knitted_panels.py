@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.cli import main as cli
+from stitchmesh.errors import YarnError
 from stitchmesh.io import read_stitches
 from stitchmesh.recipe.recipe_file import read_recipe
 from stitchmesh.shaping.panels.read_panels import read_panels
@@ -143,6 +144,18 @@ def test_a_malformed_word_gives_a_message_of_one_line(skirt_obj, tmp_path, capsy
         cli.main(["knit", str(skirt_obj), *SHORT, *words, "-o", str(tmp_path / "out")])
     printed = capsys.readouterr().err
     assert stop.value.code == 2 and message in printed and printed.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_yarns_without_room_are_refused_with_the_panel_and_the_remedy(skirt_obj, tmp_path, capsys, monkeypatch):
+    fabric = knit_panels(read_panels(skirt_obj), stitch_width=WIDTH, progress=False).fabric
+
+    def crowded(*_arguments, **_options):
+        raise YarnError(f"face {fabric.face_count - 1}: yarns start 0.1 radii apart")
+
+    monkeypatch.setattr("stitchmesh.pipeline.generate_yarns", crowded)
+    message = refused(capsys, "knit", skirt_obj, *SHORT, "-o", tmp_path / "out")
+    assert f"panel 3: face {fabric.face_count - 1}: yarns start 0.1 radii apart; or choose another direction" in message
     assert not (tmp_path / "out").exists()
 
 

@@ -18,7 +18,9 @@ from stitchmesh.errors import ParameterError, TessellationError, check_kind
 from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.shaping.auto_stitches import EDGE_OVER_WIDTH, MOST_STITCHES
+from stitchmesh.shaping.found_stitches import faces_of
 from stitchmesh.shaping.level_lines import LevelLine, level_lines
+from stitchmesh.shaping.panels.opened_folds import opened_folds
 from stitchmesh.shaping.panels.options import PanelName, PanelOptions
 from stitchmesh.shaping.panels.outline_pieces import BEGINS, Piece, outline_pieces
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh
@@ -28,7 +30,6 @@ from stitchmesh.shaping.panels.refined_panel import refined_panel
 from stitchmesh.shaping.panels.seam_gap import drawn_back, gap_at, sides_on_seams
 from stitchmesh.shaping.panels.seam_times import with_equal_seams
 from stitchmesh.shaping.panels.sewing import SeamResult, sewn_fabric
-from stitchmesh.shaping.panels.sewn_surface import sewn_surface
 from stitchmesh.shaping.rows import StitchSize
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 
@@ -69,7 +70,8 @@ class ShapedPanels:
     fabric: StitchMesh
     """The stitches, before mesh relaxation."""
     surface: Mesh
-    """The panels, closed along the seams at which the stitches are joined: the surface for mesh relaxation."""
+    """The faces of the stitches before mesh relaxation, which are its surface: a border with steps keeps its
+    steps, and layers that were moved apart stay so."""
     face_panel: IntArray
     """Panel of each stitch, shape (F,)."""
     seams: tuple[SeamResult, ...]
@@ -144,9 +146,9 @@ def _knit(
     sewn, on_piece = sides_on_seams(fabric, face_panel, pieces, lines, size.width)
     gap = np.array([gap_at(pieces[number], size.width) for number in on_piece])
     fabric = replace(fabric, vertices=drawn_back(fabric, sewn, gap))
+    fabric = replace(fabric, vertices=opened_folds(fabric, size.width))
     report = _report(fabric, seams, len(sewn), times, time.perf_counter() - start)
-    surface = sewn_surface(panels.mesh, pieces, [seam.piece for seam in seams if seam.edges], size.width)
-    return ShapedPanels(fabric, surface, face_panel, seams, report)
+    return ShapedPanels(fabric, faces_of(fabric), face_panel, seams, report)
 
 
 def _hem(found: PanelTime, number: int, pieces: list[Piece], width: float) -> Hem:
