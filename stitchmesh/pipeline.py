@@ -58,6 +58,7 @@ from stitchmesh.yarn.fabric_gauge import fabric_gauge
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.yarngen import YarnFinish, generate_yarns
 from stitchmesh.yarngen.generate import checked_drawn_radius, checked_radius
+from stitchmesh.yarngen.loop_check.loop_linking import check_loops
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, Relaxation, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
@@ -545,8 +546,10 @@ def yarn_stage(
 ) -> YarnSet:  # fmt: skip
     """Generate the yarns of a fabric; ``shape`` is the entry of found rows in the report.
 
+    Loops are checked on panels, because not every direction has room for the yarns at every seam and tip.
+
     Raises:
-        YarnError: as for ``generate_yarns``; for panels the message names the panel.
+        YarnError: as for ``generate_yarns``; for panels also as for ``check_loops``, and the message names the panel.
     """
     clock = _Clock()
     progress("yarngen", 0.0, f"{fabric.face_count} stitches")
@@ -555,6 +558,8 @@ def yarn_stage(
             fabric, yarn_radius=options.yarn_radius, drawn_radius=options.drawn_radius, quality=quality,
             **asdict(options.finish),
         )  # fmt: skip
+        if options.panels is not None:
+            check_loops(fabric, yarns, finish=options.finish)
     except YarnError as error:
         raise YarnError(_with_panel(str(error), fabric, shape or {})) from error
     report["yarngen"] = {
