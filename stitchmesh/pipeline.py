@@ -5,12 +5,15 @@
 from __future__ import annotations
 
 import logging
+import re
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, cast
+
+import numpy as np
 
 from stitchmesh import __version__
 from stitchmesh.budget.budget import Budget
@@ -20,7 +23,7 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.editing.pattern_regions import PatternRegion, lay_patterns
 from stitchmesh.editing.spiral import make_spiral
-from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.errors import ParameterError, StitchMeshError, YarnError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry, write_history
 from stitchmesh.io.state_saver import StateSaver, save_yarns
@@ -38,10 +41,14 @@ from stitchmesh.patterns.placement.left_out import left_out_lines
 from stitchmesh.progress import Progress, no_progress, relaxing_progress, shown_stages
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.run_control import RunControl
-from stitchmesh.shaping.auto_stitches import ShapedFabric, shape_fabric
+from stitchmesh.shaping.auto_stitches import EDGE_OVER_WIDTH, shape_fabric
+from stitchmesh.shaping.found_stitches import FoundStitches
 from stitchmesh.shaping.options import ShapingOptions
+from stitchmesh.shaping.panels.options import PanelOptions
+from stitchmesh.shaping.panels.panel_mesh import PanelMesh
+from stitchmesh.shaping.panels.shape_panels import knit_panels
 from stitchmesh.shaping.report import shaping_report
-from stitchmesh.shaping.triangle_surface import TriangleSurface
+from stitchmesh.shaping.triangle_surface import TriangleSurface, triangle_surface
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
 from stitchmesh.tessellate.counts import EdgeName
 from stitchmesh.tessellate.reached_size import reached_sizes
@@ -51,6 +58,7 @@ from stitchmesh.yarn.fabric_gauge import fabric_gauge
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.yarngen import YarnFinish, generate_yarns
 from stitchmesh.yarngen.generate import checked_drawn_radius, checked_radius
+from stitchmesh.yarngen.loop_check.loop_linking import check_loops
 from stitchmesh.yarnrelax import REFERENCE_RADIUS, Relaxation, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
@@ -108,7 +116,8 @@ class KnitOptions:
     """Options of ``knit``.
 
     Raises:
-        ParameterError: an option names edges or faces of a labeled mesh, and rows are found without one.
+        ParameterError: an option names edges or faces of a labeled mesh, and rows are found without one; or rows are
+            found both on any mesh and on panels.
     """
 
     stitch_width: float = STITCH_WIDTH
@@ -137,6 +146,8 @@ class KnitOptions:
     """Faces whose rows are reversed (``label``)."""
     shaping: ShapingOptions | None = None
     """How rows are found on a mesh of any kind (``shape_fabric``); None labels the modelled rows of the mesh."""
+    panels: PanelOptions | None = None
+    """How the panels of a sewing pattern are knitted (``knit_panels``); None if the mesh is no sewing pattern."""
     palette: Sequence[str] = ()
     """Colours of the yarns by number, as texts (``parse_colour``); stock colours for all other numbers."""
     patterns: Sequence[PatternRegion] = ()
@@ -151,12 +162,20 @@ class KnitOptions:
     """Options of the relaxation of yarns."""
 
     def __post_init__(self) -> None:
-        for name, words in OF_LABELED_MESHES.items() if self.shaping is not None else ():
+        if self.shaping is not None and self.panels is not None:
+            raise ParameterError("panels: rows are also found on the whole mesh (--auto); leave one of the two out")
+        flag = "--auto" if self.panels is None else "--panels"
+        for name, words in OF_LABELED_MESHES.items() if self.finds_rows else ():
             if getattr(self, name):
                 raise ParameterError(
-                    f"{words}: names edges or faces of a labeled mesh, but rows are found without one (--auto); leave "
+                    f"{words}: names edges or faces of a labeled mesh, but rows are found without one ({flag}); leave "
                     "one of the two out"
                 )
+
+    @property
+    def finds_rows(self) -> bool:
+        """Whether rows are found, on a mesh of any kind or on panels, in the place of labeled rows."""
+        return self.shaping is not None or self.panels is not None
 
     @property
     def mesh_arguments(self) -> dict[str, Any]:
@@ -186,7 +205,7 @@ class Knitted:
 
 
 def knit(
-    mesh: Mesh, folder: str | PathLike[str], options: KnitOptions, *, budget: Budget | None = None,
+    mesh: Mesh | PanelMesh, folder: str | PathLike[str], options: KnitOptions, *, budget: Budget | None = None,
     repair: Sequence[RepairAction] | None = None, progress: Progress | Literal[False] | None = None,
     seconds_after: Callable[[YarnSet], float] | None = None,
 ) -> Knitted:  # fmt: skip
@@ -197,7 +216,7 @@ def knit(
     ``report.json`` then says that the relaxation is unfinished.
 
     Args:
-        mesh: the polygon mesh.
+        mesh: the polygon mesh; the panels of a sewing pattern if the options have ``panels``.
         folder: output folder.
         options: options of all stages.
         budget: limits on the time of all stages and on the error; measured tables then choose the quality once the
@@ -217,8 +236,8 @@ def knit(
 
 
 def _knit(
-    mesh: Mesh, target: Path, options: KnitOptions, budget: Budget | None, repair: Sequence[RepairAction] | None,
-    progress: Progress, seconds_after: Callable[[YarnSet], float] | None,
+    mesh: Mesh | PanelMesh, target: Path, options: KnitOptions, budget: Budget | None,
+    repair: Sequence[RepairAction] | None, progress: Progress, seconds_after: Callable[[YarnSet], float] | None,
 ) -> Knitted:  # fmt: skip
     """Make and write relaxed yarns in the time that is left."""
     quality = quality_named(options.quality)
@@ -233,7 +252,8 @@ def _knit(
         plan = make_plan(budget, BudgetScene(kind="garment", stitches=fabric.face_count), options.quality, device)
         quality, report["budget"] = plan.quality, plan.report()
         report["quality"] = plan.report()["quality"] or quality_entry
-    yarns = yarn_stage(fabric, options, quality, report, progress)
+    shape = cast(Mapping[str, Any] | None, report.get("shape"))
+    yarns = yarn_stage(fabric, options, quality, report, progress, shape)
     progress("yarnrelax", 0.0, f"{len(yarns.points)} control points")
     write_stitches(target / "stitches.h5", fabric)
     saver = StateSaver(target, report, yarns)
@@ -252,17 +272,18 @@ def _knit(
 
 
 def _relaxed_stitches(
-    mesh: Mesh, options: KnitOptions, device: str, report: dict[str, object], progress: Progress
+    mesh: Mesh | PanelMesh, options: KnitOptions, device: str, report: dict[str, object], progress: Progress
 ) -> StitchMesh:
     """Make the stitches with their patterns and edits, and relax them on the surface."""
-    shaped = None if options.shaping is None else shape_stage(mesh, options, report, progress)
+    shaped = shape_stage(mesh, options, report, progress) if options.finds_rows else None
     if shaped is None:
-        fabric = tessellate_stage(label_stage(mesh, options, report, progress), options, report, progress)
+        surface = whole_mesh(mesh)
+        fabric = tessellate_stage(label_stage(surface, options, report, progress), options, report, progress)
     else:
-        fabric, mesh = shaped.fabric, shaped.surface.mesh
+        fabric, surface = shaped.fabric, shaped.surface_mesh
     fabric = pattern_stage(fabric, options, report, progress)
     fabric = edit_stage(fabric, options, report, progress)
-    fabric = mesh_stage(fabric, mesh, options, device, report, progress)
+    fabric = mesh_stage(fabric, surface, options, device, report, progress)
     if shaped is not None:
         measure_shape(fabric, shaped.given, options, report)
     return fabric
@@ -371,18 +392,64 @@ def tessellate_stage(
     return fabric
 
 
-def shape_stage(mesh: Mesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> ShapedFabric:
-    """Find rows and stitches on a mesh of any kind; the radii of the yarn are checked as in ``tessellate_stage``."""
+def whole_mesh(mesh: Mesh | PanelMesh) -> Mesh:
+    """Return the mesh of a garment whose rows are labeled or found on the whole of it.
+
+    Raises:
+        ParameterError: the garment is a sewing pattern, and the options do not say how its panels are knitted.
+    """
+    if isinstance(mesh, PanelMesh):
+        raise ParameterError("mesh: got the panels of a sewing pattern; set panels=PanelOptions() in the options")
+    return mesh
+
+
+def shape_stage(
+    mesh: Mesh | PanelMesh, options: KnitOptions, report: dict[str, object], progress: Progress
+) -> FoundStitches:
+    """Find rows and stitches on a mesh of any kind or on panels; radii are checked as in ``tessellate_stage``."""
+    if options.panels is None:
+        found = _shaped_whole(whole_mesh(mesh), options, report, progress)
+    else:
+        found = _shaped_panels(mesh, options, options.panels, report, progress)
+    checked_drawn_radius(checked_radius(found.fabric, options.yarn_radius), options.drawn_radius)
+    return found
+
+
+def _shaped_whole(mesh: Mesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> FoundStitches:
+    """Find rows and stitches on a mesh of any kind."""
     shaping = ShapingOptions() if options.shaping is None else options.shaping
     shaped = shape_fabric(
         mesh, stitch_width=options.stitch_width, stitch_height=options.stitch_height, progress=progress,
         **shaping.arguments,
     )  # fmt: skip
-    checked_drawn_radius(checked_radius(shaped.fabric, options.yarn_radius), options.drawn_radius)
     if shaped.report.lost:
         logger.warning(shaped.report.lost)
     report["shape"] = {**asdict(shaped.report), "crossing_faces": _crossing_faces(mesh)}
-    return shaped
+    return FoundStitches(shaped.fabric, shaped.given, shaped.surface)
+
+
+def _shaped_panels(
+    panels: Mesh | PanelMesh, options: KnitOptions, chosen: PanelOptions, report: dict[str, object],
+    progress: Progress,
+) -> FoundStitches:  # fmt: skip
+    """Knit the panels of a sewing pattern, and join them."""
+    if not isinstance(panels, PanelMesh):
+        raise ParameterError("panels: got a mesh that is no sewing pattern; read it by sm.read_panels(path)")
+    shaped = knit_panels(
+        panels, stitch_width=options.stitch_width, stitch_height=options.stitch_height,
+        directions=dict(chosen.directions), sewn=chosen.sewn, progress=progress,
+    )  # fmt: skip
+    given = triangle_surface(panels.mesh, EDGE_OVER_WIDTH * options.stitch_width)
+    fit = shaping_report(shaped.fabric, given, options.stitch_width, shaped.report.seconds)
+    report["shape"] = {
+        **asdict(fit), **asdict(shaped.report), "panels": panels.panel_count,
+        "stitches_of_panels": np.bincount(shaped.face_panel, minlength=panels.panel_count).tolist(),
+        "seams": [
+            {"panels": list(seam.panels), "kind": seam.kind, "length_cm": round(seam.length, 3), "edges": seam.edges}
+            for seam in shaped.seams
+        ],
+    }  # fmt: skip
+    return FoundStitches(shaped.fabric, given, None)
 
 
 def _crossing_faces(mesh: Mesh) -> list[list[int]]:
@@ -476,15 +543,27 @@ def spiral_stage(fabric: StitchMesh, options: KnitOptions, report: dict[str, obj
 
 
 def yarn_stage(
-    fabric: StitchMesh, options: KnitOptions, quality: Quality, report: dict[str, object], progress: Progress
-) -> YarnSet:
-    """Generate the yarns of a fabric."""
+    fabric: StitchMesh, options: KnitOptions, quality: Quality, report: dict[str, object], progress: Progress,
+    shape: Mapping[str, Any] | None = None,
+) -> YarnSet:  # fmt: skip
+    """Generate the yarns of a fabric; ``shape`` is the entry of found rows in the report.
+
+    Loops are checked on panels, because not every direction has room for the yarns at every seam and tip.
+
+    Raises:
+        YarnError: as for ``generate_yarns``; for panels also as for ``check_loops``, and the message names the panel.
+    """
     clock = _Clock()
     progress("yarngen", 0.0, f"{fabric.face_count} stitches")
-    yarns = generate_yarns(
-        fabric, yarn_radius=options.yarn_radius, drawn_radius=options.drawn_radius, quality=quality,
-        **asdict(options.finish),
-    )  # fmt: skip
+    try:
+        yarns = generate_yarns(
+            fabric, yarn_radius=options.yarn_radius, drawn_radius=options.drawn_radius, quality=quality,
+            **asdict(options.finish),
+        )  # fmt: skip
+        if options.panels is not None:
+            check_loops(fabric, yarns, finish=options.finish)
+    except YarnError as error:
+        raise YarnError(_with_panel(str(error), fabric, shape or {})) from error
     report["yarngen"] = {
         "seconds": clock.lap(),
         "yarns": yarns.yarn_count,
@@ -492,6 +571,19 @@ def yarn_stage(
         "length_cm": round(float(yarns.lengths.sum()), 3),
     }
     return yarns
+
+
+def _with_panel(message: str, fabric: StitchMesh, shape: Mapping[str, Any]) -> str:
+    """Return an error message about the yarns of a face with the panel of the face, and what helps there."""
+    face, ends = re.match(r"face (\d+)", message), np.cumsum(shape.get("stitches_of_panels", []))
+    # Faces lie in the order of their panels; an edit that adds stitches ends this.
+    if face is None or not len(ends) or int(ends[-1]) != fabric.face_count:
+        return message
+    panel = int(np.searchsorted(ends, int(face[1]), side="right"))
+    return (
+        f"panel {panel}: {message}; or choose another direction of this panel (--panel-direction), or leave its seams "
+        "to be sewn (--sew)"
+    )
 
 
 class _Clock:

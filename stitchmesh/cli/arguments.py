@@ -138,8 +138,35 @@ def _sizes(words: list[str]) -> tuple[float | None, ...]:
         raise ValueError(f"got {' '.join(words)!r}; expected two numbers of cm, or {FREE} for either") from error
 
 
+def panel_direction(text: str) -> tuple[int | str, tuple[float, float]]:
+    """Convert the name of a panel and its direction, ``PANEL=U,V``."""
+    name, _, words = text.rpartition("=")
+    try:
+        u, v = (float(word) for word in words.split(","))
+    except ValueError as error:
+        raise ValueError(f"got {text!r}; expected a panel and its direction in the texture, PANEL=U,V") from error
+    return _panel(name, text), (u, v)
+
+
+def panel_pair(text: str) -> tuple[int | str, int | str]:
+    """Convert the names of two panels with a comma between them."""
+    first, _, second = text.partition(",")
+    return _panel(first, text), _panel(second, text)
+
+
+def _panel(name: str, text: str) -> int | str:
+    """Return the number of a panel, or its name."""
+    if not name.strip():
+        raise ValueError(f"got {text!r}; expected the number or the name of a panel")
+    return int(name) if name.isdecimal() else name.strip()
+
+
 Pair = Annotated[tuple[int, int], parsed_by(pair, "V,W")]
 """Two whole numbers in one word, with a comma between them."""
+PanelPair = Annotated[tuple[int | str, int | str], parsed_by(panel_pair, "PANEL,PANEL")]
+"""Two panels in one word, each a number or a name, with a comma between them."""
+PanelDirection = Annotated[tuple[int | str, tuple[float, float]], parsed_by(panel_direction, "PANEL=U,V")]
+"""A panel and its direction of knitting in one word."""
 Direction = Annotated[tuple[float, float, float], parsed_by(direction, "AXIS|X,Y,Z", _direction_text)]
 """A direction in one word: the name of an axis, or three numbers with commas between them."""
 OneOrTwo = Annotated[tuple[float, ...] | None, parsed_by(_one_or_two, "A[,B]")]

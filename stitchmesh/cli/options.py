@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import UseAppendAction, arg
 
-from stitchmesh.cli.arguments import Direction, Flag, OneOrTwo, Pair, help_entry
+from stitchmesh.cli.arguments import Direction, Flag, OneOrTwo, Pair, PanelDirection, PanelPair, help_entry
 from stitchmesh.compute.threads import VARIABLE
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
@@ -22,9 +22,11 @@ from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, SPACING, SwatchOptions
 from stitchmesh.quality import PRESETS, Quality, Solver, quality_with
 from stitchmesh.recipe.sections import (
+    DirectionTable,
     LabelSection,
     MarkTable,
     MaterialSection,
+    PanelsSection,
     PhysicsSection,
     RestLengthsSection,
     RowsSection,
@@ -217,6 +219,29 @@ class FoundPanels:
         for part in fields(self):
             if getattr(self, part.name) != getattr(FoundPanels(), part.name):
                 raise ParameterError(f"{part.name}: is for rows that are found; give auto (--auto) too")
+
+
+@dataclass(frozen=True)
+class KnittedPanels:
+    """Panels of a sewing pattern, each knitted in its own direction."""
+
+    panels: Flag = False
+    """knit the mesh as a sewing pattern, panel by panel, by its texture coordinates or groups (docs/panels.md)"""
+    panel_direction: Annotated[
+        UseAppendAction[tuple[PanelDirection, ...]], help_entry("PANEL=U,V", "0,1: up in the pattern")
+    ] = ()
+    """direction of knitting of a panel in its texture; PANEL is a number, or the name of objects or groups"""
+    sew: Annotated[UseAppendAction[tuple[PanelPair, ...]], help_entry("PANEL,PANEL")] = ()
+    """two panels whose seams are left to be sewn, also where their stitches fit"""
+
+    def section(self) -> PanelsSection:
+        """Return the section of a recipe.
+
+        Raises:
+            ParameterError: another option is given without ``--panels``, or a direction is zero or not finite.
+        """
+        directions = tuple(DirectionTable(panel=name, direction=along) for name, along in self.panel_direction)
+        return PanelsSection(knit=self.panels, directions=directions, sewn=self.sew)
 
 
 def _read_marks(path: str) -> tuple[MarkTable, ...]:

@@ -68,6 +68,18 @@ def shape_lines(report: Mapping[str, Any]) -> list[str]:
         f"{shape['largest_distance']:.2g}; their stretch differs by {100 * shape['rms_stretch']:.2g} % (rms).",
         f"Shaping: {shape['irregular_per_thousand']:.3g} irregular stitches in a thousand, "
         f"{shape['mismatched_edges']} grafted edges, {shape['short_rows']} short rows.",
+        *_panel_lines(shape),
+    ]
+
+
+def _panel_lines(shape: Mapping[str, Any]) -> list[str]:
+    """Return one line on the panels of a sewing pattern: their seams and directions; none for other meshes."""
+    if "panels" not in shape:
+        return []
+    return [
+        f"Panels: {shape['panels']}, with {shape['grafted_edges']} grafted and {shape['joined_edges']} joined edges; "
+        f"{shape['sewn_edges']} are left to be sewn. Rows are off their directions by {shape['mean_angle']:.2g} "
+        "degrees (mean)."
     ]
 
 

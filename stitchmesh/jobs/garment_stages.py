@@ -21,7 +21,7 @@ from stitchmesh.jobs.budget_stage import chosen_quality
 from stitchmesh.jobs.job import recipe_of
 from stitchmesh.jobs.job_memory import check_memory, found_memory, garment_memory
 from stitchmesh.jobs.kept_stages import stage_key
-from stitchmesh.jobs.stage_files import FoundStitches, fabric_stage, found_stage, relaxation_stage, yarns_stage
+from stitchmesh.jobs.stage_files import fabric_stage, found_stage, relaxation_stage, yarns_stage
 from stitchmesh.jobs.stage_run import JobRun, cut_short
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.pipeline import (
@@ -36,12 +36,14 @@ from stitchmesh.pipeline import (
     shape_stage,
     spiral_stage,
     tessellate_stage,
+    whole_mesh,
     yarn_stage,
 )
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.recipe.recipe import recipe_options
 from stitchmesh.recipe.recipe_file import edits_with_paths
 from stitchmesh.selection.selection import Selection, with_paths
+from stitchmesh.shaping.panels.panel_mesh import PanelMesh
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import NAME as CHECKPOINT
@@ -65,7 +67,10 @@ def make_garment(run: JobRun) -> tuple[StitchMesh, Relaxation]:
     run.report |= {"device": device, "quality": entry}
     if repair is not None:
         run.report["repair"] = repair_entries(repair)
-    fabric = (_labeled_fabric if options.shaping is None else _found_fabric)(run, mesh, options, device)
+    if options.finds_rows:
+        fabric = _found_fabric(run, mesh, options, device)
+    else:
+        fabric = _labeled_fabric(run, whole_mesh(mesh), options, device)
     for name in run.job.write_stitches:
         write_stitches(run.folder / name, fabric)
     scene = BudgetScene(kind="garment", stitches=fabric.face_count)
@@ -76,7 +81,8 @@ def make_garment(run: JobRun) -> tuple[StitchMesh, Relaxation]:
     sampling = quality.control_points_per_stitch
     key = stage_key("generate_yarns", fabric, options.yarn_radius, options.drawn_radius, options.finish, sampling)
     yarns = run.run(
-        yarns_stage("generate_yarns", key), lambda report: yarn_stage(fabric, options, quality, report, run.progress)
+        yarns_stage("generate_yarns", key),
+        lambda report: yarn_stage(fabric, options, quality, report, run.progress, run.report.get("shape")),
     )
     return fabric, _relaxed(run, fabric, yarns, options, quality, device)
 
@@ -94,19 +100,15 @@ def _labeled_fabric(run: JobRun, mesh: Mesh, options: KnitOptions, device: str) 
     return _fabric(run, mesh, fabric, options, device)
 
 
-def _found_fabric(run: JobRun, mesh: Mesh, options: KnitOptions, device: str) -> StitchMesh:
-    """Return stitches that are found on a mesh of any kind, evened out on its surface."""
+def _found_fabric(run: JobRun, mesh: Mesh | PanelMesh, options: KnitOptions, device: str) -> StitchMesh:
+    """Return stitches that are found on a mesh of any kind or on panels, evened out on its surface."""
     size = options.stitch_width, options.stitch_height
-    stage = found_stage("auto_stitches", stage_key("auto_stitches", mesh, size, options.shaping))
-
-    def find(report: dict[str, Any]) -> FoundStitches:
-        """Find the rows and the stitches."""
-        shaped = shape_stage(mesh, options, report, run.progress)
-        return FoundStitches(shaped.fabric, shaped.given, shaped.surface)
-
-    found = run.run(stage, find)
+    name = "auto_stitches" if options.panels is None else "shape_panels"
+    chosen = options.shaping if options.panels is None else options.panels
+    stage = found_stage(name, stage_key(name, mesh, size, chosen))
+    found = run.run(stage, lambda report: shape_stage(mesh, options, report, run.progress))
     _check_memory(run, options, device, lambda quality: found_memory(found.fabric, quality, device, run.job.render))
-    return _fabric(run, found.surface.mesh, found.fabric, options, device, found.given)
+    return _fabric(run, found.surface_mesh, found.fabric, options, device, found.given)
 
 
 def _check_memory(run: JobRun, options: KnitOptions, device: str, memory_at: Callable[[Quality], float]) -> None:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from stitchmesh.jobs.kept_stages import Stage
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.periodic.swatch import Swatch
 from stitchmesh.quality import Quality
+from stitchmesh.shaping.found_stitches import FoundStitches
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
@@ -29,18 +30,6 @@ GIVEN, SURFACE, SURFACE_FORMAT = "given.h5", "surface.h5", "stitchmesh surface"
 """Files of the surface on which stitches were found, as given and without fine features, and their format."""
 PLAN = "plan.json"
 """File of the quality that a budget has chosen."""
-
-
-@dataclass(frozen=True, eq=False)
-class FoundStitches:
-    """Stitches that were found on a surface."""
-
-    fabric: StitchMesh
-    """The stitches, before patterns."""
-    given: TriangleSurface
-    """The triangles of the mesh."""
-    surface: TriangleSurface
-    """The same triangles without features finer than a stitch, for mesh relaxation."""
 
 
 def found_stage(name: str, key: str) -> Stage[FoundStitches]:
@@ -79,12 +68,15 @@ def quality_stage(name: str, key: str) -> Stage[Quality]:
 def _write_found(folder: Path, found: FoundStitches) -> None:
     write_stitches(folder / STITCHES, found.fabric)
     write_dataclass(folder / GIVEN, found.given, SURFACE_FORMAT)
-    write_dataclass(folder / SURFACE, found.surface, SURFACE_FORMAT)
+    if found.surface is not None:
+        write_dataclass(folder / SURFACE, found.surface, SURFACE_FORMAT)
 
 
 def _read_found(folder: Path, report: dict[str, Any]) -> FoundStitches:
     _entry(report, "shape")
-    given, surface = (read_dataclass(folder / name, TriangleSurface, SURFACE_FORMAT) for name in (GIVEN, SURFACE))
+    given = read_dataclass(folder / GIVEN, TriangleSurface, SURFACE_FORMAT)
+    own = "panels" in report["shape"]
+    surface = None if own else read_dataclass(folder / SURFACE, TriangleSurface, SURFACE_FORMAT)
     return FoundStitches(read_stitches(folder / STITCHES), given, surface)
 
 

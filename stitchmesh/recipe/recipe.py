@@ -25,6 +25,7 @@ from stitchmesh.quality import DEFAULT_QUALITY
 from stitchmesh.recipe.sections import (
     LabelSection,
     MaterialSection,
+    PanelsSection,
     PhysicsSection,
     RestLengthsSection,
     RowsSection,
@@ -39,6 +40,7 @@ from stitchmesh.yarngen import YarnFinish
 if TYPE_CHECKING:
     from stitchmesh.mesh import Mesh
     from stitchmesh.mesh.repair import RepairAction
+    from stitchmesh.shaping.panels.panel_mesh import PanelMesh
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,6 +111,7 @@ class Recipe:
     colours: tuple[RecipeColour, ...] = ()
     """Colours of parts of the garment, set one after another, after the edits."""
     rows: RowsSection = field(default_factory=RowsSection)
+    panels: PanelsSection = field(default_factory=PanelsSection)
     label: LabelSection = field(default_factory=LabelSection)
     stitches: StitchesSection = field(default_factory=StitchesSection)
     mesh_relaxation: MeshRelaxOptions = field(default_factory=MeshRelaxOptions)
@@ -130,15 +133,20 @@ class Recipe:
             yarn_radius=self.yarn_radius, drawn_radius=self.drawn_radius,
         )  # fmt: skip
 
-    def read_mesh(self) -> tuple[Mesh, tuple[RepairAction, ...] | None]:
-        """Read the mesh; if rows are found on it, make a valid mesh of polygons of any kind.
+    def read_mesh(self) -> tuple[Mesh | PanelMesh, tuple[RepairAction, ...] | None]:
+        """Read the mesh; if rows are found on it, make a valid mesh of polygons of any kind, or panels.
 
         Returns:
-            The mesh, and what the repair has changed; None if the mesh is not repaired.
+            The mesh or the panels, and what the repair has changed; None if the mesh is not repaired.
 
         Raises:
-            StitchMeshError: as for ``read_mesh`` or ``read_repaired_mesh``.
+            StitchMeshError: as for ``read_mesh``, ``read_repaired_mesh`` or ``read_panels``.
         """
+        if self.panels.knit:
+            from stitchmesh.shaping.panels.read_panels import read_panels
+
+            panels = read_panels(self.mesh, unit=self.unit)
+            return panels.turned_inside_out() if self.label.turn_inside_out else panels, None
         if not self.rows.auto:
             return self.label.read_mesh(self.mesh, self.unit), None
         from stitchmesh.io.meshes import read_repaired_mesh
@@ -172,6 +180,7 @@ def recipe_options(recipe: Recipe) -> KnitOptions:
         seeds=recipe.label.start_edges,
         flip=recipe.label.flip,
         shaping=recipe.rows.options(),
+        panels=recipe.panels.options(),
         palette=palette,
         patterns=tuple(_region(part, number) for number, part in enumerate(recipe.patterns)),
         edits=(*recipe.edits, *stripes),

@@ -16,6 +16,7 @@ from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.quality import Quality, Solver, quality_named, quality_with
 from stitchmesh.shaping.marks import TimeMark
 from stitchmesh.shaping.options import UP, ShapingOptions
+from stitchmesh.shaping.panels.options import PanelOptions
 from stitchmesh.yarn.rest_length import RestLengths, parse_rest_lengths
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, parse_stiffnesses
 
@@ -110,6 +111,44 @@ class RowsSection:
             up=self.up, multiple=self.multiple, short_rows=self.short_rows, marks=time_marks(self.marks),
             most_shaping=self.most_shaping,
         )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class DirectionTable:
+    """The direction of knitting of a panel."""
+
+    panel: int | str
+    """Number of the panel, or a name: then of all panels whose object, group or material has it."""
+    direction: tuple[float, float]
+    """Direction in the texture (u, v)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PanelsSection:
+    """Panels of a sewing pattern that are knitted one by one, in the place of the labeled rows of a modelled mesh.
+
+    Raises:
+        ParameterError: another key is given without ``knit``, or as for ``PanelOptions``.
+    """
+
+    knit: bool = False
+    """Whether the mesh is a sewing pattern, whose panels are knitted."""
+    directions: tuple[DirectionTable, ...] = ()
+    """Directions of knitting of panels; (0, 1) for all others."""
+    sewn: tuple[tuple[int | str, int | str], ...] = ()
+    """Pairs of panels whose seams are left to be sewn, also where their stitches fit."""
+
+    def __post_init__(self) -> None:
+        for part in fields(self) if not self.knit else ():
+            if getattr(self, part.name) != part.default:
+                raise ParameterError(f"{part.name}: is for the panels of a sewing pattern; give knit (--panels) too")
+        self.options()
+
+    def options(self) -> PanelOptions | None:
+        """Return how the panels are knitted; None if the mesh is no sewing pattern."""
+        if not self.knit:
+            return None
+        return PanelOptions(directions=tuple((one.panel, one.direction) for one in self.directions), sewn=self.sewn)
 
 
 def time_marks(marks: Sequence[MarkTable]) -> tuple[TimeMark, ...]:

@@ -16,15 +16,18 @@ from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.recipe.recipe import Recipe, RecipeColour, RecipePattern, recipe_options
 from stitchmesh.recipe.recipe_file import read_recipe, write_recipe
 from stitchmesh.recipe.sections import (
+    DirectionTable,
     LabelSection,
     MarkTable,
     MaterialSection,
+    PanelsSection,
     PhysicsSection,
     RestLengthsSection,
     RowsSection,
     SolverSection,
     StitchesSection,
 )
+from stitchmesh.shaping.panels.options import PanelOptions
 from stitchmesh.yarngen import YarnFinish
 from tests.gallery import ROOT
 
@@ -50,6 +53,9 @@ FULL = Recipe(
             MarkTable(kind="stroke", points=((0.0, 4.0, 2.0), (0.1, 4.0, 2.0))),
             MarkTable(kind="point", points=((0.0, 3.0, 2.0),), role="plain", radius=1.5),
         ),
+    ),
+    panels=PanelsSection(
+        knit=True, directions=(DirectionTable(panel="back", direction=(1.0, 0.0)),), sewn=(("back", 2), (0, 1))
     ),
     label=LabelSection(start_borders=((1, 2),), start_edges=((3, 4), (5, 6)), flip=(7,), turn_inside_out=True),
     stitches=StitchesSection(course_height=0.5, counts=("4,7=12",), marked=((5, 9),), edges="edges.txt"),
@@ -207,6 +213,12 @@ def test_found_rows_reach_the_options_of_the_stages():
         ("border", "begin", 0.0, None), ("stroke", "row", None, None), ("point", "plain", None, 1.5),
     ]  # fmt: skip
     assert shaping.most_shaping == 0.25
+
+
+def test_the_panels_reach_the_options_of_the_stages():
+    panels = recipe_options(Recipe(mesh="shirt.obj", panels=FULL.panels)).panels
+    assert panels == PanelOptions(directions=(("back", (1.0, 0.0)),), sewn=(("back", 2), (0, 1)))
+    assert recipe_options(Recipe(mesh="shirt.obj")).panels is None
 
 
 def test_a_colour_that_the_palette_has_is_its_number_and_another_is_added():

@@ -26,6 +26,7 @@ from stitchmesh.cli.options import (
     GENERATED_RADIUS,
     Device,
     FoundRows,
+    KnittedPanels,
     MaterialOptions,
     MeshRelaxation,
     MorePhysics,
@@ -99,6 +100,7 @@ class Knit:
     colours: YarnColours = field(default_factory=YarnColours)
     rows: Rows = field(default_factory=Rows)
     found_rows: FoundRows = field(default_factory=FoundRows)
+    knitted_panels: KnittedPanels = field(default_factory=KnittedPanels)
     stitches: StitchCounts = field(default_factory=StitchCounts)
     mesh_relaxation: MeshRelaxation = field(default_factory=MeshRelaxation)
     finish: YarnFinish = field(default_factory=YarnFinish)
@@ -189,6 +191,7 @@ class Knit:
             palette=tuple(map(colour_text, self.colours.recoloured(empty_palette()))) if self.colours.colour else (),
             patterns=self._patterns(),
             rows=self.found_rows.section(),
+            panels=self.knitted_panels.section(),
             label=self.rows.section(),
             stitches=self.stitches.section(),
             mesh_relaxation=self.mesh_relaxation.mesh_relax_options(),

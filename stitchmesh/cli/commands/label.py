@@ -85,6 +85,7 @@ class Label:
         """
         from stitchmesh.io.stitches import READABLE
         from stitchmesh.labeling import PartialLabeling
+        from stitchmesh.pipeline import whole_mesh
         from stitchmesh.recipe.recipe import Recipe
         from stitchmesh.recipe.sections import LabelSection
         from stitchmesh.shaping.auto_labels import auto_labels
@@ -98,8 +99,10 @@ class Label:
             print(f"Repair: {action.text}: {action.places}.")
         options = rows.options()
         assert options is not None
-        found = {name: value for name, value in options.arguments.items() if name != "short_rows"}
-        return PartialLabeling.of_rows(auto_labels(mesh, **self.panels.arguments(), **found))
+        made = auto_labels(
+            whole_mesh(mesh), marks=options.marks, up=options.up, multiple=options.multiple, **self.panels.arguments()
+        )
+        return PartialLabeling.of_rows(made)
 
     def _refuse_with_auto(self, rows: RowsSection) -> None:
         """Refuse options that name edges or faces of the given mesh, or that are for stitches.
@@ -113,11 +116,9 @@ class Label:
             raise ParameterError(
                 f"{words}: is for the rows of a modelled mesh; find rows with --auto first, and give it for their file"
             )
-        if rows.short_rows:
-            raise ParameterError(
-                "short rows: the yarn turns between stitches, and a panel holds many; give them to `knit --auto`, or "
-                "add them to the stitches by the edit short_rows"
-            )
+        for words, given in (("no short rows", not rows.short_rows), ("most shaping", rows.most_shaping is not None)):
+            if given:
+                raise ParameterError(f"{words}: is for stitches, and a panel holds many; give it to `knit --auto`")
 
     def _read(self) -> PartialLabeling:
         """Read the partly labeled mesh, or the mesh on which nothing is labeled."""

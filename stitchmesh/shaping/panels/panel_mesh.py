@@ -4,15 +4,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from stitchmesh.errors import MeshError
+from stitchmesh.errors import MeshError, ParameterError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, frozen_array
+from stitchmesh.mesh.orientation import turn_inside_out
 
 UPWARDS = (0.0, 1.0)
 """Direction of knitting in the texture of a panel for which none is given."""
+MOST_NAMES = 8
+"""Number of names of panels that a message lists."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +58,8 @@ class PanelMesh:
     """The seams."""
     direction: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     """Direction of knitting of each panel in its texture (u, v), shape (P, 2); (0, 1) by default."""
+    names: tuple[tuple[str, ...], ...] = ()
+    """Names of the object, the group and the material of each panel, where the file has them; none by default."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "texture", frozen_array(self.texture, np.float64))
@@ -69,6 +74,31 @@ class PanelMesh:
     def panel_count(self) -> int:
         """Number of panels."""
         return int(self.face_panel.max(initial=-1)) + 1
+
+    def turned_inside_out(self) -> PanelMesh:
+        """Return the panels with every face reversed, so that their other side is outside."""
+        # A line of a seam runs along its border with the panel on the left, and the border now runs the other way.
+        seams = tuple(Seam(seam.panels, seam.first[::-1], seam.second[::-1]) for seam in self.seams)
+        return replace(self, mesh=turn_inside_out(self.mesh), seams=seams)
+
+    def panels_named(self, panel: int | str) -> list[int]:
+        """Return the number of one panel, or those of all panels whose object, group or material has a name.
+
+        Args:
+            panel: a number, a name, or a text of a number that is no name.
+
+        Raises:
+            ParameterError: no panel has the number or the name.
+        """
+        named = [number for number, names in enumerate(self.names) if panel in names]
+        if named:
+            return named
+        number = int(panel) if str(panel).isdecimal() else -1
+        if number not in range(self.panel_count):
+            known = sorted({name for names in self.names for name in names})
+            words = f"; or a name: {', '.join(known[:MOST_NAMES])}" if known else ""
+            raise ParameterError(f"panel {panel} does not exist; expected 0 to {self.panel_count - 1}{words}")
+        return [number]
 
     def __repr__(self) -> str:
         """Return one line: the numbers of panels and seams, and the mesh."""

@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reading of sewing patterns: the panels of an OBJ file with texture coordinates or groups.
 
-A seam is an edge whose two faces use different texture vertices, so that it is a border in the flat pattern. Without
-texture coordinates the panels are the objects, groups and materials of the file.
+A seam is an edge whose two faces use different texture vertices, so that it is a border in the flat pattern. Programs
+write the two sides of a seam with common vertices (Blender) or with vertices of their own (Marvelous Designer, CLO),
+and some write vertices or texture vertices of each face anew; all of these give the same panels. Without texture
+coordinates the panels are the objects, groups and materials of the file.
 """
 
 from __future__ import annotations
@@ -60,14 +62,33 @@ def _panels(read: ObjTexture, scale: float) -> PanelMesh:
     second = read.face_texture or _group_numbers(read)
     start = np.concatenate([[0], np.cumsum([len(face) for face in read.faces])])
     vertex, other = (np.array([v for face in faces for v in face]) for faces in (read.faces, second))
-    mesh, corner_vertex = _cut_mesh(np.array(read.vertices) * scale, start, vertex, other)
+    points, texture = np.array(read.vertices), np.array(read.texture).reshape(-1, 2)
+    if read.texture:
+        # The texture tells what is joined; vertices that a program wrote anew for each face do not.
+        vertex = _equal_rows(points)[vertex]
+        other = other if _is_shared(start, other) else _equal_rows(texture)[other]
+    mesh, corner_vertex = _cut_mesh(points * scale, start, vertex, other)
     face_panel = _connected_faces(mesh)
     if read.texture:
-        texture = np.zeros((len(mesh.vertices), 2))
-        texture[corner_vertex] = np.array(read.texture)[other]
+        own = np.zeros((len(mesh.vertices), 2))
+        own[corner_vertex] = texture[other]
     else:
-        texture = _texture_seen_from_outside(mesh, face_panel)
-    return PanelMesh(mesh, texture, face_panel, find_seams(mesh, face_panel))
+        own = _texture_seen_from_outside(mesh, face_panel)
+    first = np.unique(face_panel, return_index=True)[1].tolist()
+    names = tuple(tuple(filter(None, read.group[face])) for face in first)
+    return PanelMesh(mesh, own, face_panel, find_seams(mesh, face_panel), names=names)
+
+
+def _equal_rows(rows: FloatArray) -> IntArray:
+    """Number of the first row that is equal to each row, shape (n,)."""
+    _, first, place = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    return first[place.reshape(-1)]
+
+
+def _is_shared(start: IntArray, other: IntArray) -> bool:
+    """Whether some texture vertex is that of two faces; ``start`` and ``other`` are those of ``_cut_mesh``."""
+    face = np.repeat(np.arange(len(start) - 1), np.diff(start))
+    return len(np.unique(np.stack([face, other], axis=1), axis=0)) > len(np.unique(other))
 
 
 def _group_numbers(read: ObjTexture) -> list[list[int]]:

@@ -9,12 +9,16 @@ import numpy as np
 from stitchmesh.mesh import BORDER, IntArray, Mesh
 from stitchmesh.shaping.panels.panel_mesh import Seam
 
+NEAR = 1e-3
+"""Distance of two vertices on borders, over the mean length of a border side, up to which they are at one place. The
+two sides of a seam are written with rounded coordinates."""
+
 
 def find_seams(mesh: Mesh, face_panel: IntArray) -> tuple[Seam, ...]:
     """Find the seams of a mesh that is cut along them.
 
-    Two border sides are sewn if their vertices have exactly equal positions, in opposite order. Where three or more
-    panels meet along one line, nothing is sewn.
+    Two border sides are sewn if their vertices lie at equal places up to ``NEAR``, in opposite order. Where three or
+    more panels meet along one line, nothing is sewn.
 
     Args:
         mesh: the panels.
@@ -37,9 +41,8 @@ def find_seams(mesh: Mesh, face_panel: IntArray) -> tuple[Seam, ...]:
 
 def _sides_across(mesh: Mesh) -> IntArray:
     """The border side that lies on each border side in the opposite direction, ``BORDER`` if none does, shape (C,)."""
-    place = np.unique(mesh.vertices, axis=0, return_inverse=True)[1].reshape(-1)
     border = np.flatnonzero(mesh.twin == BORDER)
-    ends = place[np.stack([mesh.face_vertex[border], mesh.face_vertex[mesh.side_next[border]]], axis=1)]
+    ends = _places(mesh, np.stack([mesh.face_vertex[border], mesh.face_vertex[mesh.side_next[border]]], axis=1))
     _, line, count = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
     line = line.reshape(-1)
     order = np.argsort(line, kind="stable")
@@ -48,6 +51,21 @@ def _sides_across(mesh: Mesh) -> IntArray:
     across = np.full(mesh.side_count, BORDER)
     across[border[pairs[:, 0]]], across[border[pairs[:, 1]]] = border[pairs[:, 1]], border[pairs[:, 0]]
     return across
+
+
+def _places(mesh: Mesh, ends: IntArray) -> IntArray:
+    """Number of the place of each end of some sides, shape (n, 2); vertices that are near each other share a place."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    own, end = np.unique(ends, return_inverse=True)
+    points = mesh.vertices[own]
+    length = np.linalg.norm(mesh.vertices[ends[:, 1]] - mesh.vertices[ends[:, 0]], axis=1)
+    pairs = cKDTree(points).query_pairs(NEAR * float(length.mean()), output_type="ndarray") if len(own) else ends
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(own),) * 2)
+    place: IntArray = connected_components(graph.tocsr(), directed=False)[1].astype(np.int64)
+    return place[end.reshape(-1, 2)]
 
 
 def _line_starts(mesh: Mesh, across: IntArray) -> list[int]:

@@ -9,7 +9,7 @@ border, for a needle and a thread.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -20,7 +20,7 @@ from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.connectivity import find_fans, next_sides
 from stitchmesh.mesh.courses import course_of_faces, courses_below, find_courses, knitting_order
 from stitchmesh.shaping.level_lines import LevelLine
-from stitchmesh.shaping.panels.outline_pieces import SIDE, Piece
+from stitchmesh.shaping.panels.outline_pieces import BEGINS, ENDS, SIDE, Piece
 from stitchmesh.shaping.panels.panel_rows import PanelStitches, RowEnd
 from stitchmesh.tessellate.tessellate import twins_of_edges, with_cast_on
 
@@ -62,7 +62,7 @@ class _Faces:
 
 
 def sewn_fabric(
-    made: PanelStitches, pieces: list[Piece], lines: list[LevelLine]
+    made: PanelStitches, pieces: list[Piece], lines: list[LevelLine], apart: Collection[tuple[int, int]] = ()
 ) -> tuple[StitchMesh, tuple[SeamResult, ...]]:
     """Join the panels at their seams where their stitches fit.
 
@@ -70,6 +70,7 @@ def sewn_fabric(
         made: the stitches of all panels.
         pieces: pieces of the outlines.
         lines: the same pieces as lines.
+        apart: pairs of panels, the lower number first, whose seams are sewn.
 
     Returns:
         The stitches, with rows in knitting order, and how each piece of a seam was made.
@@ -77,22 +78,55 @@ def sewn_fabric(
     faces, twin = _faces_of(made)
     fabric = _stitch_mesh(faces, twin)
     ends = _RowEnds(_ends_by_piece(made, pieces, lines), lines, AGREEMENT * made.size.height, faces.side_of_edge)
-    results = []
-    for number, piece in enumerate(pieces):
-        if piece.partner <= number:
-            continue
-        other = pieces[piece.partner]
-        if piece.kind != SIDE and other.kind != SIDE:
-            kind, pairs = "grafted", _hem_pairs(made.hem_edges, faces.side_of_edge, pieces, number)
+    results: dict[int, SeamResult] = {}
+    joined: set[int] = set()
+    for number in _sides_first(pieces):
+        piece, other = pieces[number], pieces[pieces[number].partner]
+        pair = (min(piece.panel, other.panel), max(piece.panel, other.panel))
+        if pair in apart:
+            kind, pairs = "sewn", []
+        elif piece.kind != SIDE and other.kind != SIDE:
+            kind = "grafted"
+            fits = _graft_fits(pieces, number, joined)
+            pairs = _hem_pairs(made.hem_edges, faces.side_of_edge, pieces, number) if fits else []
         else:
             kind, pairs = "joined", _row_pairs(ends, number, piece.partner)
-        tried = _with_twins(fabric, faces, twin, pairs)
+        tried = None if _has_double_decrease(fabric, pairs) else _with_twins(fabric, faces, twin, pairs)
         if tried is None:
-            results.append(SeamResult((piece.panel, other.panel), number, piece.length, "sewn", 0))
+            kind, pairs = "sewn", []
         else:
             fabric, twin = tried
-            results.append(SeamResult((piece.panel, other.panel), number, piece.length, kind, len(pairs)))
-    return in_knitting_order(fabric), tuple(results)
+            joined |= {number, piece.partner}
+        results[number] = SeamResult((piece.panel, other.panel), number, piece.length, kind, len(pairs))
+    return in_knitting_order(fabric), tuple(results[number] for number in sorted(results))
+
+
+def _sides_first(pieces: list[Piece]) -> list[int]:
+    """The first piece of each seam: seams of sides, and then those of two hems, which depend on what is beside them."""
+    seams = [number for number, piece in enumerate(pieces) if piece.partner > number]
+    return sorted(seams, key=lambda number: SIDE not in (pieces[number].kind, pieces[pieces[number].partner].kind))
+
+
+def _graft_fits(pieces: list[Piece], number: int, joined: Collection[int]) -> bool:
+    """Whether there is room for the yarns at the ends of a graft of two hems.
+
+    Where rows begin on both sides, the first rows need to go on in the other panel beside the graft: the yarns of their
+    ends would lie in one place. Where rows end on both sides they must not: a round that is closed beside the graft has
+    no loop for the yarn of the graft to turn in.
+    """
+    kinds = {pieces[number].kind, pieces[pieces[number].partner].kind}
+    if kinds == {BEGINS, ENDS}:
+        return True
+    before = {piece.following: place for place, piece in enumerate(pieces)}
+    beside = [side for one in (number, pieces[number].partner) for side in (pieces[one].following, before[one])]
+    goes_on = [side in joined for side in beside if pieces[side].kind == SIDE]
+    return all(goes_on) if kinds == {BEGINS} else not any(goes_on)
+
+
+def _has_double_decrease(fabric: StitchMesh, pairs: list[tuple[int, int]]) -> bool:
+    """Whether a stitch at a seam takes three loops together, which has no room beside the stitch of the other panel."""
+    faces = fabric.side_face[np.array(pairs, dtype=np.int64).reshape(-1)]
+    return bool((fabric.n_bottom[faces] - fabric.n_top[faces] > 1).any())
 
 
 def in_knitting_order(fabric: StitchMesh) -> StitchMesh:

@@ -19,7 +19,10 @@ from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.shaping.auto_stitches import EDGE_OVER_WIDTH, MOST_STITCHES
 from stitchmesh.shaping.counts import StitchSize
+from stitchmesh.shaping.found_stitches import faces_of
 from stitchmesh.shaping.level_lines import LevelLine, level_lines
+from stitchmesh.shaping.panels.opened_folds import opened_folds
+from stitchmesh.shaping.panels.options import PanelName, PanelOptions
 from stitchmesh.shaping.panels.outline_pieces import BEGINS, Piece, outline_pieces
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh
 from stitchmesh.shaping.panels.panel_rows import Hem, HemPart, PanelStitches
@@ -28,11 +31,14 @@ from stitchmesh.shaping.panels.refined_panel import refined_panel
 from stitchmesh.shaping.panels.seam_gap import drawn_back, gap_at, sides_on_seams
 from stitchmesh.shaping.panels.seam_times import with_equal_seams
 from stitchmesh.shaping.panels.sewing import SeamResult, sewn_fabric
-from stitchmesh.shaping.panels.sewn_surface import sewn_surface
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 
-Directions = Mapping[int, tuple[float, float]]
-"""Direction of knitting of some panels in their texture (u, v), by number."""
+Directions = (
+    Mapping[int, tuple[float, float]] | Mapping[str, tuple[float, float]] | Mapping[PanelName, tuple[float, float]]
+)
+"""Direction of knitting of some panels in their texture (u, v), by number or name."""
+Pairs = Sequence[tuple[PanelName, PanelName]]
+"""Pairs of panels, each by number or name."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +70,8 @@ class ShapedPanels:
     fabric: StitchMesh
     """The stitches, before mesh relaxation."""
     surface: Mesh
-    """The panels, closed along the seams at which the stitches are joined: the surface for mesh relaxation."""
+    """The faces of the stitches before mesh relaxation, which are its surface: a border with steps keeps its
+    steps, and layers that were moved apart stay so."""
     face_panel: IntArray
     """Panel of each stitch, shape (F,)."""
     seams: tuple[SeamResult, ...]
@@ -75,7 +82,7 @@ class ShapedPanels:
 
 def shape_panels(
     panels: PanelMesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
-    directions: Directions | None = None,
+    directions: Directions | None = None, sewn: Pairs = (),
 ) -> StitchMesh:  # fmt: skip
     """Knit each panel of a sewing pattern in a given direction, and join the panels at their seams.
 
@@ -86,7 +93,9 @@ def shape_panels(
         panels: the panels, from ``read_panels``.
         stitch_width: wale spacing [cm].
         stitch_height: course spacing [cm]; by default 0.77 times the width.
-        directions: direction of knitting in the texture (u, v), by panel; by default those of ``panels``.
+        directions: direction of knitting in the texture (u, v), by panel; by default those of ``panels``. A name stands
+            for all panels whose object, group or material has it.
+        sewn: pairs of panels whose seams are left to be sewn, also where their stitches fit.
 
     Returns:
         A stitch mesh on the panels.
@@ -97,25 +106,28 @@ def shape_panels(
             the direction, neighbouring rows differ too much, or there would be too many stitches.
     """
     return knit_panels(
-        panels, stitch_width=stitch_width, stitch_height=stitch_height, directions=directions
+        panels, stitch_width=stitch_width, stitch_height=stitch_height, directions=directions, sewn=sewn
     ).fabric  # fmt: skip
 
 
 def knit_panels(
     panels: PanelMesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
-    directions: Directions | None = None, progress: Progress | Literal[False] | None = None,
+    directions: Directions | None = None, sewn: Pairs = (), progress: Progress | Literal[False] | None = None,
 ) -> ShapedPanels:  # fmt: skip
     """Knit panels as ``shape_panels`` does, and return how they were joined; arguments and errors are the same."""
     check_kind("shape_panels", panels, PanelMesh, "sm.read_panels(path)")
     height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
     size = StitchSize(stitch_width, height)
     _check_size(panels, size)
+    direction, apart = _directions(panels, directions or {}), _panels_apart(panels, sewn)
     with shown_stages(progress) as report_panel:
-        return _knit(panels, size, _directions(panels, directions or {}), report_panel)
+        return _knit(panels, size, direction, apart, report_panel)
 
 
-def _knit(panels: PanelMesh, size: StitchSize, direction: FloatArray, progress: Progress) -> ShapedPanels:
-    """Knit panels in their directions, shape (panels, 2), and join them."""
+def _knit(
+    panels: PanelMesh, size: StitchSize, direction: FloatArray, apart: set[tuple[int, int]], progress: Progress
+) -> ShapedPanels:
+    """Knit panels in their directions, shape (panels, 2), and join them, except for pairs that stay apart."""
     start = time.perf_counter()
     pieces = outline_pieces(panels, direction, size.width)
     times = []
@@ -129,14 +141,14 @@ def _knit(panels: PanelMesh, size: StitchSize, direction: FloatArray, progress: 
         hems = [_hem(found, number, pieces, size.width) for number in range(len(found.runs))]
         made.knit(panel, level_lines(found.refined.surface, found.courses, found.ends), hems)
     lines = [LevelLine(0, panels.mesh.vertices[piece.vertices], closed=False) for piece in pieces]
-    fabric, seams = sewn_fabric(made, pieces, lines)
+    fabric, seams = sewn_fabric(made, pieces, lines, apart)
     face_panel = np.array(made.face_panel)
     sewn, on_piece = sides_on_seams(fabric, face_panel, pieces, lines, size.width)
     gap = np.array([gap_at(pieces[number], size.width) for number in on_piece])
     fabric = replace(fabric, vertices=drawn_back(fabric, sewn, gap))
+    fabric = replace(fabric, vertices=opened_folds(fabric, size.width))
     report = _report(fabric, seams, len(sewn), times, time.perf_counter() - start)
-    surface = sewn_surface(panels.mesh, pieces, [seam.piece for seam in seams if seam.edges], size.width)
-    return ShapedPanels(fabric, surface, face_panel, seams, report)
+    return ShapedPanels(fabric, faces_of(fabric), face_panel, seams, report)
 
 
 def _hem(found: PanelTime, number: int, pieces: list[Piece], width: float) -> Hem:
@@ -182,16 +194,37 @@ def _directions(panels: PanelMesh, given: Directions) -> FloatArray:
         ParameterError: a panel does not exist, or a direction is not two finite numbers that are not both zero.
     """
     direction = panels.direction.copy()
-    for panel, along in given.items():
-        if panel not in range(panels.panel_count):
-            raise ParameterError(f"directions: panel {panel} does not exist; expected 0 to {panels.panel_count - 1}")
-        if np.shape(along) != (2,) or not np.isfinite(along).all():
-            raise ParameterError(f"directions: panel {panel}: got {along}; expected two numbers (u, v)")
-        direction[panel] = along
+    for name, along in PanelOptions(directions=tuple(given.items())).directions:
+        direction[_numbers(panels, "directions", name)] = along
     bad = np.flatnonzero(~direction.any(axis=1))
     if len(bad):
         raise ParameterError(f"directions: panel {bad[0]}: got (0, 0); expected two numbers that are not both zero")
     return direction
+
+
+def _panels_apart(panels: PanelMesh, sewn: Pairs) -> set[tuple[int, int]]:
+    """Return the pairs of panels, the lower number first, whose seams are left to be sewn.
+
+    Raises:
+        ParameterError: a panel does not exist, or two panels have no seam.
+    """
+    seams = {(min(seam.panels), max(seam.panels)) for seam in panels.seams}
+    apart: set[tuple[int, int]] = set()
+    for first, second in sewn:
+        ones, others = (_numbers(panels, "sewn", name) for name in (first, second))
+        pairs = {(min(one, other), max(one, other)) for one in ones for other in others} & seams
+        if not pairs:
+            raise ParameterError(f"sewn: panels {first} and {second} have no seam; leave them out")
+        apart |= pairs
+    return apart
+
+
+def _numbers(panels: PanelMesh, option: str, name: PanelName) -> list[int]:
+    """Return the numbers of the panels of a name; an error names the option."""
+    try:
+        return panels.panels_named(name)
+    except ParameterError as error:
+        raise ParameterError(f"{option}: {error}") from error
 
 
 def _check_size(panels: PanelMesh, size: StitchSize) -> None:

@@ -133,6 +133,73 @@ def test_a_t_shirt_is_grafted_at_the_shoulders_and_sewn_at_the_armholes(tmp_path
     generate_yarns(relax_mesh(fabric, surface=shaped.surface, progress=False))
 
 
+def towards(panels: PanelMesh, angle: float) -> dict[int, tuple[float, float]]:
+    """The same direction for all panels, by its angle [degrees] in the texture."""
+    return dict.fromkeys(range(panels.panel_count), (np.cos(np.radians(angle)), np.sin(np.radians(angle))))
+
+
+@pytest.mark.parametrize(
+    ("pattern", "angle", "width"),
+    [
+        (bag, 0.0, 1.5),  # panels that lie on each other at a sewn foot
+        (bag, 45.0, 1.5),
+        (skirt, 45.0, 2.0),  # tips at which rows end with steps
+        (skirt, 135.0, 2.0),
+    ],
+)
+def test_yarns_hold_each_other_in_other_directions(tmp_path, pattern, angle, width):
+    panels = pattern().read(tmp_path)
+    shaped = knit_panels(panels, stitch_width=width, directions=towards(panels, angle), progress=False)
+    fabric = relax_mesh(shaped.fabric, surface=shaped.surface, progress=False)
+    check_loops(fabric, generate_yarns(fabric))
+
+
+@pytest.mark.parametrize("angle", [45.0, 60.0, 120.0])
+def test_yarns_of_a_flat_panel_hold_each_other_in_every_direction(tmp_path, angle):
+    panels = rectangle(tmp_path, 18.0, 15.0)
+    shaped = knit_panels(panels, stitch_width=WIDTH, directions=towards(panels, angle), progress=False)
+    fabric = relax_mesh(shaped.fabric, surface=shaped.surface, progress=False)
+    check_loops(fabric, generate_yarns(fabric))
+
+
+def test_a_border_with_steps_keeps_its_steps_in_mesh_relaxation(tmp_path):
+    panels = rectangle(tmp_path, 18.0, 15.0)
+    shaped = knit_panels(panels, stitch_width=WIDTH, directions=towards(panels, 45.0), progress=False)
+    fabric = relax_mesh(shaped.fabric, surface=shaped.surface, progress=False)
+    # On the straight outline of the panel, stitches beside a step would have lost their area.
+    area = np.linalg.norm(fabric.face_vector_area, axis=1)
+    assert area.min() > 0.25 * np.median(area)
+
+
+def test_grafts_without_room_for_their_ends_are_sewn(tmp_path):
+    panels = bag().read(tmp_path)
+    # Rows end at the foot on both sides, and the rounds are closed beside it.
+    shaped = knit_panels(panels, stitch_width=WIDTH, directions=towards(panels, 270.0), progress=False)
+    assert kinds(shaped) == [(0, 1, "joined"), (0, 1, "joined"), (0, 1, "sewn")]
+    # Rows begin at the shoulders, between a neck and armholes at which they end.
+    panels = t_shirt().read(tmp_path)
+    shaped = knit_panels(panels, stitch_width=1.5, directions=towards(panels, 270.0), progress=False)
+    assert not [kind for *_, kind in kinds(shaped) if kind == "grafted"]
+
+
+def test_rows_do_not_go_on_beside_three_loops_in_one_stitch(tmp_path):
+    panels = t_shirt().read(tmp_path)
+    shaped = knit_panels(panels, stitch_width=1.5, directions=towards(panels, 135.0), progress=False)
+    assert {kind for one, other, kind in kinds(shaped) if one == other} == {"sewn"}
+    shaped = knit_panels(panels, stitch_width=1.5, directions=towards(panels, 90.0), progress=False)
+    assert {kind for one, other, kind in kinds(shaped) if one == other} == {"joined"}
+
+
+def test_seams_are_left_to_be_sewn_where_that_is_asked_for(tmp_path):
+    panels = skirt().read(tmp_path)
+    shaped = knit_panels(panels, stitch_width=2.0, sewn=[(1, 0), (2, 3)], progress=False)
+    assert kinds(shaped) == [(0, 1, "sewn"), (0, 3, "joined"), (1, 2, "joined"), (2, 3, "sewn")]
+    with pytest.raises(ParameterError, match="sewn: panels 0 and 2 have no seam"):
+        knit_panels(panels, stitch_width=2.0, sewn=[(0, 2)])
+    with pytest.raises(ParameterError, match="sewn: panel 4 does not exist; expected 0 to 3"):
+        knit_panels(panels, stitch_width=2.0, sewn=[(0, 4)])
+
+
 def test_rows_that_do_not_agree_are_sewn(tmp_path):
     shaped = knit_panels(bag().read(tmp_path), stitch_width=WIDTH, directions={1: (0.0, -1.0)})
     assert kinds(shaped) == [(0, 1, "grafted"), (0, 1, "sewn"), (0, 1, "sewn")]
