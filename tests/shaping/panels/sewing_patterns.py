@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sewing patterns as OBJ texts: a bag, a skirt of gores and a T-shirt."""
+"""Sewing patterns as OBJ texts: a bag, a skirt of gores, a panel with a dart and a T-shirt."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from stitchmesh.shaping.panels.panel_mesh import PanelMesh
 from stitchmesh.shaping.panels.read_panels import read_panels
 
 BAG_WIDTH, BAG_HEIGHT, BAG_FOOT, BAG_ANGLE = 24.0, 30.0, 9.0, np.radians(50.0)
+DART_PANEL_WIDTH, DART_PANEL_HEIGHT, DART_WIDTH, DART_DEPTH = 24.0, 20.0, 6.0, 12.0
 GORES, WAIST, HEM, SKIRT_LENGTH = 4, 16.0, 28.0, 36.0
 SHIRT_WIDTH, ARMPIT, SHOULDER, NECK_HEIGHT, NECK_WIDTH = 40.0, 27.0, 45.0, 48.0, 16.0
 SLEEVE_LENGTH, FRONT_NECK, BACK_NECK = 18.0, 8.0, 2.0
@@ -26,20 +27,32 @@ class PatternText:
 
     lines: list[str] = field(default_factory=list)
     vertices: dict[tuple[float, ...], int] = field(default_factory=dict)
+    texture_vertices: dict[tuple[float, ...], int] = field(default_factory=dict)
     texture_count: int = 0
 
-    def add_panel(self, texture: FloatArray, points: FloatArray) -> None:
-        """Add a panel of quads; texture coordinates and positions at the nodes have shapes (m, n, 2) and (m, n, 3)."""
+    def add_panel(self, texture: FloatArray, points: FloatArray, *, joined: bool = False) -> None:
+        """Add a panel of quads; texture coordinates and positions at the nodes have shapes (m, n, 2) and (m, n, 3).
+
+        If it is joined, it is a part of the panel before it: points at equal places in the texture are one.
+        """
         rows, columns = texture.shape[:2]
-        for u, v in texture.reshape(-1, 2):
-            self.lines.append(f"vt {u:.6f} {v:.6f}")
+        if not joined:
+            self.texture_vertices.clear()
+        of_node = [self._texture_vertex(point) for point in texture.reshape(-1, 2)]
         number = [self._vertex(point) for point in points.reshape(-1, 3)]
         for row in range(rows - 1):
             for column in range(columns - 1):
                 first = row * columns + column
                 corners = [first, first + 1, first + columns + 1, first + columns]
-                self.lines.append("f " + " ".join(f"{number[c]}/{self.texture_count + c + 1}" for c in corners))
-        self.texture_count += rows * columns
+                self.lines.append("f " + " ".join(f"{number[c]}/{of_node[c]}" for c in corners))
+
+    def _texture_vertex(self, point: FloatArray) -> int:
+        key = tuple((np.round(point, 6) + 0.0).tolist())
+        if key not in self.texture_vertices:
+            self.texture_count += 1
+            self.texture_vertices[key] = self.texture_count
+            self.lines.append("vt " + " ".join(f"{value:.6f}" for value in key))
+        return self.texture_vertices[key]
 
     def _vertex(self, point: FloatArray) -> int:
         key = tuple((np.round(point, 6) + 0.0).tolist())
@@ -92,6 +105,20 @@ def skirt() -> PatternText:
         radius = GORES * width / (2.0 * np.pi)
         points = np.stack([radius * np.sin(angle), texture[:, :, 1], radius * np.cos(angle)], axis=2)
         text.add_panel(texture, points)
+    return text
+
+
+def darted() -> PatternText:
+    """A panel with a dart from its lower edge: a notch in the texture that is closed in space."""
+    text = PatternText()
+    heights, share = np.linspace(0.0, DART_PANEL_HEIGHT, 11), np.linspace(0.0, 1.0, 6)
+    gap = 0.5 * DART_WIDTH * np.maximum(1.0 - heights / DART_DEPTH, 0.0)[:, None]
+    x = (0.5 * DART_PANEL_WIDTH - gap) * share
+    points = np.stack([x, np.broadcast_to(heights[:, None], x.shape), -0.02 * x**2], axis=2)
+    texture = np.stack([x + gap, points[:, :, 1]], axis=2)
+    text.add_panel(texture, points)
+    mirror = np.array([-1.0, 1.0])
+    text.add_panel(texture[:, ::-1] * mirror, points[:, ::-1] * np.array([-1.0, 1.0, 1.0]), joined=True)
     return text
 
 
