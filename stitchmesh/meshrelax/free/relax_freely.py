@@ -154,7 +154,8 @@ def _relaxed(fabric: StitchMesh, forces: FreeSprings, bobbles: Bobbles, placemen
     raised |= bobbles.is_raised(len(vertices))[fabric.face_vertex[fabric.side_next[fabric.edge_side]]]
     stretch = np.where(raised, UNKNOWN_STRETCH, stretch)
     if fabric.lattice is None:
-        return with_tips_placed(replace(fabric, vertices=vertices, stretch=stretch))
+        flat = replace(fabric, vertices=vertices, stretch=stretch)
+        return with_tips_placed(flat, ~bobbles.is_raised(len(vertices)))
     periods = _periods(fabric.lattice, forces, position)
     turn = _along_x(periods)
     return replace(fabric, vertices=vertices @ turn, lattice=Lattice(periods @ turn), stretch=stretch)
