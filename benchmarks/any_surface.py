@@ -24,7 +24,7 @@ import numpy as np
 import stitchmesh as sm
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.io.meshes import read_repaired_mesh
-from stitchmesh.mesh import Mesh
+from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import relax_mesh_with_report
 from stitchmesh.shaping.auto_stitches import ShapedFabric
 from stitchmesh.shaping.report import shaping_report
@@ -89,17 +89,18 @@ def relaxed(shaped: ShapedFabric, options: argparse.Namespace) -> str:
     report = result.report
     if options.out:
         sm.write_yarns(options.out / f"{options.name}-yarns.h5", result.yarns)
-    loops = f" {loops_of(shaped, result.yarns)}" if options.loops and shaped.fabric.face_count < MOST_CHECKED else ""
+    checked = options.loops and shaped.fabric.face_count < MOST_CHECKED
+    loops = f" {loops_of(shaped.fabric, result.yarns)}" if checked else ""
     return (
         f" {100 * report['max_strain']:6.1f} {report['certificate']:9s} {'yes' if report['converged'] else 'no ':3s} "
         f"{time.perf_counter() - start:6.1f}{loops}"
     )
 
 
-def loops_of(shaped: ShapedFabric, yarns: sm.YarnSet) -> str:
-    """Return ``held`` if each loop of relaxed yarns is held as its stitch says, or what is wrong."""
+def loops_of(fabric: StitchMesh, yarns: sm.YarnSet) -> str:
+    """Return ``held`` if each loop of the yarns is held as its stitch says, or what is wrong."""
     try:
-        sm.check_loops(shaped.fabric, yarns)
+        sm.check_loops(fabric, yarns)
     except StitchMeshError as error:
         return str(error)[:100]
     return "held"

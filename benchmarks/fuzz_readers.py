@@ -206,7 +206,7 @@ def _usd_mesh_seeds(folder: Path) -> list[bytes]:
     moving = MovingMesh(body, VertexMotion(np.array([0.0, 0.5]), np.array([body.vertices, body.vertices + 0.1])))
     found = written(write_moving_mesh, moving, suffix=".usda")(folder)
     head, _, rest = found[0].partition(b"    int[] faceVertexCounts")
-    turned = b"    double3 xformOp:translate.timeSamples = { 0: (0, 0, 0), 9: (1, 2, 3) }\n"
+    turned = b'    double3 xformOp:translate.timeSamples = { 0: (0, 0, 0), 9: (1, 2, 3) }\n'
     turned += b'    uniform token[] xformOpOrder = ["xformOp:translate"]\n'
     return [*found, head + turned + b"    int[] faceVertexCounts" + rest]
 

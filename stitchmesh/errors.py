@@ -91,6 +91,11 @@ class PatternError(StitchMeshError):
 class YarnError(StitchMeshError):
     """A set of yarns is malformed, or yarns cannot be generated from a stitch mesh."""
 
+    def __init__(self, message: str, *, face: int | None = None) -> None:
+        """Make an error; ``face`` is the stitch at fault, if one is, and the message names it too."""
+        super().__init__(message)
+        self.face = face
+
 
 class SolverError(StitchMeshError):
     """A relaxation cannot continue; the last good state was kept."""

@@ -4,16 +4,12 @@
 
 from __future__ import annotations
 
-import logging
-import re
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, cast
-
-import numpy as np
 
 from stitchmesh import __version__
 from stitchmesh.budget.budget import Budget
@@ -32,7 +28,7 @@ from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.change import PaletteChange, apply_change
 from stitchmesh.mesh.palette import make_palette
-from stitchmesh.mesh.repair import RepairAction, self_intersections
+from stitchmesh.mesh.repair import RepairAction
 from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.meshrelax import MeshRelaxOptions, relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
@@ -41,14 +37,12 @@ from stitchmesh.patterns.placement.left_out import left_out_lines
 from stitchmesh.progress import Progress, no_progress, relaxing_progress, shown_stages
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.run_control import RunControl
-from stitchmesh.shaping.auto_stitches import EDGE_OVER_WIDTH, shape_fabric
+from stitchmesh.shaping.found_rows import after_mesh_relaxation, found_on_mesh, found_on_panels, panel_of_face
 from stitchmesh.shaping.found_stitches import FoundStitches
 from stitchmesh.shaping.options import ShapingOptions
 from stitchmesh.shaping.panels.options import PanelOptions
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh
-from stitchmesh.shaping.panels.shape_panels import knit_panels
-from stitchmesh.shaping.report import shaping_report
-from stitchmesh.shaping.triangle_surface import TriangleSurface, triangle_surface
+from stitchmesh.shaping.triangle_surface import TriangleSurface
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH, tessellate
 from stitchmesh.tessellate.counts import EdgeName
 from stitchmesh.tessellate.reached_size import reached_sizes
@@ -64,18 +58,12 @@ from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
 
-logger = logging.getLogger(__name__)
-
 SHARE_OF_MESH = 0.5
 """Largest part of the time of a budget for the relaxation of the stitch mesh; the other part is for the yarns."""
 OF_LABELED_MESHES = {
     "borders": "start border", "seeds": "start edge", "flip": "flip", "counts": "count", "marked": "mark",
 }  # fmt: skip
 """Fields of ``KnitOptions`` that name edges or faces of a labeled mesh, and their options on the command line."""
-AFTER_MESH_RELAXATION = ("rms_distance", "largest_distance", "rms_stretch", "rms_edge_stretch")
-"""Figures of found rows that mesh relaxation changes."""
-MOST_CROSSINGS = 100
-"""Pairs of faces of a given mesh that cross each other after which the search ends."""
 POINTS_OF_STITCH = 20
 """Control points of a plain stitch, for the number of stitches of yarns that name no stitches."""
 
@@ -407,70 +395,25 @@ def shape_stage(
     mesh: Mesh | PanelMesh, options: KnitOptions, report: dict[str, object], progress: Progress
 ) -> FoundStitches:
     """Find rows and stitches on a mesh of any kind or on panels; radii are checked as in ``tessellate_stage``."""
+    width, height = options.stitch_width, options.stitch_height
     if options.panels is None:
-        found = _shaped_whole(whole_mesh(mesh), options, report, progress)
+        shaping = ShapingOptions() if options.shaping is None else options.shaping
+        found, report["shape"] = found_on_mesh(
+            whole_mesh(mesh), shaping, stitch_width=width, stitch_height=height, progress=progress
+        )
+    elif isinstance(mesh, PanelMesh):
+        found, report["shape"] = found_on_panels(
+            mesh, options.panels, stitch_width=width, stitch_height=height, progress=progress
+        )
     else:
-        found = _shaped_panels(mesh, options, options.panels, report, progress)
+        raise ParameterError("panels: got a mesh that is no sewing pattern; read it by sm.read_panels(path)")
     checked_drawn_radius(checked_radius(found.fabric, options.yarn_radius), options.drawn_radius)
     return found
 
 
-def _shaped_whole(mesh: Mesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> FoundStitches:
-    """Find rows and stitches on a mesh of any kind."""
-    shaping = ShapingOptions() if options.shaping is None else options.shaping
-    shaped = shape_fabric(
-        mesh, stitch_width=options.stitch_width, stitch_height=options.stitch_height, progress=progress,
-        **shaping.arguments,
-    )  # fmt: skip
-    if shaped.report.lost:
-        logger.warning(shaped.report.lost)
-    report["shape"] = {**asdict(shaped.report), "crossing_faces": _crossing_faces(mesh)}
-    return FoundStitches(shaped.fabric, shaped.given, shaped.surface)
-
-
-def _shaped_panels(
-    panels: Mesh | PanelMesh, options: KnitOptions, chosen: PanelOptions, report: dict[str, object],
-    progress: Progress,
-) -> FoundStitches:  # fmt: skip
-    """Knit the panels of a sewing pattern, and join them."""
-    if not isinstance(panels, PanelMesh):
-        raise ParameterError("panels: got a mesh that is no sewing pattern; read it by sm.read_panels(path)")
-    shaped = knit_panels(
-        panels, stitch_width=options.stitch_width, stitch_height=options.stitch_height,
-        directions=dict(chosen.directions), sewn=chosen.sewn, progress=progress,
-    )  # fmt: skip
-    given = triangle_surface(panels.mesh, EDGE_OVER_WIDTH * options.stitch_width)
-    fit = shaping_report(shaped.fabric, given, options.stitch_width, shaped.report.seconds)
-    report["shape"] = {
-        **asdict(fit), **asdict(shaped.report), "panels": panels.panel_count,
-        "stitches_of_panels": np.bincount(shaped.face_panel, minlength=panels.panel_count).tolist(),
-        "seams": [
-            {"panels": list(seam.panels), "kind": seam.kind, "length_cm": round(seam.length, 3), "edges": seam.edges}
-            for seam in shaped.seams
-        ],
-    }  # fmt: skip
-    return FoundStitches(shaped.fabric, given, None)
-
-
-def _crossing_faces(mesh: Mesh) -> list[list[int]]:
-    """Return pairs of faces that cross each other, and warn of them: the fabric passes through itself there."""
-    pairs: list[list[int]] = self_intersections(mesh, MOST_CROSSINGS).tolist()
-    if pairs:
-        count = f"{MOST_CROSSINGS} or more pairs" if len(pairs) == MOST_CROSSINGS else f"{len(pairs)} pair(s)"
-        logger.warning(
-            f"the mesh crosses itself: {count} of faces, such as {pairs[0][0]} and {pairs[0][1]}; yarns may start too "
-            "close there: move the parts of the mesh apart"
-        )
-    return pairs
-
-
 def measure_shape(fabric: StitchMesh, surface: TriangleSurface, options: KnitOptions, report: dict[str, Any]) -> None:
-    """Put the distances from the given surface and the stretch of the relaxed stitches into the report of found rows.
-
-    Counts stay those of the stitches that were found, before patterns and edits.
-    """
-    relaxed = asdict(shaping_report(fabric, surface, options.stitch_width, 0.0))
-    report["shape"] = {**report["shape"], **{name: relaxed[name] for name in AFTER_MESH_RELAXATION}}
+    """Measure the relaxed stitches for the report of found rows."""
+    report["shape"] = after_mesh_relaxation(fabric, surface, options.stitch_width, report["shape"])
 
 
 def pattern_stage(
@@ -563,7 +506,7 @@ def yarn_stage(
         if options.panels is not None:
             check_loops(fabric, yarns, finish=options.finish)
     except YarnError as error:
-        raise YarnError(_with_panel(str(error), fabric, shape or {})) from error
+        raise _with_panel(error, fabric, shape or {}) from error
     report["yarngen"] = {
         "seconds": clock.lap(),
         "yarns": yarns.yarn_count,
@@ -573,16 +516,15 @@ def yarn_stage(
     return yarns
 
 
-def _with_panel(message: str, fabric: StitchMesh, shape: Mapping[str, Any]) -> str:
-    """Return an error message about the yarns of a face with the panel of the face, and what helps there."""
-    face, ends = re.match(r"face (\d+)", message), np.cumsum(shape.get("stitches_of_panels", []))
-    # Faces lie in the order of their panels; an edit that adds stitches ends this.
-    if face is None or not len(ends) or int(ends[-1]) != fabric.face_count:
-        return message
-    panel = int(np.searchsorted(ends, int(face[1]), side="right"))
-    return (
-        f"panel {panel}: {message}; or choose another direction of this panel (--panel-direction), or leave its seams "
-        "to be sewn (--sew)"
+def _with_panel(error: YarnError, fabric: StitchMesh, shape: Mapping[str, Any]) -> YarnError:
+    """Return an error about the yarns of a face with the panel of the face, and what helps there."""
+    panel = None if error.face is None else panel_of_face(error.face, fabric, shape)
+    if panel is None:
+        return error
+    return YarnError(
+        f"panel {panel}: {error}; or choose another direction of this panel (--panel-direction), or leave its seams "
+        "to be sewn (--sew)",
+        face=error.face,
     )
 
 

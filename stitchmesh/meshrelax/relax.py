@@ -169,8 +169,8 @@ def _relaxed(
     stretch = edge_stretch(fabric, position, rest)
     on_surface = ~np.isin(edge_ends(fabric), bobbles.raised).any(axis=1)
     relaxed = replace(fabric, vertices=position, stretch=np.where(on_surface, stretch, UNKNOWN_STRETCH))
-    placed = ~bobbles.is_raised(len(position)) if moving is None else moving & ~bobbles.is_raised(len(position))
-    return with_tips_placed(relaxed, placed), stretch[on_surface]
+    placed = ~bobbles.is_raised(len(position))
+    return with_tips_placed(relaxed, placed if moving is None else placed & moving), stretch[on_surface]
 
 
 def not_converged(report: MeshRelaxReport) -> str:

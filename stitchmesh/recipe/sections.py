@@ -90,7 +90,7 @@ class RowsSection:
     """Direction in which the garment is knitted where nothing else decides."""
     multiple: int = 1
     """Number that the stitches of each round are a multiple of."""
-    short_rows: bool = True
+    short_rows: bool = ShapingOptions.short_rows
     """Whether the yarn turns back and comes again where rows are far too high."""
     marks: tuple[MarkTable, ...] = ()
     """Where knitting begins and ends, lines along which rows run, and plain places."""

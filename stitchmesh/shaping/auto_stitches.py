@@ -24,7 +24,7 @@ from stitchmesh.shaping.counts import SMALLEST_RING, SMALLEST_TIP, StitchSize
 from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.level_lines import LevelLines, level_lines, without_small_tips
 from stitchmesh.shaping.marks import TimeMark, marked_ends
-from stitchmesh.shaping.options import check_most_shaping
+from stitchmesh.shaping.options import UP, check_most_shaping
 from stitchmesh.shaping.plain_places import plain_places
 from stitchmesh.shaping.report import ShapingReport, shaping_report
 from stitchmesh.shaping.rows import stitches_between
@@ -65,7 +65,7 @@ class ShapedFabric:
 
 def auto_stitches(
     mesh: Mesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
-    marks: Sequence[TimeMark] = (), up: ArrayLike = (0.0, 1.0, 0.0), multiple: int = 1, short_rows: bool = True,
+    marks: Sequence[TimeMark] = (), up: ArrayLike = UP, multiple: int = 1, short_rows: bool = True,
     most_shaping: float | None = None,
 ) -> StitchMesh:  # fmt: skip
     """Knit any surface: find rows and stitches without a labeled mesh.
@@ -103,7 +103,7 @@ def auto_stitches(
 
 def shape_fabric(
     mesh: Mesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
-    marks: Sequence[TimeMark] = (), up: ArrayLike = (0.0, 1.0, 0.0), multiple: int = 1, short_rows: bool = True,
+    marks: Sequence[TimeMark] = (), up: ArrayLike = UP, multiple: int = 1, short_rows: bool = True,
     most_shaping: float | None = None,
     progress: Progress | Literal[False] | None = None,
 ) -> ShapedFabric:  # fmt: skip

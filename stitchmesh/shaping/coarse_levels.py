@@ -42,15 +42,16 @@ def higher_bands(levels: LevelLines, courses: int) -> LevelLines:
         levels: the lines of all courses, and the bands.
         courses: courses in a band.
     """
+    from scipy.cluster.hierarchy import DisjointSet
+
     left_out = {line for limb in _limbs(levels) for line in limb.left_out(courses)}
-    group = list(range(len(levels.bands)))
+    groups = DisjointSet(range(len(levels.bands)))
     below, above = _bands_of_lines(levels)
-    for line in sorted(left_out):
-        one, other = _root(group, below[line]), _root(group, above[line])
-        group[max(one, other)] = min(one, other)
+    for line in left_out:
+        groups.merge(below[line], above[line])
     bands: dict[int, Band] = {}
     for number, band in enumerate(levels.bands):
-        joined = bands.setdefault(_root(group, number), Band())
+        joined = bands.setdefault(groups[number], Band())
         joined.below += [line for line in band.below if line not in left_out]
         joined.above += [line for line in band.above if line not in left_out]
     return LevelLines(levels.lines, tuple(sorted(bands.values(), key=lambda b: _level(levels, b))), levels.borders)
@@ -126,10 +127,3 @@ def _is_part(levels: LevelLines, line: int, own: list[int], others: list[int]) -
     if len(own) == len(others) == 1:
         return not levels.lines[line].closed
     return len(own) > 1 and len(others) > 0
-
-
-def _root(group: list[int], band: int) -> int:
-    """The lowest band of a group of joined bands."""
-    while group[band] != band:
-        band = group[band]
-    return band

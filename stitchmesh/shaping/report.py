@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.mesh.stitch_counts import stitch_counts
+from stitchmesh.mesh.turns import turn_edges, turn_slits
 from stitchmesh.shaping.topology import lost_features, topology
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
@@ -64,16 +65,17 @@ def shaping_report(
     closings = int((fabric.stitch == Stitch.DRAW_THROUGH).sum())
     irregular = counts["increases"] + counts["decreases"] + closings
     distance = distance_to_surface(fabric.vertices, surface) / width
+    turns = len(turn_slits(fabric))
     return ShapingReport(
         seconds=round(seconds, 3),
         stitches=fabric.face_count,
         rows=len(np.unique(fabric.row)),
         irregular=irregular,
         irregular_per_thousand=round(1000.0 * irregular / fabric.face_count, 2),
-        short_rows=len(turns(fabric)),
+        short_rows=turns,
         mismatched_edges=int(fabric.mismatched.sum()) // 2,
         largest_shaping=round(_largest_shaping(fabric), 4),
-        lost=lost_features(topology(surface.mesh), topology(fabric, tips + len(turns(fabric)))),
+        lost=lost_features(topology(surface.mesh), topology(fabric, tips + turns)),
         rms_distance=round(float(np.sqrt(np.mean(distance**2))), 4),
         largest_distance=round(float(distance.max()), 4),
         rms_stretch=None if fabric.stretch is None else round(_deviation(_stretch_of_stitches(fabric)), 4),
@@ -87,24 +89,10 @@ def _largest_shaping(fabric: StitchMesh) -> float:
     return float((shaped / np.maximum(np.bincount(fabric.row), 1)).max())
 
 
-def turns(fabric: StitchMesh) -> list[int]:
-    """Return one border side of each turn of the yarn within the fabric: a border of two wale sides of one kind."""
-    found = []
-    for loop in fabric.boundary_loops:
-        roles = fabric.side_role[loop]
-        if len(loop) == 2 and roles[0] == roles[1] and roles[0] % 2 == 1:
-            found.append(int(loop[0]))
-    return found
-
-
 def _counted_stretch(fabric: StitchMesh) -> FloatArray:
     """Stretch of each edge, shape (E,), without the row ends at turns, which are meant to be short; NaN there."""
     assert fabric.stretch is not None
-    stretch = fabric.stretch.copy()
-    at_turns = [loop for loop in fabric.boundary_loops if len(loop) == 2]
-    if at_turns:
-        stretch[fabric.side_edge[np.concatenate(at_turns)]] = np.nan
-    return stretch
+    return np.where(turn_edges(fabric), np.nan, fabric.stretch)
 
 
 def _stretch_of_stitches(fabric: StitchMesh) -> FloatArray:
@@ -158,5 +146,5 @@ def _distance_to_triangles(points: FloatArray, corner: FloatArray) -> FloatArray
 def irregular_faces(fabric: StitchMesh) -> NDArray[np.bool_]:
     """Whether each stitch is an increase, a decrease, a closing, or the last one before a turn, shape (F,)."""
     shaped: NDArray[np.bool_] = fabric.n_bottom != fabric.n_top
-    shaped[fabric.side_face[turns(fabric)]] = True
+    shaped[fabric.side_face[[side for side, _ in turn_slits(fabric)]]] = True
     return shaped

@@ -36,7 +36,8 @@ def link_ends(fabric: StitchMesh, parts: PlacedParts, bridges: Bridges) -> IntAr
     if len(np.unique(crossing)) != len(crossing):
         repeated_side = np.flatnonzero(np.bincount(crossing) > 1)[0] // SLOTS
         raise YarnError(
-            f"face {fabric.side_face[repeated_side]}: two yarn parts cross side {repeated_side} in one place"
+            f"face {fabric.side_face[repeated_side]}: two yarn parts cross side {repeated_side} in one place",
+            face=int(fabric.side_face[repeated_side]),
         )
     end_at = np.full(fabric.side_count * SLOTS, TIED)
     end_at[crossing] = np.arange(len(crossing))
@@ -47,7 +48,8 @@ def link_ends(fabric: StitchMesh, parts: PlacedParts, bridges: Bridges) -> IntAr
         side = int(crossing[unconnected[0]] // SLOTS)
         raise YarnError(
             f"face {fabric.side_face[side]}: the yarn that crosses {fabric.side_name(side)} meets no other yarn; put a "
-            "stitch there that holds the loop, or bind off"
+            "stitch there that holds the loop, or bind off",
+            face=int(fabric.side_face[side]),
         )
     return partner
 

@@ -151,7 +151,8 @@ def test_yarns_without_room_are_refused_with_the_panel_and_the_remedy(skirt_obj,
     fabric = knit_panels(read_panels(skirt_obj), stitch_width=WIDTH, progress=False).fabric
 
     def crowded(*_arguments, **_options):
-        raise YarnError(f"face {fabric.face_count - 1}: yarns start 0.1 radii apart")
+        last = fabric.face_count - 1
+        raise YarnError(f"face {last}: yarns start 0.1 radii apart", face=last)
 
     monkeypatch.setattr("stitchmesh.pipeline.generate_yarns", crowded)
     message = refused(capsys, "knit", skirt_obj, *SHORT, "-o", tmp_path / "out")

@@ -209,8 +209,9 @@ def test_yarns_that_start_in_one_place_are_refused():
     """Stitches that are compressed to a hundredth of their width overlap."""
     fabric = tessellate(label(grid(1, 1, width=4.0, height=3.0)), stitch_width=0.5)
     squeezed = fabric.vertices * [1.0, 0.01, 1.0]
-    with pytest.raises(YarnError, match=r"face \d+: yarns start 0\.\d+ radii apart, expected at least 0.25"):
+    with pytest.raises(YarnError, match=r"face \d+: yarns start 0\.\d+ radii apart, expected at least 0.25") as refused:
         generate_yarns(replace(fabric, vertices=squeezed))
+    assert str(refused.value).startswith(f"face {refused.value.face}:")
 
 
 def slit_tube() -> Mesh:

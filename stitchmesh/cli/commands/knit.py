@@ -20,13 +20,12 @@ from stitchmesh.cli.budget_options import (
     exit_status,
     time_after,
 )
+from stitchmesh.cli.found_rows import FoundRows, KnittedPanels
 from stitchmesh.cli.labeling_faults import REMEDY, faults_drawn
 from stitchmesh.cli.options import (
     DRAWN_RADIUS,
     GENERATED_RADIUS,
     Device,
-    FoundRows,
-    KnittedPanels,
     MaterialOptions,
     MeshRelaxation,
     MorePhysics,

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, UseAppendAction, arg
 
 from stitchmesh.cli.arguments import Pair, help_entry, pair, parsed_by
-from stitchmesh.cli.options import FoundPanels, FoundRows, Rows, Unit
+from stitchmesh.cli.found_rows import FoundPanels, FoundRows
+from stitchmesh.cli.options import Rows, Unit
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
 

@@ -245,7 +245,9 @@ class _Closer:
                     return (*under, *over)
                 across = int(self.whole.twin[wales[beside]])
                 beside = BORDER if across == BORDER else int(self.whole.side_face[across])
-        raise YarnError(f"face {face}: its row is worked on no loops, so that its front cannot be determined")
+        raise YarnError(
+            f"face {face}: its row is worked on no loops, so that its front cannot be determined", face=face
+        )
 
     def _some_crossings(self, sides: list[int]) -> tuple[int, int] | None:
         """The crossing points of the middle one of those sides that have crossings; None if there are none."""

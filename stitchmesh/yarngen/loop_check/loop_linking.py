@@ -134,7 +134,8 @@ def _check_generated(arcs: Arcs, generated: YarnSet, links: ArcMask = None, loop
         raise YarnError(
             f"{_link_name(arcs, link)}: passes {found.threadings[link, loop]:g} times through "
             f"{_loop_name(arcs, loop)}, expected {expected.threadings[link, loop]:g} ({len(wrong)} such places); the "
-            "template of a stitch is wrong"
+            "template of a stitch is wrong",
+            face=_face_of_link(arcs, link),
         )
     legs = slipped_legs(arcs)
     wrong = np.flatnonzero(np.abs(found.turns - expected.turns) > WHOLE)
@@ -143,7 +144,8 @@ def _check_generated(arcs: Arcs, generated: YarnSet, links: ArcMask = None, loop
         face = arcs.pieces.routes.face_below[arcs.pieces.face[legs.piece[wrong[0]]]]
         raise YarnError(
             f"face {face}: yarn winds {found.turns[wrong[0]]:g} times around a leg of its slipped loop, expected "
-            f"{expected.turns[wrong[0]]} ({len(wrong)} such places); the template of a stitch is wrong"
+            f"{expected.turns[wrong[0]]} ({len(wrong)} such places); the template of a stitch is wrong",
+            face=int(face),
         )
 
 
@@ -200,11 +202,16 @@ def _loop_name(arcs: Arcs, number: int) -> str:
     return f"the ring that starts in face {arcs.pieces.routes.face_below[arcs.pieces.face[loop.pieces[0]]]}"
 
 
+def _face_of_link(arcs: Arcs, number: int) -> int:
+    """The stitch in which a link begins."""
+    return int(arcs.pieces.routes.face_below[arcs.pieces.face[arcs.links[number].pieces[0]]])
+
+
 def _link_name(arcs: Arcs, number: int) -> str:
     """Name of a link, by the loops that it joins."""
     link: Arc = arcs.links[number]
     names = [_named(arcs, crossing) for crossing, on_needle in zip(link.ends, link.on_needle, strict=True) if on_needle]
-    face = arcs.pieces.routes.face_below[arcs.pieces.face[link.pieces[0]]]
+    face = _face_of_link(arcs, number)
     return f"face {face}: its yarn at {' and '.join(names)}" if names else f"face {face}: the yarn drawn through it"
 
 
