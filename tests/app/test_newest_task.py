@@ -77,6 +77,7 @@ def test_work_that_is_stopped_gives_nothing_and_another_task_blocks(queue):
 
     queue.post(one.ask, Work("waiting", wait_long, results.append))
     begun.wait(SAFETY)
+    queue.settle(SAFETY)  # the work may begin before the event thread has stored its task
     assert other.blocked_by == "waiting" and one.blocked_by is None
     queue.post(one.stop)
     queue.settle(SAFETY)
