@@ -20,7 +20,8 @@ from pathlib import Path
 from benchmarks.garments import STAGES, StageMemory
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import label
-from stitchmesh.pipeline import KnitOptions, knit
+from stitchmesh.pipeline.knit import knit
+from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.recipe.estimate import estimate_garment
 
 MESHES = Path(__file__).resolve().parents[1] / "assets" / "meshes"

@@ -17,7 +17,8 @@ import tempfile
 from pathlib import Path
 
 from stitchmesh.io import read_mesh
-from stitchmesh.pipeline import KnitOptions, knit
+from stitchmesh.pipeline.knit import knit
+from stitchmesh.pipeline.options import KnitOptions
 
 STAGES = ("label", "tessellate", "meshrelax", "yarngen", "yarnrelax")
 

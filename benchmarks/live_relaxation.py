@@ -40,7 +40,8 @@ from stitchmesh.app.server import open_server
 from stitchmesh.app.viser_front import ViserFront
 from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.meshrelax import relax_mesh_with_report
-from stitchmesh.pipeline import RelaxOptions, relax_with_options
+from stitchmesh.pipeline.options import RelaxOptions
+from stitchmesh.pipeline.yarn_relaxation import relax_with_options
 from stitchmesh.quality import quality_named, quality_with
 from stitchmesh.run_control import RunControl
 

@@ -22,7 +22,7 @@ from stitchmesh.labeling import label
 from stitchmesh.mesh.change import PaletteChange, apply_change
 from stitchmesh.mesh.palette import make_palette
 from stitchmesh.meshrelax import relax_mesh
-from stitchmesh.pipeline import relax_with_options
+from stitchmesh.pipeline.yarn_relaxation import relax_with_options
 from stitchmesh.recipe.knit_recipe import knit_recipe
 from stitchmesh.recipe.recipe import Recipe, recipe_options
 from stitchmesh.recipe.recipe_file import read_recipe, write_recipe

@@ -23,7 +23,8 @@ from stitchmesh.errors import SolverError, StitchMeshError, YarnError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import relax_mesh_around_edit
-from stitchmesh.pipeline import RelaxOptions, relax_with_options
+from stitchmesh.pipeline.options import RelaxOptions
+from stitchmesh.pipeline.yarn_relaxation import relax_with_options
 from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.run_control import RunControl

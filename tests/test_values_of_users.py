@@ -14,7 +14,7 @@ import stitchmesh as sm
 from stitchmesh.editing.edit import apply_edit
 from stitchmesh.errors import FileError, LabelError, ParameterError, PatternError, check_kind
 from stitchmesh.periodic.stretch import StretchCurve
-from stitchmesh.pipeline import Knitted
+from stitchmesh.pipeline.knit import Knitted
 from stitchmesh.yarnrelax import Relaxation, RelaxedCell, RelaxedCells
 from tests.gallery import tube
 

@@ -42,7 +42,7 @@ from stitchmesh.yarnrelax.model.material import (
 if TYPE_CHECKING:
     from stitchmesh.faces.face_mesh import FaceMesh
     from stitchmesh.mesh import Mesh
-    from stitchmesh.pipeline import RelaxOptions
+    from stitchmesh.pipeline.options import RelaxOptions
     from stitchmesh.yarn import YarnSet
     from stitchmesh.yarnrelax.checkpoint import Checkpoints
     from stitchmesh.yarnrelax.energies.term import ConstraintChoice
@@ -304,7 +304,7 @@ class SolverOptions:
             material: material of the yarn.
             checkpoints: folder for checkpoints, if checkpoints are written.
         """
-        from stitchmesh.pipeline import RelaxOptions
+        from stitchmesh.pipeline.options import RelaxOptions
 
         return RelaxOptions(
             material=material.material,

@@ -24,21 +24,21 @@ from stitchmesh.jobs.kept_stages import stage_key
 from stitchmesh.jobs.stage_files import fabric_stage, found_stage, relaxation_stage, yarns_stage
 from stitchmesh.jobs.stage_run import JobRun, cut_short
 from stitchmesh.mesh import Mesh, StitchMesh
-from stitchmesh.pipeline import (
-    KnitOptions,
+from stitchmesh.pipeline.knit import repair_entries
+from stitchmesh.pipeline.options import KnitOptions
+from stitchmesh.pipeline.stages import (
     edit_stage,
     label_stage,
     measure_shape,
     mesh_stage,
     pattern_stage,
-    relax_with_options,
-    repair_entries,
     shape_stage,
     spiral_stage,
     tessellate_stage,
     whole_mesh,
     yarn_stage,
 )
+from stitchmesh.pipeline.yarn_relaxation import relax_with_options
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.recipe.recipe import recipe_options
 from stitchmesh.recipe.recipe_file import edits_with_paths

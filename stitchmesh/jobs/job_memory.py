@@ -19,7 +19,7 @@ from stitchmesh.jobs.sections import RenderTable, SwatchTable
 from stitchmesh.mesh import BORDER, TOP, StitchMesh
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_budget import stitches_of
-from stitchmesh.pipeline import KnitOptions
+from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.recipe.estimate import BASE_MEMORY, bytes_per_point, control_points, estimate_garment, stage_memory
 

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from stitchmesh.budget.budget import Budget
 from stitchmesh.io.contents import FilePath
-from stitchmesh.pipeline import Knitted, knit
+from stitchmesh.pipeline.knit import Knitted, knit
 from stitchmesh.progress import Progress
 from stitchmesh.quality import quality_named
 from stitchmesh.recipe.recipe import Recipe, recipe_options

@@ -20,7 +20,7 @@ from stitchmesh.mesh.palette import STOCK, colour_text, make_palette, parse_colo
 from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.patterns import read_pattern
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
-from stitchmesh.pipeline import KnitOptions, RelaxOptions
+from stitchmesh.pipeline.options import KnitOptions, RelaxOptions
 from stitchmesh.quality import DEFAULT_QUALITY
 from stitchmesh.recipe.sections import (
     LabelSection,

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray, IntArray
@@ -228,21 +227,3 @@ def _check_times(surface: TriangleSurface, found: list[tuple[TimeMark, End]]) ->
 def _smallest_distance(surface: TriangleSurface, one: IntArray, other: IntArray) -> float:
     """Smallest distance in space between two sets of vertices [cm]."""
     return float(np.linalg.norm(surface.vertices[one][:, None] - surface.vertices[other][None], axis=2).min())
-
-
-def marks_from(records: Sequence[dict[str, ArrayLike]]) -> tuple[TimeMark, ...]:
-    """Return the marks that records of a recipe or of a file describe.
-
-    Raises:
-        ParameterError: a record has an unknown key, or as for ``TimeMark``.
-    """
-    marks = []
-    for number, record in enumerate(records):
-        unknown = set(record) - {"kind", "points", "role", "time", "radius"}
-        if unknown or "kind" not in record or "points" not in record:
-            found = ", ".join(sorted(record)) or "nothing"
-            raise ParameterError(
-                f"mark {number}: got {found}; expected kind and points, and perhaps role, time and radius"
-            )
-        marks.append(TimeMark(**record))  # type: ignore[arg-type]
-    return tuple(marks)

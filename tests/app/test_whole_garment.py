@@ -9,7 +9,8 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.io.meshes import write_mesh
-from stitchmesh.pipeline import RelaxOptions, relax_with_options
+from stitchmesh.pipeline.options import RelaxOptions
+from stitchmesh.pipeline.yarn_relaxation import relax_with_options
 from tests.app.project.projects import same
 from tests.gallery import tube
 

@@ -17,7 +17,7 @@ import pytest
 from stitchmesh.cli.arguments import one_line, parse
 from stitchmesh.cli.main import COMMANDS, main
 from stitchmesh.periodic.swatch_options import SwatchOptions
-from stitchmesh.pipeline import KnitOptions, RelaxOptions
+from stitchmesh.pipeline.options import KnitOptions, RelaxOptions
 from stitchmesh.recipe.recipe import Recipe, RecipePattern, recipe_options
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarn.stitch_size import StitchSize, stitch_size

@@ -382,9 +382,9 @@ def test_a_machine_that_cannot_draw_writes_all_other_files(tube_obj, tmp_path, c
 
 def test_an_interrupt_writes_the_last_good_state(tube_obj, tmp_path, capsys, monkeypatch):
     """An interrupt during the relaxation: status 130, complete files, and a report that is marked as unfinished."""
-    from stitchmesh import pipeline
+    from stitchmesh.pipeline import yarn_relaxation
 
-    relax = pipeline.relax_yarns
+    relax = yarn_relaxation.relax_yarns
 
     def interrupted(*args, **options):
         def strike(*_):
@@ -392,7 +392,7 @@ def test_an_interrupt_writes_the_last_good_state(tube_obj, tmp_path, capsys, mon
 
         return relax(*args, **{**options, "progress": strike})
 
-    monkeypatch.setattr(pipeline, "relax_yarns", interrupted)
+    monkeypatch.setattr(yarn_relaxation, "relax_yarns", interrupted)
     options = ["--stitch-width", "1", "--quality", "standard", "--device", "cpu", "-o", str(tmp_path)]
     assert cli.main(["knit", str(tube_obj), *options]) == 130
     assert "interrupted" in capsys.readouterr().err
@@ -402,12 +402,12 @@ def test_an_interrupt_writes_the_last_good_state(tube_obj, tmp_path, capsys, mon
 
 
 def test_an_interrupt_before_the_first_state_writes_the_generated_yarns(tube_obj, tmp_path, monkeypatch):
-    from stitchmesh import pipeline
+    from stitchmesh.pipeline import yarn_relaxation
 
     def strike(*_args, **_options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(pipeline, "relax_yarns", strike)
+    monkeypatch.setattr(yarn_relaxation, "relax_yarns", strike)
     options = ["--stitch-width", "1", "--quality", "draft", "--device", "cpu", "-o", str(tmp_path)]
     assert cli.main(["knit", str(tube_obj), *options]) == 130
     yarns = read_yarns(tmp_path / "yarns.h5")

@@ -178,13 +178,13 @@ def test_a_relaxation_that_was_stopped_continues_to_the_same_bits(made, tmp_path
 
 
 def test_an_interrupt_writes_the_last_good_state(made, tmp_path, capsys, monkeypatch):
-    from stitchmesh import pipeline
+    from stitchmesh.pipeline import yarn_relaxation
 
     def strike(*_args, on_state, **_options):
         on_state(read_yarns(made / "yarns.h5"))
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(pipeline, "relax_yarns", strike)
+    monkeypatch.setattr(yarn_relaxation, "relax_yarns", strike)
     words = ["relax", str(made / "yarns.h5"), "-o", str(tmp_path / "out.h5"), *QUICK, "--report", str(tmp_path / "how")]
     assert cli.main(words) == 130
     assert "interrupted" in capsys.readouterr().err
@@ -234,9 +234,9 @@ def test_words_that_are_not_options_give_a_message_of_one_line(made, tmp_path, c
 
 
 def test_an_output_that_cannot_be_written_is_an_error_before_the_computation(made, tmp_path, capsys, monkeypatch):
-    from stitchmesh import pipeline
+    from stitchmesh.pipeline import yarn_relaxation
 
-    monkeypatch.setattr(pipeline, "relax_yarns", None)  # A call would raise an error.
+    monkeypatch.setattr(yarn_relaxation, "relax_yarns", None)  # A call would raise an error.
     source, folder, file = made / "yarns.h5", tmp_path / "folder.h5", tmp_path / "file"
     folder.mkdir()
     file.write_text("in the way")

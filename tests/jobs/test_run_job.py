@@ -31,7 +31,7 @@ from stitchmesh.jobs.stage_files import quality_stage, yarns_stage
 from stitchmesh.jobs.stage_run import JobRun
 from stitchmesh.jobs.stop import JobStopped, StopRequest
 from stitchmesh.periodic.swatch import Swatch
-from stitchmesh.pipeline import knit
+from stitchmesh.pipeline.knit import knit
 from stitchmesh.quality import PRESETS
 from stitchmesh.recipe.recipe import recipe_options
 from stitchmesh.recipe.recipe_file import write_recipe

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.io.checked import check_table
+from stitchmesh.recipe.sections import RowsSection
 from stitchmesh.shaping.auto_stitches import shape_fabric
 from stitchmesh.shaping.ends import automatic_ends, is_slit, turning
 from stitchmesh.shaping.level_lines import level_lines
-from stitchmesh.shaping.marks import TimeMark, marked_ends, marks_from
+from stitchmesh.shaping.marks import TimeMark, marked_ends
 from stitchmesh.shaping.summits import smooth_out, summits
 from stitchmesh.shaping.time_function import knitting_time
 from stitchmesh.shaping.triangle_surface import triangle_surface, without_fine_features
@@ -137,18 +139,18 @@ def test_marks_that_contradict_each_other_are_refused(marks, words):
     [
         {"kind": "line", "points": [[0, 0, 0]]},
         {"kind": "point", "points": [[0, 0]]},
-        {"kind": "point", "points": [[0, np.nan, 0]]},
+        {"kind": "point", "points": [[0, float("nan"), 0]]},
         {"kind": "point", "points": [[0, 0, 0]], "role": "start"},
         {"kind": "stroke", "points": [[0, 0, 0]], "role": "side"},
         {"kind": "point", "points": [[0, 0, 0]], "when": 3},
         {"kind": "point", "points": [[0, 0, 0]], "role": "plain", "radius": -1},
         {"points": [[0, 0, 0]]},
-        {"kind": "point", "points": [[0, 0, 0]], "time": np.inf},
+        {"kind": "point", "points": [[0, 0, 0]], "time": float("inf")},
     ],
 )
 def test_records_that_are_no_marks_are_refused(record):
-    with pytest.raises(ParameterError, match="mark"):
-        marks_from([record])
+    with pytest.raises(ParameterError, match="marks"):
+        check_table({"auto": True, "marks": [record]}, RowsSection)
 
 
 def test_borders_of_a_closed_surface_cannot_be_marked():

@@ -7,7 +7,8 @@ from __future__ import annotations
 import pytest
 
 import stitchmesh as sm
-from stitchmesh.pipeline import KnitOptions, shape_stage
+from stitchmesh.pipeline.options import KnitOptions
+from stitchmesh.pipeline.stages import shape_stage
 from stitchmesh.progress import no_progress
 from stitchmesh.shaping.options import ShapingOptions
 from stitchmesh.shaping.topology import Topology, lost_features, topology

@@ -20,7 +20,7 @@ from stitchmesh.mesh import StitchMesh
 from stitchmesh.meshrelax.evenness import Measure, evenness_verdict, uneven_rows
 from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.meshrelax.relax import MAX_ITERATIONS, MeshRelaxReport, not_converged, relax_mesh_with_report
-from stitchmesh.pipeline import KnitOptions
+from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.progress import Progress
 from stitchmesh.run_control import RunControl, Snapshot
 

@@ -4,14 +4,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
-from stitchmesh.errors import ParameterError
 from stitchmesh.io.checked import check_table
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.progress import Progress, no_progress
-from stitchmesh.shaping.marks import TimeMark, marks_from
+from stitchmesh.shaping.marks import TimeMark
+from stitchmesh.shaping.options import ShapingOptions
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 
 if TYPE_CHECKING:
@@ -19,16 +19,14 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float, float]
 """A place or a direction in space; places in cm."""
-UP: Point = (0.0, 1.0, 0.0)
-"""Direction in which garments stand."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shaping:
-    """The sizes, marks and choices with which rows and stitches are found on a mesh.
+class Shaping(ShapingOptions):
+    """The options with which rows and stitches are found on a mesh, and the size of the stitches.
 
     Raises:
-        ParameterError: the multiple is no positive number.
+        ParameterError: as for ``ShapingOptions``.
     """
 
     stitch_width: float = STITCH_WIDTH
@@ -37,14 +35,6 @@ class Shaping:
     """Course spacing [cm]; None for 0.77 times the stitch width."""
     marks: tuple[TimeMark, ...] = ()
     """Where knitting begins and ends, lines along which rows run, and plain places."""
-    up: Point = UP
-    """Direction in which the garment is knitted where nothing else decides."""
-    multiple: int = 1
-    """Number that the stitches of each round are a multiple of."""
-
-    def __post_init__(self) -> None:
-        if self.multiple < 1:
-            raise ParameterError(f"multiple: got {self.multiple}; expected 1 or more stitches")
 
     @property
     def height(self) -> float:
@@ -59,10 +49,7 @@ class Shaping:
         """
         from stitchmesh.shaping.auto_stitches import shape_fabric
 
-        return shape_fabric(
-            mesh, stitch_width=self.stitch_width, stitch_height=self.stitch_height, marks=self.marks, up=self.up,
-            multiple=self.multiple, progress=progress,
-        )  # fmt: skip
+        return shape_fabric(mesh, **self.arguments, progress=progress)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,26 +62,10 @@ class ShapedStitches:
     """The stitches."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Table:
-    """A shaping as JSON holds it."""
-
-    stitch_width: float
-    stitch_height: float | None
-    marks: tuple[dict[str, Any], ...]
-    up: tuple[float, float, float]
-    multiple: int
-
-
 def shaping_table(shaping: Shaping) -> dict[str, Any]:
     """Return a shaping as JSON can hold it."""
-    return {
-        "stitch_width": shaping.stitch_width,
-        "stitch_height": shaping.stitch_height,
-        "marks": [mark_table(mark) for mark in shaping.marks],
-        "up": list(shaping.up),
-        "multiple": shaping.multiple,
-    }
+    marks = [mark_table(mark) for mark in shaping.marks]
+    return {**shaping.arguments, "up": list(shaping.up), "marks": marks}
 
 
 def mark_table(mark: TimeMark) -> dict[str, Any]:
@@ -110,11 +81,13 @@ def shaping_of(table: object) -> Shaping:
     Raises:
         ParameterError: the table has another form.
     """
-    found = check_table(table, _Table)
-    return Shaping(
-        stitch_width=found.stitch_width, stitch_height=found.stitch_height, up=found.up, multiple=found.multiple,
-        marks=tuple(plain_mark(mark) for mark in marks_from(found.marks)),
-    )  # fmt: skip
+    # With these the simulations are imported, which a project without found rows does not wait for.
+    from stitchmesh.jobs.sections import AutoStitchesTable
+    from stitchmesh.recipe.sections import time_marks
+
+    found = check_table(table, AutoStitchesTable)
+    given = {part.name: getattr(found, part.name) for part in fields(found)}
+    return Shaping(**{**given, "marks": time_marks(found.marks)})
 
 
 def plain_mark(mark: TimeMark) -> TimeMark:

@@ -57,7 +57,7 @@ from stitchmesh.yarngen.finish import YarnFinish
 
 if TYPE_CHECKING:
     from stitchmesh.budget.budget import Budget
-    from stitchmesh.pipeline import Knitted
+    from stitchmesh.pipeline.knit import Knitted
     from stitchmesh.progress import Progress
     from stitchmesh.recipe.recipe import Recipe, RecipePattern
 

@@ -86,7 +86,7 @@ class Label:
         """
         from stitchmesh.io.stitches import READABLE
         from stitchmesh.labeling import PartialLabeling
-        from stitchmesh.pipeline import whole_mesh
+        from stitchmesh.pipeline.stages import whole_mesh
         from stitchmesh.recipe.recipe import Recipe
         from stitchmesh.recipe.sections import LabelSection
         from stitchmesh.shaping.auto_labels import auto_labels

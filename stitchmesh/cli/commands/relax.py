@@ -73,7 +73,7 @@ class Relax:
         """
         from stitchmesh.io import read_stitches, read_yarns
         from stitchmesh.io.yarns import check_writable
-        from stitchmesh.pipeline import relax_with_options, relax_within_budget
+        from stitchmesh.pipeline.yarn_relaxation import relax_with_options, relax_within_budget
 
         quality = self.solver.quality(self.quality or DEFAULT_QUALITY)
         budget = self.budget.budget(chooses=self.quality is None and quality == DEFAULT_QUALITY)

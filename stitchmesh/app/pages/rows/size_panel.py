@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The controls of the stitch size, of the direction upwards and of the number that rounds are a multiple of."""
+"""The controls of the stitch size, of the direction upwards and of how many stitches a row has."""
 
 from __future__ import annotations
 
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.pages.rows.rows_session import RowsSession
-from stitchmesh.app.project.shaping import UP, Point
+from stitchmesh.app.project.shaping import Point
+from stitchmesh.shaping.options import UP
 
 SMALLEST, LARGEST = 0.1, 5.0
 """Bounds of the stitch width and of the stitch height [cm]."""
@@ -18,7 +19,10 @@ UPWARDS: dict[str, Point] = {
 }  # fmt: skip
 """Directions upwards, by the axis along which they point."""
 OTHER = "another"
-"""Word for a direction that a project has from elsewhere."""
+"""Word for a direction, or a largest part of increases and decreases, that a project has from elsewhere."""
+AS_ASKED = "as many as the mesh asks"
+SHAPING_PARTS: dict[str, float | None] = {AS_ASKED: None, **{f"1 in {count}": 1.0 / count for count in (2, 3, 4, 6, 8)}}
+"""Largest parts of the stitches of a row that are increases or decreases, in words."""
 
 
 class SizePanel:
@@ -51,6 +55,14 @@ class SizePanel:
             "Multiple of", "The stitches of each round are a multiple of this number, for a pattern that repeats.", 1,
             lambda value: session.change("multiple", multiple=int(value)), least=1, most=1000, step=1,
         )  # fmt: skip
+        self._short_rows = controls.toggle(
+            "Short rows", "The yarn turns back and comes again where rows are far too high, as at a heel.",
+            shaping.short_rows, lambda value: session.change(short_rows=value),
+        )  # fmt: skip
+        self._most_shaping = controls.choice(
+            "Increases in a row", "Largest part of the stitches of a row that are increases or decreases; rows that "
+            "would need more are stretched.", self._shaping_parts(), AS_ASKED, self._set_most_shaping,
+        )  # fmt: skip
         self.show()
 
     def show(self) -> None:
@@ -60,7 +72,9 @@ class SizePanel:
         self._usual.value = shaping.stitch_height is None
         self._height.visible = shaping.stitch_height is not None
         self._up.value = next((name for name, up in UPWARDS.items() if up == shaping.up), OTHER)
-        self._multiple.value = shaping.multiple
+        self._multiple.value, self._short_rows.value = shaping.multiple, shaping.short_rows
+        parts = SHAPING_PARTS.items()
+        self._most_shaping.value = next((name for name, part in parts if part == shaping.most_shaping), OTHER)
 
     def _directions(self) -> tuple[str, ...]:
         """The directions to choose from; one that a project has from elsewhere too."""
@@ -72,3 +86,11 @@ class SizePanel:
     def _set_up(self, name: str) -> None:
         if name in UPWARDS:
             self._session.change(up=UPWARDS[name])
+
+    def _shaping_parts(self) -> tuple[str, ...]:
+        known = self._session.shaping.most_shaping in SHAPING_PARTS.values()
+        return tuple(SHAPING_PARTS) if known else (*SHAPING_PARTS, OTHER)
+
+    def _set_most_shaping(self, name: str) -> None:
+        if name in SHAPING_PARTS:
+            self._session.change(most_shaping=SHAPING_PARTS[name])

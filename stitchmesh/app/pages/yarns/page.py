@@ -23,7 +23,7 @@ from stitchmesh.app.pages.yarns.yarn_view import COLOURINGS, YarnView
 from stitchmesh.app.scene.scene import Pick, ScreenBox
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.pipeline import relax_with_options
+from stitchmesh.pipeline.yarn_relaxation import relax_with_options
 from stitchmesh.progress import Progress
 from stitchmesh.render.colouring import Coloured
 from stitchmesh.reporting.figures import report_figures

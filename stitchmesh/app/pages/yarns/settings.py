@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.io import read_mesh
 from stitchmesh.io.checked import check_table
-from stitchmesh.pipeline import RelaxOptions
+from stitchmesh.pipeline.options import RelaxOptions
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named, quality_with
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarngen.finish import YarnFinish

@@ -29,7 +29,8 @@ from stitchmesh.io.meshes import write_mesh
 from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.mesh import Mesh
 from stitchmesh.meshrelax import relax_mesh
-from stitchmesh.pipeline import RelaxOptions, relax_with_options
+from stitchmesh.pipeline.options import RelaxOptions
+from stitchmesh.pipeline.yarn_relaxation import relax_with_options
 from stitchmesh.quality import quality_named, quality_with
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarnrelax import Relaxation

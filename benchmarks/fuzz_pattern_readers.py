@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The readers of patterns, charts, weaves and drawings of stitches, each with small undamaged files."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+
+import fuzz_mutations as damage
+import numpy as np
+from fuzz_reader import Reader, files, written
+
+import stitchmesh as sm
+from stitchmesh.errors import FileError, ParameterError, PatternError
+from stitchmesh.patterns.charts.leaf_chart import write_leaf_chart
+
+
+def _png(folder: Path) -> list[bytes]:
+    """Return charts as pictures: with a palette, in true colours, interlaced, with text, and small ones."""
+    from PIL import Image, PngImagePlugin
+
+    pixels = np.array([[0, 1, 0, 1], [1, 0, 1, 0], [0, 0, 1, 1]], np.uint8)
+    palette = Image.fromarray(pixels, "P")
+    palette.putpalette([255, 255, 255, 40, 40, 40])
+    text = PngImagePlugin.PngInfo()
+    text.add_text("stitchmesh chart", "row 1: K P", zip=True)
+    found = []
+    deep = Image.fromarray(pixels.astype(np.uint16) * 40_000)
+    modes = [palette, *(palette.convert(mode) for mode in ("RGB", "RGBA", "1", "LA")), deep]
+    for image in modes:
+        content, options = io.BytesIO(), {"pnginfo": text} if image.mode == "RGB" else {}
+        image.save(content, format="PNG", **options)
+        found.append(content.getvalue())
+    return found
+
+
+def _leaf_png(folder: Path) -> list[bytes]:
+    """Return tile codes as a picture."""
+    pattern = sm.resolve_pattern("rib2x2")
+    return written(write_leaf_chart, pattern, suffix=".png")(folder)
+
+
+def _read_chart(name: str) -> Callable[[Path], object]:
+    def read(path: Path) -> object:
+        return sm.read_chart(name, path.read_bytes())
+
+    return read
+
+
+def _resolved(path: Path) -> object:
+    return sm.resolve_pattern(path)
+
+
+def _instructions(folder: Path) -> list[bytes]:
+    from stitchmesh.patterns import pattern_mesh, read_pattern
+
+    names = ("rope-cable", "eyelet-lace", "twisted-rib")
+    pieces = (pattern_mesh(read_pattern(name), 2, 2, stitch_width=1.0, stitch_height=1.0) for name in names)
+    return [sm.knitting_instructions(piece).encode() for piece in pieces]
+
+
+def _read_own_drawings(path: Path) -> object:
+    from stitchmesh.io.own_stitches import read_own_drawings
+
+    return read_own_drawings(path)
+
+
+PNG = (*damage.BINARY, *[damage.inside_png] * 14)
+PATTERN_ERRORS = (FileError, PatternError, ParameterError)
+"""Errors of charts: a chart that is too large is a ``ParameterError``."""
+PATTERNS = [f"assets/patterns/{name}.knit" for name in ("rib2x2", "eyelet-lace", "seed")]
+WEAVES = [f"assets/patterns/{name}.weave" for name in ("satin-2x3", "double-plain-stitched", "orthogonal-interlock")]
+
+PATTERN_READERS: dict[str, Reader] = {
+    "pattern": Reader(".knit", _resolved, files(*PATTERNS), errors=PATTERN_ERRORS),
+    "chart": Reader(".knit", _read_chart("chart.knit"), files(*PATTERNS), errors=PATTERN_ERRORS),
+    "chart text": Reader(".txt", _read_chart("chart.txt"), lambda folder: [b"KPKP\nPKPK\n", b"0011\n1100\n"],
+                         errors=PATTERN_ERRORS),
+    "weave": Reader(".weave", _resolved, files(*WEAVES), errors=PATTERN_ERRORS),
+    "weave chart": Reader(".weave", _read_chart("chart.weave"), files(*WEAVES), errors=PATTERN_ERRORS),
+    "png chart": Reader(".png", _read_chart("chart.png"), _png, PNG, PATTERN_ERRORS),
+    "png weave": Reader(".weave.png", _resolved, _png, PNG, PATTERN_ERRORS),
+    "own stitches": Reader(".json", _read_own_drawings, files("examples/stitches/daisy.json")),
+    "instructions": Reader(".txt", _resolved, _instructions, errors=PATTERN_ERRORS),
+    "tile codes": Reader(".leaf", _resolved, lambda folder: [b"KPKP\nPKPK\n", b"Y3YK\n2UYS\n"], errors=PATTERN_ERRORS),
+    "digits": Reader(".txt", _resolved, lambda folder: [b"0011\n1100\n"], errors=PATTERN_ERRORS),
+    "png tile codes": Reader(".leaf.png", _resolved, _leaf_png, PNG, PATTERN_ERRORS),
+}  # fmt: skip
+"""Readers by name."""

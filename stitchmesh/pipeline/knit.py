@@ -1,0 +1,149 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The whole pipeline: from a polygon mesh to files of relaxed yarns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any, Literal, cast
+
+from stitchmesh import __version__
+from stitchmesh.budget.budget import Budget
+from stitchmesh.budget.expectation import BudgetScene
+from stitchmesh.budget.plan import limit_of, make_plan
+from stitchmesh.compute.device import device_named
+from stitchmesh.io.history import HistoryEntry, write_history
+from stitchmesh.io.state_saver import StateSaver, save_yarns
+from stitchmesh.io.stitches import write_stitches
+from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh.repair import RepairAction
+from stitchmesh.pipeline.options import KnitOptions
+from stitchmesh.pipeline.stages import (
+    edit_stage,
+    label_stage,
+    measure_shape,
+    mesh_stage,
+    pattern_stage,
+    shape_stage,
+    spiral_stage,
+    tessellate_stage,
+    whole_mesh,
+    yarn_stage,
+)
+from stitchmesh.pipeline.yarn_relaxation import relax_with_options
+from stitchmesh.progress import Progress, shown_stages
+from stitchmesh.quality import quality_named
+from stitchmesh.shaping.panels.panel_mesh import PanelMesh
+from stitchmesh.time_limit import limited_to
+from stitchmesh.yarn import YarnSet
+
+
+@dataclass(frozen=True)
+class Knitted:
+    """The results of ``knit``."""
+
+    fabric: StitchMesh
+    """Stitch mesh after mesh relaxation."""
+    yarns: YarnSet
+    """Relaxed yarns."""
+    report: dict[str, object]
+    """Figures of all stages, as in ``report.json``."""
+    history: Sequence[HistoryEntry]
+    """Assessments of the relaxation of yarns, in order."""
+
+    def __repr__(self) -> str:
+        """Return one line: the fabric, and the yarns."""
+        return f"Knitted({self.fabric}, {self.yarns})"
+
+
+def knit(
+    mesh: Mesh | PanelMesh, folder: str | PathLike[str], options: KnitOptions, *, budget: Budget | None = None,
+    repair: Sequence[RepairAction] | None = None, progress: Progress | Literal[False] | None = None,
+    seconds_after: Callable[[YarnSet], float] | None = None,
+) -> Knitted:  # fmt: skip
+    """Make relaxed yarns from a polygon mesh, and write them.
+
+    The function writes ``stitches.h5``, ``yarns.h5``, ``yarns.bcc``, ``report.json`` and ``convergence.csv`` into the
+    folder. During the relaxation of yarns, the last good state is written at intervals and when the user interrupts;
+    ``report.json`` then says that the relaxation is unfinished.
+
+    Args:
+        mesh: the polygon mesh; the panels of a sewing pattern if the options have ``panels``.
+        folder: output folder.
+        options: options of all stages.
+        budget: limits on the time of all stages and on the error; measured tables then choose the quality once the
+            stitches are known, unless it is another than the default, and the report says what they chose. The
+            stitches may take half of the time, and the yarns take what is left.
+        repair: what was changed in the mesh before, for the report; None if the mesh was not repaired.
+        progress: called with the progress of each stage; by default a line shows the progress on a terminal or in a
+            notebook, and False shows nothing.
+        seconds_after: function of the yarns that estimates the time of the caller's own work after this function [s];
+            the progress of the last stage counts this time.
+
+    Raises:
+        StitchMeshError: a stage cannot continue; the error is that of the stage.
+    """
+    with limited_to(limit_of(budget)), shown_stages(progress) as report:
+        return _knit(mesh, Path(folder), options, budget, repair, report, seconds_after)
+
+
+def _knit(
+    mesh: Mesh | PanelMesh, target: Path, options: KnitOptions, budget: Budget | None,
+    repair: Sequence[RepairAction] | None, progress: Progress, seconds_after: Callable[[YarnSet], float] | None,
+) -> Knitted:  # fmt: skip
+    """Make and write relaxed yarns in the time that is left."""
+    quality = quality_named(options.quality)
+    device = str(device_named(options.device))
+    quality_entry = options.quality if isinstance(options.quality, str) else asdict(options.quality)
+    report: dict[str, object] = {"stitchmesh": __version__, "device": device, "quality": quality_entry}
+    if repair is not None:
+        report["repair"] = repair_entries(repair)
+    fabric = _relaxed_stitches(mesh, options, device, report, progress)
+    fabric = spiral_stage(fabric, options, report)
+    if budget is not None:
+        plan = make_plan(budget, BudgetScene(kind="garment", stitches=fabric.face_count), options.quality, device)
+        quality, report["budget"] = plan.quality, plan.report()
+        report["quality"] = plan.report()["quality"] or quality_entry
+    shape = cast(Mapping[str, Any] | None, report.get("shape"))
+    yarns = yarn_stage(fabric, options, quality, report, progress, shape)
+    progress("yarnrelax", 0.0, f"{len(yarns.points)} control points")
+    write_stitches(target / "stitches.h5", fabric)
+    saver = StateSaver(target, report, yarns)
+    try:
+        relaxed = relax_with_options(
+            yarns, options.relaxation, quality=quality, device=device, fabric=fabric, keep_shape=True,
+            progress=progress, on_state=saver.keep, seconds_after=seconds_after(yarns) if seconds_after else 0.0,
+        )  # fmt: skip
+    except KeyboardInterrupt:
+        saver.save()
+        raise
+    report["yarnrelax"] = relaxed.report
+    save_yarns(target, relaxed.yarns, report)
+    write_history(target / "convergence.csv", relaxed.history)
+    return Knitted(fabric, relaxed.yarns, report, relaxed.history)
+
+
+def _relaxed_stitches(
+    mesh: Mesh | PanelMesh, options: KnitOptions, device: str, report: dict[str, object], progress: Progress
+) -> StitchMesh:
+    """Make the stitches with their patterns and edits, and relax them on the surface."""
+    shaped = shape_stage(mesh, options, report, progress) if options.finds_rows else None
+    if shaped is None:
+        surface = whole_mesh(mesh)
+        fabric = tessellate_stage(label_stage(surface, options, report, progress), options, report, progress)
+    else:
+        fabric, surface = shaped.fabric, shaped.surface_mesh
+    fabric = pattern_stage(fabric, options, report, progress)
+    fabric = edit_stage(fabric, options, report, progress)
+    fabric = mesh_stage(fabric, surface, options, device, report, progress)
+    if shaped is not None:
+        measure_shape(fabric, shaped.given, options, report)
+    return fabric
+
+
+def repair_entries(actions: Sequence[RepairAction]) -> list[dict[str, object]]:
+    """Return what a repair changed, as it stands in the report: each action with its text and its places."""
+    return [{**asdict(action), "text": f"{action.text}: {action.places}"} for action in actions]

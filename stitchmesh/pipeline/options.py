@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Options of the pipeline from a polygon mesh to relaxed yarns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from stitchmesh.editing.edit import Edit
+from stitchmesh.editing.pattern_regions import PatternRegion
+from stitchmesh.errors import ParameterError
+from stitchmesh.io.contents import FilePath
+from stitchmesh.meshrelax import MeshRelaxOptions
+from stitchmesh.quality import DEFAULT_QUALITY, Quality
+from stitchmesh.shaping.options import ShapingOptions
+from stitchmesh.shaping.panels.options import PanelOptions
+from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
+from stitchmesh.tessellate.counts import EdgeName
+from stitchmesh.yarn.rest_length import RestLengths
+from stitchmesh.yarngen import YarnFinish
+from stitchmesh.yarnrelax import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.checkpoint import Checkpoints
+from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
+from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
+
+OF_LABELED_MESHES = {
+    "borders": "start border", "seeds": "start edge", "flip": "flip", "counts": "count", "marked": "mark",
+}  # fmt: skip
+"""Fields of ``KnitOptions`` that name edges or faces of a labeled mesh, and their options on the command line."""
+
+
+@dataclass(frozen=True)
+class RelaxOptions:
+    """Options of the relaxation of yarns, except for quality and device.
+
+    Raises:
+        ParameterError: there is no material or no value of that name, or a value is out of bounds.
+    """
+
+    material: str = DEFAULT_MATERIAL
+    """Name of a material, which is scaled to the radius of the yarns."""
+    stiffness: Mapping[str, float] = field(default_factory=dict)
+    """New values of single fields of the material, by name, for a yarn of ``REFERENCE_RADIUS``."""
+    rest_lengths: RestLengths = field(default_factory=RestLengths)
+    """Changes of the rest lengths."""
+    terms: Sequence[TermChoice] = ()
+    """Additional energy terms."""
+    constraints: Sequence[ConstraintChoice] = ()
+    """Constraints of control points."""
+    checkpoint: Checkpoints | None = None
+    """File and interval of checkpoints; None writes no checkpoints."""
+    resume: FilePath | None = None
+    """Checkpoint file from which the relaxation continues; None starts a new relaxation."""
+
+    def __post_init__(self) -> None:
+        YarnMaterial.named(self.material, self.stiffness)
+
+    def yarn_material(self, yarn_radius: float) -> YarnMaterial:
+        """Return the material of a yarn of some radius [cm]."""
+        return YarnMaterial.named(self.material, self.stiffness).scaled(yarn_radius / REFERENCE_RADIUS)
+
+
+@dataclass(frozen=True)
+class KnitOptions:
+    """Options of ``knit``.
+
+    Raises:
+        ParameterError: an option names edges or faces of a labeled mesh, and rows are found without one; or rows are
+            found both on any mesh and on panels.
+    """
+
+    stitch_width: float = STITCH_WIDTH
+    """Wale spacing [cm]."""
+    stitch_height: float | None = None
+    """Course spacing [cm]; by default 0.77 times the stitch width."""
+    counts: Mapping[EdgeName, int] = field(default_factory=dict)
+    """Number of stitches along single edges (``tessellate``)."""
+    marked: Sequence[EdgeName] = ()
+    """Wale edges at which all increases and decreases of their faces stand (``tessellate``)."""
+    mesh_relaxation: MeshRelaxOptions = field(default_factory=MeshRelaxOptions)
+    """Options of the relaxation of the stitch mesh."""
+    yarn_radius: float | None = None
+    """Yarn radius [cm]; by default an eighth of the stitch width."""
+    drawn_radius: float | None = None
+    """Radius of the yarn in pictures and files for renderers [cm]; by default 1.7 yarn radii (``generate_yarns``)."""
+    quality: str | Quality = DEFAULT_QUALITY
+    """Name of a preset of ``quality.py``, or a ``Quality``."""
+    device: str | None = None
+    """Warp's name of the device; None for the preferred device."""
+    borders: Sequence[int | tuple[int, int]] = ()
+    """Edges of borders from which rows start (``label``)."""
+    seeds: Sequence[int | tuple[int, int]] = ()
+    """Course edges from which rows start (``label``)."""
+    flip: Sequence[int] = ()
+    """Faces whose rows are reversed (``label``)."""
+    shaping: ShapingOptions | None = None
+    """How rows are found on a mesh of any kind (``shape_fabric``); None labels the modelled rows of the mesh."""
+    panels: PanelOptions | None = None
+    """How the panels of a sewing pattern are knitted (``knit_panels``); None if the mesh is no sewing pattern."""
+    palette: Sequence[str] = ()
+    """Colours of the yarns by number, as texts (``parse_colour``); stock colours for all other numbers."""
+    patterns: Sequence[PatternRegion] = ()
+    """Knitting patterns, each on its part of the fabric; plain knit elsewhere."""
+    edits: Sequence[Edit] = ()
+    """Edits of the stitch mesh, after the patterns and before the mesh relaxation."""
+    spiral: bool = False
+    """Whether the rings of tubes become turns of one spiral row."""
+    finish: YarnFinish = field(default_factory=YarnFinish)
+    """How rows are cast on and bound off, and which floats are cut."""
+    relaxation: RelaxOptions = field(default_factory=RelaxOptions)
+    """Options of the relaxation of yarns."""
+
+    def __post_init__(self) -> None:
+        if self.shaping is not None and self.panels is not None:
+            raise ParameterError("panels: rows are also found on the whole mesh (--auto); leave one of the two out")
+        flag = "--auto" if self.panels is None else "--panels"
+        for name, words in OF_LABELED_MESHES.items() if self.finds_rows else ():
+            if getattr(self, name):
+                raise ParameterError(
+                    f"{words}: names edges or faces of a labeled mesh, but rows are found without one ({flag}); leave "
+                    "one of the two out"
+                )
+
+    @property
+    def finds_rows(self) -> bool:
+        """Whether rows are found, on a mesh of any kind or on panels, in the place of labeled rows."""
+        return self.shaping is not None or self.panels is not None
+
+    @property
+    def mesh_arguments(self) -> dict[str, Any]:
+        """Arguments of ``relax_mesh``; the aspect is that of the stitches where it is not given."""
+        height = self.stitch_height
+        aspect = COURSE_OVER_WALE_SPACING if height is None else height / self.stitch_width
+        given = self.mesh_relaxation.aspect
+        return {**asdict(self.mesh_relaxation), "aspect": aspect if given is None else given}

@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The relaxation of yarns with its options, with and without limits on the time and on the error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from stitchmesh.budget.budget import Budget
+from stitchmesh.budget.expectation import BudgetScene
+from stitchmesh.budget.plan import limit_of, make_plan
+from stitchmesh.mesh import StitchMesh
+from stitchmesh.pipeline.options import RelaxOptions
+from stitchmesh.progress import Progress, no_progress, relaxing_progress
+from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
+from stitchmesh.run_control import RunControl
+from stitchmesh.time_limit import limited_to
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn.rest_length import apply_rest_lengths
+from stitchmesh.yarnrelax import Relaxation, relax_yarns
+
+POINTS_OF_STITCH = 20
+"""Control points of a plain stitch, for the number of stitches of yarns that name no stitches."""
+
+
+def relax_with_options(
+    yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality, device: str | None = None,
+    fabric: StitchMesh | None = None, keep_shape: bool = False, start: YarnSet | None = None,
+    progress: Progress = no_progress, on_state: Callable[[YarnSet], None] | None = None, seconds_after: float = 0.0,
+    load_steps: bool = True, control: RunControl[YarnSet] | None = None,
+) -> Relaxation:  # fmt: skip
+    """Change the rest lengths of yarns, and relax the yarns.
+
+    Args:
+        yarns: the yarns.
+        options: options of the relaxation.
+        quality: name of a preset, or a ``Quality``.
+        device: Warp's name of the device; None for the preferred device.
+        fabric: the fabric from which the yarns were made, if it is known.
+        keep_shape: whether the relaxation keeps the borders and the shape of the fabric.
+        start: the same yarns at the positions from which the relaxation starts; ``yarns`` if None.
+        progress: called with the progress of the relaxation.
+        on_state: called with the last good state at intervals.
+        load_steps: whether a load that the yarns cannot take at once is applied in steps.
+        seconds_after: estimated time of work after the relaxation [s], which the progress counts.
+        control: watches, pauses, steps and stops the relaxation from another thread.
+
+    Raises:
+        StitchMeshError: the rest lengths cannot be applied (``apply_rest_lengths``), or as for ``relax_yarns``.
+    """
+    quality = quality_named(quality)
+    report_progress = relaxing_progress(
+        "yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations, seconds_after=seconds_after
+    )
+    return relax_yarns(
+        apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric),
+        start=start,
+        material=options.yarn_material(float(yarns.radius.mean())),
+        quality=quality,
+        device=device,
+        keep_shape=fabric if keep_shape else None,
+        terms=options.terms,
+        constraints=options.constraints,
+        progress=lambda entry: report_progress(entry["iteration"], entry["residual"], entry["energies"]),
+        on_state=on_state,
+        checkpoint=options.checkpoint,
+        resume=options.resume,
+        load_steps=load_steps,
+        control=control,
+    )
+
+
+def relax_within_budget(
+    budget: Budget, yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality = DEFAULT_QUALITY,
+    device: str | None = None, **arguments: Any,
+) -> Relaxation:  # fmt: skip
+    """Relax yarns as ``relax_with_options`` does, within limits on the time and on the error.
+
+    Measured tables choose the quality, unless it is another than the default; the yarns keep their sampling.
+
+    Args:
+        budget: the limits.
+        yarns: the yarns.
+        options: options of the relaxation.
+        quality: name of a preset, or a ``Quality``.
+        device: Warp's name of the device; None for the preferred device.
+        **arguments: the other arguments of ``relax_with_options``.
+
+    Raises:
+        StitchMeshError: a quality beside an error, a time that is over, or as for ``relax_with_options``.
+    """
+    stitches = max(round(len(yarns.points) / POINTS_OF_STITCH), 1)
+    with limited_to(limit_of(budget)):
+        scene = BudgetScene(kind="garment" if yarns.lattice is None else "given cell", stitches=stitches)
+        plan = make_plan(budget, scene, quality, device)
+        relaxed = relax_with_options(yarns, options, quality=plan.quality, device=device, **arguments)
+    return replace(relaxed, report=relaxed.report | {"budget": plan.report()})
