@@ -168,6 +168,7 @@ from .yarn.yarn_presets import yarn_names as yarn_names
 from .yarngen import YarnFinish as YarnFinish
 from .yarngen import check_loops as check_loops
 from .yarngen import generate_yarns as generate_yarns
+from .yarngen import make_room as make_room
 from .yarngen import regenerate_yarns as regenerate_yarns
 from .yarngen.face_yarns.generate import FaceYarns as FaceYarns
 from .yarngen.face_yarns.generate import face_yarns as face_yarns

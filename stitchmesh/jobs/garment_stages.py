@@ -29,9 +29,9 @@ from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.pipeline.stages import (
     edit_stage,
     label_stage,
-    measure_shape,
     mesh_stage,
     pattern_stage,
+    room_stage,
     shape_stage,
     spiral_stage,
     tessellate_stage,
@@ -144,12 +144,12 @@ def _fabric(
         fabric = run.run(stage, lambda report: make(before, report))
 
     def relax(fabric: StitchMesh, report: dict[str, Any]) -> StitchMesh:
-        """Even out the stitches, and measure those that were found."""
+        """Even out the stitches, and make room for the yarns of those that were found."""
         relaxed = mesh_stage(fabric, mesh, options, device, report, run.progress)
-        if given is not None:
-            report["shape"] = run.report["shape"]
-            measure_shape(relaxed, given, options, report)
-        return relaxed
+        if given is None:
+            return relaxed
+        report["shape"] = run.report["shape"]
+        return room_stage(relaxed, given, options, report, run.progress)
 
     if options.palette or options.patterns:
         next_stage(
@@ -161,11 +161,16 @@ def _fabric(
             "apply_edit", lambda fabric, report: edit_stage(fabric, options, report, run.progress),
             [_edit(edit) for edit in options.edits],
         )  # fmt: skip
-    measured = () if given is None else (given, options.stitch_width)
-    next_stage("relax_mesh", relax, mesh, options.mesh_arguments, _processor(device), *measured)
+    found = () if given is None else (given, options.stitch_width, *_inputs_of_room(options))
+    next_stage("relax_mesh", relax, mesh, options.mesh_arguments, _processor(device), *found)
     if options.spiral:
         next_stage("make_spiral", lambda fabric, report: spiral_stage(fabric, options, report))
     return fabric
+
+
+def _inputs_of_room(options: KnitOptions) -> tuple[object, ...]:
+    """What the room for the yarns depends on."""
+    return options.yarn_radius, quality_named(options.quality).control_points_per_stitch, options.finish
 
 
 def _selected(on: Selection | None) -> str:

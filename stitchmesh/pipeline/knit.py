@@ -24,9 +24,9 @@ from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.pipeline.stages import (
     edit_stage,
     label_stage,
-    measure_shape,
     mesh_stage,
     pattern_stage,
+    room_stage,
     shape_stage,
     spiral_stage,
     tessellate_stage,
@@ -140,7 +140,7 @@ def _relaxed_stitches(
     fabric = edit_stage(fabric, options, report, progress)
     fabric = mesh_stage(fabric, surface, options, device, report, progress)
     if shaped is not None:
-        measure_shape(fabric, shaped.given, options, report)
+        fabric = room_stage(fabric, shaped.given, options, report, progress)
     return fabric
 
 

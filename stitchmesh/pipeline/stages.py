@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -38,6 +39,9 @@ from stitchmesh.yarn.fabric_gauge import fabric_gauge
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.generate import checked_drawn_radius, checked_radius
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
+from stitchmesh.yarngen.room import make_room_with_report
+
+logger = logging.getLogger(__name__)
 
 SHARE_OF_MESH = 0.5
 """Largest part of the time of a budget for the relaxation of the stitch mesh; the other part is for the yarns."""
@@ -98,9 +102,23 @@ def shape_stage(
     return found
 
 
-def measure_shape(fabric: StitchMesh, surface: TriangleSurface, options: KnitOptions, report: dict[str, Any]) -> None:
-    """Measure the relaxed stitches for the report of found rows."""
-    report["shape"] = after_mesh_relaxation(fabric, surface, options.stitch_width, report["shape"])
+def room_stage(
+    fabric: StitchMesh, surface: TriangleSurface, options: KnitOptions, report: dict[str, Any], progress: Progress
+) -> StitchMesh:
+    """Make room for the yarns of found rows where the surface has none, and measure how all stitches fit it."""
+    progress("meshrelax", 1.0, "room for the yarns")
+    roomy, room = make_room_with_report(
+        fabric, yarn_radius=options.yarn_radius, quality=options.quality, finish=options.finish
+    )
+    farthest = room.farthest / options.stitch_width
+    if room.faces:
+        logger.warning(
+            f"the surface has no room for the yarns of {len(room.faces)} stitches, such as stitch {room.faces[0]}; "
+            f"stitches were moved there by up to {farthest:.1f} stitch widths"
+        )
+    shape = after_mesh_relaxation(roomy, surface, options.stitch_width, report["shape"])
+    report["shape"] = {**shape, "crowded": len(room.faces), "farthest_moved": round(farthest, 3)}
+    return roomy
 
 
 def pattern_stage(

@@ -30,6 +30,21 @@ def smallest_distance(yarns: YarnSet, within: float) -> tuple[float, int]:
     Returns:
         The distance [cm] and the number of a control point; infinity and 0 where no distance is at most ``within``.
     """
+    segments, distance = _pairs_that_may_touch(yarns, within)
+    if not len(segments):
+        return np.inf, 0
+    nearest = int(distance.argmin())
+    return float(distance[nearest]), int(yarns.segment_points[segments[nearest, 0], 1])
+
+
+def crowded_points(yarns: YarnSet, within: float) -> IntArray:
+    """Return control points at all places where segments that may touch are closer than a distance [cm]."""
+    segments, _ = _pairs_that_may_touch(yarns, within)
+    return np.unique(yarns.segment_points[segments, 1])
+
+
+def _pairs_that_may_touch(yarns: YarnSet, within: float) -> tuple[IntArray, FloatArray]:
+    """Segments of which sample points are close, shape (n, 2), and the distances of the points [cm], shape (n,)."""
     points = np.concatenate(
         [
             curve[: len(curve) // SAMPLES_PER_SEGMENT * SAMPLES_PER_SEGMENT]
@@ -39,10 +54,7 @@ def smallest_distance(yarns: YarnSet, within: float) -> tuple[float, int]:
     segment = np.repeat(np.arange(len(yarns.segment_yarn)), SAMPLES_PER_SEGMENT)
     pairs, image, distance = _pairs_within(yarns.lattice, points, within)
     touching = may_touch(yarns, segment[pairs[:, 0]], segment[pairs[:, 1]], image)
-    if not touching.any():
-        return np.inf, 0
-    nearest = int(np.where(touching, distance, np.inf).argmin())
-    return float(distance[nearest]), int(yarns.segment_points[segment[pairs[nearest, 0]], 1])
+    return segment[pairs[touching]], distance[touching]
 
 
 def may_touch(yarns: YarnSet, first: np.ndarray, second: np.ndarray, image: IntArray = SAME_IMAGE) -> np.ndarray:

@@ -317,6 +317,7 @@ def _check_clearance(yarns: YarnSet, radius: float) -> None:
     if distance < SMALLEST_DISTANCE_OVER_RADIUS * radius:
         raise YarnError(
             f"face {yarns.face[point]}: yarns start {distance / radius:.2f} radii apart, expected at least "
-            f"{SMALLEST_DISTANCE_OVER_RADIUS}; relax the stitch mesh first, or use a thinner yarn",
+            f"{SMALLEST_DISTANCE_OVER_RADIUS}; relax the stitch mesh first, make room (sm.make_room), or use a thinner "
+            "yarn",
             face=int(yarns.face[point]),
         )

@@ -15,6 +15,7 @@ from stitchmesh.app.front import NullFront
 from stitchmesh.app.pages.project_page import next_page
 from stitchmesh.app.pages.rows.page import BORDER, LINE, MOVE, TIP
 from stitchmesh.app.project.project import Project
+from stitchmesh.app.project.shaping import Shaping, shaping_of, shaping_table
 from stitchmesh.app.scene.drawing import Labels, Lines
 from stitchmesh.app.scene.scene import Stroke
 from stitchmesh.errors import ParameterError
@@ -307,3 +308,19 @@ def test_a_division_takes_the_place_of_the_rows_and_can_be_taken_back(tmp_path):
         assert page.project.shaping is None
         page.project.restore()
         assert page.project.fabric is shaped
+
+
+def test_short_rows_and_the_largest_part_of_increases_are_chosen_and_kept(page):
+    set_value(page, "Short rows", False)
+    set_value(page, "Increases in a row", "1 in 4")
+    knit(page)
+    shaping = page.project.shaping
+    assert shaping.short_rows is False and shaping.most_shaping == 0.25
+    assert shaping_of(shaping_table(shaping)) == shaping
+    set_value(page, "Increases in a row", "as many as the mesh asks")
+    assert page.controls.find("Find the stitches")
+
+
+def test_a_shaping_of_an_earlier_version_has_the_other_options_by_default():
+    earlier = {"stitch_width": 1.2, "stitch_height": None, "marks": [], "up": [0.0, 1.0, 0.0], "multiple": 2}
+    assert shaping_of(earlier) == Shaping(stitch_width=1.2, multiple=2)

@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Stitches in a fold that is too sharp for their yarns are moved until the yarns have room, and no others are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import stitchmesh as sm
+from stitchmesh.errors import YarnError
+from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.yarngen.room import RINGS, make_room_with_report
+from tests.gallery import grid
+
+WIDTH = 24
+"""Stitches of the flat piece in a row, each 1 cm wide."""
+GAP = 0.002
+"""Distance of the two sides of a fold over its depth; the yarns of the sides then pass through each other."""
+
+
+def flat(height: float = 24.0) -> StitchMesh:
+    piece = sm.tessellate(sm.label(grid(4, 1, width=WIDTH / 4, height=height)), stitch_width=1.0)
+    return replace(piece, stretch=np.ones(len(piece.edge_side)))
+
+
+def folded(piece: StitchMesh, lowest: float, highest: float) -> StitchMesh:
+    """The piece with a fold that is 2 cm deep from one height to another, whose two sides almost touch."""
+    x, y, z = piece.vertices.T
+    inside = (y > lowest) & (y < highest)
+    away = x - WIDTH / 2
+    deep = np.where(inside & (np.abs(away) < 2.0), 2.0 - np.abs(away), 0.0)
+    return replace(piece, vertices=np.stack([np.where(deep > 0.0, WIDTH / 2 + GAP * away, x), y, z - deep], axis=1))
+
+
+@pytest.mark.parametrize("quality", ["draft", "standard", "reference"])
+def test_yarns_in_a_fold_get_room_and_loops_hold(quality):
+    fabric = folded(flat(), 10.0, 14.0)
+    with pytest.raises(YarnError, match=r"start .* radii apart"):
+        sm.generate_yarns(fabric, quality=quality)
+    roomy, room = make_room_with_report(fabric, quality=quality)
+    sm.check_loops(roomy, sm.generate_yarns(roomy, quality=quality))
+    moved = np.linalg.norm(roomy.vertices - fabric.vertices, axis=1)
+    assert room.farthest == moved.max() > 0.0 and len(room.faces) > 0
+    assert sm.make_room(roomy, quality=quality) is roomy
+
+
+def test_only_stitches_near_the_fold_move_and_their_stretch_follows():
+    fabric = folded(flat(), 10.0, 14.0)
+    roomy = sm.make_room(fabric, quality="draft")
+    moved = np.flatnonzero(np.abs(roomy.vertices - fabric.vertices).max(axis=1))
+    # Crowded stitches are within 2 cm of the fold, stitches at most 1.1 cm long, and a last ring of vertices is fixed.
+    far = 2.0 + 1.1 * (RINGS + 1)
+    assert np.abs(fabric.vertices[moved, 0] - WIDTH / 2).max() < far
+    assert 10.0 - far < fabric.vertices[moved, 1].min() and fabric.vertices[moved, 1].max() < 14.0 + far
+    sides = fabric.edge_side
+    # Both are lengths in float64, divided once.
+    np.testing.assert_allclose(roomy.stretch, roomy.side_length[sides] / fabric.side_length[sides], rtol=1e-12)
+
+
+def test_a_fabric_with_room_is_the_same_one():
+    fabric = flat()
+    roomy, room = make_room_with_report(fabric)
+    assert roomy is fabric and room.faces == () and room.farthest == 0.0
+
+
+def test_a_fold_at_borders_only_which_stay_cannot_get_room():
+    fabric = folded(flat(0.77), -1.0, 1.0)  # One row, so that all vertices are at the border.
+    roomy = sm.make_room(fabric, quality="draft")
+    assert roomy is fabric
+    with pytest.raises(YarnError, match="radii apart"):
+        sm.generate_yarns(roomy, quality="draft")
+
+
+def test_borders_stay_where_they_are():
+    fabric = folded(flat(), 2.5, 6.5)
+    roomy = sm.make_room(fabric, quality="draft")
+    border = fabric.face_vertex[fabric.twin == BORDER]
+    assert roomy is not fabric
+    np.testing.assert_array_equal(roomy.vertices[border], fabric.vertices[border])
