@@ -18,7 +18,6 @@ from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.shaping.auto_stitches import (
     SHARE_OF_TIME,
     PartProgress,
-    connected_parts,
     joined,
     levels_of_part,
     marks_by_part,
@@ -31,7 +30,7 @@ from stitchmesh.shaping.marks import TimeMark
 from stitchmesh.shaping.options import PANEL_SIZE, UP
 from stitchmesh.shaping.panel_rows import panels_between
 from stitchmesh.shaping.plain_places import plain_places
-from stitchmesh.shaping.triangle_surface import TriangleSurface
+from stitchmesh.shaping.triangle_surface import TriangleSurface, connected_parts
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 
 SMALLEST_PANEL = 2
@@ -76,7 +75,7 @@ def auto_labels(
     labeled = []
     with shown_stages(progress) as report_stage:
         report_stage("label", 0.0, "dividing the surface into triangles")
-        _, surface, upwards = shaping_surface(mesh, size, up)
+        _, surface, upwards = shaping_surface(mesh, size, up, marks)
         parts = connected_parts(surface)
         for number, own_marks in enumerate(marks_by_part(parts, marks)):
             report = progress_of_part(report_stage, "label", number, parts)

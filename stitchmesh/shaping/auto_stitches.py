@@ -9,6 +9,7 @@ Parts of a mesh that are not connected are knitted one after another.
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -20,8 +21,9 @@ from numpy.typing import ArrayLike
 from stitchmesh.errors import MeshError, ParameterError, TessellationError, check_kind
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.progress import Progress, shown_stages
-from stitchmesh.shaping.counts import SMALLEST_RING, SMALLEST_TIP, StitchSize
+from stitchmesh.shaping.counts import SMALLEST_TIP, StitchSize
 from stitchmesh.shaping.ends import Ends
+from stitchmesh.shaping.finer_than_stitches import knitted_surface
 from stitchmesh.shaping.level_lines import LevelLines, level_lines, without_small_tips
 from stitchmesh.shaping.marks import TimeMark, marked_ends
 from stitchmesh.shaping.options import UP, check_most_shaping
@@ -30,8 +32,10 @@ from stitchmesh.shaping.report import ShapingReport, shaping_report
 from stitchmesh.shaping.rows import stitches_between
 from stitchmesh.shaping.short_row_plan import with_short_rows
 from stitchmesh.shaping.time_function import knitting_time
-from stitchmesh.shaping.triangle_surface import TriangleSurface, triangle_surface, without_fine_features
+from stitchmesh.shaping.triangle_surface import TriangleSurface, connected_parts, divided, without_fine_features
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
+
+logger = logging.getLogger(__name__)
 
 EDGE_OVER_WIDTH = 2.0
 """Longest edge of the triangles on which the time is computed, over the width of a stitch."""
@@ -119,7 +123,7 @@ def shape_fabric(
     size = StitchSize(stitch_width, height, multiple, most_shaping)
     with shown_stages(progress) as report_stage:
         report_stage("shape", 0.0, "dividing the surface into triangles")
-        given, surface, upwards = shaping_surface(mesh, size, up)
+        given, surface, upwards = shaping_surface(mesh, size, up, marks)
         parts = connected_parts(surface)
         shaped = []
         for number, own_marks in enumerate(marks_by_part(parts, marks)):
@@ -191,14 +195,21 @@ def levels_of_part(
     return without_small_tips(level_lines(part, courses, ends), SMALLEST_TIP * size.width), courses, ends
 
 
-def shaping_surface(mesh: Mesh, size: StitchSize, up: ArrayLike) -> tuple[TriangleSurface, TriangleSurface, FloatArray]:
+def shaping_surface(
+    mesh: Mesh, size: StitchSize, up: ArrayLike, marks: Sequence[TimeMark]
+) -> tuple[TriangleSurface, TriangleSurface, FloatArray]:
     """Check the arguments; return the triangles of a mesh, those without fine features, and the unit vector upwards.
+
+    What is finer than the stitches is left out, with a warning.
 
     Raises:
         ParameterError, MeshError, TessellationError: as for ``auto_stitches``.
     """
     upwards = _checked(mesh, size, up)
-    given = triangle_surface(mesh, EDGE_OVER_WIDTH * size.width)
+    knitted, notes = knitted_surface(mesh, size, marks)
+    for note in notes:
+        logger.warning(note)
+    given = divided(knitted, EDGE_OVER_WIDTH * size.width)
     return given, without_fine_features(given, FINEST_FEATURE * size.width), upwards
 
 
@@ -213,24 +224,6 @@ def saddle_points(surface: TriangleSurface, values: FloatArray) -> FloatArray:
         crossed = (values[one] > values[vertex]) != (values[other] > values[vertex])
         changes += np.bincount(vertex[crossed], minlength=len(values))
     return surface.vertices[changes >= 4]
-
-
-def connected_parts(surface: TriangleSurface) -> list[tuple[TriangleSurface, IntArray]]:
-    """Return the connected parts of a surface, each with the vertices of the surface that are its vertices."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    size = (len(surface.vertices),) * 2
-    graph = coo_array((np.ones(len(surface.edges)), surface.edges.T), shape=size)
-    count, part = connected_components(graph.tocsr(), directed=False)
-    found = []
-    for number in range(count):
-        vertices = np.flatnonzero(part == number)
-        place = np.full(len(part), -1)
-        place[vertices] = np.arange(len(vertices))
-        triangles = surface.triangles[part[surface.triangles[:, 0]] == number]
-        found.append((TriangleSurface(surface.vertices[vertices], place[triangles]), vertices))
-    return found
 
 
 def marks_by_part(
@@ -272,10 +265,10 @@ def _first_numbers(counts: Sequence[int]) -> list[int]:
 
 
 def _check_memory(area: float, size: StitchSize) -> None:
-    """Check that a surface has room for some stitches, and that they fit in memory.
+    """Check that stitches on an area [cm^2] fit in memory.
 
     Raises:
-        MeshError, TessellationError: they do not.
+        TessellationError: they do not.
     """
     from stitchmesh.compute.free_memory import host_memory
 
@@ -283,14 +276,9 @@ def _check_memory(area: float, size: StitchSize) -> None:
     needed, free = count * BYTES_OF_STITCH, host_memory()
     if count > MOST_STITCHES or needed > free:
         raise TessellationError(
-            f"the surface of {area:.4g} cm^2 would take {count:.3g} stitches and {needed / 1e9:.1f} GB; "
+            f"the surface of {area:.4g} cm^2 would take {count:.3g} stitches and {needed / 1e9:.4g} GB; "
             f"{free / 1e9:.1f} GB are free, and at most {MOST_STITCHES:,} stitches are made: choose a larger stitch, "
             "and check the unit"
-        )
-    if count < 2 * SMALLEST_RING:
-        raise MeshError(
-            f"the surface of {area:.3g} cm^2 has room for {count:.1f} stitches of {size.width:g} cm; choose a smaller "
-            "stitch, and check the unit"
         )
 
 

@@ -129,14 +129,41 @@ def triangle_surface(mesh: Mesh, longest_edge: float) -> TriangleSurface:
         mesh: the mesh.
         longest_edge: length of an edge that is not divided any more [cm].
     """
-    corners = face_triangles(mesh).corners
-    vertices, triangles = mesh.vertices, mesh.face_vertex[corners]
+    return divided(in_triangles(mesh), longest_edge)
+
+
+def in_triangles(mesh: Mesh) -> TriangleSurface:
+    """Divide the faces of a mesh into triangles."""
+    return TriangleSurface(mesh.vertices, mesh.face_vertex[face_triangles(mesh).corners])
+
+
+def divided(surface: TriangleSurface, longest_edge: float) -> TriangleSurface:
+    """Divide triangles until their edges are at most so long [cm], or there are ``MOST_TRIANGLES``."""
+    vertices, triangles = surface.vertices, surface.triangles
     while len(triangles) < MOST_TRIANGLES:
-        divided = _halve_long_edges(vertices, triangles, longest_edge)
-        if divided is None:
+        halved = _halve_long_edges(vertices, triangles, longest_edge)
+        if halved is None:
             break
-        vertices, triangles = divided
+        vertices, triangles = halved
     return TriangleSurface(vertices, triangles)
+
+
+def connected_parts(surface: TriangleSurface) -> list[tuple[TriangleSurface, IntArray]]:
+    """Return the connected parts of a surface, each with the vertices of the surface that are its vertices."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    size = (len(surface.vertices),) * 2
+    graph = coo_array((np.ones(len(surface.edges)), surface.edges.T), shape=size)
+    count, part = connected_components(graph.tocsr(), directed=False)
+    found = []
+    for number in range(count):
+        vertices = np.flatnonzero(part == number)
+        place = np.full(len(part), -1)
+        place[vertices] = np.arange(len(vertices))
+        triangles = surface.triangles[part[surface.triangles[:, 0]] == number]
+        found.append((TriangleSurface(surface.vertices[vertices], place[triangles]), vertices))
+    return found
 
 
 def without_fine_features(surface: TriangleSurface, size: float) -> TriangleSurface:

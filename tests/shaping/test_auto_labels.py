@@ -91,7 +91,7 @@ def test_rounds_are_multiples_of_what_a_pattern_repeats():
 
 def test_the_lines_of_higher_bands_are_some_of_all_lines_and_limbs_keep_theirs():
     size = StitchSize(2.0, 1.54)
-    _, surface, up = shaping_surface(garment("sweater"), size, (0.0, 1.0, 0.0))
+    _, surface, up = shaping_surface(garment("sweater"), size, (0.0, 1.0, 0.0), ())
     courses, _, _ = levels_of_part(surface, (), up, size, lambda done, note: None)
     few = higher_bands(courses, 6)
     kept = {line for band in few.bands for line in band.below + band.above}

@@ -12,9 +12,9 @@ import numpy as np
 
 from stitchmesh.app.project.shaping import Shaping
 from stitchmesh.mesh import FloatArray, IntArray
-from stitchmesh.shaping.auto_stitches import ShapedFabric, connected_parts
+from stitchmesh.shaping.auto_stitches import ShapedFabric
 from stitchmesh.shaping.ends import Ends
-from stitchmesh.shaping.triangle_surface import TriangleSurface
+from stitchmesh.shaping.triangle_surface import TriangleSurface, connected_parts
 
 LIFT = 0.06
 """Distance of lines from the surface, divided by the mean length of sides; it keeps them visible."""

@@ -11,10 +11,12 @@ from stitchmesh.app.project.shaping import Shaping
 from stitchmesh.app.task import TaskControl
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.mesh import Mesh
-from stitchmesh.shaping.auto_stitches import EDGE_OVER_WIDTH, connected_parts
+from stitchmesh.shaping.auto_stitches import EDGE_OVER_WIDTH
+from stitchmesh.shaping.counts import StitchSize
+from stitchmesh.shaping.finer_than_stitches import knitted_surface
 from stitchmesh.shaping.marks import TimeMark, marked_ends
 from stitchmesh.shaping.time_function import knitting_time
-from stitchmesh.shaping.triangle_surface import TriangleSurface, triangle_surface
+from stitchmesh.shaping.triangle_surface import TriangleSurface, connected_parts, divided
 
 COARSE, FINE = 500.0, 1_500.0
 """Area of a surface over the square of the longest edge of its triangles: about 3,000 and 10,000 triangles."""
@@ -44,7 +46,8 @@ def rows_on(mesh: Mesh, shaping: Shaping, longest_edge: float) -> FoundRows:
     Raises:
         StitchMeshError: the marks contradict each other, or are off the surface.
     """
-    surface = triangle_surface(mesh, longest_edge)
+    knitted, _ = knitted_surface(mesh, StitchSize(shaping.stitch_width, shaping.height), shaping.marks)
+    surface = divided(knitted, longest_edge)
     courses, ends = np.zeros(len(surface.vertices)), []
     parts = connected_parts(surface)
     for (part, vertices), marks in zip(parts, _marks_of_parts(parts, shaping.marks), strict=True):
