@@ -69,7 +69,7 @@ def main() -> None:
             corner = SIZE[0] * (place % COLUMNS), SIZE[1] * (place // COLUMNS)
             sheet.paste(Image.open(picture).convert("RGB"), corner)
         words = f"{name}: {fabric.face_count:,} stitches of {width:g} cm"
-        ImageDraw.Draw(sheet).text((corner[0] + 12, corner[1] + SIZE[1] - 18), words, fill="black")
+        ImageDraw.Draw(sheet).text((corner[0] + 12, corner[1] + 10), words, fill="black", font_size=20)
         print(words, flush=True)
     sheet.save(given.output, quality=85)
 
