@@ -18,7 +18,7 @@ from stitchmesh.errors import MeshError
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.shaping.counts import SMALLEST_RING, StitchSize
 from stitchmesh.shaping.ends import turning
-from stitchmesh.shaping.marks import TimeMark
+from stitchmesh.shaping.marks import TimeMark, nearest_border
 from stitchmesh.shaping.triangle_surface import TriangleSurface, connected_parts, in_triangles
 
 SPANNED_OVER_WIDTH = 4.0
@@ -62,7 +62,7 @@ def with_small_holes_spanned(
         The surface, and the centres of the holes [cm], shape (n, 3).
     """
     borders = surface.borders
-    kept = {_nearest_border(surface, mark.points[0]) for mark in marks if mark.kind == "border" and borders}
+    kept = {nearest_border(surface, np.asarray(mark.points[0])) for mark in marks if mark.kind == "border" and borders}
     small = [
         border for number, border in enumerate(borders)
         if number not in kept and _perimeter(surface, border) < SPANNED_OVER_WIDTH * stitch_width
@@ -86,8 +86,8 @@ def without_debris(surface: TriangleSurface, size: StitchSize) -> tuple[Triangle
     fine = [count < 2 * SMALLEST_RING for count in room]
     if all(fine):
         raise MeshError(
-            f"the largest of {len(parts)} part(s) has room for {max(room):.1f} stitches of {size.width:g} cm, expected "
-            f"at least {2 * SMALLEST_RING}; choose a smaller stitch, and check the unit"
+            f"the largest connected part has room for {max(room):.1f} stitches of {size.width:g} cm, expected at "
+            f"least {2 * SMALLEST_RING}; choose a smaller stitch, and check the unit"
         )
     if not any(fine):
         return surface, np.zeros((0, 3))
@@ -114,12 +114,6 @@ def _filled(surface: TriangleSurface, holes: Sequence[IntArray], centres: FloatA
         for number, hole in enumerate(holes)
     ]
     return TriangleSurface(np.concatenate([surface.vertices, centres]), np.concatenate([surface.triangles, *fans]))
-
-
-def _nearest_border(surface: TriangleSurface, point: Sequence[float]) -> int:
-    """Number of the border with the vertex nearest to a point."""
-    away = [np.linalg.norm(surface.vertices[border] - np.asarray(point), axis=1).min() for border in surface.borders]
-    return int(np.argmin(away))
 
 
 def _count(places: FloatArray, word: str) -> str:

@@ -139,17 +139,21 @@ def vertices_of(surface: TriangleSurface, mark: TimeMark) -> IntArray:
     """
     points = np.asarray(mark.points, dtype=np.float64)
     if mark.kind == "border":
-        return _nearest_border(surface, points[0])
+        return surface.borders[nearest_border(surface, points[0])]
     vertices = _nearest_vertices(surface, points, mark)
     return vertices[:1] if mark.kind == "point" else _path(surface, vertices)
 
 
-def _nearest_border(surface: TriangleSurface, point: FloatArray) -> IntArray:
-    """The border nearest to a point."""
+def nearest_border(surface: TriangleSurface, point: FloatArray) -> int:
+    """Return the number of the border nearest to a point.
+
+    Raises:
+        ParameterError: the surface has no border.
+    """
     if not surface.borders:
         raise ParameterError("mark: names a border, but the surface is closed; mark a point or a stroke")
     distance = [np.linalg.norm(surface.vertices[border] - point, axis=1).min() for border in surface.borders]
-    return surface.borders[int(np.argmin(distance))]
+    return int(np.argmin(distance))
 
 
 def _nearest_vertices(surface: TriangleSurface, points: FloatArray, mark: TimeMark) -> IntArray:

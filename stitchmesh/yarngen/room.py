@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stitchmesh.errors import check_kind
+from stitchmesh.errors import YarnError, check_kind
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarngen.clearance import crowded_points
@@ -82,9 +82,11 @@ def make_room_with_report(
         faces.
 
     Raises:
-        ParameterError, YarnError: as for ``generate_yarns``.
+        ParameterError, YarnError: as for ``generate_yarns``; also a fabric on a lattice is a ``YarnError``.
     """
     check_kind("make_room", fabric, StitchMesh)
+    if fabric.lattice is not None:
+        raise YarnError("make_room: got a fabric on a lattice, which lies on no surface; relax its swatch instead")
     radius = checked_radius(fabric, yarn_radius)
     points_per_stitch = quality_named(quality).control_points_per_stitch
     found: set[int] = set()

@@ -71,6 +71,6 @@ def test_debris_is_left_out_and_the_rest_is_as_without_it(caplog):
 
 
 def test_a_mesh_of_debris_alone_is_refused_in_one_line():
-    with pytest.raises(MeshError, match=r"^the largest of 2 part\(s\) has room for 0\.8 stitches of 0\.9 cm") as caught:
+    with pytest.raises(MeshError, match=r"^the largest connected part has room for 0\.8 stitches of 0\.9 cm") as caught:
         sm.auto_stitches(together(SPECK, SPECK), stitch_width=0.9, stitch_height=0.7)
     assert "\n" not in str(caught.value)

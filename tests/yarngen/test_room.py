@@ -12,6 +12,8 @@ import pytest
 import stitchmesh as sm
 from stitchmesh.errors import YarnError
 from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.patterns import read_pattern
+from stitchmesh.periodic.repeat.torus import torus_mesh
 from stitchmesh.yarngen.room import RINGS, make_room_with_report
 from tests.gallery import grid
 
@@ -80,3 +82,10 @@ def test_borders_stay_where_they_are():
     border = fabric.face_vertex[fabric.twin == BORDER]
     assert roomy is not fabric
     np.testing.assert_array_equal(roomy.vertices[border], fabric.vertices[border])
+
+
+def test_a_fabric_on_a_lattice_and_panels_are_refused():
+    with pytest.raises(YarnError, match="make_room: got a fabric on a lattice"):
+        sm.make_room(torus_mesh(read_pattern("garter"), columns=4, stitch_width=1.0, stitch_height=0.7))
+    with pytest.raises(YarnError, match=r"stitch PANEL .* tessellate the mesh first"):
+        sm.make_room(sm.label(grid(4, 1)))

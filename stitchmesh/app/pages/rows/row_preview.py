@@ -11,12 +11,12 @@ from stitchmesh.app.project.shaping import Shaping
 from stitchmesh.app.task import TaskControl
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.mesh import Mesh
-from stitchmesh.shaping.auto_stitches import EDGE_OVER_WIDTH
+from stitchmesh.shaping.auto_stitches import EDGE_OVER_WIDTH, marks_by_part
 from stitchmesh.shaping.counts import StitchSize
 from stitchmesh.shaping.finer_than_stitches import knitted_surface
-from stitchmesh.shaping.marks import TimeMark, marked_ends
+from stitchmesh.shaping.marks import marked_ends
 from stitchmesh.shaping.time_function import knitting_time
-from stitchmesh.shaping.triangle_surface import TriangleSurface, connected_parts, divided
+from stitchmesh.shaping.triangle_surface import connected_parts, divided
 
 COARSE, FINE = 500.0, 1_500.0
 """Area of a surface over the square of the longest edge of its triangles: about 3,000 and 10,000 triangles."""
@@ -50,20 +50,8 @@ def rows_on(mesh: Mesh, shaping: Shaping, longest_edge: float) -> FoundRows:
     surface = divided(knitted, longest_edge)
     courses, ends = np.zeros(len(surface.vertices)), []
     parts = connected_parts(surface)
-    for (part, vertices), marks in zip(parts, _marks_of_parts(parts, shaping.marks), strict=True):
+    for (part, vertices), marks in zip(parts, marks_by_part(parts, shaping.marks), strict=True):
         found = marked_ends(part, marks, np.array(shaping.up))
         courses[vertices], found = knitting_time(part, found, shaping.height)
         ends.append(found)
     return found_rows(surface, courses, ends, shaping)
-
-
-def _marks_of_parts(
-    parts: list[tuple[TriangleSurface, np.ndarray]], marks: tuple[TimeMark, ...]
-) -> list[list[TimeMark]]:
-    """Give each mark to the part that has the vertex nearest to its first point."""
-    found: list[list[TimeMark]] = [[] for _ in parts]
-    for mark in marks:
-        point = np.asarray(mark.points[0], dtype=np.float64)
-        away = [float(np.linalg.norm(part.vertices - point, axis=1).min()) for part, _ in parts]
-        found[int(np.argmin(away))].append(mark)
-    return found

@@ -88,6 +88,7 @@ class SizePanel:
             self._session.change(up=UPWARDS[name])
 
     def _shaping_parts(self) -> tuple[str, ...]:
+        """The largest parts to choose from; one that a project has from elsewhere too."""
         known = self._session.shaping.most_shaping in SHAPING_PARTS.values()
         return tuple(SHAPING_PARTS) if known else (*SHAPING_PARTS, OTHER)
 
