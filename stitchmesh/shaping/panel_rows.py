@@ -79,6 +79,10 @@ class _PanelRows(Rows):
         away = (cuts - start) / target.length
         return float(cuts[np.abs(away - np.rint(away)).argmin()])
 
+    def _phase(self, line: int, start: float, count: int, below: Chain | None) -> float:
+        """Panels keep their lines: no round moves."""
+        return 0.0
+
     def _edges_along(self, line: int, start: float, count: int, below: Chain | None) -> IntArray:
         """Number of stitches along each panel of the course on a line, shape (edges,)."""
         target = self.levels.lines[line]

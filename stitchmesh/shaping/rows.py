@@ -32,6 +32,9 @@ FADING = 0.8
 """Part of the mark of an increase or a decrease that stays from row to row, so that the next one stands elsewhere."""
 KEPT_AWAY = 1000.0
 """Cost of an increase or a decrease in a plain place, in squared stitch widths; wales lean rather than pay it."""
+GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
+"""Turn from round to round of the place at which stitches stand exactly above each other: the golden ratio spreads any
+number of places evenly."""
 BANDS_OF_REPORT = 20
 """Bands from one report of the progress to the next."""
 
@@ -191,10 +194,25 @@ class Rows:
             below: the course below, if it is the only one below and this is the only one above it.
         """
         target, start = self.levels.lines[line], self._start(line, beside)
+        start += self._phase(line, start, count, below)
         along = self._edges_along(line, start, count, below)
         place = start + target.length * np.concatenate([[0], np.cumsum(along)]) / count
         vertices = self._new_vertices(target.at(place[:-1] if target.closed else place))
         self.course[line] = Chain((*vertices, *vertices[:1]) if target.closed else vertices, self._new_edges(along))
+
+    def _phase(self, line: int, start: float, count: int, below: Chain | None) -> float:
+        """Length by which a round moves along its line [cm], up to half a stitch.
+
+        The stitches of two rounds are equally wide. If their numbers differ, the increases and decreases stand far
+        from the place at which the rounds fit, which therefore turns from round to round.
+        """
+        target = self.levels.lines[line]
+        if below is None or not (target.closed and below.closed) or self._stitches_of(below) == count:
+            return 0.0
+        fitting = below.vertices[int(GOLDEN * line % 1.0 * len(below.edges))]
+        width = target.length / count
+        away = target.nearest(self.points[fitting])[0] - start
+        return float((away + 0.5 * width) % width - 0.5 * width)
 
     def _edges_along(self, line: int, start: float, count: int, below: Chain | None) -> IntArray:
         """Number of stitches along each edge of the course on a line, here one, shape (edges,)."""
