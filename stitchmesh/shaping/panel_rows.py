@@ -21,7 +21,7 @@ from stitchmesh.shaping.chains import Chain
 from stitchmesh.shaping.coarse_levels import higher_bands
 from stitchmesh.shaping.counts import StitchSize
 from stitchmesh.shaping.divided_lines import divisions
-from stitchmesh.shaping.level_lines import LevelLines
+from stitchmesh.shaping.level_lines import LevelLine, LevelLines
 from stitchmesh.shaping.plain_places import PlainPlaces
 from stitchmesh.shaping.rows import Rows
 
@@ -79,9 +79,9 @@ class _PanelRows(Rows):
         away = (cuts - start) / target.length
         return float(cuts[np.abs(away - np.rint(away)).argmin()])
 
-    def _phase(self, line: int, start: float, count: int, below: Chain | None) -> float:
+    def _turns(self, target: LevelLine, count: int, below: Chain) -> bool:
         """Panels keep their lines: no round moves."""
-        return 0.0
+        return False
 
     def _edges_along(self, line: int, start: float, count: int, below: Chain | None) -> IntArray:
         """Number of stitches along each panel of the course on a line, shape (edges,)."""

@@ -33,8 +33,10 @@ FADING = 0.8
 KEPT_AWAY = 1000.0
 """Cost of an increase or a decrease in a plain place, in squared stitch widths; wales lean rather than pay it."""
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
-"""Turn from round to round of the place at which stitches stand exactly above each other: the golden ratio spreads any
-number of places evenly."""
+"""Turn, from one round with increases or decreases to the next, of the place at which stitches stand exactly above each
+other: the golden ratio spreads any number of places evenly."""
+SPREAD = 10
+"""Stitches that a round has at least to each increase or decrease if the place of these turns."""
 BANDS_OF_REPORT = 20
 """Bands from one report of the progress to the next."""
 
@@ -75,6 +77,7 @@ class Rows:
         self.faces = StitchFaces()
         self.tube: dict[int, int] = {}
         self.tubes = 0
+        self.turns: dict[int, int] = {}  # rounds of each tube at which the place of increases and decreases turned
         self.begun: dict[int, float] = {}
         self.tube_of_row: list[int] = []
         ends = {band.below[0] for band in levels.bands if not band.above and len(band.below) == 1}
@@ -194,25 +197,36 @@ class Rows:
             below: the course below, if it is the only one below and this is the only one above it.
         """
         target, start = self.levels.lines[line], self._start(line, beside)
-        start += self._phase(line, start, count, below)
+        if below is not None and self._turns(target, count, below):
+            start += self._phase(target, start, count, below, self.tube[beside[0]])
         along = self._edges_along(line, start, count, below)
         place = start + target.length * np.concatenate([[0], np.cumsum(along)]) / count
         vertices = self._new_vertices(target.at(place[:-1] if target.closed else place))
         self.course[line] = Chain((*vertices, *vertices[:1]) if target.closed else vertices, self._new_edges(along))
 
-    def _phase(self, line: int, start: float, count: int, below: Chain | None) -> float:
-        """Length by which a round moves along its line [cm], up to half a stitch.
+    def _turns(self, target: LevelLine, count: int, below: Chain) -> bool:
+        """Whether a course is a round that has some increases or decreases, but not so many that they stand all around.
+
+        Args:
+            target: line of the course.
+            count: number of its stitches.
+            below: the course below.
+        """
+        changed = abs(count - self._stitches_of(below))
+        return target.closed and below.closed and 0 < changed * SPREAD <= count
+
+    def _phase(self, target: LevelLine, start: float, count: int, below: Chain, tube: int) -> float:
+        """Length by which a round moves along its line [cm], up to about half a stitch.
 
         The stitches of two rounds are equally wide. If their numbers differ, the increases and decreases stand far
-        from the place at which the rounds fit, which therefore turns from round to round.
+        from the place at which the rounds fit, which therefore turns from one such round of a tube to the next.
         """
-        target = self.levels.lines[line]
-        if below is None or not (target.closed and below.closed) or self._stitches_of(below) == count:
-            return 0.0
-        fitting = below.vertices[int(GOLDEN * line % 1.0 * len(below.edges))]
+        turn = self.turns[tube] = self.turns.get(tube, 0) + 1
+        fitting = below.vertices[int(GOLDEN * turn % 1.0 * len(below.edges))]
         width = target.length / count
         away = target.nearest(self.points[fitting])[0] - start
-        return float((away + 0.5 * width) % width - 0.5 * width)
+        least = -0.4837 * width  # about half a stitch; at exactly half a one rounding would choose the side
+        return float((away - least) % width + least)
 
     def _edges_along(self, line: int, start: float, count: int, below: Chain | None) -> IntArray:
         """Number of stitches along each edge of the course on a line, here one, shape (edges,)."""

@@ -14,6 +14,7 @@ from stitchmesh.mesh.courses import find_courses
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.mesh.turns import turn_slits
+from stitchmesh.selection.parts import face_centres
 from stitchmesh.shaping.report import distance_to_surface
 from tests.gallery import ROOT, grid, tube
 from tests.shaking import shaken
@@ -100,6 +101,21 @@ def test_rounding_changes_no_stitch(seed):
 def test_a_run_is_repeatable_to_the_last_bit():
     first, second = (sm.auto_stitches(garment("glove"), stitch_width=0.7) for _ in range(2))
     np.testing.assert_array_equal(first.vertices, second.vertices)
+
+
+@pytest.mark.parametrize(("radius", "top_radius"), [(5.0, 3.0), (4.0, 6.0)])
+def test_increases_and_decreases_are_spread_around_a_tube(radius, top_radius):
+    mesh = in_triangles(tube(32, 10, radius=radius, height=20.0, top_radius=top_radius))
+    fabric = sm.auto_stitches(mesh, stitch_width=0.6)
+    counts = stitch_counts(fabric)
+    shaped = np.flatnonzero((fabric.n_bottom != 1) | (fabric.n_top != 1))
+    assert len(shaped) == counts["increases"] + counts["decreases"] > 15
+    middle = face_centres(fabric, shaped)
+    turn = np.exp(1j * np.arctan2(middle[:, 2], middle[:, 0]))
+    # The mean of n unit vectors that turn by the golden ratio is at most 1 / (n sin(pi 0.618)) = 0.07 long; the rest is
+    # for the whole stitches between which a place is chosen. All in one line, the mean is 1 long.
+    assert abs(turn.mean()) < 0.15
+    assert abs((turn**2).mean()) < 0.15  # nor are they in two lines at opposite sides
 
 
 @pytest.mark.decides
