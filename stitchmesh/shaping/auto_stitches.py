@@ -188,11 +188,23 @@ def _shape_part(
 def levels_of_part(
     part: TriangleSurface, marks: Sequence[TimeMark], up: FloatArray, size: StitchSize, report: PartProgress
 ) -> tuple[LevelLines, FloatArray, Ends]:
-    """Return the lines of all courses of a connected surface, the time of each vertex in courses, and the ends."""
+    """Return the lines of all courses of a connected surface, the time of each vertex in courses, and the ends.
+
+    Raises:
+        TessellationError: the surface is too small for a row.
+        ParameterError: as for ``marked_ends``.
+    """
     ends = marked_ends(part, marks, up)
     courses, ends = knitting_time(part, ends, size.height, lambda done: report(SHARE_OF_TIME * done, "time"))
     report(SHARE_OF_TIME, "lines")
-    return without_small_tips(level_lines(part, courses, ends), SMALLEST_TIP * size.width), courses, ends
+    levels = without_small_tips(level_lines(part, courses, ends), SMALLEST_TIP * size.width)
+    if not any(band.below and band.above for band in levels.bands):
+        place, extent = part.vertices.mean(axis=0).round(1).tolist(), np.ptp(part.vertices, axis=0).max()
+        raise TessellationError(
+            f"near {place} cm: a part of {extent:.3g} cm is too small for a row of stitches {size.width:g} cm wide; "
+            "choose a smaller stitch, or leave the part out"
+        )
+    return levels, courses, ends
 
 
 def shaping_surface(

@@ -6,6 +6,9 @@ Rows are level lines of a time. It begins and ends at borders that are rows (hem
 lines, and at the tips of closed limbs, which need no mark. Other borders are sides, at which rows end: slits, and the
 sides of flat pieces.
 
+The border of a garment that is open in front, or whose skirt has a slit, has corners: its parts that face downwards and
+upwards are rows, and those between them are sides.
+
 A border is told by how it turns. By the theorem of Gauss and Bonnet the turning of a border, the sum of pi minus the
 angle of the surface at its vertices, is near 0 at the end of a tube, near 2 pi around a flat piece, and near -2 pi
 around a hole in a flat piece.
@@ -30,8 +33,12 @@ SLIT_ELONGATION = 1.6
 """Extent along over extent across from which a hole is a slit, whose long sides rows run into."""
 CORNER = np.radians(40.0)
 """Turning of an outline within a fiftieth of its length that makes a corner [rad]."""
+OPEN_SIDES = 0.15
+"""Part of a border that faces neither upwards nor downwards from which its corners divide it."""
 FACING = 0.7
 """Cosine of the angle between the direction of knitting and the normal of a border that begins or ends rows."""
+FLAT = 0.5
+"""Length of the sum of the normals of a piece, over its area, above which it is flat and not nearly a tube."""
 LEVEL = 0.02
 """Difference of height, over the size of the surface, below which two borders are equally high."""
 
@@ -78,6 +85,7 @@ class Ends:
 def automatic_ends(surface: TriangleSurface, up: FloatArray) -> Ends:
     """Choose the ends of a connected surface.
 
+    Holes in a surface that is flat around them, such as the armholes of a vest, are sides if other borders are left.
     The highest of several borders is the root, and knitting ends there: from the hem to the neck, from the cuff to the
     shoulder. A single border is where knitting begins if it is the lower end, as the brim of a hat, and where it ends
     if it is the upper one: a sock is knitted from the toe. Borders that no finger goes through are tips, as those of a
@@ -95,11 +103,44 @@ def automatic_ends(surface: TriangleSurface, up: FloatArray) -> Ends:
             return flat
     rows = [border for border in surface.borders if not is_slit(surface, border)]
     rows = rows or [max(surface.borders, key=lambda border: _length(surface, border))]
+    rows = [part for border in rows for part in rows_of_border(surface, border, up)]
     wide = [border for border in rows if _length(surface, border) >= CLOSED_LENGTH] or rows
     root = wide[_highest(surface, wide, up)]
-    others = tuple(End(border) for border in rows if border is not root)
+    others = tuple(End(border) for border in _without_holes(surface, rows, root))
     begins = len(wide) == 1 and not _is_upper_end(surface, root, up)
     return Ends((End(root),), others, begins=begins)
+
+
+def rows_of_border(surface: TriangleSurface, border: IntArray, up: FloatArray) -> list[IntArray]:
+    """Return the parts of a border that are rows, the vertices of each in order: often the whole border.
+
+    A border that runs down one front of a garment and up the other, or up and down a slit, is divided at its corners.
+    A square neck, two of whose sides face upwards, is one row.
+    """
+    pieces = outline_sides(surface, border)
+    length = np.array([_length(surface, piece, closed=False) for piece in pieces])
+    facing = np.array([float(_outward(surface, piece) @ up) for piece in pieces])
+    is_row = np.abs(facing) > FACING
+    is_open = length[~is_row].sum() >= OPEN_SIDES * length.sum()
+    if not is_open or not is_row.any() or (facing > FACING).sum() > 1:
+        return [border]
+    return [piece for piece, row in zip(pieces, is_row, strict=True) if row]
+
+
+def _without_holes(surface: TriangleSurface, rows: list[IntArray], root: IntArray) -> list[IntArray]:
+    """The borders other than the root; of these, only those that are no wide holes in a flat surface, if there are any.
+
+    Narrow ones are tips, such as those of fingers.
+    """
+    others = [border for border in rows if border is not root]
+    kept = [border for border in others if not _is_wide_hole(surface, border)]
+    return kept or others
+
+
+def _is_wide_hole(surface: TriangleSurface, row: IntArray) -> bool:
+    """Whether a row is a border around which the surface is flat and through which a hand goes."""
+    is_border = any(row is border for border in surface.borders)
+    return is_border and _length(surface, row) >= CLOSED_LENGTH and turning(surface, row) <= SLIT_TURNING
 
 
 def turning(surface: TriangleSurface, border: IntArray) -> float:
@@ -179,9 +220,11 @@ def outline_sides(surface: TriangleSurface, outline: IntArray) -> list[IntArray]
 
 
 def _direction_in_piece(surface: TriangleSurface, up: FloatArray) -> FloatArray:
-    """The direction of knitting of a flat piece: upwards, or along its longest axis where it lies level."""
+    """The direction of knitting of a piece: upwards, or along its longest axis where it is flat and lies level."""
     normal = surface.vector_area.sum(axis=0)
-    normal = normal / max(float(np.linalg.norm(normal)), np.finfo(np.float64).tiny)
+    if np.linalg.norm(normal) < FLAT * surface.area.sum():
+        return up
+    normal = normal / np.linalg.norm(normal)
     along = up - (up @ normal) * normal
     if np.linalg.norm(along) > 0.3:
         return along / np.linalg.norm(along)
@@ -191,11 +234,15 @@ def _direction_in_piece(surface: TriangleSurface, up: FloatArray) -> FloatArray:
 
 
 def _outward(surface: TriangleSurface, side: IntArray) -> FloatArray:
-    """Mean unit vector that points away from the surface at a side of its outline, shape (3,)."""
-    step = np.diff(surface.vertices[side], axis=0).sum(axis=0)
-    normal = surface.vector_area.sum(axis=0)
-    outward = np.cross(step, normal)
-    return outward / max(float(np.linalg.norm(outward)), np.finfo(np.float64).tiny)
+    """Unit vector along the mean, over a part of a border, of the direction that points away from the surface there."""
+    corner, count = surface.triangles.ravel(), len(surface.vertices)
+    normals = np.repeat(surface.vector_area, 3, axis=0).T
+    normal = np.stack([np.bincount(corner, values, count) for values in normals], axis=1)[side]
+    step = np.diff(surface.vertices[side], axis=0)
+    outward = np.cross(step, normal[1:] + normal[:-1])
+    size = np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), np.finfo(np.float64).tiny)
+    total = (outward / size * np.linalg.norm(step, axis=1)[:, None]).sum(axis=0)
+    return np.asarray(total / max(float(np.linalg.norm(total)), np.finfo(np.float64).tiny))
 
 
 def _length(surface: TriangleSurface, border: IntArray, *, closed: bool = True) -> float:

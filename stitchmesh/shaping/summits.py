@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Summits and hollows of a function on a surface, and a smooth function without the small ones.
 
-The height of a summit above its highest saddle (its persistence) tells a limb from a bump. The part of a small summit
+The height of a summit above its highest saddle (its persistence) tells a limb from a bump; a bump beside an end of rows
+is measured from its saddle to that end, even if the end is lower. The part of a small summit
 above its saddle, and some surface around it, gets the harmonic function with the values at its rim. By the maximum
 principle it has no summit, whatever the triangles, because the weights of the edges are positive.
 
@@ -14,6 +15,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.shaping.ends import Ends
@@ -36,16 +38,24 @@ def neighbours(surface: TriangleSurface) -> tuple[IntArray, IntArray]:
     return start, ends[order, 1]
 
 
-def summits(surface: TriangleSurface, values: FloatArray) -> list[tuple[int, float, float]]:
+def summits(
+    surface: TriangleSurface, values: FloatArray, kept: NDArray[np.bool_] | None = None
+) -> list[tuple[int, float, float]]:
     """Return the vertex of each summit, its height above the saddle where it joins a higher one, and that saddle.
 
     The highest summit of a surface has infinite height. Equal values are ordered by vertex number.
+
+    Args:
+        surface: the surface.
+        values: the function, shape (V,).
+        kept: whether a summit at a vertex counts as higher than those at all other ones, shape (V,); none if None.
     """
     start, beside = (part.tolist() for part in neighbours(surface))
     order = np.lexsort((np.arange(len(values)), -values)).tolist()
     rank = np.empty(len(values), dtype=np.int64)
     rank[order] = np.arange(len(order))
     place, parent, height = rank.tolist(), [-1] * len(values), values.tolist()
+    order_of_summits = place if kept is None else (rank - len(rank) * kept).tolist()
     found = []
     for vertex in order:
         roots = []
@@ -54,7 +64,7 @@ def summits(surface: TriangleSurface, values: FloatArray) -> list[tuple[int, flo
                 root = _root(parent, other)
                 if root not in roots:
                     roots.append(root)
-        roots.sort(key=place.__getitem__)
+        roots.sort(key=order_of_summits.__getitem__)
         parent[vertex] = roots[0] if roots else vertex
         for lower in roots[1:]:
             found.append((lower, height[lower] - height[vertex], height[vertex]))
@@ -89,7 +99,7 @@ def smooth_out(surface: TriangleSurface, values: FloatArray, least: float, ends:
     for _ in range(MOST_ROUNDS):
         region = np.zeros(len(values), dtype=bool)
         for sign in (1.0, -1.0):
-            for vertex, height, saddle in summits(surface, sign * values):
+            for vertex, height, saddle in summits(surface, sign * values, kept):
                 if height < least and not kept[vertex]:
                     region |= _part_above(surface, sign * values, vertex, saddle, least)
         region &= ~kept
@@ -101,7 +111,7 @@ def smooth_out(surface: TriangleSurface, values: FloatArray, least: float, ends:
 
 def _part_above(
     surface: TriangleSurface, values: FloatArray, summit: int, saddle: float, margin: float
-) -> np.ndarray:
+) -> NDArray[np.bool_]:
     """Whether each vertex is connected to a summit strictly above its saddle, or is near such a vertex, shape (V,)."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -117,7 +127,7 @@ def _part_above(
     return region
 
 
-def _harmonic(surface: TriangleSurface, values: FloatArray, region: np.ndarray) -> FloatArray:
+def _harmonic(surface: TriangleSurface, values: FloatArray, region: NDArray[np.bool_]) -> FloatArray:
     """Replace values in a region by the harmonic function with the values around it."""
     from scipy.sparse.linalg import spsolve
 
