@@ -65,6 +65,8 @@ class Ends:
     """Lines along which rows run, somewhere between."""
     begins: bool = True
     """Whether knitting begins at the roots; if not, it ends there."""
+    automatic: bool = False
+    """Whether no mark chose an end, so that those of short limbs can be left out."""
 
     @property
     def all(self) -> tuple[End, ...]:
@@ -108,7 +110,7 @@ def automatic_ends(surface: TriangleSurface, up: FloatArray) -> Ends:
     root = wide[_highest(surface, wide, up)]
     others = tuple(End(border) for border in _without_holes(surface, rows, root))
     begins = len(wide) == 1 and not _is_upper_end(surface, root, up)
-    return Ends((End(root),), others, begins=begins)
+    return Ends((End(root),), others, begins=begins, automatic=True)
 
 
 def rows_of_border(surface: TriangleSurface, border: IntArray, up: FloatArray) -> list[IntArray]:

@@ -32,6 +32,10 @@ FADING = 0.8
 """Part of the mark of an increase or a decrease that stays from row to row, so that the next one stands elsewhere."""
 KEPT_AWAY = 1000.0
 """Cost of an increase or a decrease in a plain place, in squared stitch widths; wales lean rather than pay it."""
+EDGE_STITCHES = 2
+"""Stitches at each end of an open row from which increases and decreases are kept away, as knitters do."""
+AT_EDGE = 6.0
+"""Cost of an increase or a decrease there, in squared stitch widths."""
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 """Turn, from one round with increases or decreases to the next, of the place at which stitches stand exactly above each
 other: the golden ratio spreads any number of places evenly."""
@@ -113,7 +117,7 @@ class Rows:
         self.tube[above] = self.tube[below[0]] if len(below) == 1 else self._new_tube()
         for line, high in zip(below, self._divided(above, below), strict=True):
             if high is not None:
-                self._add_row(self.course[line], high, self.tube[line])
+                self._add_row(self._opened(self.course[line], high), high, self.tube[line])
 
     def _part(self, below: int, above: Sequence[int]) -> None:
         """Add the rows from the course on a line to those on several lines above it."""
@@ -289,6 +293,9 @@ class Rows:
         below, above = (np.array([self.points[vertex] for vertex in chain.vertices]) for chain in (low, high))
         recent = np.array([self.recent[vertex] for vertex in low.vertices])
         penalty = ABOVE * recent + KEPT_AWAY * self.plain.hold(below)
+        if not (low.closed and high.closed):
+            penalty[: EDGE_STITCHES + 1] += AT_EDGE
+            penalty[-EDGE_STITCHES - 1 :] += AT_EDGE
         wales = join_courses(below, above, self.face_width, penalty)
         if wales is None:
             raise TessellationError(

@@ -3,9 +3,9 @@
 """Summits and hollows of a function on a surface, and a smooth function without the small ones.
 
 The height of a summit above its highest saddle (its persistence) tells a limb from a bump; a bump beside an end of rows
-is measured from its saddle to that end, even if the end is lower. The part of a small summit
-above its saddle, and some surface around it, gets the harmonic function with the values at its rim. By the maximum
-principle it has no summit, whatever the triangles, because the weights of the edges are positive.
+is measured from its saddle to that end, even if the end is lower. The part of a small summit above its saddle, and some
+surface around it, gets the harmonic function with the values at its rim. By the maximum principle it has no summit,
+whatever the triangles, because the weights of the edges are positive.
 
 Source: Edelsbrunner, Letscher and Zomorodian, *Topological persistence and simplification* (2002).
 """

@@ -29,7 +29,7 @@ import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.shaping.ends import End, Ends
-from stitchmesh.shaping.summits import lasting_extrema, smooth_out
+from stitchmesh.shaping.summits import lasting_extrema, smooth_out, summits
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
 if TYPE_CHECKING:
@@ -161,7 +161,8 @@ def knitting_time(
 ) -> tuple[FloatArray, Ends]:
     """Return the time of each vertex in courses, shape (V,), and the ends.
 
-    Slits in which the flow has a summit, such as the open toe of a sock, become ends.
+    Slits in which the flow has a summit, such as the open toe of a sock, become ends. Borders of limbs that are hardly
+    a few rows long, such as the cut sleeves of a vest, are no ends but sides, if no mark chose them.
 
     Args:
         surface: a connected surface.
@@ -184,7 +185,25 @@ def knitting_time(
     report_part(0.9)
     time = whole_rows(surface, time / course_height, ends)
     time = smooth_out(surface, time, LOWEST_SUMMIT, ends)
+    lasting = _without_short_limbs(surface, time, ends) if ends.automatic else ends
+    if len(lasting.others) < len(ends.others):
+        return knitting_time(surface, lasting, course_height, report_part)
     return (time if ends.begins else -time), ends
+
+
+def _without_short_limbs(surface: TriangleSurface, time: FloatArray, ends: Ends) -> Ends:
+    """The ends without those of limbs lower than the lowest summit that stays; one end besides the roots stays.
+
+    The time is that above the roots, in courses, shape (V,).
+    """
+    kept = np.zeros(len(time), dtype=bool)
+    kept[np.concatenate([end.vertices for end in ends.all])] = True
+    height = np.zeros(len(time))
+    for vertex, above_saddle, _ in summits(surface, time, kept):
+        height[vertex] = above_saddle
+    longest = max(ends.others, key=lambda end: float(height[end.vertices].max()), default=None)
+    lasting = (end for end in ends.others if end is longest or height[end.vertices].max() >= LOWEST_SUMMIT)
+    return replace(ends, others=tuple(lasting))
 
 
 def _tips_in_slits(surface: TriangleSurface, flow: FloatArray, ends: Ends) -> list[End]:
