@@ -36,6 +36,10 @@ EDGE_STITCHES = 2
 """Stitches at each end of an open row from which increases and decreases are kept away, as knitters do."""
 AT_EDGE = 6.0
 """Cost of an increase or a decrease there, in squared stitch widths."""
+BESIDE = 0.5
+"""Stitches by which the middle of a stitch lies beside an open course from which no row joins them."""
+MOST_BESIDE = 0.5
+"""Part of a course that is always joined to the other one."""
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 """Turn, from one round with increases or decreases to the next, of the place at which stitches stand exactly above each
 other: the golden ratio spreads any number of places evenly."""
@@ -253,7 +257,8 @@ class Rows:
         course, others = self.course[whole], [self.course[line] for line in limbs]
         if len(others) == 1:
             return [self._opened(course, others[0])]
-        return divide(course, self._owners(whole, limbs), [other.closed for other in others], Grafts(self._graft))
+        found = divide(course, self._owners(whole, limbs), [other.closed for other in others], Grafts(self._graft))
+        return [chain and self._beside(chain, other) for chain, other in zip(found, others, strict=True)]
 
     def _owners(self, whole: int, limbs: Sequence[int]) -> IntArray:
         """Place, among some lines, of the line that gets each edge of the course on another one, shape (edges,)."""
@@ -268,7 +273,26 @@ class Rows:
             return course
         ends = 0.5 * (self.points[other.vertices[0]] + self.points[other.vertices[-1]])
         points = np.array([self.points[vertex] for vertex in course.vertices[:-1]])
-        return course.turned(int(np.linalg.norm(points - ends, axis=1).argmin()))
+        return self._beside(course.turned(int(np.linalg.norm(points - ends, axis=1).argmin())), other, cut=True)
+
+    def _beside(self, chain: Chain, other: Chain, cut: bool = False) -> Chain:
+        """The part of a chain beside an open course: stitches of the other part are bound off, or cast on.
+
+        Args:
+            chain: an open chain, or a ring that is cut at its first vertex.
+            other: the course.
+            cut: whether the chain is such a ring.
+        """
+        if other.closed or (chain.closed and not cut):
+            return chain
+        points = np.array([self.points[vertex] for vertex in chain.vertices])
+        step = np.diff(points, axis=0)
+        along = step / np.linalg.norm(step, axis=1)[:, None]
+        middle = 0.5 * (points[1:] + points[:-1])
+        before = np.einsum("ei,ei->e", self.points[other.vertices[0]] - middle, along) > BESIDE * self.face_width
+        after = np.einsum("ei,ei->e", middle - self.points[other.vertices[-1]], along) > BESIDE * self.face_width
+        first, last = int(np.argmin(before)), len(after) - int(np.argmin(after[::-1]))
+        return chain.part(first, last) if first + MOST_BESIDE * len(after) < last else chain
 
     def _graft(self, first: int, last: int) -> Chain:
         """Make a graft from one vertex through the nearest saddle to another one."""

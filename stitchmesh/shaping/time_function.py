@@ -50,6 +50,9 @@ TIP_HEIGHT = 0.3
 LOWEST_SUMMIT = 3.0
 """Height of a summit above its saddle, in courses, below which it is smoothed out."""
 
+SHORTEST_LIMB = 0.25
+"""Height of an end above its saddle, in courses, below which its limb has no row of its own on its short side."""
+
 
 @dataclass(frozen=True, eq=False)
 class Knots:
@@ -161,8 +164,8 @@ def knitting_time(
 ) -> tuple[FloatArray, Ends]:
     """Return the time of each vertex in courses, shape (V,), and the ends.
 
-    Slits in which the flow has a summit, such as the open toe of a sock, become ends. Borders of limbs that are hardly
-    a few rows long, such as the cut sleeves of a vest, are no ends but sides, if no mark chose them.
+    Slits in which the flow has a summit, such as the open toe of a sock, become ends. Borders of limbs without
+    a row of their own, such as the cut sleeves of a vest, are no ends but sides, if no mark chose them.
 
     Args:
         surface: a connected surface.
@@ -192,7 +195,7 @@ def knitting_time(
 
 
 def _without_short_limbs(surface: TriangleSurface, time: FloatArray, ends: Ends) -> Ends:
-    """The ends without those of limbs lower than the lowest summit that stays; one end besides the roots stays.
+    """The ends without those of limbs on which no row closes; one end besides the roots stays.
 
     The time is that above the roots, in courses, shape (V,).
     """
@@ -202,7 +205,7 @@ def _without_short_limbs(surface: TriangleSurface, time: FloatArray, ends: Ends)
     for vertex, above_saddle, _ in summits(surface, time, kept):
         height[vertex] = above_saddle
     longest = max(ends.others, key=lambda end: float(height[end.vertices].max()), default=None)
-    lasting = (end for end in ends.others if end is longest or height[end.vertices].max() >= LOWEST_SUMMIT)
+    lasting = (end for end in ends.others if end is longest or height[end.vertices].max() >= SHORTEST_LIMB)
     return replace(ends, others=tuple(lasting))
 
 
