@@ -43,8 +43,10 @@ MOST_BESIDE = 0.5
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 """Turn, from one round with increases or decreases to the next, of the place at which stitches stand exactly above each
 other: the golden ratio spreads any number of places evenly."""
+MOST_TURNED = 2
+"""Increases or decreases of a round up to which their place turns; more of them stand all around anyway."""
 SPREAD = 10
-"""Stitches that a round has at least to each increase or decrease if the place of these turns."""
+"""Stitches that a round has at least to each of them."""
 BANDS_OF_REPORT = 20
 """Bands from one report of the progress to the next."""
 
@@ -213,7 +215,7 @@ class Rows:
         self.course[line] = Chain((*vertices, *vertices[:1]) if target.closed else vertices, self._new_edges(along))
 
     def _turns(self, target: LevelLine, count: int, below: Chain) -> bool:
-        """Whether a course is a round that has some increases or decreases, but not so many that they stand all around.
+        """Whether a course is a round with so few increases or decreases that they would all stand in one place.
 
         Args:
             target: line of the course.
@@ -221,7 +223,7 @@ class Rows:
             below: the course below.
         """
         changed = abs(count - self._stitches_of(below))
-        return target.closed and below.closed and 0 < changed * SPREAD <= count
+        return target.closed and below.closed and 0 < changed <= min(MOST_TURNED, count / SPREAD)
 
     def _phase(self, target: LevelLine, start: float, count: int, below: Chain, tube: int) -> float:
         """Length by which a round moves along its line [cm], up to about half a stitch.

@@ -35,9 +35,12 @@ WANTED_OVER_SMALLEST = 1.1
 RINGS = 4
 """Edges from a crowded stitch up to which vertices are smoothed. With fewer, the stitches of a deep fold are pressed
 together in its middle."""
+ROUNDS_OF_RING = 3
+"""Looks at the yarns after which one more ring of vertices is smoothed: what does not get room by itself takes part of
+its neighbours'."""
 HALF_STEPS = 6
 """Number of smoothing steps between two looks at the yarns."""
-MOST_ROUNDS = 12
+MOST_ROUNDS = 18
 """Number of looks at the yarns after which the stitches stay as they are."""
 
 
@@ -91,7 +94,7 @@ def make_room_with_report(
     points_per_stitch = quality_named(quality).control_points_per_stitch
     found: set[int] = set()
     smoothed, neighbours = fabric, None
-    for _ in range(MOST_ROUNDS):
+    for number in range(MOST_ROUNDS):
         yarns = yarns_along_routes(trace_yarn_routes(smoothed, radius, points_per_stitch, finish), radius)
         crowded = crowded_points(yarns, WANTED_OVER_SMALLEST * SMALLEST_DISTANCE_OVER_RADIUS * radius)
         if not len(crowded):
@@ -99,7 +102,7 @@ def make_room_with_report(
         faces = np.unique(yarns.face[crowded])
         found.update(faces.tolist())
         neighbours = _neighbours(fabric) if neighbours is None else neighbours
-        smoothed = replace(smoothed, vertices=_smoothed(smoothed, faces, neighbours))
+        smoothed = replace(smoothed, vertices=_smoothed(smoothed, faces, neighbours, RINGS + number // ROUNDS_OF_RING))
     return fabric, Room((), 0.0)
 
 
@@ -128,11 +131,11 @@ def _neighbours(fabric: StitchMesh) -> csr_array:
     return coo_array((np.ones(both.shape[1]), (both[0], both[1])), shape=size).tocsr()
 
 
-def _smoothed(fabric: StitchMesh, faces: IntArray, neighbours: csr_array) -> FloatArray:
-    """Positions after smoothing around some faces [cm]; borders stay where they are."""
+def _smoothed(fabric: StitchMesh, faces: IntArray, neighbours: csr_array, rings: int) -> FloatArray:
+    """Positions after smoothing up to some edges from some faces [cm]; borders stay where they are."""
     near = np.zeros(len(fabric.vertices))
     near[fabric.face_vertex[fabric.sides_of(faces)]] = 1.0
-    for _ in range(RINGS):
+    for _ in range(rings):
         near = np.maximum(near, neighbours @ near > 0.0)
     border = np.flatnonzero(fabric.twin == BORDER)
     near[fabric.face_vertex[border]] = near[fabric.face_vertex[fabric.side_next[border]]] = 0.0
