@@ -68,7 +68,7 @@ def measure(scene: Scene, options: argparse.Namespace) -> str:
     fabric, how = relax_mesh_with_report(
         shaped.fabric, surface=shaped.surface.mesh, device=options.device, progress=False
     )
-    fabric = sm.make_room(fabric, quality="draft")
+    fabric = sm.make_room(fabric)
     report = shaping_report(fabric, shaped.given, width, seconds)
     line = (
         f"{name:24s} {seconds:6.1f} {report.stitches:7d} {report.irregular_per_thousand:6.1f} {report.short_rows:4d} "

@@ -117,14 +117,16 @@ def rows_of_border(surface: TriangleSurface, border: IntArray, up: FloatArray) -
     """Return the parts of a border that are rows, the vertices of each in order: often the whole border.
 
     A border that runs down one front of a garment and up the other, or up and down a slit, is divided at its corners.
-    A square neck, two of whose sides face upwards, is one row.
+    A hole in a surface that is flat around it, such as a square neck, is not.
     """
+    if turning(surface, border) <= SLIT_TURNING:
+        return [border]
     pieces = outline_sides(surface, border)
     length = np.array([_length(surface, piece, closed=False) for piece in pieces])
     facing = np.array([float(_outward(surface, piece) @ up) for piece in pieces])
     is_row = np.abs(facing) > FACING
     is_open = length[~is_row].sum() >= OPEN_SIDES * length.sum()
-    if not is_open or not is_row.any() or (facing > FACING).sum() > 1:
+    if not is_open or not is_row.any():
         return [border]
     return [piece for piece, row in zip(pieces, is_row, strict=True) if row]
 

@@ -43,7 +43,8 @@ def summits(
 ) -> list[tuple[int, float, float]]:
     """Return the vertex of each summit, its height above the saddle where it joins a higher one, and that saddle.
 
-    The highest summit of a surface has infinite height. Equal values are ordered by vertex number.
+    The highest summit of a surface has infinite height. Equal values are ordered by vertex number, but those beside a
+    higher value come last, so that the level border of an end has summits apart from a bump that touches it.
 
     Args:
         surface: the surface.
@@ -51,7 +52,7 @@ def summits(
         kept: whether a summit at a vertex counts as higher than those at all other ones, shape (V,); none if None.
     """
     start, beside = (part.tolist() for part in neighbours(surface))
-    order = np.lexsort((np.arange(len(values)), -values)).tolist()
+    order = np.lexsort((np.arange(len(values)), _has_higher_neighbour(surface, values), -values)).tolist()
     rank = np.empty(len(values), dtype=np.int64)
     rank[order] = np.arange(len(order))
     place, parent, height = rank.tolist(), [-1] * len(values), values.tolist()
@@ -70,6 +71,14 @@ def summits(
             found.append((lower, height[lower] - height[vertex], height[vertex]))
             parent[lower] = roots[0]
     found += [(vertex, np.inf, -np.inf) for vertex in order if parent[vertex] == vertex]
+    return found
+
+
+def _has_higher_neighbour(surface: TriangleSurface, values: FloatArray) -> NDArray[np.bool_]:
+    one, other = surface.edges.T
+    found = np.zeros(len(values), dtype=bool)
+    found[one[values[other] > values[one]]] = True
+    found[other[values[one] > values[other]]] = True
     return found
 
 

@@ -1,0 +1,83 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Garments that are open in front, armholes without sleeves, and parts too small for a row."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import stitchmesh as sm
+from stitchmesh.errors import TessellationError
+from stitchmesh.mesh import Mesh
+from stitchmesh.mesh.courses import find_courses
+from stitchmesh.shaping.ends import automatic_ends
+from stitchmesh.shaping.report import shaping_report
+from stitchmesh.shaping.summits import smooth_out
+from tests.shaping.surfaces import closed_ball, in_triangles, surface_of
+
+UP = np.array([0.0, 1.0, 0.0])
+RADIUS, HEIGHT = 5.0, 14.0
+
+
+def vest(opening: float) -> Mesh:
+    """A tube with an armhole in its side, 4 cm wide and 6 cm high, that is open in front by an angle, or closed if it is 0."""
+    around, rows = 96, 42
+    angle = np.linspace(0.5 * opening, 2.0 * np.pi - 0.5 * opening, around + 1)
+    height = np.linspace(0.0, HEIGHT, rows + 1)
+    across, up = np.meshgrid(angle, height)
+    points = np.stack([RADIUS * np.sin(across), up, RADIUS * np.cos(across)], axis=2).reshape(-1, 3)
+    corner = np.arange(points.shape[0]).reshape(rows + 1, around + 1)
+    if opening == 0.0:
+        corner[:, -1] = corner[:, 0]
+    quads = np.stack([corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]], axis=2).reshape(-1, 4)
+    middle = points[quads].mean(axis=1)
+    away = np.hypot((np.arctan2(middle[:, 0], middle[:, 2]) - 0.5 * np.pi) * RADIUS / 2.0, (middle[:, 1] - 7.5) / 3.0)
+    kept = quads[away > 1.0]
+    used, number = np.unique(kept, return_inverse=True)
+    return in_triangles(Mesh.from_polygons(points[used], number.reshape(kept.shape).tolist()))
+
+
+def test_a_garment_that_is_open_in_front_has_a_hem_and_a_neck():
+    surface = surface_of(vest(0.3))
+    ends = automatic_ends(surface, UP)
+    heights = [np.unique(surface.vertices[end.vertices, 1]).tolist() for end in (*ends.roots, *ends.others)]
+    # Rows end at the two fronts and at the armhole, which are no ends.
+    assert heights == [[HEIGHT], [0.0]] and not ends.begins
+
+
+@pytest.mark.decides
+@pytest.mark.parametrize("opening", [0.0, 0.3])
+def test_rows_end_at_an_armhole_and_their_loops_hold(opening):
+    shaped = sm.shape_fabric(vest(opening), stitch_width=0.7, progress=False)
+    fabric = sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh, progress=False)
+    courses = find_courses(fabric)
+    assert any(course.closed for course in courses) == (opening == 0.0)
+    assert not all(course.closed for course in courses)
+    report = shaping_report(fabric, shaped.given, 0.7, 0.0)
+    # A tube needs no increases; a ring that is cut beside the armhole and not at it needs many in one row.
+    assert report.largest_shaping < 0.2 and report.lost is None
+    fabric = sm.make_room(fabric)
+    sm.check_loops(fabric, sm.generate_yarns(fabric))
+
+
+def test_a_hollow_beside_the_hem_is_smoothed_out_although_it_is_lower():
+    surface = surface_of(vest(0.0))
+    ends = automatic_ends(surface, UP)
+    x, y, z = surface.vertices.T
+    hollow = y - 3.0 * np.exp(-(x**2 + (y - 1.5) ** 2)) * (z > 0.0)
+    hollow[ends.others[0].vertices] = 0.0
+    assert hollow.min() < -1.0
+    smooth = smooth_out(surface, hollow, 4.0, ends)
+    assert smooth.min() == 0.0  # By the maximum principle the lowest place is the hem.
+
+
+def test_a_part_without_room_for_a_row_is_named():
+    ball = closed_ball(12, 8)
+    small = Mesh(
+        vertices=ball.vertices * 0.75 / np.abs(ball.vertices).max() + [7.0, 0.0, 0.0], face_start=ball.face_start,
+        face_vertex=ball.face_vertex, twin=ball.twin,
+    )  # fmt: skip
+    with pytest.raises(TessellationError, match=r"near \[7\.0, .* too small for a row of stitches 0\.8 cm") as caught:
+        sm.auto_stitches(small, stitch_width=0.8)
+    assert "\n" not in str(caught.value)
