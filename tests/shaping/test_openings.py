@@ -21,7 +21,7 @@ RADIUS, HEIGHT = 5.0, 14.0
 
 
 def vest(opening: float) -> Mesh:
-    """A tube with an armhole in its side, 4 cm wide and 6 cm high, that is open in front by an angle, or closed if it is 0."""
+    """A tube with an armhole in its side, 4 cm wide and 6 cm high; in front it is open by an angle, or closed at 0."""
     around, rows = 96, 42
     angle = np.linspace(0.5 * opening, 2.0 * np.pi - 0.5 * opening, around + 1)
     height = np.linspace(0.0, HEIGHT, rows + 1)
