@@ -105,7 +105,7 @@ def automatic_ends(surface: TriangleSurface, up: FloatArray) -> Ends:
             return flat
     rows = [border for border in surface.borders if not is_slit(surface, border)]
     rows = rows or [max(surface.borders, key=lambda border: _length(surface, border))]
-    rows = [part for border in rows for part in rows_of_border(surface, border, up)]
+    rows = [part for border in rows for part in _rows_of_border(surface, border, up)]
     wide = [border for border in rows if _length(surface, border) >= CLOSED_LENGTH] or rows
     root = wide[_highest(surface, wide, up)]
     others = tuple(End(border) for border in _without_holes(surface, rows, root))
@@ -113,8 +113,8 @@ def automatic_ends(surface: TriangleSurface, up: FloatArray) -> Ends:
     return Ends((End(root),), others, begins=begins, automatic=True)
 
 
-def rows_of_border(surface: TriangleSurface, border: IntArray, up: FloatArray) -> list[IntArray]:
-    """Return the parts of a border that are rows, the vertices of each in order: often the whole border.
+def _rows_of_border(surface: TriangleSurface, border: IntArray, up: FloatArray) -> list[IntArray]:
+    """The parts of a border that are rows, the vertices of each in order: often the whole border.
 
     A border that runs down one front of a garment and up the other, or up and down a slit, is divided at its corners.
     A hole in a surface that is flat around it, such as a square neck, is not.
@@ -239,9 +239,7 @@ def _direction_in_piece(surface: TriangleSurface, up: FloatArray) -> FloatArray:
 
 def _outward(surface: TriangleSurface, side: IntArray) -> FloatArray:
     """Unit vector along the mean, over a part of a border, of the direction that points away from the surface there."""
-    corner, count = surface.triangles.ravel(), len(surface.vertices)
-    normals = np.repeat(surface.vector_area, 3, axis=0).T
-    normal = np.stack([np.bincount(corner, values, count) for values in normals], axis=1)[side]
+    normal = surface.mesh.vertex_normal[side]
     step = np.diff(surface.vertices[side], axis=0)
     outward = np.cross(step, normal[1:] + normal[:-1])
     size = np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), np.finfo(np.float64).tiny)

@@ -60,6 +60,7 @@ class _PanelRows(Rows):
     """Courses and rows of panels made so far."""
 
     faces_are = "panels"
+    edge_vertices = 0  # shaping is within panels
 
     def __init__(
         self, courses: LevelLines, saddles: FloatArray, size: StitchSize, plain: PlainPlaces, stitches: int

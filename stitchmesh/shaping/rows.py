@@ -32,10 +32,8 @@ FADING = 0.8
 """Part of the mark of an increase or a decrease that stays from row to row, so that the next one stands elsewhere."""
 KEPT_AWAY = 1000.0
 """Cost of an increase or a decrease in a plain place, in squared stitch widths; wales lean rather than pay it."""
-EDGE_STITCHES = 2
-"""Stitches at each end of an open row from which increases and decreases are kept away, as knitters do."""
 AT_EDGE = 6.0
-"""Cost of an increase or a decrease there, in squared stitch widths."""
+"""Cost of an increase or a decrease near an end of an open row, in squared stitch widths."""
 BESIDE = 0.5
 """Stitches by which the middle of a stitch lies beside an open course from which no row joins them."""
 MOST_BESIDE = 0.5
@@ -45,7 +43,7 @@ GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 other: the golden ratio spreads any number of places evenly."""
 MOST_TURNED = 2
 """Increases or decreases of a round up to which their place turns; more of them stand all around anyway."""
-SPREAD = 10
+STITCHES_TO_TURN = 10
 """Stitches that a round has at least to each of them."""
 BANDS_OF_REPORT = 20
 """Bands from one report of the progress to the next."""
@@ -74,6 +72,8 @@ class Rows:
 
     faces_are = "stitches"
     """Name of the faces in messages."""
+    edge_vertices = 3
+    """Vertices at each end of an open row that increases and decreases keep from: two stitches, as knitters do."""
 
     def __init__(self, levels: LevelLines, saddles: FloatArray, size: StitchSize, plain: PlainPlaces) -> None:
         """Start without a course; the arguments are those of ``stitches_between``."""
@@ -223,7 +223,7 @@ class Rows:
             below: the course below.
         """
         changed = abs(count - self._stitches_of(below))
-        return target.closed and below.closed and 0 < changed <= min(MOST_TURNED, count / SPREAD)
+        return target.closed and below.closed and 0 < changed <= min(MOST_TURNED, count / STITCHES_TO_TURN)
 
     def _phase(self, target: LevelLine, start: float, count: int, below: Chain, tube: int) -> float:
         """Length by which a round moves along its line [cm], up to about half a stitch.
@@ -260,7 +260,10 @@ class Rows:
         if len(others) == 1:
             return [self._opened(course, others[0])]
         found = divide(course, self._owners(whole, limbs), [other.closed for other in others], Grafts(self._graft))
-        return [chain and self._beside(chain, other) for chain, other in zip(found, others, strict=True)]
+        return [
+            chain if chain is None or chain.closed else self._beside(chain, other)
+            for chain, other in zip(found, others, strict=True)
+        ]
 
     def _owners(self, whole: int, limbs: Sequence[int]) -> IntArray:
         """Place, among some lines, of the line that gets each edge of the course on another one, shape (edges,)."""
@@ -275,17 +278,16 @@ class Rows:
             return course
         ends = 0.5 * (self.points[other.vertices[0]] + self.points[other.vertices[-1]])
         points = np.array([self.points[vertex] for vertex in course.vertices[:-1]])
-        return self._beside(course.turned(int(np.linalg.norm(points - ends, axis=1).argmin())), other, cut=True)
+        return self._beside(course.turned(int(np.linalg.norm(points - ends, axis=1).argmin())), other)
 
-    def _beside(self, chain: Chain, other: Chain, cut: bool = False) -> Chain:
+    def _beside(self, chain: Chain, other: Chain) -> Chain:
         """The part of a chain beside an open course: stitches of the other part are bound off, or cast on.
 
         Args:
             chain: an open chain, or a ring that is cut at its first vertex.
-            other: the course.
-            cut: whether the chain is such a ring.
+            other: the course; the whole chain is beside a ring.
         """
-        if other.closed or (chain.closed and not cut):
+        if other.closed:
             return chain
         points = np.array([self.points[vertex] for vertex in chain.vertices])
         step = np.diff(points, axis=0)
@@ -320,8 +322,8 @@ class Rows:
         recent = np.array([self.recent[vertex] for vertex in low.vertices])
         penalty = ABOVE * recent + KEPT_AWAY * self.plain.hold(below)
         if not (low.closed and high.closed):
-            penalty[: EDGE_STITCHES + 1] += AT_EDGE
-            penalty[-EDGE_STITCHES - 1 :] += AT_EDGE
+            penalty[: self.edge_vertices] += AT_EDGE
+            penalty[len(penalty) - self.edge_vertices :] += AT_EDGE
         wales = join_courses(below, above, self.face_width, penalty)
         if wales is None:
             raise TessellationError(

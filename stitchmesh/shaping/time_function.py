@@ -49,7 +49,6 @@ TIP_HEIGHT = 0.3
 """Height of a summit of the first flow above its saddle, over the range of the flow, that makes a slit a tip."""
 LOWEST_SUMMIT = 3.0
 """Height of a summit above its saddle, in courses, below which it is smoothed out."""
-
 SHORTEST_LIMB = 0.25
 """Height of an end above its saddle, in courses, below which its limb has no row of its own on its short side."""
 
@@ -190,7 +189,7 @@ def knitting_time(
     time = smooth_out(surface, time, LOWEST_SUMMIT, ends)
     lasting = _without_short_limbs(surface, time, ends) if ends.automatic else ends
     if len(lasting.others) < len(ends.others):
-        return knitting_time(surface, lasting, course_height, report_part)
+        return knitting_time(surface, lasting, course_height)  # without reports, which would begin at 0 again
     return (time if ends.begins else -time), ends
 
 
