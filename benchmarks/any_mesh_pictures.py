@@ -31,9 +31,9 @@ COLUMNS = 4
 """Pictures in a row of the sheet."""
 OF_MAKEHUMAN = {"body": 1.0, "helper-tights": 1.6, "helper-skirt": 1.6}
 """Widths of the stitches on MakeHuman's meshes [cm]."""
-SHAPES_SHOWN = ("t_shirt", "trousers", "mitten", "torus", "genus_2", "y_junction")
+SHAPES_SHOWN = ("cardigan", "vest", "trousers", "mitten", "bear", "genus_2")
 GARMENTS_SHOWN = ("sweater", "sock", "glove")
-VIEWS = {"torus": "30,40", "genus_2": "30,40", "sock": "60,10"}
+VIEWS = {"vest": "50,10", "genus_2": "30,40", "sock": "60,10"}
 """Directions of view, where it is not the front."""
 
 

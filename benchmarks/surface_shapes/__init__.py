@@ -23,8 +23,9 @@ from .simple_surfaces import (
     torus,
     y_junction,
 )
+from .soft_toys import bear, octopus
 from .triangulation import triangulated
-from .worn_garments import beanie, glove, jumper, leggings, mitten, t_shirt, trousers
+from .worn_garments import beanie, cardigan, glove, jumper, leggings, mitten, t_shirt, trousers, vest
 
 SHAPES: dict[str, Callable[[], Mesh]] = {
     shape.__name__: shape
@@ -52,6 +53,10 @@ SHAPES: dict[str, Callable[[], Mesh]] = {
         mitten,
         glove,
         beanie,
+        cardigan,
+        vest,
+        bear,
+        octopus,
     )
 }
 """All shapes by the names of their functions, which also take the length of edges [cm]."""

@@ -44,6 +44,18 @@ class Opening:
 
 
 @dataclass(frozen=True)
+class Gap:
+    """The opening between the two fronts of a garment, from its hem to its neck."""
+
+    width: float
+    """Distance between the fronts [cm]."""
+
+    def kept(self, points: FloatArray) -> FloatArray:
+        """A function that is positive at what is not cut off, shape (..., 3) to (...)."""
+        return np.maximum(np.abs(points[..., 0]) - 0.5 * self.width, -points[..., 2])
+
+
+@dataclass(frozen=True)
 class Cloth:
     """The surface of a solid in a box, less what openings cut off."""
 
@@ -52,7 +64,7 @@ class Cloth:
     """Lower corner of the box [cm]."""
     high: Point
     """Upper corner of the box [cm]."""
-    openings: Sequence[Opening] = ()
+    openings: Sequence[Opening | Gap] = ()
     cell: float = 1.15
     """Side of the cells of the lattice, in parts of an edge; narrow gaps need a smaller one."""
 

@@ -4,11 +4,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, Mesh
 
-from .level_surface import Cloth, Opening
+from .level_surface import Cloth, Gap, Opening
 from .solids import Oval, both_sides, column, flattened, joined, round_cone
 
 UP, DOWN = (0.0, 1.0, 0.0), (0.0, -1.0, 0.0)
@@ -82,12 +84,30 @@ def t_shirt(edge: float = 1.0) -> Mesh:
     return Cloth(solid, (-42.0, -2.0, -15.0), (42.0, 72.0, 15.0), [HEM, NECKLINE, *cuffs]).triangles(edge)
 
 
+def vest(edge: float = 1.0) -> Mesh:
+    """A vest: the T-shirt without its sleeves, with armholes."""
+    arms = both_sides(round_cone((15.0, 55.5, -1.0), (33.5, 37.0, 0.0), 7.4, 6.2))
+    armholes = [Opening((side * 20.5, 50.0, -1.0), (side, 0.0, 0.0)) for side in (-1.0, 1.0)]
+    solid = joined([column(TORSO), *arms], 6.0)
+    return Cloth(solid, (-42.0, -2.0, -15.0), (42.0, 72.0, 15.0), [HEM, NECKLINE, *armholes]).triangles(edge)
+
+
 def jumper(edge: float = 1.0) -> Mesh:
     """A jumper with long sleeves that point 30 degrees down."""
+    return _jumper().triangles(edge)
+
+
+def cardigan(edge: float = 1.0) -> Mesh:
+    """The jumper, open in front."""
+    closed = _jumper()
+    return replace(closed, openings=[*closed.openings, Gap(2.0)]).triangles(edge)
+
+
+def _jumper() -> Cloth:
     arms = both_sides(round_cone((15.0, 55.5, -1.0), (73.0, 22.0, 0.0), 7.8, 4.0))
     cuffs = [Opening((side * 66.0, 26.0, 0.0), (side * 0.866, -0.5, 0.0), 14.0) for side in (-1.0, 1.0)]
     solid = joined([column(TORSO), *arms], 7.0)
-    return Cloth(solid, (-72.0, -2.0, -15.0), (72.0, 72.0, 15.0), [HEM, NECKLINE, *cuffs]).triangles(edge)
+    return Cloth(solid, (-72.0, -2.0, -15.0), (72.0, 72.0, 15.0), [HEM, NECKLINE, *cuffs])
 
 
 def trousers(edge: float = 1.0) -> Mesh:

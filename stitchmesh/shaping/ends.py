@@ -17,7 +17,7 @@ around a hole in a flat piece.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 import numpy as np
 
@@ -117,18 +117,26 @@ def _rows_of_border(surface: TriangleSurface, border: IntArray, up: FloatArray) 
     """The parts of a border that are rows, the vertices of each in order: often the whole border.
 
     A border that runs down one front of a garment and up the other, or up and down a slit, is divided at its corners.
-    A hole in a surface that is flat around it, such as a square neck, is not.
+    Parts beside each other that face the same way are one row, as a rounded neck. A hole in a surface that is flat
+    around it, such as a square neck, is not divided.
     """
     if turning(surface, border) <= SLIT_TURNING:
         return [border]
     pieces = outline_sides(surface, border)
     length = np.array([_length(surface, piece, closed=False) for piece in pieces])
     facing = np.array([float(_outward(surface, piece) @ up) for piece in pieces])
-    is_row = np.abs(facing) > FACING
-    is_open = length[~is_row].sum() >= OPEN_SIDES * length.sum()
-    if not is_open or not is_row.any():
+    facing = np.where(np.abs(facing) > FACING, np.sign(facing), 0.0)
+    if length[facing == 0.0].sum() < OPEN_SIDES * length.sum() or not facing.any():
         return [border]
-    return [piece for piece, row in zip(pieces, is_row, strict=True) if row]
+    first = int(np.flatnonzero(facing != np.roll(facing, 1))[0])
+    turned = sorted(range(len(pieces)), key=lambda number: (number - first) % len(pieces))
+    runs = [(side, list(run)) for side, run in groupby(turned, key=lambda number: facing[number])]
+    return [_joined([pieces[number] for number in run]) for side, run in runs if side != 0.0]
+
+
+def _joined(pieces: list[IntArray]) -> IntArray:
+    """One part of a border from parts that follow each other and share their ends."""
+    return np.append(np.concatenate([piece[:-1] for piece in pieces]), pieces[-1][-1])
 
 
 def _without_holes(surface: TriangleSurface, rows: list[IntArray], root: IntArray) -> list[IntArray]:
