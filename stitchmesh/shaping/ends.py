@@ -208,8 +208,9 @@ def _ends_of_outline(surface: TriangleSurface, outline: IntArray, up: FloatArray
     above = [piece for piece, cosine in zip(pieces, facing, strict=True) if cosine > FACING]
     if not below or len(pieces) < 2:
         return None
-    longest = max(range(len(below)), key=lambda number: _length(surface, below[number], closed=False))
-    return Ends((End(below[longest]),), tuple(End(piece) for piece in above))
+    begin = max(below, key=lambda piece: _length(surface, piece, closed=False))
+    # Two rows have no point in common: a slanting side that begins at a corner of the first row is no last row.
+    return Ends((End(begin),), tuple(End(piece) for piece in above if not np.isin(piece, begin).any()))
 
 
 def outline_sides(surface: TriangleSurface, outline: IntArray) -> list[IntArray]:

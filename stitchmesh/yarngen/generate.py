@@ -315,9 +315,10 @@ def _check_clearance(yarns: YarnSet, radius: float) -> None:
     """Raise ``YarnError`` if two yarns start closer than the smallest permitted distance."""
     distance, point = smallest_distance(yarns, SMALLEST_DISTANCE_OVER_RADIUS * radius)
     if distance < SMALLEST_DISTANCE_OVER_RADIUS * radius:
+        place = yarns.points[point].round(1).tolist()
         raise YarnError(
             f"face {yarns.face[point]}: yarns start {distance / radius:.2f} radii apart, expected at least "
-            f"{SMALLEST_DISTANCE_OVER_RADIUS}; relax the stitch mesh first, make room (sm.make_room), or use a thinner "
-            "yarn",
+            f"{SMALLEST_DISTANCE_OVER_RADIUS}, near {place} cm; relax the stitch mesh first, make room (sm.make_room), "
+            "or use a thinner yarn",
             face=int(yarns.face[point]),
         )

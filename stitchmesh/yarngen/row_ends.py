@@ -136,7 +136,8 @@ def _adjacent_row_ends(fabric: StitchMesh, role: int, next_role: int) -> list[tu
 
 def _are_stacked(fabric: StitchMesh, side: int, following: int) -> bool:
     """Whether two sides that follow each other on a border belong to faces that lie above each other in one wale."""
-    return bool(fabric.twin[fabric.side_next[side]] == fabric.side_previous[following])
+    same_role = fabric.side_role[side] == fabric.side_role[following]
+    return bool(same_role and fabric.twin[fabric.side_next[side]] == fabric.side_previous[following])
 
 
 def _turn_reaches(fabric: StitchMesh, runs: list[list[int]]) -> dict[int, float]:

@@ -15,7 +15,9 @@ from scipy.sparse.csgraph import connected_components
 
 import stitchmesh as sm
 from stitchmesh.errors import MeshError
-from stitchmesh.mesh import FloatArray, IntArray, Mesh
+from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh
+from stitchmesh.yarngen.bridges import crossing_number
+from stitchmesh.yarngen.row_ends import finish_row_ends
 from tests.gallery import GARMENTS, ROOT, grid
 
 sys.path.insert(0, str(ROOT / "benchmarks"))
@@ -186,3 +188,12 @@ def lengths_of_edges(points: FloatArray, corners: IntArray) -> FloatArray:
 
 def test_a_moebius_strip_has_edges_of_about_a_centimetre():
     assert np.median(lengths_of_edges(*shapes.moebius_polygons())) == pytest.approx(1.0, abs=0.1)
+
+
+def test_rows_of_the_vest_end_at_its_armholes_also_beside_a_decrease_of_which_one_loop_is_cast_on():
+    fabric = sm.shape_fabric(shape("vest"), stitch_width=1.2, progress=False).fabric
+    finished = finish_row_ends(fabric)
+    ends = np.flatnonzero((fabric.twin == BORDER) & fabric.is_wale)
+    assert len(ends) > 100
+    crossings = {crossing_number(int(side)) for side in ends}
+    assert crossings <= finished.paths.keys() | finished.tails.keys()

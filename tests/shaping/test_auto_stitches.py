@@ -58,6 +58,16 @@ def test_a_flat_piece_is_knitted_to_and_fro_from_its_lower_side():
 
 
 @pytest.mark.decides
+@pytest.mark.parametrize("corners", [[0, 1, 2], [2, 1, 0]], ids=["front", "back"])
+def test_a_shawl_with_a_right_angle_narrows_from_its_lower_side(corners):
+    # Its slanting side faces upwards by 45 degrees and shares a corner with the first row.
+    triangle = Mesh.from_polygons(np.array([[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [0.0, 20.0, 0.0]]), [corners])
+    shaped = sm.shape_fabric(triangle, stitch_width=0.8, progress=False)
+    assert shaped.fabric.n_bottom[shaped.fabric.row == 0].sum() == 25  # 20 cm in stitches of 0.8 cm
+    assert not any(course.closed for course in find_courses(shaped.fabric))
+
+
+@pytest.mark.decides
 @pytest.mark.parametrize(
     ("name", "width"),
     [("hat", 1.6), ("sock", 1.4), ("tea_cozy", 1.4), ("sweater", 3.0), ("sheep", 3.0), ("dress", 1.6)],
