@@ -89,7 +89,8 @@ def automatic_ends(surface: TriangleSurface, up: FloatArray) -> Ends:
 
     Holes in a surface that is flat around them, such as the armholes of a vest, are sides if other borders are left.
     The highest of several borders is the root, and knitting ends there: from the hem to the neck, from the cuff to the
-    shoulder. A single border is where knitting begins if it is the lower end, as the brim of a hat, and where it ends
+    shoulder. Where the face of a hood is the only upper border, knitting begins at all others and ends at the tip of
+    the hood. A single border is where knitting begins if it is the lower end, as the brim of a hat, and where it ends
     if it is the upper one: a sock is knitted from the toe. Borders that no finger goes through are tips, as those of a
     glove, and do not count if there are others. A closed surface begins at an end of its longest axis.
 
@@ -106,9 +107,12 @@ def automatic_ends(surface: TriangleSurface, up: FloatArray) -> Ends:
     rows = [border for border in surface.borders if not is_slit(surface, border)]
     rows = rows or [max(surface.borders, key=lambda border: _length(surface, border))]
     rows = [part for border in rows for part in _rows_of_border(surface, border, up)]
-    wide = [border for border in rows if _length(surface, border) >= CLOSED_LENGTH] or rows
+    level = [row for row in rows if not _is_hole_in_side(surface, row, up)] or rows
+    wide = [row for row in level if _length(surface, row) >= CLOSED_LENGTH] or level
     root = wide[_highest(surface, wide, up)]
-    others = tuple(End(border) for border in _without_holes(surface, rows, root))
+    if len(level) < len(rows) and _upwards(surface, root, up) <= 0.0:
+        return Ends(tuple(End(row) for row in wide), begins=True, automatic=True)
+    others = tuple(End(row) for row in _without_holes(surface, level, root))
     begins = len(wide) == 1 and not _is_upper_end(surface, root, up)
     return Ends((End(root),), others, begins=begins, automatic=True)
 
@@ -153,6 +157,16 @@ def _is_wide_hole(surface: TriangleSurface, row: IntArray) -> bool:
     """Whether a row is a border around which the surface is flat and through which a hand goes."""
     is_border = any(row is border for border in surface.borders)
     return is_border and _length(surface, row) >= CLOSED_LENGTH and turning(surface, row) <= SLIT_TURNING
+
+
+def _is_hole_in_side(surface: TriangleSurface, row: IntArray, up: FloatArray) -> bool:
+    """Whether a row is a wide hole that faces neither upwards nor downwards, such as the face of a hood."""
+    return _is_wide_hole(surface, row) and abs(_upwards(surface, row, up)) <= FACING
+
+
+def _upwards(surface: TriangleSurface, border: IntArray, up: FloatArray) -> float:
+    """Cosine of the angle between the upward direction and the direction in which a whole border faces."""
+    return float(_outward(surface, np.append(border, border[0])) @ up)
 
 
 def turning(surface: TriangleSurface, border: IntArray) -> float:

@@ -61,6 +61,39 @@ def test_rows_end_at_an_armhole_and_their_loops_hold(opening):
     sm.check_loops(fabric, sm.generate_yarns(fabric))
 
 
+def hood() -> Mesh:
+    """A tube with a round top and a round opening in front for the face, 7 cm wide."""
+    along = np.concatenate([np.linspace(0.0, 8.0, 25), 8.0 + np.linspace(0.0, 0.5 * np.pi, 25)[1:-1] * RADIUS])
+    lift = np.maximum(along - 8.0, 0.0) / RADIUS
+    angle = np.linspace(0.0, 2.0 * np.pi, 97)[:-1]
+    radius, height = RADIUS * np.cos(lift), np.minimum(along, 8.0) + RADIUS * np.sin(lift)
+    ring = np.stack([np.outer(radius, np.sin(angle)), np.tile(height, (96, 1)).T, np.outer(radius, np.cos(angle))], 2)
+    corner = np.arange(ring[..., 0].size).reshape(-1, 96)
+    ahead = np.roll(corner, -1, axis=1)
+    quads = np.stack([corner[:-1], ahead[:-1], ahead[1:], corner[1:]], axis=2).reshape(-1, 4)
+    points = np.vstack([ring.reshape(-1, 3), [0.0, 8.0 + RADIUS, 0.0]])
+    top = [[one, other, len(points) - 1] for one, other in zip(corner[-1].tolist(), ahead[-1].tolist(), strict=True)]
+    kept = quads[np.linalg.norm(points[quads].mean(axis=1) - [0.0, 8.0, RADIUS], axis=1) > 3.5]
+    used, number = np.unique(np.concatenate([kept.ravel(), np.array(top).ravel()]), return_inverse=True)
+    faces = [*number[: kept.size].reshape(-1, 4).tolist(), *number[kept.size :].reshape(-1, 3).tolist()]
+    return in_triangles(Mesh.from_polygons(points[used], faces))
+
+
+@pytest.mark.decides
+def test_a_hood_is_knitted_from_its_hem_to_its_top_and_rows_end_at_the_face():
+    shaped = sm.shape_fabric(hood(), stitch_width=0.7, progress=False)
+    (ends,) = shaped.ends
+    assert ends.begins and not ends.others
+    assert [np.unique(shaped.surface.vertices[end.vertices, 1]).tolist() for end in ends.roots] == [[0.0]]
+    courses, fabric = find_courses(shaped.fabric), shaped.fabric
+    height = np.maximum.reduceat(fabric.vertices[fabric.face_vertex, 1], fabric.face_start[:-1])
+    middle = np.array([height[list(course.faces)].mean() for course in courses])
+    beside = (middle > 6.0) & (middle < 10.0)
+    assert not any(course.closed for course, inside in zip(courses, beside, strict=True) if inside)
+    assert all(course.closed for course, place in zip(courses, middle, strict=True) if place < 3.0)
+    assert shaped.report.lost is None
+
+
 def test_a_hollow_beside_the_hem_is_smoothed_out_although_it_is_lower():
     surface = surface_of(vest(0.0))
     ends = automatic_ends(surface, UP)
