@@ -37,6 +37,8 @@ OPEN_SIDES = 0.15
 """Part of a border that faces neither upwards nor downwards from which its corners divide it."""
 FACING = 0.7
 """Cosine of the angle between the direction of knitting and the normal of a border that begins or ends rows."""
+FACING_BESIDE = 0.5
+"""The same for a part of a border beside one that begins or ends rows, such as the front of a neck."""
 FLAT = 0.5
 """Length of the sum of the normals of a piece, over its area, above which it is flat and not nearly a tube."""
 LEVEL = 0.02
@@ -128,14 +130,22 @@ def _rows_of_border(surface: TriangleSurface, border: IntArray, up: FloatArray) 
         return [border]
     pieces = outline_sides(surface, border)
     length = np.array([_length(surface, piece, closed=False) for piece in pieces])
-    facing = np.array([float(_outward(surface, piece) @ up) for piece in pieces])
-    facing = np.where(np.abs(facing) > FACING, np.sign(facing), 0.0)
+    facing = _facing(np.array([float(_outward(surface, piece) @ up) for piece in pieces]))
     if length[facing == 0.0].sum() < OPEN_SIDES * length.sum() or not facing.any():
         return [border]
     first = int(np.flatnonzero(facing != np.roll(facing, 1))[0])
     turned = sorted(range(len(pieces)), key=lambda number: (number - first) % len(pieces))
     runs = [(side, list(run)) for side, run in groupby(turned, key=lambda number: facing[number])]
     return [_joined([pieces[number] for number in run]) for side, run in runs if side != 0.0]
+
+
+def _facing(cosine: FloatArray) -> FloatArray:
+    """Whether parts of a border face upwards (1), downwards (-1) or sideways (0), from their cosines, shape (n,)."""
+    facing = np.where(np.abs(cosine) > FACING, np.sign(cosine), 0.0)
+    for side in (1.0, -1.0):
+        beside = (np.roll(facing, 1) == side) | (np.roll(facing, -1) == side)
+        facing = np.where((facing == 0.0) & beside & (side * cosine > FACING_BESIDE), side, facing)
+    return facing
 
 
 def _joined(pieces: list[IntArray]) -> IntArray:

@@ -5,7 +5,7 @@
 At the corners of a mouth or between toes, two parts of a surface come closer to each other than the centre lines of two
 yarns may start. A fabric spans such places. Stitches around them are therefore smoothed, each vertex by half of the way
 to the mean of its neighbours, and the yarns are looked at again, until they have room. All other stitches stay where
-they are.
+they are. The vertices of a border are moved towards their neighbours on the border, and its corners stay.
 """
 
 from __future__ import annotations
@@ -122,26 +122,32 @@ def _moved(fabric: StitchMesh, vertices: FloatArray) -> StitchMesh:
 
 
 def _neighbours(fabric: StitchMesh) -> csr_array:
-    """Matrix that is 1 for each two vertices with a common edge, shape (V, V)."""
+    """Matrix that is 1 for each vertex, row, and each vertex towards which smoothing moves it, shape (V, V).
+
+    Vertices of a border move along it; its corners, at which one stitch or three and more meet, stay where they are.
+    """
     from scipy.sparse import coo_array
 
-    ends = np.stack([fabric.face_vertex, fabric.face_vertex[fabric.side_next]])
-    both = np.unique(np.concatenate([ends, ends[::-1]], axis=1), axis=1)
+    sides = np.stack([fabric.face_vertex, fabric.face_vertex[fabric.side_next]])
+    along = sides[:, fabric.twin == BORDER]
+    ends, along = (np.concatenate([pairs, pairs[::-1]], axis=1) for pairs in (sides, along))
+    stitches = np.bincount(fabric.face_vertex, minlength=len(fabric.vertices))
+    inner, between = np.ones(len(stitches), dtype=bool), stitches == 2
+    inner[along[0]] = False
+    both = np.unique(np.concatenate([ends[:, inner[ends[0]]], along[:, between[along[0]]]], axis=1), axis=1)
     size = (len(fabric.vertices),) * 2
     return coo_array((np.ones(both.shape[1]), (both[0], both[1])), shape=size).tocsr()
 
 
 def _smoothed(fabric: StitchMesh, faces: IntArray, neighbours: csr_array, rings: int) -> FloatArray:
-    """Positions after smoothing up to some edges from some faces [cm]; borders stay where they are."""
+    """Positions after smoothing up to some edges from some faces [cm]."""
     near = np.zeros(len(fabric.vertices))
     near[fabric.face_vertex[fabric.sides_of(faces)]] = 1.0
     for _ in range(rings):
-        near = np.maximum(near, neighbours @ near > 0.0)
-    border = np.flatnonzero(fabric.twin == BORDER)
-    near[fabric.face_vertex[border]] = near[fabric.face_vertex[fabric.side_next[border]]] = 0.0
-    free = np.flatnonzero(near)
-    vertices, own = fabric.vertices.copy(), neighbours[free]
-    count = np.asarray(own.sum(axis=1))[:, None]
+        near = np.maximum(near, (neighbours.T @ near > 0.0) | (neighbours @ near > 0.0))
+    count = np.asarray(neighbours.sum(axis=1))
+    free = np.flatnonzero((near > 0.0) & (count > 0.0))
+    vertices, own, count = fabric.vertices.copy(), neighbours[free], count[free, None]
     for _ in range(HALF_STEPS):
         vertices[free] = 0.5 * (vertices[free] + (own @ vertices) / count)
     return vertices

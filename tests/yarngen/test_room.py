@@ -11,7 +11,7 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.errors import YarnError
-from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.mesh import BORDER, Mesh, StitchMesh
 from stitchmesh.patterns import read_pattern
 from stitchmesh.periodic.repeat.torus import torus_mesh
 from stitchmesh.yarngen.room import RINGS, make_room_with_report
@@ -68,20 +68,38 @@ def test_a_fabric_with_room_is_the_same_one():
     assert roomy is fabric and room.faces == () and room.farthest == 0.0
 
 
-def test_a_fold_at_borders_only_which_stay_cannot_get_room():
+def test_a_fold_at_borders_gets_room_and_corners_stay():
     fabric = folded(flat(0.77), -1.0, 1.0)  # One row, so that all vertices are at the border.
     roomy = sm.make_room(fabric, quality="draft")
-    assert roomy is fabric
+    assert roomy is not fabric and sm.generate_yarns(roomy, quality="draft").yarn_count
+    corner = np.isin(fabric.vertices[:, 0], [0.0, WIDTH])
+    np.testing.assert_array_equal(roomy.vertices[corner], fabric.vertices[corner])
+
+
+def test_stitches_between_corners_cannot_get_room():
+    corner = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.77, 0.0], [0.0, 0.77, 0.0]])
+    pieces = Mesh.from_polygons(
+        np.concatenate([corner, corner + np.array([0.0, 0.0, GAP])]), [[0, 1, 2, 3], [4, 5, 6, 7]]
+    )
+    fabric = sm.tessellate(sm.label(pieces), stitch_width=1.0)  # two stitches, one upon the other
+    assert sm.make_room(fabric, quality="draft") is fabric
     with pytest.raises(YarnError, match="radii apart"):
-        sm.generate_yarns(roomy, quality="draft")
+        sm.generate_yarns(fabric, quality="draft")
 
 
-def test_borders_stay_where_they_are():
-    fabric = folded(flat(), 2.5, 6.5)
-    roomy = sm.make_room(fabric, quality="draft")
+def test_vertices_of_a_border_move_along_it():
+    fabric = flat()
+    x, y, z = fabric.vertices.T
+    # Mesh relaxation can turn the order of vertices at a corner of the surface, such as the foot of a V-neck.
+    beside = (y == y.max()) & (np.abs(x - WIDTH / 2) < 1.5)
+    turned = replace(fabric, vertices=np.stack([np.where(beside, WIDTH / 2 - 0.8 * (x - WIDTH / 2), x), y, z], axis=1))
+    roomy = sm.make_room(turned, quality="draft")
+    assert (np.diff(roomy.vertices[y == y.max(), 0][np.argsort(x[y == y.max()])]) > 0.0).all()
+    sm.check_loops(roomy, sm.generate_yarns(roomy, quality="draft"))
+    # The borders are straight, so that means of points on them are on them exactly.
     border = fabric.face_vertex[fabric.twin == BORDER]
-    assert roomy is not fabric
-    np.testing.assert_array_equal(roomy.vertices[border], fabric.vertices[border])
+    level = border[np.isin(y[border], [y.min(), y.max()])]
+    np.testing.assert_array_equal(roomy.vertices[level, 1:], fabric.vertices[level, 1:])
 
 
 def test_a_fabric_on_a_lattice_and_panels_are_refused():
