@@ -5,12 +5,15 @@
 At the corners of a mouth or between toes, two parts of a surface come closer to each other than the centre lines of two
 yarns may start. A fabric spans such places. Stitches around them are therefore smoothed, each vertex by half of the way
 to the mean of its neighbours, and the yarns are looked at again, until they have room. All other stitches stay where
-they are. The vertices of a border are moved towards their neighbours on the border, and its corners stay.
+they are. Borders stay too at first. If the yarns get no room so, the vertices of borders are also moved, towards their
+neighbours on the border, and only its corners stay: mesh relaxation can press the vertices of a border together.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +21,7 @@ import numpy as np
 from stitchmesh.errors import YarnError, check_kind
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
+from stitchmesh.yarn.yarn_set import YarnSet
 from stitchmesh.yarngen.clearance import crowded_points
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
 from stitchmesh.yarngen.generate import (
@@ -92,18 +96,44 @@ def make_room_with_report(
         raise YarnError("make_room: got a fabric on a lattice, which lies on no surface; relax its swatch instead")
     radius = checked_radius(fabric, yarn_radius)
     points_per_stitch = quality_named(quality).control_points_per_stitch
+    yarns_of = partial(_yarns, radius=radius, points_per_stitch=points_per_stitch, finish=finish)
+    for along_borders in (False, True):
+        smoothed, found = _with_room(fabric, radius, yarns_of, along_borders=along_borders)
+        if smoothed is not None:
+            return (_moved(fabric, smoothed.vertices) if found else fabric), _room(fabric, smoothed, found)
+    return fabric, Room((), 0.0)
+
+
+def _yarns(fabric: StitchMesh, radius: float, points_per_stitch: int, finish: YarnFinish) -> YarnSet:
+    return yarns_along_routes(trace_yarn_routes(fabric, radius, points_per_stitch, finish), radius)
+
+
+def _with_room(
+    fabric: StitchMesh, radius: float, yarns_of: Callable[[StitchMesh], YarnSet], *, along_borders: bool
+) -> tuple[StitchMesh | None, set[int]]:
+    """Smooth around crowded stitches until the yarns have room; return the fabric and the stitches that were crowded.
+
+    Args:
+        fabric: the stitches.
+        radius: radius of the yarns [cm].
+        yarns_of: function that generates the yarns of stitches.
+        along_borders: whether vertices of borders are moved too.
+
+    Returns:
+        The fabric, None if its yarns are still crowded after ``MOST_ROUNDS``; and the crowded stitches.
+    """
     found: set[int] = set()
-    smoothed, neighbours = fabric, None
+    smooth = None
     for number in range(MOST_ROUNDS):
-        yarns = yarns_along_routes(trace_yarn_routes(smoothed, radius, points_per_stitch, finish), radius)
+        yarns = yarns_of(fabric)
         crowded = crowded_points(yarns, WANTED_OVER_SMALLEST * SMALLEST_DISTANCE_OVER_RADIUS * radius)
         if not len(crowded):
-            return (_moved(fabric, smoothed.vertices) if found else fabric), _room(fabric, smoothed, found)
+            return fabric, found
         faces = np.unique(yarns.face[crowded])
         found.update(faces.tolist())
-        neighbours = _neighbours(fabric) if neighbours is None else neighbours
-        smoothed = replace(smoothed, vertices=_smoothed(smoothed, faces, neighbours, RINGS + number // ROUNDS_OF_RING))
-    return fabric, Room((), 0.0)
+        smooth = _Smoothing.of(fabric, along_borders=along_borders) if smooth is None else smooth
+        fabric = replace(fabric, vertices=smooth.moved(fabric, faces, RINGS + number // ROUNDS_OF_RING))
+    return None, found
 
 
 def _room(fabric: StitchMesh, smoothed: StitchMesh, faces: set[int]) -> Room:
@@ -121,33 +151,43 @@ def _moved(fabric: StitchMesh, vertices: FloatArray) -> StitchMesh:
     return replace(moved, stretch=fabric.stretch * moved.side_length[sides] / fabric.side_length[sides])
 
 
-def _neighbours(fabric: StitchMesh) -> csr_array:
-    """Matrix that is 1 for each vertex, row, and each vertex towards which smoothing moves it, shape (V, V).
+@dataclass(frozen=True, eq=False)
+class _Smoothing:
+    """Towards which vertices smoothing moves each vertex; matrices that are 1 there, shape (V, V)."""
 
-    Vertices of a border move along it; its corners, at which one stitch or three and more meet, stay where they are.
-    """
+    beside: csr_array
+    """The vertices at the other ends of its edges."""
+    towards: csr_array
+    """The same for inner vertices; those of a border have none, or those beside them on the border."""
+
+    @classmethod
+    def of(cls, fabric: StitchMesh, *, along_borders: bool) -> _Smoothing:
+        """Find the vertices; at the corners of a border, one stitch or three and more meet, and none is moved."""
+        ends = np.stack([fabric.face_vertex, fabric.face_vertex[fabric.side_next]])
+        on_border = fabric.twin == BORDER
+        stitches = np.bincount(fabric.face_vertex, minlength=len(fabric.vertices))
+        edges, borders = (np.concatenate([pairs, pairs[::-1]], axis=1) for pairs in (ends, ends[:, on_border]))
+        inner = edges[:, ~np.isin(edges[0], borders[0])]
+        along = borders[:, (stitches[borders[0]] == 2) & along_borders]
+        return cls(_links(edges, len(stitches)), _links(np.concatenate([inner, along], axis=1), len(stitches)))
+
+    def moved(self, fabric: StitchMesh, faces: IntArray, rings: int) -> FloatArray:
+        """Positions after smoothing up to some edges from some faces [cm]."""
+        near = np.zeros(len(fabric.vertices))
+        near[fabric.face_vertex[fabric.sides_of(faces)]] = 1.0
+        for _ in range(rings):
+            near = np.maximum(near, self.beside @ near > 0.0)
+        count = np.asarray(self.towards.sum(axis=1))
+        free = np.flatnonzero(near * count)
+        vertices, own, count = fabric.vertices.copy(), self.towards[free], count[free, None]
+        for _ in range(HALF_STEPS):
+            vertices[free] = 0.5 * (vertices[free] + (own @ vertices) / count)
+        return vertices
+
+
+def _links(pairs: IntArray, size: int) -> csr_array:
+    """Matrix that is 1 for each pair of numbers, shape (size, size)."""
     from scipy.sparse import coo_array
 
-    sides = np.stack([fabric.face_vertex, fabric.face_vertex[fabric.side_next]])
-    along = sides[:, fabric.twin == BORDER]
-    ends, along = (np.concatenate([pairs, pairs[::-1]], axis=1) for pairs in (sides, along))
-    stitches = np.bincount(fabric.face_vertex, minlength=len(fabric.vertices))
-    inner, between = np.ones(len(stitches), dtype=bool), stitches == 2
-    inner[along[0]] = False
-    both = np.unique(np.concatenate([ends[:, inner[ends[0]]], along[:, between[along[0]]]], axis=1), axis=1)
-    size = (len(fabric.vertices),) * 2
-    return coo_array((np.ones(both.shape[1]), (both[0], both[1])), shape=size).tocsr()
-
-
-def _smoothed(fabric: StitchMesh, faces: IntArray, neighbours: csr_array, rings: int) -> FloatArray:
-    """Positions after smoothing up to some edges from some faces [cm]."""
-    near = np.zeros(len(fabric.vertices))
-    near[fabric.face_vertex[fabric.sides_of(faces)]] = 1.0
-    for _ in range(rings):
-        near = np.maximum(near, (neighbours.T @ near > 0.0) | (neighbours @ near > 0.0))
-    count = np.asarray(neighbours.sum(axis=1))
-    free = np.flatnonzero((near > 0.0) & (count > 0.0))
-    vertices, own, count = fabric.vertices.copy(), neighbours[free], count[free, None]
-    for _ in range(HALF_STEPS):
-        vertices[free] = 0.5 * (vertices[free] + (own @ vertices) / count)
-    return vertices
+    pairs = np.unique(pairs, axis=1)
+    return coo_array((np.ones(pairs.shape[1]), (pairs[0], pairs[1])), shape=(size, size)).tocsr()
