@@ -25,7 +25,19 @@ from .simple_surfaces import (
 )
 from .soft_toys import bear, octopus
 from .triangulation import triangulated
-from .worn_garments import beanie, cardigan, glove, jumper, leggings, mitten, t_shirt, trousers, vest
+from .worn_garments import (
+    beanie,
+    cardigan,
+    glove,
+    hoodie,
+    jumper,
+    leggings,
+    mitten,
+    t_shirt,
+    trousers,
+    v_neck_jumper,
+    vest,
+)
 
 SHAPES: dict[str, Callable[[], Mesh]] = {
     shape.__name__: shape
@@ -55,6 +67,8 @@ SHAPES: dict[str, Callable[[], Mesh]] = {
         beanie,
         cardigan,
         vest,
+        hoodie,
+        v_neck_jumper,
         bear,
         octopus,
     )

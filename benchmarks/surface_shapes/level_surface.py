@@ -56,6 +56,21 @@ class Gap:
 
 
 @dataclass(frozen=True)
+class Wedge:
+    """A V-neck: the opening in front between two slanting lines that meet in a foot."""
+
+    foot: float
+    """Height of the foot [cm]."""
+    slope: float
+    """Half of the width over the height above the foot."""
+
+    def kept(self, points: FloatArray) -> FloatArray:
+        """A function that is positive at what is not cut off, shape (..., 3) to (...)."""
+        above = points[..., 1] - self.foot
+        return np.maximum(np.abs(points[..., 0]) - self.slope * above, -points[..., 2])
+
+
+@dataclass(frozen=True)
 class Cloth:
     """The surface of a solid in a box, less what openings cut off."""
 
@@ -64,7 +79,7 @@ class Cloth:
     """Lower corner of the box [cm]."""
     high: Point
     """Upper corner of the box [cm]."""
-    openings: Sequence[Opening | Gap] = ()
+    openings: Sequence[Opening | Gap | Wedge] = ()
     cell: float = 1.15
     """Side of the cells of the lattice, in parts of an edge; narrow gaps need a smaller one."""
 

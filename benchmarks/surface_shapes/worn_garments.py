@@ -10,8 +10,8 @@ import numpy as np
 
 from stitchmesh.mesh import FloatArray, Mesh
 
-from .level_surface import Cloth, Gap, Opening
-from .solids import Oval, both_sides, column, flattened, joined, round_cone
+from .level_surface import Cloth, Gap, Opening, Wedge
+from .solids import Oval, ball, both_sides, column, flattened, joined, round_cone
 
 UP, DOWN = (0.0, 1.0, 0.0), (0.0, -1.0, 0.0)
 HEM = Opening((0.0, 0.0, 0.0), DOWN)
@@ -29,6 +29,9 @@ TORSO = [
 ]
 """The body above the hem of a T-shirt or a jumper, and the neck."""
 NECKLINE = Opening((0.0, 65.0, 0.0), (0.0, 1.0, 0.36), 24.0)
+ARMS = both_sides(round_cone((15.0, 55.5, -1.0), (73.0, 22.0, 0.0), 7.8, 4.0))
+CUFFS = [Opening((side * 66.0, 26.0, 0.0), (side * 0.866, -0.5, 0.0), 14.0) for side in (-1.0, 1.0)]
+"""Long sleeves that point 30 degrees down, and where they end."""
 SEAT = [
     Oval(70.0, 15.0, 10.4, -0.8),
     Oval(78.0, 17.0, 11.3, -1.0),
@@ -103,11 +106,22 @@ def cardigan(edge: float = 1.0) -> Mesh:
     return replace(closed, openings=[*closed.openings, Gap(2.0)]).triangles(edge)
 
 
+def v_neck_jumper(edge: float = 1.0) -> Mesh:
+    """The jumper with a V-neck of 23."""
+    closed = _jumper()
+    return replace(closed, openings=[*closed.openings, Wedge(42.0, 0.45)]).triangles(edge)
+
+
+def hoodie(edge: float = 1.0) -> Mesh:
+    """The jumper with a hood, open at the face."""
+    solid = joined([column(TORSO[:8]), *ARMS, ball((0.0, 74.0, 0.0), 11.0)], 5.0)
+    face = Opening((0.0, 73.0, 6.0), (0.0, 0.0, 1.0), 11.0)
+    return Cloth(solid, (-72.0, -2.0, -15.0), (72.0, 88.0, 15.0), [HEM, face, *CUFFS]).triangles(edge)
+
+
 def _jumper() -> Cloth:
-    arms = both_sides(round_cone((15.0, 55.5, -1.0), (73.0, 22.0, 0.0), 7.8, 4.0))
-    cuffs = [Opening((side * 66.0, 26.0, 0.0), (side * 0.866, -0.5, 0.0), 14.0) for side in (-1.0, 1.0)]
-    solid = joined([column(TORSO), *arms], 7.0)
-    return Cloth(solid, (-72.0, -2.0, -15.0), (72.0, 72.0, 15.0), [HEM, NECKLINE, *cuffs])
+    solid = joined([column(TORSO), *ARMS], 7.0)
+    return Cloth(solid, (-72.0, -2.0, -15.0), (72.0, 72.0, 15.0), [HEM, NECKLINE, *CUFFS])
 
 
 def trousers(edge: float = 1.0) -> Mesh:

@@ -165,8 +165,11 @@ def _without_holes(surface: TriangleSurface, rows: list[IntArray], root: IntArra
 
 def _is_wide_hole(surface: TriangleSurface, row: IntArray) -> bool:
     """Whether a row is a border around which the surface is flat and through which a hand goes."""
-    is_border = any(row is border for border in surface.borders)
-    return is_border and _length(surface, row) >= CLOSED_LENGTH and turning(surface, row) <= SLIT_TURNING
+    return (
+        _is_whole_border(surface, row)
+        and _length(surface, row) >= CLOSED_LENGTH
+        and turning(surface, row) <= SLIT_TURNING
+    )
 
 
 def _is_hole_in_side(surface: TriangleSurface, row: IntArray, up: FloatArray) -> bool:
@@ -174,9 +177,15 @@ def _is_hole_in_side(surface: TriangleSurface, row: IntArray, up: FloatArray) ->
     return _is_wide_hole(surface, row) and abs(_upwards(surface, row, up)) <= FACING
 
 
-def _upwards(surface: TriangleSurface, border: IntArray, up: FloatArray) -> float:
-    """Cosine of the angle between the upward direction and the direction in which a whole border faces."""
-    return float(_outward(surface, np.append(border, border[0])) @ up)
+def _is_whole_border(surface: TriangleSurface, row: IntArray) -> bool:
+    """Whether a row is a whole border, and not a part of one."""
+    return any(row is border for border in surface.borders)
+
+
+def _upwards(surface: TriangleSurface, row: IntArray, up: FloatArray) -> float:
+    """Cosine of the angle between the upward direction and the direction in which a row faces."""
+    run = np.append(row, row[0]) if _is_whole_border(surface, row) else row
+    return float(_outward(surface, run) @ up)
 
 
 def turning(surface: TriangleSurface, border: IntArray) -> float:

@@ -6,7 +6,8 @@ At the corners of a mouth or between toes, two parts of a surface come closer to
 yarns may start. A fabric spans such places. Stitches around them are therefore smoothed, each vertex by half of the way
 to the mean of its neighbours, and the yarns are looked at again, until they have room. All other stitches stay where
 they are. Borders stay too at first. If the yarns get no room so, the vertices of borders are also moved, towards their
-neighbours on the border, and only its corners stay: mesh relaxation can press the vertices of a border together.
+neighbours on the border, and only its corners stay: mesh relaxation can press the vertices of a border together. A ring
+that is moved all around, as at a tip, keeps its length: without, it would shrink to a point.
 """
 
 from __future__ import annotations
@@ -159,6 +160,8 @@ class _Smoothing:
     """The vertices at the other ends of its edges."""
     towards: csr_array
     """The same for inner vertices; those of a border have none, or those beside them on the border."""
+    rings: tuple[IntArray, ...]
+    """Vertices of the borders along which vertices are moved."""
 
     @classmethod
     def of(cls, fabric: StitchMesh, *, along_borders: bool) -> _Smoothing:
@@ -169,7 +172,9 @@ class _Smoothing:
         edges, borders = (np.concatenate([pairs, pairs[::-1]], axis=1) for pairs in (ends, ends[:, on_border]))
         inner = edges[:, ~np.isin(edges[0], borders[0])]
         along = borders[:, (stitches[borders[0]] == 2) & along_borders]
-        return cls(_links(edges, len(stitches)), _links(np.concatenate([inner, along], axis=1), len(stitches)))
+        towards = _links(np.concatenate([inner, along], axis=1), len(stitches))
+        rings = tuple(fabric.face_vertex[loop] for loop in fabric.boundary_loops) if along_borders else ()
+        return cls(_links(edges, len(stitches)), towards, rings)
 
     def moved(self, fabric: StitchMesh, faces: IntArray, rings: int) -> FloatArray:
         """Positions after smoothing up to some edges from some faces [cm]."""
@@ -180,9 +185,23 @@ class _Smoothing:
         count = np.asarray(self.towards.sum(axis=1))
         free = np.flatnonzero(near * count)
         vertices, own, count = fabric.vertices.copy(), self.towards[free], count[free, None]
+        closed = [ring for ring in self.rings if np.isin(ring, free).all()]
         for _ in range(HALF_STEPS):
             vertices[free] = 0.5 * (vertices[free] + (own @ vertices) / count)
+            for ring in closed:
+                vertices[ring] = _with_length(vertices[ring], _length(fabric.vertices[ring]))
         return vertices
+
+
+def _with_length(ring: FloatArray, length: float) -> FloatArray:
+    """Scale a closed line about its middle to a length [cm], shape (n, 3)."""
+    middle = ring.mean(axis=0)
+    return middle + (ring - middle) * (length / _length(ring))
+
+
+def _length(ring: FloatArray) -> float:
+    """Length of a closed line [cm]."""
+    return float(np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1).sum())
 
 
 def _links(pairs: IntArray, size: int) -> csr_array:

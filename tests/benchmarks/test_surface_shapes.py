@@ -49,6 +49,8 @@ TOPOLOGY = {
     "beanie": (1, 1),
     "cardigan": (-1, 3),
     "vest": (-2, 4),
+    "hoodie": (-2, 4),
+    "v_neck_jumper": (-2, 4),
     "bear": (2, 0),
     "octopus": (2, 0),
 }

@@ -15,7 +15,7 @@ from stitchmesh.mesh import BORDER, Mesh, StitchMesh
 from stitchmesh.patterns import read_pattern
 from stitchmesh.periodic.repeat.torus import torus_mesh
 from stitchmesh.yarngen.room import RINGS, make_room_with_report
-from tests.gallery import grid
+from tests.gallery import grid, tube
 
 WIDTH = 24
 """Stitches of the flat piece in a row, each 1 cm wide."""
@@ -87,6 +87,14 @@ def test_stitches_between_corners_cannot_get_room():
         sm.generate_yarns(fabric, quality="draft")
 
 
+def test_borders_stay_where_they_are_if_yarns_get_room_without():
+    fabric = folded(flat(), 2.5, 6.5)
+    roomy = sm.make_room(fabric, quality="draft")
+    border = fabric.face_vertex[fabric.twin == BORDER]
+    assert roomy is not fabric
+    np.testing.assert_array_equal(roomy.vertices[border], fabric.vertices[border])
+
+
 def test_vertices_of_a_border_move_along_it():
     fabric = flat()
     x, y, z = fabric.vertices.T
@@ -100,6 +108,23 @@ def test_vertices_of_a_border_move_along_it():
     border = fabric.face_vertex[fabric.twin == BORDER]
     level = border[np.isin(y[border], [y.min(), y.max()])]
     np.testing.assert_array_equal(roomy.vertices[level, 1:], fabric.vertices[level, 1:])
+
+
+def test_a_ring_that_is_moved_all_around_keeps_its_length():
+    radius = 8.0 / (2.0 * np.pi)
+    fabric = sm.tessellate(sm.label(tube(8, 1, radius=radius, height=8.0)), stitch_width=1.0)
+    x, y, z = fabric.vertices.T
+    angle = np.arctan2(x, z)
+    # Three vertices of the upper ring follow each other in the wrong order.
+    angle = np.where((y == y.max()) & (np.abs(angle) < np.pi / 3.0), -0.8 * angle, angle)
+    turned = replace(fabric, vertices=np.stack([radius * np.sin(angle), y, radius * np.cos(angle)], axis=1))
+    roomy = sm.make_room(turned, quality="draft")
+    loop = next(loop for loop in fabric.boundary_loops if y[fabric.face_vertex[loop]].min() == y.max())
+    before, after = (each.vertices[fabric.face_vertex[loop]] for each in (turned, roomy))
+    lengths = [np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1).sum() for ring in (before, after)]
+    assert roomy is not turned and lengths[1] == pytest.approx(lengths[0], rel=1e-9)  # scaled to it after each step
+    assert (np.sin(np.diff(np.arctan2(after[:, 0], after[:, 2]))) < 0.0).all()  # Upper borders run clockwise.
+    sm.check_loops(roomy, sm.generate_yarns(roomy, quality="draft"))
 
 
 def test_a_fabric_on_a_lattice_and_panels_are_refused():
