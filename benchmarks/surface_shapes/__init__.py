@@ -35,6 +35,7 @@ from .worn_garments import (
     mitten,
     t_shirt,
     trousers,
+    v_neck_cardigan,
     v_neck_jumper,
     vest,
 )
@@ -69,6 +70,7 @@ SHAPES: dict[str, Callable[[], Mesh]] = {
         vest,
         hoodie,
         v_neck_jumper,
+        v_neck_cardigan,
         bear,
         octopus,
     )

@@ -106,6 +106,12 @@ def cardigan(edge: float = 1.0) -> Mesh:
     return replace(closed, openings=[*closed.openings, Gap(2.0)]).triangles(edge)
 
 
+def v_neck_cardigan(edge: float = 1.0) -> Mesh:
+    """The cardigan with a V-neck of 40, whose fronts pass into the neck without a corner."""
+    closed = _jumper()
+    return replace(closed, openings=[*closed.openings, Gap(2.0), Wedge(26.0, 0.25)]).triangles(edge)
+
+
 def v_neck_jumper(edge: float = 1.0) -> Mesh:
     """The jumper with a V-neck of 23."""
     closed = _jumper()

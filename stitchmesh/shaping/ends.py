@@ -129,9 +129,17 @@ def _rows_of_border(surface: TriangleSurface, border: IntArray, up: FloatArray) 
     if turning(surface, border) <= SLIT_TURNING:
         return [border]
     pieces = outline_sides(surface, border)
+    facing = _facing(surface, pieces, up)
+    if not facing.any():
+        return [border]
+    all_rows = {1.0, -1.0} <= set(facing)
+    for side in (1.0, -1.0):
+        # A piece of two fronts and the neck between them faces upwards on the whole.
+        if side not in facing or (all_rows and facing.all()):
+            pieces = _with_part_facing(surface, pieces, side * up)
+    facing = _facing(surface, pieces, up)
     length = np.array([_length(surface, piece, closed=False) for piece in pieces])
-    facing = _facing(np.array([float(_outward(surface, piece) @ up) for piece in pieces]))
-    if length[facing == 0.0].sum() < OPEN_SIDES * length.sum() or not facing.any():
+    if length[facing == 0.0].sum() < OPEN_SIDES * length.sum():
         return [border]
     first = int(np.flatnonzero(facing != np.roll(facing, 1))[0])
     turned = sorted(range(len(pieces)), key=lambda number: (number - first) % len(pieces))
@@ -139,8 +147,43 @@ def _rows_of_border(surface: TriangleSurface, border: IntArray, up: FloatArray) 
     return [_joined([pieces[number] for number in run]) for side, run in runs if side != 0.0]
 
 
-def _facing(cosine: FloatArray) -> FloatArray:
-    """Whether parts of a border face upwards (1), downwards (-1) or sideways (0), from their cosines, shape (n,)."""
+def _with_part_facing(surface: TriangleSurface, pieces: list[IntArray], direction: FloatArray) -> list[IntArray]:
+    """Divide one of the parts of a border where it passes smoothly into a row that faces a direction, if one does.
+
+    So do the fronts of a cardigan pass into its V-neck, or into a rounded hem. The longest such row is taken.
+    """
+    found = []
+    for number, piece in enumerate(pieces):
+        cosine = _cosine_of_edges(surface, piece, direction)
+        for faces, run in groupby(range(len(cosine)), key=lambda edge: bool(cosine[edge] > FACING_BESIDE)):
+            edges = list(run)
+            if faces and cosine[edges].max() > FACING:
+                row = piece[edges[0] : edges[-1] + 2]
+                found.append((_length(surface, row, closed=False), number, edges[0], edges[-1] + 1))
+    length, number, first, last = max(found, default=(0.0, 0, 0, 0))
+    if length < CLOSED_LENGTH:
+        return pieces
+    piece = pieces[number]
+    parts = [part for part in (piece[: first + 1], piece[first : last + 1], piece[last:]) if len(part) > 1]
+    return [*pieces[:number], *parts, *pieces[number + 1 :]]
+
+
+def _cosine_of_edges(surface: TriangleSurface, piece: IntArray, up: FloatArray) -> FloatArray:
+    """Cosine between the upward direction and that in which the border faces around each edge, shape (n - 1,).
+
+    It is the mean over a length of a border that is no tip, because the border of a scan is jagged.
+    """
+    outward, step = _outward_of_edges(surface, piece)
+    place = np.cumsum(step) - 0.5 * step
+    near = np.abs(place[:, None] - place[None, :]) <= 0.5 * CLOSED_LENGTH
+    total = near @ (outward * step[:, None])
+    size = np.maximum(np.linalg.norm(total, axis=1), np.finfo(np.float64).tiny)
+    return np.asarray(total @ up / size)
+
+
+def _facing(surface: TriangleSurface, pieces: list[IntArray], up: FloatArray) -> FloatArray:
+    """Whether parts of a border face upwards (1), downwards (-1) or sideways (0), shape (n,)."""
+    cosine = np.array([float(_outward(surface, piece) @ up) for piece in pieces])
     facing = np.where(np.abs(cosine) > FACING, np.sign(cosine), 0.0)
     for side in (1.0, -1.0):
         beside = (np.roll(facing, 1) == side) | (np.roll(facing, -1) == side)
@@ -281,12 +324,18 @@ def _direction_in_piece(surface: TriangleSurface, up: FloatArray) -> FloatArray:
 
 def _outward(surface: TriangleSurface, side: IntArray) -> FloatArray:
     """Unit vector along the mean, over a part of a border, of the direction that points away from the surface there."""
+    outward, step = _outward_of_edges(surface, side)
+    total = (outward * step[:, None]).sum(axis=0)
+    return np.asarray(total / max(float(np.linalg.norm(total)), np.finfo(np.float64).tiny))
+
+
+def _outward_of_edges(surface: TriangleSurface, side: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Unit vector that points away from the surface at each edge of a border, shape (n - 1, 3), and its length [cm]."""
     normal = surface.mesh.vertex_normal[side]
     step = np.diff(surface.vertices[side], axis=0)
     outward = np.cross(step, normal[1:] + normal[:-1])
     size = np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), np.finfo(np.float64).tiny)
-    total = (outward / size * np.linalg.norm(step, axis=1)[:, None]).sum(axis=0)
-    return np.asarray(total / max(float(np.linalg.norm(total)), np.finfo(np.float64).tiny))
+    return outward / size, np.linalg.norm(step, axis=1)
 
 
 def _length(surface: TriangleSurface, border: IntArray, *, closed: bool = True) -> float:

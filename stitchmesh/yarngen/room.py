@@ -8,6 +8,10 @@ to the mean of its neighbours, and the yarns are looked at again, until they hav
 they are. Borders stay too at first. If the yarns get no room so, the vertices of borders are also moved, towards their
 neighbours on the border, and only its corners stay: mesh relaxation can press the vertices of a border together. A ring
 that is moved all around, as at a tip, keeps its length: without, it would shrink to a point.
+
+A row can end where a border is straight, as where the front of a cardigan passes smoothly into its neck. Its last
+stitch then has two sides along one line, between which its yarns have no room. Its corner is therefore moved away from
+the stitch first, by nearly a third of a stitch.
 """
 
 from __future__ import annotations
@@ -45,6 +49,11 @@ ROUNDS_OF_RING = 3
 its neighbours'."""
 HALF_STEPS = 6
 """Number of smoothing steps between two looks at the yarns."""
+STRAIGHT = np.radians(150.0)
+"""Angle of a border at the corner of a stitch from which the corner is moved away."""
+CORNER_HEIGHT = 0.3
+"""How far it is moved, over half the distance of its two neighbours. The angle is then below ``STRAIGHT``: this is more
+than the tangent of half of what that lacks to a straight one."""
 MOST_ROUNDS = 18
 """Number of looks at the yarns after which the stitches stay as they are."""
 
@@ -132,9 +141,39 @@ def _with_room(
             return fabric, found
         faces = np.unique(yarns.face[crowded])
         found.update(faces.tolist())
+        raised = _with_raised_corners(fabric, faces)
+        if raised is not fabric:
+            fabric = raised
+            continue
         smooth = _Smoothing.of(fabric, along_borders=along_borders) if smooth is None else smooth
         fabric = replace(fabric, vertices=smooth.moved(fabric, faces, RINGS + number // ROUNDS_OF_RING))
     return None, found
+
+
+def _with_raised_corners(fabric: StitchMesh, faces: IntArray) -> StitchMesh:
+    """Move the corners that lie on a straight border away from their stitches, near some stitches.
+
+    Returns:
+        The fabric, the given one if none of its corners there is straight.
+    """
+    vertices, near = fabric.vertices.copy(), fabric.face_vertex[fabric.sides_of(faces)]
+    at_border = fabric.twin == BORDER
+    for side in np.flatnonzero(at_border & at_border[fabric.side_next]):  # the corner is between this side and the next
+        own = fabric.face_vertex[fabric.sides_of(fabric.side_face[[side]])]
+        before, corner = fabric.vertices[fabric.face_vertex[[side, fabric.side_next[side]]]]
+        after = fabric.vertices[fabric.face_vertex[fabric.side_next[fabric.side_next[side]]]]
+        if np.isin(own, near).any() and _angle(before - corner, after - corner) > STRAIGHT:
+            along = after - before
+            away = corner - fabric.vertices[own].mean(axis=0)
+            away -= (away @ along) / (along @ along) * along
+            height = 0.5 * CORNER_HEIGHT * np.linalg.norm(along)
+            vertices[fabric.face_vertex[fabric.side_next[side]]] += height * away / np.linalg.norm(away)
+    return fabric if np.array_equal(vertices, fabric.vertices) else replace(fabric, vertices=vertices)
+
+
+def _angle(one: FloatArray, other: FloatArray) -> float:
+    """Angle between two vectors [rad]."""
+    return float(np.arctan2(np.linalg.norm(np.cross(one, other)), one @ other))
 
 
 def _room(fabric: StitchMesh, smoothed: StitchMesh, faces: set[int]) -> Room:

@@ -48,6 +48,7 @@ TOPOLOGY = {
     "glove": (1, 1),
     "beanie": (1, 1),
     "cardigan": (-1, 3),
+    "v_neck_cardigan": (-1, 3),
     "vest": (-2, 4),
     "hoodie": (-2, 4),
     "v_neck_jumper": (-2, 4),

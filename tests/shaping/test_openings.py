@@ -61,6 +61,40 @@ def test_the_slanting_fronts_of_a_neck_belong_to_it_if_they_face_upwards_rather_
     assert height.max() == HEIGHT and (height.min() < HEIGHT - 0.9 * fall) == is_neck
 
 
+def with_round_neck(radius: float) -> Mesh:
+    """A tube that is open in front, whose fronts pass into the upper border by a quarter of a circle."""
+    tube = vest(0.3)
+    x, y, z = tube.vertices.T
+    beside = np.minimum(RADIUS * (np.abs(np.arctan2(x, z)) - 0.15) / radius, 1.0)
+    top = HEIGHT - radius * (1.0 - np.sqrt(beside * (2.0 - beside)))
+    return Mesh.from_polygons(np.stack([x, y * top / HEIGHT, z], axis=1), tube.face_vertex.reshape(-1, 3).tolist())
+
+
+@pytest.mark.decides
+def test_fronts_that_pass_smoothly_into_the_neck_end_where_they_face_upwards():
+    radius = 7.0
+    cut = with_round_neck(radius)
+    surface = surface_of(cut)
+    ends = automatic_ends(surface, UP)
+    (root,), (hem,) = ends.roots, ends.others
+    height = surface.vertices[root.vertices, 1]
+    # The border faces up by half where a circle has turned by 60 degrees, half its radius below its top. The mean over
+    # 3 cm of a border moves that place by at most 1.5 cm.
+    assert height.max() == HEIGHT and abs(HEIGHT - height.min() - 0.5 * radius) < 1.5
+    assert np.unique(surface.vertices[hem.vertices, 1]).tolist() == [0.0]
+
+
+@pytest.mark.decides
+@pytest.mark.parametrize("width", [0.55, 0.65, 0.9])
+def test_a_last_row_that_ends_on_a_straight_border_gets_room_and_its_loops_hold(width):
+    shaped = sm.shape_fabric(with_round_neck(7.0), stitch_width=width, progress=False)
+    fabric = sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh, progress=False)
+    roomy = sm.make_room(fabric)
+    sm.check_loops(roomy, sm.generate_yarns(roomy))
+    # Only corners are moved, by 0.3 of half the distance of their neighbours, which is at most 1.3 stitch widths.
+    assert np.linalg.norm(roomy.vertices - fabric.vertices, axis=1).max() < 0.2 * width
+
+
 @pytest.mark.decides
 @pytest.mark.parametrize("opening", [0.0, 0.3])
 def test_rows_end_at_an_armhole_and_their_loops_hold(opening):

@@ -14,7 +14,7 @@ from stitchmesh.errors import YarnError
 from stitchmesh.mesh import BORDER, Mesh, StitchMesh
 from stitchmesh.patterns import read_pattern
 from stitchmesh.periodic.repeat.torus import torus_mesh
-from stitchmesh.yarngen.room import RINGS, make_room_with_report
+from stitchmesh.yarngen.room import CORNER_HEIGHT, RINGS, make_room_with_report
 from tests.gallery import grid, tube
 
 WIDTH = 24
@@ -93,6 +93,27 @@ def test_borders_stay_where_they_are_if_yarns_get_room_without():
     border = fabric.face_vertex[fabric.twin == BORDER]
     assert roomy is not fabric
     np.testing.assert_array_equal(roomy.vertices[border], fabric.vertices[border])
+
+
+def test_a_corner_on_a_straight_border_is_moved_away_from_its_stitch_and_nothing_else_is():
+    fabric = flat()
+    left, upper = fabric.vertices[:, 0] == 0.0, fabric.vertices[:, 1] == fabric.vertices[:, 1].max()
+    corner = int(np.flatnonzero(left & upper)[0])
+    course, wale = 1.0, float(np.ptp(np.unique(fabric.vertices[left, 1])[-2:]))
+    vertices = fabric.vertices.copy()
+    vertices[corner] += [0.5 * course, -0.5 * wale, 0.0]
+    straight = replace(fabric, vertices=vertices)
+    with pytest.raises(YarnError, match=r"start .* radii apart"):
+        sm.generate_yarns(straight)
+    roomy, room = make_room_with_report(straight)
+    sm.check_loops(roomy, sm.generate_yarns(roomy))
+    moved = roomy.vertices - vertices
+    assert np.flatnonzero(np.abs(moved).max(axis=1)).tolist() == [corner]
+    # The corner moves at right angles to the border, by a part of half the distance of its neighbours.
+    length = CORNER_HEIGHT * 0.5 * np.hypot(course, wale)
+    away = np.array([-wale, course, 0.0]) / np.hypot(course, wale)
+    np.testing.assert_allclose(moved[corner], length * away, atol=1e-12 * WIDTH)
+    assert room.farthest == pytest.approx(length, rel=1e-9)
 
 
 def test_vertices_of_a_border_move_along_it():

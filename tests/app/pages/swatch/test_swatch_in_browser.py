@@ -17,6 +17,8 @@ from tests.app.browser import Rig
 
 MIDDLE = (0.25, 0.25, 0.75, 0.75)
 """Part of the scene that the fabric covers."""
+REST_LIMIT = 120.0
+"""Longest time for which a swatch may relax [s]: far beyond what one takes, so that a session that hangs is named."""
 
 
 def page_of(rig: Rig) -> SwatchPage:
@@ -34,6 +36,8 @@ def rest(rig: Rig) -> None:
     """Wait until the fabric rests, and the browser has drawn it."""
     rig.settle()
     variants = page_of(rig).variants
+    for variant in variants:
+        variant.session.wait_until_rest(REST_LIMIT)  # Until a change is taken, the frame before it is at rest too.
     rig.wait_for(
         lambda: all(
             variant.frame is not None and variant.frame is variant.session.frame
