@@ -10,8 +10,8 @@ neighbours on the border, and only its corners stay: mesh relaxation can press t
 that is moved all around, as at a tip, keeps its length: without, it would shrink to a point.
 
 A row can end where a border is straight, as where the front of a cardigan passes smoothly into its neck. Its last
-stitch then has two sides along one line, between which its yarns have no room. Its corner is therefore moved away from
-the stitch first, by nearly a third of a stitch.
+stitch then has two sides along one line, between which its yarns have little room or none. If they have none, its
+corner is moved away from the stitch first, by a fifth of a stitch.
 """
 
 from __future__ import annotations
@@ -150,30 +150,35 @@ def _with_room(
     return None, found
 
 
-def _with_raised_corners(fabric: StitchMesh, faces: IntArray) -> StitchMesh:
-    """Move the corners that lie on a straight border away from their stitches, near some stitches.
+def _with_raised_corners(fabric: StitchMesh, near: IntArray) -> StitchMesh:
+    """Move the corners that lie on a straight border away from their stitches, beside some stitches.
 
     Returns:
-        The fabric, the given one if none of its corners there is straight.
+        The fabric; the given one if none of its corners there is straight.
     """
-    vertices, near = fabric.vertices.copy(), fabric.face_vertex[fabric.sides_of(faces)]
-    at_border = fabric.twin == BORDER
-    for side in np.flatnonzero(at_border & at_border[fabric.side_next]):  # the corner is between this side and the next
-        own = fabric.face_vertex[fabric.sides_of(fabric.side_face[[side]])]
-        before, corner = fabric.vertices[fabric.face_vertex[[side, fabric.side_next[side]]]]
-        after = fabric.vertices[fabric.face_vertex[fabric.side_next[fabric.side_next[side]]]]
-        if np.isin(own, near).any() and _angle(before - corner, after - corner) > STRAIGHT:
-            along = after - before
-            away = corner - fabric.vertices[own].mean(axis=0)
-            away -= (away @ along) / (along @ along) * along
-            height = 0.5 * CORNER_HEIGHT * np.linalg.norm(along)
-            vertices[fabric.face_vertex[fabric.side_next[side]]] += height * away / np.linalg.norm(away)
-    return fabric if np.array_equal(vertices, fabric.vertices) else replace(fabric, vertices=vertices)
+    at_border, following, points = fabric.twin == BORDER, fabric.side_next, fabric.vertices
+    # The corner is between a side and the next one, of which one ends the row and the other is cast on or bound off.
+    side = np.flatnonzero(at_border & at_border[following] & (fabric.is_wale != fabric.is_wale[following]))
+    before, corner, after = fabric.face_vertex[np.stack([side, following[side], following[following[side]]])]
+    beside = np.isin(np.stack([before, corner, after]), fabric.face_vertex[fabric.sides_of(near)]).any(axis=0)
+    straight = beside & (_angle(points[before] - points[corner], points[after] - points[corner]) > STRAIGHT)
+    if not straight.any():
+        return fabric
+    faces, corner = fabric.side_face[side[straight]], corner[straight]
+    along = points[after[straight]] - points[before[straight]]
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    middle = np.add.reduceat(points[fabric.face_vertex], fabric.face_start[:-1]) / np.diff(fabric.face_start)[:, None]
+    away = points[corner] - middle[faces]
+    away -= np.einsum("ni,ni->n", away, along)[:, None] * along / length**2
+    vertices = points.copy()
+    vertices[corner] += 0.5 * CORNER_HEIGHT * length * away / np.linalg.norm(away, axis=1, keepdims=True)
+    return replace(fabric, vertices=vertices)
 
 
-def _angle(one: FloatArray, other: FloatArray) -> float:
-    """Angle between two vectors [rad]."""
-    return float(np.arctan2(np.linalg.norm(np.cross(one, other)), one @ other))
+def _angle(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Angle between vectors [rad], shape (n, 3) to (n,)."""
+    across = np.linalg.norm(np.cross(one, other), axis=1)
+    return np.asarray(np.arctan2(across, np.einsum("ni,ni->n", one, other)))
 
 
 def _room(fabric: StitchMesh, smoothed: StitchMesh, faces: set[int]) -> Room:
