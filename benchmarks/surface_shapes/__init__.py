@@ -27,6 +27,8 @@ from .soft_toys import bear, octopus
 from .triangulation import triangulated
 from .worn_garments import (
     beanie,
+    briefs,
+    camisole,
     cardigan,
     glove,
     hoodie,
@@ -71,6 +73,8 @@ SHAPES: dict[str, Callable[[], Mesh]] = {
         hoodie,
         v_neck_jumper,
         v_neck_cardigan,
+        camisole,
+        briefs,
         bear,
         octopus,
     )

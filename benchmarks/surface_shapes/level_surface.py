@@ -71,6 +71,40 @@ class Wedge:
 
 
 @dataclass(frozen=True)
+class Straps:
+    """The opening above a level, between and beside two straps over the shoulders."""
+
+    height: float
+    """Height of the upper border between the straps [cm]."""
+    middle: float
+    """Distance of the middle of a strap from the plane x = 0 [cm]."""
+    width: float
+    """Width of a strap [cm]."""
+
+    def kept(self, points: FloatArray) -> FloatArray:
+        """A function that is positive at what is not cut off, shape (..., 3) to (...)."""
+        beside = np.abs(np.abs(points[..., 0]) - self.middle)
+        return np.maximum(self.height - points[..., 1], 0.5 * self.width - beside)
+
+
+@dataclass(frozen=True)
+class LegOpenings:
+    """The two openings below slanting lines, with a crotch between them."""
+
+    height: float
+    """Height of the lines beside the crotch [cm]."""
+    crotch: float
+    """Width of the crotch [cm]."""
+    slope: float
+    """Height over width of the lines."""
+
+    def kept(self, points: FloatArray) -> FloatArray:
+        """A function that is positive at what is not cut off, shape (..., 3) to (...)."""
+        beside = np.maximum(np.abs(points[..., 0]) - 0.5 * self.crotch, 0.0)
+        return points[..., 1] - self.height - self.slope * beside
+
+
+@dataclass(frozen=True)
 class Cloth:
     """The surface of a solid in a box, less what openings cut off."""
 
@@ -79,7 +113,7 @@ class Cloth:
     """Lower corner of the box [cm]."""
     high: Point
     """Upper corner of the box [cm]."""
-    openings: Sequence[Opening | Gap | Wedge] = ()
+    openings: Sequence[Opening | Gap | Wedge | Straps | LegOpenings] = ()
     cell: float = 1.15
     """Side of the cells of the lattice, in parts of an edge; narrow gaps need a smaller one."""
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from stitchmesh.mesh import FloatArray, Mesh
 
-from .level_surface import Cloth, Gap, Opening, Wedge
+from .level_surface import Cloth, Gap, LegOpenings, Opening, Straps, Wedge
 from .solids import Oval, ball, both_sides, column, flattened, joined, round_cone
 
 UP, DOWN = (0.0, 1.0, 0.0), (0.0, -1.0, 0.0)
@@ -95,6 +95,12 @@ def vest(edge: float = 1.0) -> Mesh:
     return Cloth(solid, (-42.0, -2.0, -15.0), (42.0, 72.0, 15.0), [HEM, NECKLINE, *armholes]).triangles(edge)
 
 
+def camisole(edge: float = 1.0) -> Mesh:
+    """A camisole: the body below the arms, with straps of 3 over the shoulders."""
+    openings = [HEM, NECKLINE, Straps(46.0, 9.6, 3.0)]
+    return Cloth(column(TORSO), (-22.0, -2.0, -15.0), (22.0, 72.0, 15.0), openings).triangles(edge)
+
+
 def jumper(edge: float = 1.0) -> Mesh:
     """A jumper with long sleeves that point 30 degrees down."""
     return _jumper().triangles(edge)
@@ -134,6 +140,13 @@ def trousers(edge: float = 1.0) -> Mesh:
     """Trousers with an open waist of 80 and an inseam of 75."""
     solid = joined([joined(both_sides(column(TROUSER_LEG)), 2.5), column(SEAT, 10.0)], 5.0)
     return Cloth(solid, (-22.0, -2.0, -16.0), (22.0, 104.0, 16.0), [HEM, waist(102.0)]).triangles(edge)
+
+
+def briefs(edge: float = 1.0) -> Mesh:
+    """Briefs with a waist of 94 and a crotch of 7."""
+    solid = joined([joined(both_sides(column(TROUSER_LEG)), 2.5), column(SEAT, 10.0)], 5.0)
+    openings = [waist(94.0), LegOpenings(66.0, 7.0, 0.9)]
+    return Cloth(solid, (-22.0, 60.0, -16.0), (22.0, 98.0, 16.0), openings).triangles(edge)
 
 
 def waist(height: float) -> Opening:

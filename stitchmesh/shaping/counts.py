@@ -25,6 +25,8 @@ SMALLEST_TIP = 5
 """Stitches in the smallest round at a tip; through fewer loops the drawn yarn does not pass as it should."""
 LARGEST_FACTOR = 3.0
 """Factor by which neighbouring courses may differ: a stitch makes up to three loops of one, or one of three."""
+MOST_BESIDE = 0.5
+"""Part of a course below which an open course beside it is short, as that of a strap beside the neck."""
 
 
 @dataclass(frozen=True)
@@ -90,11 +92,16 @@ def count_beside(line: LevelLine, exact: float, other: int, size: StitchSize) ->
     return min(max(count, lowest), highest) if lowest <= highest else count
 
 
+def is_part_beside(one: LevelLine, other: LevelLine) -> bool:
+    """Return whether one of two neighbouring lines is open and so short that a row joins it to a part of the other."""
+    short, long = sorted((one, other), key=lambda line: line.length)
+    return not short.closed and short.length < MOST_BESIDE * long.length
+
+
 def _tubes(levels: LevelLines) -> list[list[int]]:
     """Numbers of the lines of each tube, upwards: lines between which no limb joins or parts."""
-    above = {
-        band.below[0]: band.above[0] for band in levels.bands if len(band.below) == 1 and len(band.above) == 1
-    }  # fmt: skip
+    pairs = [(band.below[0], band.above[0]) for band in levels.bands if len(band.below) == len(band.above) == 1]
+    above = {low: high for low, high in pairs if not is_part_beside(levels.lines[low], levels.lines[high])}
     followed = set(above.values())
     found = []
     for start in above:

@@ -16,8 +16,8 @@ import numpy as np
 
 from stitchmesh.errors import MeshError
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
+from stitchmesh.shaping.borders import turning
 from stitchmesh.shaping.counts import SMALLEST_RING, StitchSize
-from stitchmesh.shaping.ends import turning
 from stitchmesh.shaping.marks import TimeMark, nearest_border
 from stitchmesh.shaping.triangle_surface import TriangleSurface, connected_parts, in_triangles
 

@@ -91,9 +91,9 @@ class LevelLines:
 
     @property
     def tips(self) -> int:
-        """Number of lines beyond which nothing is knitted, although the surface has no border there."""
-        ends = [line for band in self.bands if not (band.below and band.above) for line in band.below + band.above]
-        return len(set(ends) - self.borders - self.at_holes)
+        """Number of rings beyond which nothing is knitted, although the surface has no border there."""
+        ends = {line for band in self.bands if not (band.below and band.above) for line in band.below + band.above}
+        return sum(self.lines[line].closed for line in ends - self.borders - self.at_holes)
 
 
 def level_lines(surface: TriangleSurface, time: FloatArray, ends: Ends) -> LevelLines:

@@ -93,8 +93,9 @@ def marked_ends(surface: TriangleSurface, marks: Sequence[TimeMark], up: FloatAr
     begins, finishes = (tuple(end for mark, end in found if mark.role == role) for role in ("begin", "end"))
     lines = tuple(end for mark, end in found if mark.role == "row")
     is_marked = bool(begins or finishes)
+    used = np.concatenate([end.vertices for _, end in found])
+    lines, grafts = (*lines, *_without(automatic.lines, used)), _without(automatic.grafts, used)
     if surface.borders or not is_marked:
-        used = np.concatenate([end.vertices for _, end in found])
         first, last = (_without(ends, used) for ends in (automatic.begin_ends, automatic.finish_ends))
         if is_marked and _is_turned(automatic, begins, finishes, (first, last)):
             first, last = last, first
@@ -105,8 +106,8 @@ def marked_ends(surface: TriangleSurface, marks: Sequence[TimeMark], up: FloatAr
         )
     # The flow to a single root has saddles only where limbs meet.
     if not finishes or 0 < len(begins) < len(finishes):
-        return Ends(begins, finishes, lines, begins=True)
-    return Ends(finishes, begins, lines, begins=False)
+        return Ends(begins, finishes, lines, grafts, begins=True)
+    return Ends(finishes, begins, lines, grafts, begins=False)
 
 
 def _without(ends: Sequence[End], used: IntArray) -> tuple[End, ...]:

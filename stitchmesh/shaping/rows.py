@@ -18,7 +18,14 @@ from stitchmesh.errors import TessellationError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.connectivity import find_fans, next_sides
 from stitchmesh.shaping.chains import Chain, Grafts, divide, owners
-from stitchmesh.shaping.counts import StitchSize, count_beside, exact_counts, rounded_count
+from stitchmesh.shaping.counts import (
+    MOST_BESIDE,
+    StitchSize,
+    count_beside,
+    exact_counts,
+    is_part_beside,
+    rounded_count,
+)
 from stitchmesh.shaping.level_lines import Band, LevelLine, LevelLines
 from stitchmesh.shaping.plain_places import PlainPlaces
 from stitchmesh.shaping.wales import ABOVE, join_courses
@@ -36,8 +43,6 @@ AT_EDGE = 6.0
 """Cost of an increase or a decrease near an end of an open row, in squared stitch widths."""
 BESIDE = 0.5
 """Stitches by which the middle of a stitch lies beside an open course from which no row joins them."""
-MOST_BESIDE = 0.5
-"""Part of a course that is always joined to the other one."""
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 """Turn, from one round with increases or decreases to the next, of the place at which stitches stand exactly above each
 other: the golden ratio spreads any number of places evenly."""
@@ -139,17 +144,27 @@ class Rows:
         return self.tubes - 1
 
     def _finish(self, band: Band) -> None:
-        """Begin the courses above a place where rows begin; nothing is knitted above courses that end."""
+        """Begin the courses above a place where rows begin; nothing is knitted above courses that end.
+
+        Where a strap is highest or a crotch is lowest, two open courses face each other: a row between them joins them
+        as a knitter grafts a shoulder.
+        """
         for line in band.above:
             tip = line not in self.levels.borders
             self.tube[line] = self._new_tube()
             self.begun[self.tube[line]] = self.levels.lines[line].length
             count = rounded_count(self.levels.lines[line], self.exact[line], self.size, tip=tip)
             self._make_course(line, (), count, None)
+        facing = band.below or band.above
+        if len(facing) == 2 and not any(self.levels.lines[line].closed for line in facing):
+            one, other = (self.course[line] for line in facing)
+            low, high = (one, other.reversed()) if band.below else (one.reversed(), other)
+            self._add_row(low, high, self.tube[facing[1]])
 
     def _make_course_above(self, line: int, band: Band) -> None:
         """Make the course on a line above a band."""
-        if len(band.below) == len(band.above) == 1:
+        lines = self.levels.lines
+        if len(band.below) == len(band.above) == 1 and not is_part_beside(lines[band.below[0]], lines[line]):
             below = self.course[band.below[0]]
             self._make_course(line, band.below, self._count_above(line, self._stitches_of(below)), below)
         else:
@@ -276,9 +291,21 @@ class Rows:
         """Cut a ring that faces an open course, at the foot or the head of a slit."""
         if not course.closed or other.closed:
             return course
+        if len(other.edges) < MOST_BESIDE * len(course.edges):
+            return self._part_along(course, other)
         ends = 0.5 * (self.points[other.vertices[0]] + self.points[other.vertices[-1]])
         points = np.array([self.points[vertex] for vertex in course.vertices[:-1]])
         return self._beside(course.turned(int(np.linalg.norm(points - ends, axis=1).argmin())), other)
+
+    def _part_along(self, chain: Chain, other: Chain) -> Chain:
+        """The part of a long chain beside a short course, between the vertices nearest to the ends of that course."""
+        points = np.array([self.points[vertex] for vertex in chain.vertices[: len(chain.edges) + (not chain.closed)]])
+        first, last = (
+            int(np.linalg.norm(points - self.points[other.vertices[end]], axis=1).argmin()) for end in (0, -1)
+        )
+        if chain.closed and last <= first:
+            last += len(chain.edges)
+        return chain.part(first, last) if first < last else chain
 
     def _beside(self, chain: Chain, other: Chain) -> Chain:
         """The part of a chain beside an open course: stitches of the other part are bound off, or cast on.
@@ -296,7 +323,9 @@ class Rows:
         before = np.einsum("ei,ei->e", self.points[other.vertices[0]] - middle, along) > BESIDE * self.face_width
         after = np.einsum("ei,ei->e", middle - self.points[other.vertices[-1]], along) > BESIDE * self.face_width
         first, last = int(np.argmin(before)), len(after) - int(np.argmin(after[::-1]))
-        return chain.part(first, last) if first + MOST_BESIDE * len(after) < last else chain
+        if first + MOST_BESIDE * len(after) < last:
+            return chain.part(first, last)
+        return self._part_along(chain, other)
 
     def _graft(self, first: int, last: int) -> Chain:
         """Make a graft from one vertex through the nearest saddle to another one."""

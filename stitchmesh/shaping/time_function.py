@@ -21,7 +21,7 @@ knitting of 3D meshes* (2018).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -147,13 +147,18 @@ def even_slope(surface: TriangleSurface, time: FloatArray, ends: Ends, rounds: i
 def whole_rows(surface: TriangleSurface, time: FloatArray, ends: Ends) -> FloatArray:
     """Move the times of all ends to whole numbers; elsewhere the gradient changes as little as possible.
 
+    Those of grafts are halves.
+
     Args:
         surface: the surface.
         time: time in courses, shape (V,).
         ends: the ends.
     """
     parts = knots(surface, ends)
-    known = {number: float(np.rint(time[end.vertices].mean())) for number, end in enumerate(ends.all)}
+    # The last rows at both sides of a graft are one course apart.
+    shift = np.repeat([0.0, 0.5], [len(ends.all) - len(ends.grafts), len(ends.grafts)])
+    at_end = np.array([time[end.vertices].mean() for end in ends.all])
+    known = dict(enumerate((np.rint(at_end - shift) + shift).tolist()))
     right = parts.total(surface.divergence(surface.gradient(time)))
     return parts.solve(surface.stiffness(), right, known)
 
@@ -172,9 +177,23 @@ def knitting_time(
         course_height: height of a course [cm].
         report_part: called with the completed part, from 0 to 1, before each step.
     """
+    sides: tuple[End, ...] = ()
+    time, found = _even_time(surface, ends, sides, course_height, report_part)
+    while len((lasting := _without_short_limbs(surface, time, found)).others) < len(found.others):
+        sides = (*sides, *(end for end in found.others if end not in lasting.others))
+        # Without reports, which would begin at 0 again.
+        time, found = _even_time(surface, lasting, sides, course_height, lambda _: None)
+    return (time if found.begins else -time), found
+
+
+def _even_time(
+    surface: TriangleSurface, ends: Ends, sides: Sequence[End], course_height: float,
+    report_part: Callable[[float], None],
+) -> tuple[FloatArray, Ends]:  # fmt: skip
+    """The time above the roots in courses, shape (V,), and the ends with the tips in slits that are not among sides."""
     report_part(0.0)
     flow = first_flow(surface, ends)
-    tips = _tips_in_slits(surface, flow, ends)
+    tips = _tips_in_slits(surface, flow, ends, sides)
     if tips:
         ends = replace(ends, others=(*ends.others, *tips))
         flow = first_flow(surface, ends)
@@ -186,31 +205,38 @@ def knitting_time(
     time = even_slope(surface, time, ends, LAST_ROUNDS)
     report_part(0.9)
     time = whole_rows(surface, time / course_height, ends)
-    time = smooth_out(surface, time, LOWEST_SUMMIT, ends)
-    lasting = _without_short_limbs(surface, time, ends) if ends.automatic else ends
-    if len(lasting.others) < len(ends.others):
-        return knitting_time(surface, lasting, course_height)  # without reports, which would begin at 0 again
-    return (time if ends.begins else -time), ends
+    return smooth_out(surface, time, LOWEST_SUMMIT, ends), ends
 
 
 def _without_short_limbs(surface: TriangleSurface, time: FloatArray, ends: Ends) -> Ends:
-    """The ends without those of limbs on which no row closes; one end besides the roots stays.
+    """The ends without those of limbs on which no row closes, if no mark chose them.
 
-    The time is that above the roots, in courses, shape (V,).
+    The leg openings of briefs are such ends, all of them; knitting then begins at the crotch between them.
+
+    Args:
+        surface: the surface.
+        time: time above the roots in courses, shape (V,).
+        ends: the ends.
     """
+    if not ends.automatic:
+        return ends
     kept = np.zeros(len(time), dtype=bool)
     kept[np.concatenate([end.vertices for end in ends.all])] = True
     height = np.zeros(len(time))
     for vertex, above_saddle, _ in summits(surface, time, kept):
         height[vertex] = above_saddle
-    longest = max(ends.others, key=lambda end: float(height[end.vertices].max()), default=None)
-    lasting = (end for end in ends.others if end is longest or height[end.vertices].max() >= SHORTEST_LIMB)
+    of_end = np.array([height[end.vertices].max() for end in ends.others])
+    time_of_end = np.array([time[end.vertices[0]] for end in ends.others])
+    saddle = (time_of_end - of_end).max(initial=-np.inf)  # the highest summit joins another one at its saddle
+    # Of two equal limbs, one can be a row higher than the other because ends are at whole rows.
+    of_end = np.where(np.isinf(of_end), time_of_end - saddle - 1.0, of_end)
+    lasting = (end for end, above in zip(ends.others, of_end, strict=True) if above >= SHORTEST_LIMB)
     return replace(ends, others=tuple(lasting))
 
 
-def _tips_in_slits(surface: TriangleSurface, flow: FloatArray, ends: Ends) -> list[End]:
-    """The borders, other than the ends, in which the flow has a summit."""
+def _tips_in_slits(surface: TriangleSurface, flow: FloatArray, ends: Ends, sides: Sequence[End]) -> list[End]:
+    """The borders, other than the ends and some sides, in which the flow has a summit."""
     lasting = lasting_extrema(surface, flow, TIP_HEIGHT * float(np.ptp(flow)))
-    used = np.concatenate([end.vertices for end in ends.all])
-    sides = [border for border in surface.borders if not np.isin(border, used).any()]
-    return [End(border) for border in sides if np.isin(lasting, border).any()]
+    used = np.concatenate([end.vertices for end in (*ends.all, *sides)])
+    free = [border for border in surface.borders if not np.isin(border, used).any()]
+    return [End(border) for border in free if np.isin(lasting, border).any()]

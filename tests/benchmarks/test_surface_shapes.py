@@ -50,6 +50,8 @@ TOPOLOGY = {
     "cardigan": (-1, 3),
     "v_neck_cardigan": (-1, 3),
     "vest": (-2, 4),
+    "camisole": (-2, 4),
+    "briefs": (-1, 3),
     "hoodie": (-2, 4),
     "v_neck_jumper": (-2, 4),
     "bear": (2, 0),

@@ -11,7 +11,8 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.io.checked import check_table
 from stitchmesh.recipe.sections import RowsSection
 from stitchmesh.shaping.auto_stitches import shape_fabric
-from stitchmesh.shaping.ends import automatic_ends, is_slit, turning
+from stitchmesh.shaping.borders import is_slit, turning
+from stitchmesh.shaping.ends import automatic_ends
 from stitchmesh.shaping.level_lines import level_lines
 from stitchmesh.shaping.marks import TimeMark, marked_ends
 from stitchmesh.shaping.summits import smooth_out, summits

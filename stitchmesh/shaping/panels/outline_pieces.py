@@ -15,7 +15,7 @@ import numpy as np
 
 from stitchmesh.mesh import BORDER, FloatArray, IntArray
 from stitchmesh.mesh.face_triangles import face_triangles
-from stitchmesh.shaping.ends import corner_angles
+from stitchmesh.shaping.borders import corner_angles
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 

@@ -107,7 +107,7 @@ def found_rows(surface: TriangleSurface, courses: FloatArray, ends: Sequence[End
 def _roles(ends: Ends) -> list[tuple[str, IntArray]]:
     """The role and the vertices of each end."""
     root, other = ("begin", "end") if ends.begins else ("end", "begin")
-    groups = (root, ends.roots), (other, ends.others), ("row", ends.lines)
+    groups = (root, ends.roots), (other, (*ends.others, *ends.grafts)), ("row", ends.lines)
     return [(role, end.vertices) for role, group in groups for end in group]
 
 
