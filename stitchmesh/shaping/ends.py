@@ -104,16 +104,19 @@ def automatic_ends(surface: TriangleSurface, up: FloatArray) -> Ends:
             return flat
     rows = [border for border in surface.borders if not is_slit(surface, border)]
     rows = rows or [max(surface.borders, key=lambda border: length_of(surface, border))]
-    parts = [(border, rows_of_border(surface, border, up)) for border in rows]
-    tops = [top for border, own in parts for top in tops_of_straps(surface, border, own, up)]
-    grafts = tuple(End(path) for path in (across_strap(surface, top) for top in tops) if len(path) > 1)
-    off = [row for border, own in parts for row in bound_off(surface, border, own, up)]
+    parts = [rows_of_border(surface, border, up) for border in rows]
+    tops = [tops_of_straps(surface, border, own, up) for border, own in zip(rows, parts, strict=True)]
+    paths = [across_strap(surface, top) for own in tops for top in own]
+    grafts = tuple(End(path) for path in paths if len(path) > 1)
+    off = [row for pair in zip(rows, parts, tops, strict=True) for row in bound_off(surface, *pair, up)]
     lines = tuple(End(row) for row in off if is_level(surface, row, up))
-    rows = [row for _, own in parts for row in own if not any(row is other for other in off)]
-    level = [row for row in rows if not is_hole_in_side(surface, row, up)] or rows
+    rows = [row for own in parts for row in own if not any(row is other for other in off)]
+    level = [row for row in rows if not is_hole_in_side(surface, row, up)]
+    if not level:  # the only openings are holes in the side: they are rows, and nothing is bound off at them
+        level, lines = rows, ()
     wide = [row for row in level if length_of(surface, row) >= CLOSED_LENGTH] or level
     root = wide[highest_border(surface, wide, up)]
-    if (tops or len(level) < len(rows)) and upwards(surface, root, up) <= 0.0:
+    if (any(tops) or len(level) < len(rows)) and upwards(surface, root, up) <= 0.0:
         return Ends(tuple(End(row) for row in wide), (), lines, grafts, begins=True, automatic=True)
     others = tuple(End(row) for row in _without_holes(surface, level, root))
     begins = len(wide) == 1 and not _is_upper_end(surface, root, up)

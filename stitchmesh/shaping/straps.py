@@ -29,12 +29,21 @@ LEVEL_PART = 0.15
 """Range of heights, over the length, below which a part of a border is level."""
 
 
-def bound_off(surface: TriangleSurface, border: IntArray, rows: list[IntArray], up: FloatArray) -> list[IntArray]:
+def bound_off(
+    surface: TriangleSurface, border: IntArray, rows: list[IntArray], tops: list[int], up: FloatArray
+) -> list[IntArray]:
     """Return the rows of a border that end part of a row, while the rest goes on, as at the neck between straps.
 
     These are the lower ones of the rows of one border that face upwards, such as the back of a bib, and all of them
     where the border rises between them, as along straps. Of a hole in the side, such as an armhole, they are the parts
     below it.
+
+    Args:
+        surface: the surface.
+        border: a border.
+        rows: its rows.
+        tops: the highest vertices of its straps.
+        up: unit vector, shape (3,).
     """
     if is_hole_in_side(surface, border, up):
         pieces = outline_sides(surface, border)
@@ -43,7 +52,7 @@ def bound_off(surface: TriangleSurface, border: IntArray, rows: list[IntArray], 
     upper = _upper_rows(surface, rows, up)
     if len(upper) < 2:
         return []
-    if tops_of_straps(surface, border, rows, up):
+    if tops:
         return upper
     highest = upper[highest_border(surface, upper, up)]
     return [row for row in upper if row is not highest]

@@ -14,7 +14,7 @@ from stitchmesh.shaping.auto_stitches import ShapedFabric
 from stitchmesh.shaping.ends import automatic_ends
 from stitchmesh.shaping.marks import TimeMark, marked_ends
 from tests.benchmarks.test_surface_shapes import shape
-from tests.shaping.surfaces import in_triangles, surface_of
+from tests.shaping.surfaces import closed_ball, in_triangles, surface_of
 
 UP = np.array([0.0, 1.0, 0.0])
 RADIUS, EDGE, TOP = 6.0, 8.0, 16.0
@@ -79,6 +79,18 @@ def test_a_camisole_is_bound_off_between_its_straps_which_are_grafted_at_their_t
         assert np.abs(shaped.time[end.vertices] % 1.0 - 0.5).max() < 1e-6  # rounding of a solution of size 100
     assert shaped.report.lost is None and shaped.report.mismatched_edges > 0
     check_loops_of(shaped)
+
+
+def test_a_ball_whose_only_opening_is_in_its_side_has_no_part_of_it_bound_off():
+    ball = closed_ball(48, 24)
+    corners = ball.face_vertex.reshape(-1, 3)
+    x, y, z = ball.vertices[corners].mean(axis=1).T
+    kept_corners = corners[~((z > 0.0) & (np.abs(x) < 2.5) & (np.abs(y) < 2.5))]
+    used, number = np.unique(kept_corners, return_inverse=True)
+    surface = surface_of(Mesh.from_polygons(ball.vertices[used], number.reshape(-1, 3).tolist()))
+    ends = automatic_ends(surface, UP)
+    vertices = np.concatenate([end.vertices for end in ends.all])
+    assert len(vertices) == len(np.unique(vertices)) and not ends.lines
 
 
 def test_marks_leave_the_other_parts_of_a_camisole_as_they_are():
