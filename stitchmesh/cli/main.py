@@ -42,6 +42,7 @@ from stitchmesh.cli.commands.swatch import Swatch
 from stitchmesh.cli.commands.tessellate import Tessellate
 from stitchmesh.cli.commands.view import View
 from stitchmesh.cli.commands.yarns import Yarns
+from stitchmesh.cli.fault import FAULT, fault_of
 from stitchmesh.compute.threads import set_threads
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.io.disk_refusal import FULL, refusal
@@ -77,23 +78,39 @@ def main(argv: Sequence[str] | None = None) -> int:
         status = command.run()
         sys.stdout.flush()
     except StitchMeshError as error:
-        with suppress(OSError):  # The disk of standard error is full too.
-            print(f"{type(error).__name__}: {error}", file=sys.stderr)
+        _say(f"{type(error).__name__}: {error}")
+        return BAD_INPUT
+    except MemoryError:
+        _say("MemoryError: the memory that is free is not enough for this input; make less of it, or free memory")
         return BAD_INPUT
     except KeyboardInterrupt:
-        print("interrupted; files that have been written are complete", file=sys.stderr)
+        _say("interrupted; files that have been written are complete")
         return INTERRUPTED
     except BrokenPipeError:  # The reader of the output, for example `head`, has ended.
         _discard_output()
         return 0
     except OSError as error:
         if error.errno not in FULL:
-            raise
+            return _fault(error)
         _discard_output()
-        with suppress(OSError):
-            print(f"{error.filename or 'standard output'}: cannot be written {refusal(error)}", file=sys.stderr)
+        _say(f"{error.filename or 'standard output'}: cannot be written {refusal(error)}")
         return BAD_INPUT
+    except Exception as error:  # No part of the program expects it, so no status of another end may stand for it.
+        return _fault(error)
     return status or 0
+
+
+def _fault(error: Exception) -> int:
+    """Say that the program is at fault, and return the exit status."""
+    fault = fault_of(error)
+    _say(f"{type(fault).__name__}: {fault}")
+    return FAULT
+
+
+def _say(line: str) -> None:
+    """Print a line to standard error."""
+    with suppress(OSError):  # The disk of standard error is full too.
+        print(line, file=sys.stderr)
 
 
 def _discard_output() -> None:

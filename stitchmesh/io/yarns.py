@@ -22,7 +22,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from os import fspath
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,6 +30,7 @@ from numpy.typing import NDArray
 from stitchmesh.errors import FileError, ParameterError, YarnError, check_kind
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
+from stitchmesh.io.path_kind import is_folder
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
 from stitchmesh.io.yarn_formats import bcc
 from stitchmesh.io.yarn_formats.gltf import tubes_error, write_glb
@@ -143,7 +143,7 @@ def check_writable(path: FilePath, yarns: YarnSet) -> None:
     """
     if suffix_of(path, FORMATS) == ".pyp":
         check_pyp(path, yarns)
-    if Path(path).is_dir():
+    if is_folder(path):
         raise FileError(f"{fspath(path)}: is a folder; expected the name of a file to write")
 
 

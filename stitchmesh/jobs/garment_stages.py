@@ -15,6 +15,7 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.editing.edit import Edit
 from stitchmesh.io.checkpoint_file import previous_path
 from stitchmesh.io.contents import read_bytes
+from stitchmesh.io.path_kind import is_file
 from stitchmesh.io.state_saver import StateSaver
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.jobs.budget_stage import chosen_quality
@@ -203,11 +204,11 @@ def _relaxed(
     stage = relaxation_stage("relax_yarns", stage_key("relax_yarns", fabric, yarns, given, quality, _processor(device)))
     folder = run.kept.folder_of(stage)
     checkpoint = folder / CHECKPOINT
-    run.check_resume(stage, stopped=checkpoint.is_file())
+    run.check_resume(stage, stopped=is_file(checkpoint))
 
     def relax(report: dict[str, Any]) -> Relaxation:
         """Relax the yarns from their beginning or from the checkpoint."""
-        saver, continues = StateSaver(run.folder, run.report, yarns), checkpoint.is_file()
+        saver, continues = StateSaver(run.folder, run.report, yarns), is_file(checkpoint)
         checkpoints = Checkpoints(folder, run.job.relax_yarns.checkpoint_every)
         relaxation = replace(chosen, checkpoint=checkpoints, resume=checkpoint if continues else None)
         before = seconds_of(checkpoint) if continues else 0.0

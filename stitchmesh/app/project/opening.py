@@ -11,6 +11,7 @@ from stitchmesh.app.project.project_folder import TABLE_NAME, stored_source
 from stitchmesh.app.project.recent import new_project_folder, projects_folder, recent_projects
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.io.path_kind import is_folder
 from stitchmesh.io.units import DEFAULT_UNIT
 
 FIRST_NAME = "Garment"
@@ -33,7 +34,7 @@ def project_for(file: FilePath | None = None, folder: FilePath | None = None, un
         StitchMeshError: the project cannot be opened, the file cannot be read, or the folder holds a project that was
             started from another file.
     """
-    if file is not None and Path(file).is_dir():
+    if file is not None and is_folder(file):
         return Project.open(Path(file))
     if folder is not None:
         return _in_folder(Path(folder), file, unit)

@@ -17,6 +17,7 @@ from stitchmesh.errors import FileError, ParameterError, StitchMeshError
 from stitchmesh.io.atomic import atomic_path, write_json
 from stitchmesh.io.checked import check_value
 from stitchmesh.io.json_file import read_json
+from stitchmesh.io.path_kind import is_file
 from stitchmesh.jobs.sweep.row import ERROR, Row
 from stitchmesh.jobs.sweep.task import SweptJob, Task
 
@@ -44,7 +45,7 @@ def write_rows(folder: Path, task: Task, rows: Mapping[str, Row]) -> None:
 def read_rows(folder: Path, task: Task) -> dict[str, Row] | None:
     """Return the rows of a task; None if the task is not finished, or its file is damaged."""
     path = task_path(folder, task)
-    if not path.is_file():
+    if not is_file(path):
         return None
     try:
         rows = check_value(read_json(path), dict[str, dict[str, Any]])
@@ -91,7 +92,7 @@ def read_table(folder: Path) -> dict[str, list[Any]]:
     from pyarrow import parquet
 
     path = folder / TABLE
-    if not path.is_file():
+    if not is_file(path):
         raise FileError(f"{folder}: holds no {TABLE}; expected the folder of a sweep, from `stitchmesh batch`")
     try:
         found: dict[str, list[Any]] = parquet.read_table(path).to_pydict()

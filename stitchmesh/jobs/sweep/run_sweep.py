@@ -18,6 +18,7 @@ from stitchmesh.compute.threads import core_count
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.folder_lock import FolderLock
 from stitchmesh.io.part_folder import remove_stale_parts
+from stitchmesh.io.path_kind import whole_path
 from stitchmesh.jobs.job_status import JobLog, Listener
 from stitchmesh.jobs.run_job import BUSY, end_reported
 from stitchmesh.jobs.stop import StopRequest
@@ -83,7 +84,7 @@ def run_sweep(
         expected = "0 or more" if scheduler is None else "no number with a scheduler, which has workers of its own"
         raise ParameterError(f"workers: got {workers}; expected {expected}")
     import_pyarrow()
-    target = Path(folder).resolve()
+    target = whole_path(folder)
     with _doing(target, workers, scheduler, sweep) as (device, do):
         jobs = jobs_of(sweep, device)  # Before the folder is made: a sweep that is refused leaves nothing.
         lock = FolderLock(target, BUSY)

@@ -1,0 +1,195 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Hostile words for every option of every command, made from the dataclasses of the commands, and their runs.
+
+Each run is a child process of its own, with limits on its address space and on its processor time.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import sys
+import traceback
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, is_dataclass
+from pathlib import Path
+from types import NoneType
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+from tyro.conf import UseAppendAction
+
+from stitchmesh.cli.main import COMMANDS, main
+
+NUMBERS = ("0", "-1", "nan", "inf", "1e9", "1000000000", "1e-300", "1e300", "1e400", "1" + "0" * 400)
+"""Numbers at which a computation may break; one that is whole in every way of writing a count."""
+TEXTS = ("", "nan", "x" * 300, "a/" * 2500 + "b", "a\nb", "a\0b", "[" * 1000, "\udcff")
+"""Texts and names of files at which a command may break."""
+BASE: dict[str, list[list[str]]] = {
+    "knit": [["tube.obj", "-o", "out", "--stitch-width", "8", "--no-picture"],
+             ["tube.obj", "-o", "out", "--stitch-width", "8", "--no-picture", "--auto"]],
+    "label": [["tube.obj", "-o", "out.h5"], ["tube.obj", "-o", "out.h5", "--auto"]],
+    "tessellate": [["labeled.h5", "-o", "out.h5"]],
+    "pattern": [["stitches.h5", "rib1x1", "-o", "out.h5"]],
+    "capture": [["stitches.h5", "-o", "out.knit"]],
+    "edit": [["stitches.h5", "face=3", "--apply", "insert_wale", "-o", "out.h5"]],
+    "relax-mesh": [["stitches.h5", "--surface", "labeled.h5", "-o", "out.h5"]],
+    "yarns": [["stitches.h5", "-o", "out.h5"]],
+    "relax": [["yarns.h5", "-o", "out.h5"]],
+    "relax-edited": [["yarns.h5", "--before", "stitches.h5", "--after", "stitches.h5", "-o", "out.h5"]],
+    "outline": [["rib1x1", "-o", "out", "--columns", "2", "--rows", "2"]],
+    "swatch": [["stockinette", "-o", "out", "--no-picture"], ["plain", "-o", "out", "--no-picture"],
+               ["stockinette", "-o", "out", "--no-picture", "--relaxation", "dry"]],
+    "stretch": [["stockinette", "-o", "out", "--course", "0:4%", "--steps", "2"]],
+    "drape": [["scene.toml", "-o", "out", "--no-picture"]],
+    "follow": [["yarns.h5", "frames", "-o", "out"]],
+    "run": [["job.toml", "-o", "out"]],
+    "job": [["init", "tube.obj", "-o", "out.toml"]],
+    "status": [["job"]],
+    "batch": [["sweep.toml", "-o", "out", "--workers", "0"]],
+    "info": [["yarns.h5"]], "check": [["yarns.h5"]], "select": [["stitches.h5", "-o", "out.txt"]],
+    "patterns": [[]], "instructions": [["stitches.h5", "-o", "out.txt"]],
+    "convert": [["cell.h5", "out.bcc"]],
+    "render": [["yarns.h5", "-o", "out.png", "--size", "32", "32"], ["cell.h5", "-o", "out.png", "--size", "32", "32"]],
+    "view": [["yarns.h5", "--no-browser"]], "app": [["tube.obj", "--project", "out", "--no-browser"]],
+}  # fmt: skip
+"""Words with which each command does its work on the small inputs."""
+QUICK = {"quality": "draft", "device": "cpu", "max_iterations": "2"}
+"""Options with which a command is quick, where it has them."""
+FORMS = {
+    "V,W": "{},0", "V,W=COUNT": "0,1={}", "V,W=LABEL": "{},0=course", "KEY=F": "k={}", "NAME=VALUE": "k_len={}",
+    "PANEL=U,V": "0={},1", "N=COLOUR": "{}=red", "A[,B]": "{}", "AXIS|X,Y,Z": "{},0,1", "CM CM": "{} free",
+    "FROM:TO": "0:{}", "TIME": "{}s", "ERROR": "{}%", "STITCHES[xROWS]": "{0}x{0}", "PLACE": "point {} 0 0",
+    "VIEW": "{},0", "CM [CM]": "{}", "PIXELS [PIXELS]": "{}", "MU[,MU]": "{}", "K[,ANGLE]": "{}",
+    "SELECTION": "row {}",
+}  # fmt: skip
+"""Texts that hold a number, by the placeholder of the option in the help."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option of a command."""
+
+    name: str
+    metavar: str
+    numbers: int
+    """How many numbers it takes; 0 for a text."""
+
+    def words(self, value: str) -> list[list[str]]:
+        """Return the ways to give the option with a value."""
+        flag = "--" + self.name.replace("_", "-")
+        text = FORMS.get(self.metavar, "{}").format(value)
+        if self.numbers <= 1:
+            return [[f"{flag}={text}"]] if self.metavar != "CM CM" else [[flag, *text.split()]]
+        values = [["1"] * place + [value] + ["1"] * (self.numbers - place - 1) for place in range(self.numbers)]
+        return [[flag, *each] for each in values]
+
+
+def name_of(command: type) -> str:
+    """Return the name of a command on the command line."""
+    return "".join("-" * (place > 0) + letter.lower() if letter.isupper() else letter
+                   for place, letter in enumerate(command.__name__))  # fmt: skip
+
+
+def options_of(group: Any) -> Iterator[Option]:
+    """Yield the options of a command or of a group of options, without flags."""
+    for name, hint in get_type_hints(group, include_extras=True).items():
+        inner, *notes = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+        if is_dataclass(inner):
+            yield from options_of(inner)
+        elif inner is not bool:
+            metavars = [note.metavar for note in notes if getattr(note, "metavar", None)]
+            yield Option(name, metavars[0] if metavars else "", _numbers_of(inner, notes))
+
+
+def _numbers_of(declared: Any, notes: Sequence[object]) -> int:
+    parts = [part for part in get_args(declared) if part is not NoneType]
+    if NoneType in get_args(declared):
+        return _numbers_of(parts[0], notes) if len(parts) == 1 else 0
+    if get_origin(declared) is tuple:
+        if UseAppendAction in notes or Ellipsis in parts:
+            return int(parts[0] in (int, float))
+        return len(parts) if all(part in (int, float) for part in parts) else 0
+    return int(declared in (int, float))
+
+
+def cases(values: Sequence[str], *, texts: Sequence[str] = ()) -> Iterator[list[str]]:
+    """Yield the words of a command with one hostile option, for each command, option and value.
+
+    Args:
+        values: numbers, which are also put into the places of numbers in texts.
+        texts: texts, for options that take any.
+    """
+    for command in COMMANDS:
+        own = list(options_of(command))
+        for base in BASE[name_of(command)]:
+            for option in own:
+                beside = quick_words(own, option.name)
+                yield from (
+                    [name_of(command), *base, *beside, *words]
+                    for value in (*values, *(() if option.numbers else texts))
+                    for words in option.words(value)
+                )
+
+
+def quick_words(own: Sequence[Option], without: str) -> list[str]:
+    """Return the words with which a command is quick, without the option that is varied."""
+    names = {option.name for option in own} - {without}
+    return [word for name, value in QUICK.items() if name in names
+            for word in (f"--{name.replace('_', '-')}", value)]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a run ended."""
+
+    status: int | None
+    """Exit status; None after a signal."""
+    signal: int
+    output: str
+    errors: str
+
+
+def run_limited(words: Sequence[str], folder: Path, *, memory: float = 4e9, seconds: int = 60) -> Ended:
+    """Run a command in a child process, in a folder, with limits.
+
+    Args:
+        words: the words of the command.
+        folder: present folder of the child; its standard output and errors go to files beside it.
+        memory: additional address space [bytes].
+        seconds: processor time [s].
+    """
+    output, errors = folder.with_suffix(".out"), folder.with_suffix(".err")
+    child = os.fork()
+    if child == 0:
+        _limited(words, folder, output, errors, memory, seconds)
+    _child, status = os.waitpid(child, 0)
+    ended = os.WEXITSTATUS(status) if os.WIFEXITED(status) else None
+    number = os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0
+    return Ended(ended, number, output.read_text(errors="replace"), errors.read_text(errors="replace"))
+
+
+def _limited(
+    words: Sequence[str], folder: Path, output: Path, errors: Path, memory: float, seconds: int
+) -> None:  # fmt: skip
+    status = 99
+    try:
+        os.chdir(folder)
+        for path, number in ((output, 1), (errors, 2)):
+            os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), number)
+        sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w")
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+        most = pages * os.sysconf("SC_PAGE_SIZE") + int(memory)
+        resource.setrlimit(resource.RLIMIT_AS, (most, most))
+        used = int(sum(os.times()[:2])) + 1
+        resource.setrlimit(resource.RLIMIT_CPU, (used + seconds, used + seconds + 1))
+        try:
+            status = main(list(words))
+        except SystemExit as stop:
+            status = int(stop.code or 0)
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
