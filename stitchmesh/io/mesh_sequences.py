@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stitchmesh.errors import FileError, MeshError, ParameterError
+from stitchmesh.errors import FileError, MeshError, ParameterError, check_positive
 from stitchmesh.io.contents import FilePath, check_path
 from stitchmesh.io.mesh_formats.usd_mesh import read_usd_mesh, write_usd_mesh
 from stitchmesh.io.meshes import FORMATS, read_mesh
@@ -43,8 +43,7 @@ def read_moving_mesh(
         MeshError: the polygons do not form an oriented manifold surface.
     """
     check_path(path)
-    if not (np.isfinite(frames_per_second) and frames_per_second > 0.0):
-        raise ParameterError(f"frames per second: got {frames_per_second}; expected a positive number")
+    check_positive("frames per second", frames_per_second)
     if is_folder(path):
         return _of_folder(Path(path), unit, frames_per_second)
     if Path(path).suffix.lower() not in USD:

@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import dataclasses
 import logging
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from os import fspath
@@ -27,7 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.errors import FileError, ParameterError, YarnError, check_kind
+from stitchmesh.errors import FileError, ParameterError, YarnError, check_kind, check_positive
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
 from stitchmesh.io.path_kind import is_folder
@@ -92,8 +91,8 @@ def read_yarns(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None
         FileError: the file cannot be read, is malformed, or its suffix is unknown.
     """
     scale = centimetres(unit)
-    if radius is not None and not (math.isfinite(radius) and radius > 0.0):
-        raise ParameterError(f"radius: got {radius}; expected a positive number of cm")
+    if radius is not None:
+        check_positive("radius", radius, "cm")
     yarn_format = FORMATS[suffix_of(path, FORMATS)]
     try:
         return yarn_format.read(path, scale, radius)

@@ -20,7 +20,7 @@ from stitchmesh.io.state_saver import StateSaver
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.jobs.budget_stage import chosen_quality
 from stitchmesh.jobs.job import recipe_of
-from stitchmesh.jobs.job_memory import check_memory, found_memory, garment_memory
+from stitchmesh.jobs.job_memory import check_job_memory, found_memory, garment_memory
 from stitchmesh.jobs.kept_stages import stage_key
 from stitchmesh.jobs.stage_files import fabric_stage, found_stage, relaxation_stage, yarns_stage
 from stitchmesh.jobs.stage_run import JobRun, cut_short
@@ -116,9 +116,9 @@ def _check_memory(run: JobRun, options: KnitOptions, device: str, memory_at: Cal
     """Refuse a job that does not fit into the memory, and report what it needs.
 
     Raises:
-        ParameterError: as for ``check_memory``.
+        ParameterError: as for ``check_job_memory``.
     """
-    run.report["memory"] = check_memory(
+    run.report["memory"] = check_job_memory(
         memory_at, quality_named(options.quality), device,
         "wider stitches, a smaller mesh, or no pictures (render = [])",
     )  # fmt: skip

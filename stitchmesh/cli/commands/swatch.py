@@ -127,6 +127,7 @@ class Swatch:
             **self.fabric.options(woven=woven), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period,
             unsupported=self.unsupported, blocked=self.blocked,
         )  # fmt: skip
+        self._check_memory(source, tiles)
         if self.explore is not None:
             self._explore(source, options)
             return None
@@ -188,12 +189,26 @@ class Swatch:
         palette = self.colours.recoloured(checked_palette(source.palette, ParameterError))
         return replace(source, palette=tuple(map(tuple, palette.tolist())))
 
-    def _picture_seconds(self, source: Pattern | Weave) -> float:
-        """Estimate the time to draw the repeats [s]."""
+    def _check_memory(self, source: Pattern | Weave, tiles: tuple[int, int]) -> None:
+        """Refuse files that do not fit into the memory, before the relaxation.
+
+        Raises:
+            ParameterError: as for ``check_memory``.
+        """
+        from stitchmesh.yarn.tiling import check_tiled_memory
+
+        check_tiled_memory(self._points(source), *tiles)
+
+    def _points(self, source: Pattern | Weave) -> float:
+        """Return the number of control points of the cell at the default quality."""
         from stitchmesh.periodic.swatch_budget import stitches_of
 
-        stitches = stitches_of(source) * self.fabric.columns * self.fabric.rows * self.tile[0] * self.tile[1]
-        return START_OF_RENDERER + POINT_OF_PICTURE * PRESETS[DEFAULT_QUALITY].control_points_per_stitch * stitches
+        stitches = stitches_of(source) * self.fabric.columns * self.fabric.rows
+        return PRESETS[DEFAULT_QUALITY].control_points_per_stitch * stitches
+
+    def _picture_seconds(self, source: Pattern | Weave) -> float:
+        """Estimate the time to draw the repeats [s]."""
+        return START_OF_RENDERER + POINT_OF_PICTURE * self._points(source) * self.tile[0] * self.tile[1]
 
     @property
     def _name(self) -> str:

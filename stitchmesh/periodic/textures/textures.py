@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError, YarnError, check_kind
 from stitchmesh.lattice import Lattice
+from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_TEXTURE_SAMPLE, check_memory
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mesh.palette import colours_of, linear_colour, srgb_colour
 from stitchmesh.periodic.textures.plan import Plan
@@ -87,6 +88,10 @@ def texture_maps(
     _check_size("width", width)
     height = max(1, round(float(width * size[1] / size[0]))) if height is None else height
     _check_size("height", height)
+    check_memory(
+        f"texture maps of {width} x {height} pixels",
+        BASE_MEMORY + BYTES_PER_TEXTURE_SAMPLE * SAMPLES**2 * width * height, "fewer pixels",
+    )  # fmt: skip
     fine = Plan(cell.lattice, SAMPLES * width, SAMPLES * height)
     tubes = tubes_above(cell, fine)
     maps = _mean_maps(tubes, fine, linear_colour(colours_of(cell.colour, cell.palette) / 255))
