@@ -114,6 +114,21 @@ class DisplayError(StitchMeshError):
     """Pictures cannot be drawn on this machine."""
 
 
+def is_interrupt(error: BaseException) -> bool:
+    """Return whether an interrupt from the keyboard is the cause of an exception.
+
+    An interrupt while a module is imported may come out as an ``ImportError`` or a ``SystemError``.
+    """
+    links: list[BaseException] = []
+    found: BaseException | None = error
+    while found is not None and found not in links:
+        if isinstance(found, KeyboardInterrupt):
+            return True
+        links.append(found)
+        found = found.__cause__ or found.__context__
+    return False
+
+
 def first_few(items: Sequence[object] | NDArray, limit: int = 3) -> str:
     """List the first items and count the others: ``4, 7, 9 (+12 more)``.
 
@@ -159,7 +174,7 @@ def check_positive(name: str, value: float, unit: str = "") -> None:
     """
     unit = unit and f" {unit}"
     if not (math.isfinite(value) and value > 0.0):
-        raise ParameterError(f"{name}: got {value}{unit}; expected a positive number")
+        raise ParameterError(f"{name}: got {value:g}{unit}; expected a positive number")
     if not LEAST_NUMBER <= value <= LARGEST_NUMBER:
         raise ParameterError(f"{name}: got {value:g}{unit}; expected {LEAST_NUMBER:g} to {LARGEST_NUMBER:g}{unit}")
 

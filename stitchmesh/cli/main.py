@@ -44,11 +44,13 @@ from stitchmesh.cli.commands.view import View
 from stitchmesh.cli.commands.yarns import Yarns
 from stitchmesh.cli.fault import FAULT, fault_of
 from stitchmesh.compute.threads import set_threads
-from stitchmesh.errors import StitchMeshError
+from stitchmesh.errors import StitchMeshError, is_interrupt
 from stitchmesh.io.disk_refusal import FULL, refusal
 
 INTERRUPTED = 130
 """Exit status after an interrupt from the keyboard."""
+INTERRUPTION = "interrupted; files that have been written are complete"
+"""Line after an interrupt."""
 DESCRIPTION = "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --version` prints the version."
 COMMANDS = (
     Knit, Label, Tessellate, Pattern, Capture, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Outline, Swatch, Stretch,
@@ -84,7 +86,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         _say("MemoryError: the memory that is free is not enough for this input; make less of it, or free memory")
         return BAD_INPUT
     except KeyboardInterrupt:
-        _say("interrupted; files that have been written are complete")
+        _say(INTERRUPTION)
         return INTERRUPTED
     except BrokenPipeError:  # The reader of the output, for example `head`, has ended.
         _discard_output()
@@ -96,6 +98,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         _say(f"{error.filename or 'standard output'}: cannot be written {refusal(error)}")
         return BAD_INPUT
     except Exception as error:  # No part of the program expects it, so no status of another end may stand for it.
+        if is_interrupt(error):
+            _say(INTERRUPTION)
+            return INTERRUPTED
         return _fault(error)
     return status or 0
 
