@@ -2,16 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """Hostile words for every option of every command, made from the dataclasses of the commands, and their runs.
 
-Each run is a child process of its own, with limits on its address space and on its processor time.
+Each run is a child process of its own, with limits on its address space and on its processor time: the children of one
+clean process (``Runner``), because a process with threads cannot be forked safely.
 """
 
 from __future__ import annotations
 
+import ctypes
+import importlib
+import json
 import os
+import pkgutil
 import resource
+import subprocess
 import sys
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, is_dataclass
 from pathlib import Path
 from types import NoneType
@@ -19,7 +25,11 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from tyro.conf import UseAppendAction
 
+import stitchmesh
+from stitchmesh.app import run as app_run
+from stitchmesh.cli import progress as cli_progress
 from stitchmesh.cli.main import COMMANDS, main
+from tests.gallery import ROOT
 
 NUMBERS = ("0", "-1", "nan", "inf", "1e9", "1000000000", "1e-300", "1e300", "1e400", "1" + "0" * 400)
 """Numbers at which a computation may break; one that is whole in every way of writing a count."""
@@ -113,23 +123,45 @@ def _numbers_of(declared: Any, notes: Sequence[object]) -> int:
     return int(declared in (int, float))
 
 
-def cases(values: Sequence[str], *, texts: Sequence[str] = ()) -> Iterator[list[str]]:
-    """Yield the words of a command with one hostile option, for each command, option and value.
+def cases(name: str, values: Sequence[str], *, texts: Sequence[str] = ()) -> Iterator[list[str]]:
+    """Yield the words of a command with one hostile option, for each option and value.
 
     Args:
+        name: name of the command.
         values: numbers, which are also put into the places of numbers in texts.
         texts: texts, for options that take any.
     """
-    for command in COMMANDS:
-        own = list(options_of(command))
-        for base in BASE[name_of(command)]:
-            for option in own:
-                beside = quick_words(own, option.name)
-                yield from (
-                    [name_of(command), *base, *beside, *words]
-                    for value in (*values, *(() if option.numbers else texts))
-                    for words in option.words(value)
-                )
+    own = list(options_of(command_named(name)))
+    for base in BASE[name]:
+        for option in own:
+            beside = quick_words(own, option.name)
+            yield from (
+                [name, *base, *beside, *words]
+                for value in (*values, *(() if option.numbers else texts))
+                for words in option.words(value)
+            )
+
+
+def with_path(name: str, hostile: Callable[[str], Iterator[str]]) -> Iterator[list[str]]:
+    """Yield the words of a command with a hostile path in the place of each of its paths."""
+    quick = quick_words(list(options_of(command_named(name))), "")
+    for place, word in enumerate(base := BASE[name][0]):
+        if ("." in word and "=" not in word) or word in ("out", "job", "frames"):
+            yield from ([name, *base[:place], path, *base[place + 1 :], *quick] for path in hostile(word))
+
+
+def hostile_paths(path: str) -> Iterator[str]:
+    """Yield paths with the suffix of a path that the system refuses to an owner without rights of root."""
+    suffix = Path(path).suffix
+    yield from (f"closed/{path}", f"read-only/{path}", f"read-only/deep/{path}", f"tube.obj/x{suffix}")
+    yield from ("x" * 300 + suffix, "x/" * 2500 + f"x{suffix}", f"circle{suffix}", f"/proc/x{suffix}")
+    yield from (f"a\0b{suffix}", f"a\nb{suffix}", f"\udcff{suffix}", f"\ud800{suffix}", "", ".", "/dev/full")
+    yield from ("yarns.h5", "tube.obj")  # of mode 0
+
+
+def command_named(name: str) -> type:
+    """Return the class of a command."""
+    return next(command for command in COMMANDS if name_of(command) == name)
 
 
 def quick_words(own: Sequence[Option], without: str) -> list[str]:
@@ -150,41 +182,74 @@ class Ended:
     errors: str
 
 
-def run_limited(words: Sequence[str], folder: Path, *, memory: float = 4e9, seconds: int = 60) -> Ended:
-    """Run a command in a child process, in a folder, with limits.
+class Runner:
+    """A process that has imported the program, and runs each command in a child of its own, with limits."""
 
-    Args:
-        words: the words of the command.
-        folder: present folder of the child; its standard output and errors go to files beside it.
-        memory: additional address space [bytes].
-        seconds: processor time [s].
-    """
-    output, errors = folder.with_suffix(".out"), folder.with_suffix(".err")
-    child = os.fork()
-    if child == 0:
-        _limited(words, folder, output, errors, memory, seconds)
-    _child, status = os.waitpid(child, 0)
-    ended = os.WEXITSTATUS(status) if os.WIFEXITED(status) else None
-    number = os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0
-    return Ended(ended, number, output.read_text(errors="replace"), errors.read_text(errors="replace"))
+    def __init__(self) -> None:
+        environment = {**os.environ, "STITCHMESH_THREADS": "1"}
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "tests.cli.hostile"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+            cwd=ROOT, env=environment,
+        )  # fmt: skip
+
+    def run(
+        self, words: Sequence[str], folder: Path, *, memory: float = 4e9, seconds: int = 60, unprivileged: bool = False
+    ) -> Ended:
+        """Run a command in a folder.
+
+        Args:
+            words: the words of the command.
+            folder: present folder of the child; its standard output and errors go to files beside it.
+            memory: additional address space [bytes].
+            seconds: processor time [s].
+            unprivileged: whether the child may only what the modes of files permit to their owner.
+        """
+        assert self._process.stdin is not None and self._process.stdout is not None
+        asked = [list(words), os.fspath(folder), memory, seconds, unprivileged]
+        self._process.stdin.write(json.dumps(asked) + "\n")
+        self._process.stdin.flush()
+        status, number = json.loads(self._process.stdout.readline())
+        output, errors = (folder.with_suffix(suffix).read_text(errors="replace") for suffix in (".out", ".err"))
+        return Ended(status, number, output, errors)
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.communicate()
 
 
-def _limited(
-    words: Sequence[str], folder: Path, output: Path, errors: Path, memory: float, seconds: int
-) -> None:  # fmt: skip
+def serve() -> None:
+    """Run the commands that standard input asks for, and answer on standard output."""
+    for module in pkgutil.walk_packages(stitchmesh.__path__, "stitchmesh."):
+        if not module.name.endswith("__main__"):
+            importlib.import_module(module.name)
+    app_run._wait_for_end = lambda: None
+    cli_progress.LINE_SECONDS = float("inf")  # lines that depend on the clock
+    for line in sys.stdin:
+        child = os.fork()
+        if child == 0:
+            _limited(*json.loads(line))
+        _child, status = os.waitpid(child, 0)
+        ended = os.WEXITSTATUS(status) if os.WIFEXITED(status) else None
+        print(json.dumps([ended, os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0]), flush=True)
+
+
+def _limited(words: list[str], folder: str, memory: float, seconds: int, unprivileged: bool) -> None:
     status = 99
     try:
         os.chdir(folder)
-        for path, number in ((output, 1), (errors, 2)):
-            os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), number)
-        sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w")
+        os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+        for suffix, number in ((".out", 1), (".err", 2)):
+            os.dup2(os.open(Path(folder).with_suffix(suffix), os.O_WRONLY | os.O_CREAT | os.O_TRUNC), number)
+        sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w", errors="backslashreplace")
         pages = int(Path("/proc/self/statm").read_text().split()[0])
         most = pages * os.sysconf("SC_PAGE_SIZE") + int(memory)
         resource.setrlimit(resource.RLIMIT_AS, (most, most))
         used = int(sum(os.times()[:2])) + 1
         resource.setrlimit(resource.RLIMIT_CPU, (used + seconds, used + seconds + 1))
+        if unprivileged:
+            _drop_capabilities()
         try:
-            status = main(list(words))
+            status = main(words)
         except SystemExit as stop:
             status = int(stop.code or 0)
     except BaseException:
@@ -193,3 +258,14 @@ def _limited(
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(status)
+
+
+def _drop_capabilities() -> None:
+    """Give up the right of root to read and write everything; a file of mode 0 is then closed to its owner too."""
+    header, none = (ctypes.c_uint32 * 2)(0x20080522, 0), (ctypes.c_uint32 * 6)()
+    if ctypes.CDLL(None, use_errno=True).capset(header, none):
+        raise OSError(ctypes.get_errno(), "capset")
+
+
+if __name__ == "__main__":
+    serve()

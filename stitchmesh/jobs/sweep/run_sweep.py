@@ -29,6 +29,7 @@ from stitchmesh.jobs.sweep.sweep import Sweep
 from stitchmesh.jobs.sweep.task import SweptJob, Task, jobs_of, tasks_of
 from stitchmesh.jobs.sweep.work import error_row, work
 from stitchmesh.jobs.sweep.workers import local_workers, offers_gpu, standing_workers
+from stitchmesh.memory_need import BASE_MEMORY, check_memory
 
 STAGE = "sweep"
 DIED = "the processes that worked on it died; it may need more memory than a worker has"
@@ -118,6 +119,7 @@ def _doing(folder: Path, workers: int | None, scheduler: str | None, sweep: Swee
     devices = 0 if device == CPU else sum(name.startswith("cuda") for name in device_names())
     gpus = min(devices, workers or devices)
     count = workers or core_count()
+    check_memory(f"a sweep with {count:,} workers", BASE_MEMORY * count, "fewer workers")
     yield device, lambda tasks, stop: work_with(lambda: local_workers(count, gpus), tasks, folder, stop)
 
 

@@ -19,7 +19,6 @@ from stitchmesh.compute.threads import VARIABLE as THREADS
 from stitchmesh.compute.threads import core_count
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.jobs.sweep.result_table import REMEDY
-from stitchmesh.memory_need import BASE_MEMORY, check_memory
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -63,10 +62,9 @@ def local_workers(count: int, gpus: int) -> Iterator[Client]:
         gpus: number of processes that work on a GPU, one for each device, in the place of those on the CPU.
 
     Raises:
-        ParameterError: Dask is not installed, or as for ``check_memory``.
+        ParameterError: Dask is not installed.
     """
     import_dask()
-    check_memory(f"a sweep with {count:,} workers", BASE_MEMORY * count, "fewer workers")
     import dask
     from distributed import Client, Nanny, Scheduler, SpecCluster
 

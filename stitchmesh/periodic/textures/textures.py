@@ -88,10 +88,7 @@ def texture_maps(
     _check_size("width", width)
     height = max(1, round(float(width * size[1] / size[0]))) if height is None else height
     _check_size("height", height)
-    check_memory(
-        f"texture maps of {width} x {height} pixels",
-        BASE_MEMORY + BYTES_PER_TEXTURE_SAMPLE * SAMPLES**2 * width * height, "fewer pixels",
-    )  # fmt: skip
+    check_texture_memory(width, height)
     fine = Plan(cell.lattice, SAMPLES * width, SAMPLES * height)
     tubes = tubes_above(cell, fine)
     maps = _mean_maps(tubes, fine, linear_colour(colours_of(cell.colour, cell.palette) / 255))
@@ -108,6 +105,18 @@ def texture_maps(
         opacity=maps["opacity"][::-1],
         tangent=maps["tangent"][::-1],
     )
+
+
+def check_texture_memory(width: int, height: int) -> None:
+    """Refuse texture maps that do not fit into the memory; width and height in pixels.
+
+    Raises:
+        ParameterError: as for ``check_memory``.
+    """
+    check_memory(
+        f"a texture of {width} x {height} pixels",
+        BASE_MEMORY + BYTES_PER_TEXTURE_SAMPLE * SAMPLES**2 * width * height, "fewer pixels",
+    )  # fmt: skip
 
 
 def _check_size(name: str, pixels: int) -> None:
