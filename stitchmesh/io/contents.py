@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from stitchmesh.errors import FileError, ParameterError, described
+from stitchmesh.io.outputs import note_input
 from stitchmesh.lattice import LARGEST_LENGTH
 from stitchmesh.mesh import FloatArray
 
@@ -52,6 +53,7 @@ def read_bytes(path: FilePath) -> bytes:
         FileError: the file is missing, a folder, unreadable or empty.
     """
     name = fspath(path)
+    note_input(path)
     try:
         content = Path(path).read_bytes()
     except FileNotFoundError as error:

@@ -8,14 +8,13 @@ there are no locks (Windows, some network file systems), a second program is not
 
 from __future__ import annotations
 
-import errno
 import os
-import stat
 from pathlib import Path
 from typing import IO
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.disk_refusal import refusal
+from stitchmesh.io.own_files import open_own
 
 try:
     import fcntl
@@ -24,8 +23,6 @@ except ImportError:  # Windows has no such locks.
 
 NAME = ".lock"
 """Name of the lock's file in the folder."""
-HAS_LOCKS = fcntl is not None
-"""Whether the system has locks of files."""
 
 
 class FolderLock:
@@ -44,7 +41,7 @@ class FolderLock:
         self._path = folder / NAME
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            self._file: IO[str] | None = open_lock(self._path)
+            self._file: IO[str] | None = os.fdopen(open_own(self._path), "r+")
         except OSError as error:
             raise FileError(f"{folder}: cannot be written {refusal(error)}") from error
         if try_lock(self._file) is False:
@@ -74,31 +71,12 @@ class FolderLock:
 def is_locked(folder: Path) -> bool:
     """Return whether a program holds the lock of a folder; where there are no locks, the answer is yes."""
     try:
-        with open_lock(folder / NAME, os.O_RDONLY) as file:
+        with os.fdopen(open_own(folder / NAME, os.O_RDONLY)) as file:
             return try_lock(file, shared=True) is not True  # A file that is open for reading may have a shared lock.
     except FileNotFoundError:
         return False
     except OSError:
         return True
-
-
-def open_lock(path: str | Path, flags: int = os.O_RDWR | os.O_CREAT, *, above: int | None = None) -> IO[str]:
-    """Open the file of a lock; a symbolic link is not followed, and a pipe does not block.
-
-    Args:
-        path: the file.
-        flags: how it is opened; by default it is made if it is missing.
-        above: an open folder in which the path begins; None for the present one.
-
-    Raises:
-        OSError: there is no such file, it is a link or no regular file, or it cannot be opened.
-    """
-    careful = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-    number = os.open(path, flags | careful, 0o666, dir_fd=above)
-    if not stat.S_ISREG(os.fstat(number).st_mode):
-        os.close(number)
-        raise OSError(errno.EINVAL, f"{os.fspath(path)} is no regular file")
-    return os.fdopen(number, "r+" if flags & os.O_RDWR else "r")
 
 
 def try_lock(file: IO[str], *, shared: bool = False) -> bool | None:

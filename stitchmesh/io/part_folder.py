@@ -20,13 +20,13 @@ import re
 import shutil
 import stat
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import IO
 
 from stitchmesh.errors import FileError
-from stitchmesh.io.folder_lock import HAS_LOCKS, NAME, open_lock, try_lock
+from stitchmesh.io.folder_lock import NAME, try_lock
+from stitchmesh.io.own_files import open_own, opened_folder
 
 PARTS = ".stitchmesh-parts"
 """Name of the folder with the folders of parts; it exists only while there are any."""
@@ -48,7 +48,7 @@ class PartFolder:
             FileError: the folder of parts is a link, or belongs to another user.
             OSError: the folder cannot be made.
         """
-        with _opened(beside) as folder:
+        with opened_folder(beside) as folder:
             _remove_stale(folder)
         self.path, self._lock = _locked_folder(beside / PARTS)
 
@@ -62,37 +62,18 @@ class PartFolder:
 
 def remove_stale_parts(folder: Path) -> None:
     """Remove the parts that ended processes have left in a folder, and in the folders directly in it."""
-    with _opened(folder) as opened:
+    with opened_folder(folder) as opened:
         _remove_stale(opened)
         for name in [] if opened is None else os.listdir(opened):
-            with _opened(name, opened) as inside:
+            with opened_folder(name, opened) as inside:
                 _remove_stale(inside)
-
-
-@contextmanager
-def _opened(folder: str | Path, above: int | None = None) -> Iterator[int | None]:
-    """Open a folder of this name for the block, in another one that is open; the name is not followed if it is a link.
-
-    The number is None where there is no such folder or it cannot be opened. The first folder, which the user has
-    named, may be a link.
-    """
-    number = None
-    if HAS_LOCKS:  # Elsewhere nobody knows whether a part is still written, and nothing is removed.
-        follow = 0 if above is None else os.O_NOFOLLOW
-        with suppress(OSError):
-            number = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | follow, dir_fd=above)
-    try:
-        yield number
-    finally:
-        if number is not None:
-            os.close(number)
 
 
 def _remove_stale(folder: int | None) -> None:
     """Remove the folders of parts whose processes have ended from an open folder."""
     if folder is None:
         return
-    with _opened(PARTS, folder) as parts:
+    with opened_folder(PARTS, folder) as parts:
         if parts is None:
             return
         for name in filter(PART_NAME.fullmatch, os.listdir(parts)):
@@ -103,11 +84,11 @@ def _remove_stale(folder: int | None) -> None:
 
 def _remove_if_stale(name: str, parts: int) -> None:
     """Remove a folder of a part unless a process holds its lock, or it is not known whether one does."""
-    with _opened(name, parts) as part, suppress(OSError):  # It was removed meanwhile, or belongs to another user.
+    with opened_folder(name, parts) as part, suppress(OSError):  # It was removed meanwhile, or belongs to another user.
         if part is None:
             return
         try:
-            lock = open_lock(NAME, os.O_RDWR, above=part)
+            lock = os.fdopen(open_own(NAME, os.O_RDWR, above=part), "r+")
         except FileNotFoundError:
             os.rmdir(name, dir_fd=parts)  # Its process ended before it had made the lock; a folder with files stays.
             return
@@ -133,7 +114,7 @@ def _locked_folder(parts: Path) -> tuple[Path, IO[str]]:
                 _make_parts(parts)
             folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=parts))
             _check_owner(parts, folder)
-            lock = open_lock(folder / NAME)
+            lock = os.fdopen(open_own(folder / NAME), "r+")
         except FileNotFoundError:  # Another process has removed a folder that was still empty.
             if left == 0:
                 raise
