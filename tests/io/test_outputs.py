@@ -29,7 +29,7 @@ def test_a_command_replaces_what_a_command_wrote_and_nobody_changed(tmp_path):
     assert is_own(tmp_path / "a.txt")
     write_guarded(tmp_path / "a.txt", "second")
     (tmp_path / "a.txt").write_text("mine")
-    with pytest.raises(FileError, match="was not written by StitchMesh, or was changed since; .* --overwrite"):
+    with pytest.raises(FileError, match=r"was not written by StitchMesh, or was changed since; .* --overwrite"):
         write_guarded(tmp_path / "a.txt", "third")
     assert (tmp_path / "a.txt").read_text() == "mine"
     write_guarded(tmp_path / "a.txt", "third", overwrite=True)

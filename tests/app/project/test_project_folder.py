@@ -28,8 +28,11 @@ def test_files_that_nothing_names_are_removed_and_kept_values_are_written_once(t
     assert sorted(name.split("-")[0] for name in before) == [
         "evened", "history", "relaxed", "report", "source", "yarns"
     ]  # fmt: skip
+    mine = tmp_path / "files" / "notes-3.txt"
+    mine.write_text("mine")
     project.set_relaxed(YARNS, {**REPORT, "iterations": 8}, HISTORY)
     project.save()
+    mine.unlink()  # It was left alone.
     after = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "files").iterdir()}
     assert {name for name in before if name in after} == {name for name in before if name[:3] not in ("rep", "his")}
     assert all(after[name] == before[name] for name in before if name in after)
