@@ -38,9 +38,9 @@ def output_folder(name: str, outputs: Iterable[str] = ()) -> Iterator[Path]:
             or another program removes it while the block runs.
     """
     folder = Path(name)
-    made = not folder.exists()
     plan_outputs([folder / output for output in outputs], folder=folder)
     try:
+        made = not folder.exists()
         folder.mkdir(parents=True, exist_ok=True)
         remove_stale_parts(folder)
         PartFolder(folder).remove()

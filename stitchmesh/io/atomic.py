@@ -80,9 +80,9 @@ def write_json(path: FilePath, content: Mapping[str, object]) -> None:
 
 def _begin_part(target: Path) -> PartFolder:
     """Make the folder in which a file is written before it replaces the target."""
-    if target.is_dir():
-        raise FileError(f"{target}: is a folder; expected the name of a file to write")
     try:
+        if target.is_dir():
+            raise FileError(f"{target}: is a folder; expected the name of a file to write")
         return PartFolder(target.parent)
     except (FileExistsError, NotADirectoryError) as error:
         raise FileError(f"{target}: the name of its folder is the name of a file; choose another folder") from error

@@ -79,7 +79,7 @@ def plan_outputs(paths: Iterable[Path], *, folder: Path | None = None) -> None:
     if guard is None:
         return
     if folder is not None:
-        guard.folders.append(folder.resolve())
+        guard.folders.append(Path(os.path.realpath(folder)))
     for path in paths:
         guard.planned.append(path)
         _check(guard, path)
@@ -165,7 +165,7 @@ def _is_input(path: str | os.PathLike[str]) -> FileError:
 
 def _place(path: Path) -> Path:
     """Return the path of a file without links in the folders above it."""
-    return path.parent.resolve() / path.name
+    return Path(os.path.realpath(path.parent)) / path.name
 
 
 def _identity(path: str | os.PathLike[str]) -> Identity | None:
