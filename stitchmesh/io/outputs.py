@@ -41,6 +41,8 @@ class _Guard:
     """Outputs that the command has named."""
     folders: list[Path] = field(default_factory=list)
     """Output folders, in which the command keeps what its next run reads."""
+    claimed: list[Path] = field(default_factory=list)
+    """Folders that belong to the program with all that is in them, also with what was damaged since."""
     written: set[Path] = field(default_factory=set)
     """Files that the command has written."""
 
@@ -135,11 +137,13 @@ def claim_folder(folder: Path, inside: Iterable[str] = ()) -> None:
     Raises:
         FileError: the folder is a link, or holds something that the program did not make; or it cannot be made.
     """
+    guard, names = _present.get(), tuple(inside)
+    if guard is not None and not names:
+        guard.claimed.append(Path(os.path.realpath(folder)))
     if is_marked(folder):
         return
     if folder.is_symlink():
         raise FileError(f"{folder}: is a symbolic link; expected a folder; remove the link, or choose another output")
-    guard, names = _present.get(), tuple(inside)
     others = [path for path in sorted(folder.iterdir()) if path.name in names or not names] if folder.is_dir() else []
     if others and not (guard is not None and guard.overwrite):
         remedy = "choose another output, or add --overwrite to write into this one"
@@ -149,7 +153,7 @@ def claim_folder(folder: Path, inside: Iterable[str] = ()) -> None:
 
 def _check(guard: _Guard, path: Path) -> None:
     place = _place(path)
-    if not os.path.lexists(path) or place in guard.written:
+    if not os.path.lexists(path) or place in guard.written or any(map(place.is_relative_to, guard.claimed)):
         return
     is_kept = path not in guard.planned and any(place.is_relative_to(folder) for folder in guard.folders)
     if _identity(path) in guard.inputs and not (is_kept and is_own(path)):

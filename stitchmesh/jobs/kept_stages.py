@@ -30,8 +30,9 @@ from stitchmesh.errors import FileError, StitchMeshError, first_few
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.checked import check_table
 from stitchmesh.io.json_file import read_json
+from stitchmesh.io.outputs import claim_folder
 from stitchmesh.io.own_files import RECORD as MARK
-from stitchmesh.io.own_files import is_marked, mark_folder, opened_folder
+from stitchmesh.io.own_files import is_marked, opened_folder
 from stitchmesh.io.part_folder import PARTS, remove_stale_parts
 from stitchmesh.yarnrelax.fingerprint import DIGITS, checksum
 
@@ -142,9 +143,9 @@ class KeptStages:
         """Make the folder of a stage, with the program's mark.
 
         Raises:
-            FileError: the folder cannot be made.
+            FileError: the folder cannot be made, or holds something that the program did not make.
         """
-        mark_folder(self.folder_of(stage))
+        claim_folder(self.folder_of(stage))
 
     def keep(self, stage: Stage[T], result: T, record: StageRecord) -> None:
         """Write the result of a stage, and then its record.
