@@ -23,6 +23,7 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.disk_refusal import refusal
@@ -107,16 +108,21 @@ def note_file(path: Path, written: Path) -> None:
     Raises:
         FileError: the record cannot be written, or a file of its name is no record.
     """
-    _append(path.with_name(RECORD), _line(path.name, written))
+    with written.open("rb") as content:
+        line = _line(path.name, content)
+    _append(path.with_name(RECORD), line)
 
 
 def is_own(path: Path) -> bool:
-    """Return whether a file is one that the program wrote and nobody changed since."""
-    if path.is_symlink() or not path.is_file():
+    """Return whether a file is one that the program wrote and nobody changed since; no if it cannot be read."""
+    lines, end = _lines(path.with_name(RECORD)), _name_in_line(path.name)
+    if lines is None or not any(line.endswith(end) for line in lines):
         return False
-    lines = _lines(path.with_name(RECORD))
-    end = _name_in_line(path.name)
-    return lines is not None and any(line.endswith(end) for line in lines) and _line(path.name, path) in lines
+    try:
+        with os.fdopen(open_own(path, os.O_RDONLY), "rb") as file:
+            return _line(path.name, file) in lines
+    except OSError:
+        return False
 
 
 def _append(record: Path, line: bytes) -> None:
@@ -159,11 +165,9 @@ def _lines(record: Path) -> list[bytes] | None:
     return lines if head == HEAD else None
 
 
-def _line(name: str, file: Path) -> bytes:
-    """Return the line of a record for a file with a name."""
-    with file.open("rb") as content:
-        digest = hashlib.file_digest(content, "sha256").hexdigest()
-    return digest.encode() + _name_in_line(name)
+def _line(name: str, content: BinaryIO) -> bytes:
+    """Return the line of a record for the content of a file with a name."""
+    return hashlib.file_digest(content, "sha256").hexdigest().encode() + _name_in_line(name)
 
 
 def _name_in_line(name: str) -> bytes:
