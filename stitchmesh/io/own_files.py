@@ -22,8 +22,8 @@ import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.disk_refusal import refusal
@@ -165,7 +165,7 @@ def _lines(record: Path) -> list[bytes] | None:
     return lines if head == HEAD else None
 
 
-def _line(name: str, content: BinaryIO) -> bytes:
+def _line(name: str, content: BufferedReader) -> bytes:
     """Return the line of a record for the content of a file with a name."""
     return hashlib.file_digest(content, "sha256").hexdigest().encode() + _name_in_line(name)
 
