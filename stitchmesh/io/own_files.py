@@ -135,9 +135,13 @@ def _append(record: Path, line: bytes) -> None:
         size = os.fstat(number).st_size
         if size and file.read(len(HEAD)) != HEAD:
             raise FileError(f"{record}: is no record of StitchMesh; a record of this name is written here, remove it")
+        added = line if size else HEAD + line
         try:
-            file.write(line if size else HEAD + line)
+            if file.write(added) < len(added):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         except OSError as error:
+            with suppress(OSError):
+                file.truncate(size)  # Half a line would spoil the next one.
             raise FileError(f"{record}: the record of this folder cannot be written {refusal(error)}") from error
     if size > LONGEST_RECORD:
         _shorten(record)

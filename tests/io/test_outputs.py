@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import stat
 from pathlib import Path
 
@@ -147,3 +148,16 @@ def test_no_command_takes_an_output_in_the_place_of_its_input(tmp_path, capsys):
     (tmp_path / "cube.ply").write_text("mine")
     assert main(["convert", str(cube), str(tmp_path / "cube.ply")]) == 2
     assert main(["convert", str(cube), str(tmp_path / "cube.ply"), "--overwrite"]) == 0
+
+
+def test_a_full_disk_leaves_no_half_line_in_the_record(tmp_path):
+    write_guarded(tmp_path / "a.txt", "one")
+    before = (tmp_path / RECORD).read_bytes()
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (len(before) + 10, limits[1]))
+    try:
+        with pytest.raises(FileError, match=rf"{RECORD}: the record of this folder cannot be written"):
+            write_guarded(tmp_path / "a.txt", "two")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert (tmp_path / RECORD).read_bytes() == before and is_own(tmp_path / "a.txt")
