@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The application tells its user the address, and gives the browser the token through a page that only the user reads."""
+
+from __future__ import annotations
+
+import html
+import os
+import re
+import stat
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
+
+import psutil
+import pytest
+
+from stitchmesh.app.project.project import Project
+from stitchmesh.app.run import NO_TOKEN, RunOptions, run_app
+from tests.gallery import ROOT
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch) -> Callable[..., tuple[list[str], str, Path]]:
+    """A function that runs the application until a browser has opened; it returns the lines and what was opened."""
+    monkeypatch.setenv("STITCHMESH_PROJECTS", str(tmp_path / "projects"))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setattr("stitchmesh.app.run._wait_for_end", lambda: None)
+
+    def run(look: Callable[[str], object], **options: object) -> list[str]:
+        lines: list[str] = []
+        monkeypatch.setattr("webbrowser.open", look)
+        run_app(Project.create(tmp_path / "project"), RunOptions(port=0, **options), say=lines.append)
+        return lines
+
+    return run
+
+
+def test_the_browser_gets_the_token_through_a_page_for_the_user_alone(run, tmp_path):
+    seen = []
+
+    def look(address: str) -> None:
+        page = Path(url2pathname(urlsplit(address).path))
+        seen.extend([address, page.read_text(), *(one.stat().st_mode for one in (page, page.parent))])
+
+    lines = run(look, token="correct horse \"é")
+    address, text, *modes = seen
+    assert address.startswith("file://") and "correct" not in address
+    printed = re.search(r"open (http://\S+)", "\n".join(lines))[1]
+    assert printed.endswith("?token=correct%20horse%20%22%C3%A9")
+    assert html.unescape(re.search(r"url=([^\"]*)", text)[1]) == printed
+    assert [stat.S_IMODE(mode) for mode in modes] == [0o600, 0o700]
+    assert list((tmp_path / "projects").iterdir()) == []
+
+
+def test_a_page_that_others_could_read_is_not_made(run, monkeypatch, tmp_path):
+    real = os.fstat
+    monkeypatch.setattr("os.fstat", lambda file: os.stat_result([real(file).st_mode | 0o044, *real(file)[1:]]))
+    seen = []
+    lines = run(seen.append)
+    assert seen == [] and any("lets other users read" in line for line in lines)
+    assert list((tmp_path / "projects").iterdir()) == []
+
+
+def test_without_a_token_the_user_is_told_what_it_means(run):
+    seen = []
+    lines = run(seen.append, needs_token=False)
+    assert NO_TOKEN in lines and "\n" not in NO_TOKEN and "every user of this machine" in NO_TOKEN
+    assert seen[0].startswith("http://127.0.0.1:") and "token" not in seen[0]
+
+
+def test_no_list_of_processes_holds_the_token(tmp_path):
+    """A browser that is a program of its own is started with the page, as any browser of a user is."""
+    browser = tmp_path / "browser"
+    os.mkfifo(tmp_path / "given")
+    browser.write_text(f'#!/bin/sh\necho "$@" > {tmp_path}/given\n')
+    browser.chmod(0o700)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "stitchmesh", "app", "--project", str(tmp_path / "project"), "--port", "0"], cwd=ROOT,
+        env={**os.environ, "BROWSER": f"{browser} %s", "STITCHMESH_PROJECTS": str(tmp_path), "PYTHONUNBUFFERED": "1",
+             "XDG_STATE_HOME": str(tmp_path / "state"), "STITCHMESH_TOKEN": "correct-horse"},
+        stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdout is not None
+    assert any("?token=correct-horse" in line for line in process.stdout)
+    given = (tmp_path / "given").read_text()
+    words = psutil.Process(process.pid).cmdline()
+    process.terminate()
+    process.wait(60)
+    assert given.startswith(f"file://{tmp_path}/browser-") and "correct-horse" not in f"{given} {words}"
