@@ -16,14 +16,22 @@ from html import escape
 from pathlib import Path
 
 from stitchmesh.errors import FileError
+from stitchmesh.io.folder_lock import NAME as LOCK
+from stitchmesh.io.folder_lock import FolderLock, is_locked
 
+PREFIX = "browser~"
+"""First letters of the folder of the page; no project has a folder of such a name."""
 NAME = "open.html"
 """Name of the page."""
+IN_USE = "another program uses it"
+"""Message for the folder of another program."""
 
 
 @contextlib.contextmanager
 def entrance(address: str, folder: Path) -> Iterator[Path]:
     """Make a page that leads to an address, in a new folder that only the user can enter; remove it at the end.
+
+    Pages of programs that were killed are removed too.
 
     Args:
         address: the address.
@@ -34,16 +42,19 @@ def entrance(address: str, folder: Path) -> Iterator[Path]:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        own = Path(tempfile.mkdtemp(prefix="browser-", dir=folder))
+        own = Path(tempfile.mkdtemp(prefix=PREFIX, dir=folder))
     except OSError as error:
         raise FileError(f"{folder}: cannot be written ({error.strerror or error})") from error
+    lock = FolderLock(own, IN_USE)
     try:
+        for other in folder.glob(f"{PREFIX}*"):
+            if not other.is_symlink() and not is_locked(other):
+                _remove(other)
         _write_for_owner(own / NAME, leading_page(address))
         yield own / NAME
     finally:
-        with contextlib.suppress(OSError):  # The token that it holds ends with the program.
-            (own / NAME).unlink(missing_ok=True)
-            own.rmdir()
+        lock.give_up()
+        _remove(own)
 
 
 def leading_page(address: str) -> str:
@@ -56,6 +67,13 @@ def leading_page(address: str) -> str:
 <meta name="referrer" content="no-referrer"><meta http-equiv="refresh" content="0; url={escape(address)}">
 <p><a href="{escape(address)}">Open StitchMesh</a></p></html>
 """
+
+
+def _remove(own: Path) -> None:
+    with contextlib.suppress(OSError):  # What cannot be removed now is removed by another start.
+        for name in (NAME, LOCK):
+            (own / name).unlink(missing_ok=True)
+        own.rmdir()
 
 
 def _write_for_owner(path: Path, text: str) -> None:

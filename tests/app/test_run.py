@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The application tells its user the address, and gives the browser the token through a page that only the user reads."""
+"""The application tells its user the address; its browser gets the token through a page that only the user reads."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from urllib.request import url2pathname
 import psutil
 import pytest
 
+from stitchmesh.app.entrance import entrance
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.run import NO_TOKEN, RunOptions, run_app
 from tests.gallery import ROOT
@@ -56,6 +57,21 @@ def test_the_browser_gets_the_token_through_a_page_for_the_user_alone(run, tmp_p
     assert list((tmp_path / "projects").iterdir()) == []
 
 
+def test_the_page_of_a_program_that_was_killed_is_removed_by_the_next_one(run, tmp_path):
+    projects = tmp_path / "projects"
+    with entrance("http://127.0.0.1/", projects) as other:
+        killed = projects / "browser~killed"
+        killed.mkdir()
+        (killed / "open.html").write_text("a token")
+        victim = projects / "victim"
+        victim.mkdir()
+        (victim / "open.html").write_text("mine")
+        (projects / "browser~link").symlink_to(victim)
+        run(lambda address: None)
+        assert sorted(os.listdir(projects)) == sorted([other.parent.name, "browser~link", "victim"])
+        assert os.listdir(victim) == ["open.html"] and other.exists()
+
+
 def test_a_page_that_others_could_read_is_not_made(run, monkeypatch, tmp_path):
     real = os.fstat
     monkeypatch.setattr("os.fstat", lambda file: os.stat_result([real(file).st_mode | 0o044, *real(file)[1:]]))
@@ -90,4 +106,4 @@ def test_no_list_of_processes_holds_the_token(tmp_path):
     words = psutil.Process(process.pid).cmdline()
     process.terminate()
     process.wait(60)
-    assert given.startswith(f"file://{tmp_path}/browser-") and "correct-horse" not in f"{given} {words}"
+    assert given.startswith(f"file://{tmp_path}/browser~") and "correct-horse" not in f"{given} {words}"
