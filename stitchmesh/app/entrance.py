@@ -64,7 +64,8 @@ def leading_page(address: str) -> str:
     disk would not send a cookie that is kept from other sites.
     """
     return f"""<!doctype html><html lang="en"><meta charset="utf-8"><title>StitchMesh</title>
-<meta name="referrer" content="no-referrer"><meta http-equiv="refresh" content="0; url={escape(address)}">
+<link rel="icon" href="data:,"><meta name="referrer" content="no-referrer">
+<meta http-equiv="refresh" content="0; url={escape(address)}">
 <p><a href="{escape(address)}">Open StitchMesh</a></p></html>
 """
 

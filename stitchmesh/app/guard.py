@@ -41,6 +41,7 @@ SAFE_HEADERS = {
 OTHER_SERVERS = {"websocket", "playbackPath"}
 """Names in the address by which viser's page would obey another server, or a recording, instead of its own server."""
 TOKEN_PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>StitchMesh</title>
+<link rel="icon" href="data:,">
 <meta name="viewport" content="width=device-width"><style>body{{font:16px/1.5 sans-serif;max-width:34em;margin:4em auto;
 padding:0 1em;color-scheme:light dark}}input,button{{font:inherit;padding:.3em .6em}}</style>
 <h1>StitchMesh</h1><p>{0}</p><form method="get" action="/"><label>Token: <input name="token" type="password" autofocus

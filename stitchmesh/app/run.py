@@ -63,11 +63,12 @@ def run_app(
     app = App(project, ViserFront(opened.server))
     remember(project)
     app.post(lambda: app.open_page(page or app.last_page()))
-    for line in opening_lines(opened, options, project):
-        say(line)
     try:
-        with _browser(opened, options, say):
-            _wait_for_end()
+        with _asked_to_end() as end:
+            for line in opening_lines(opened, options, project):
+                say(line)
+            with _browser(opened, options, say):
+                end.wait()
     finally:
         app.close()
         opened.stop()
@@ -100,8 +101,9 @@ def _browser(opened: OpenServer, options: RunOptions, say: Callable[[str], objec
         yield
 
 
-def _wait_for_end() -> None:
-    """Wait until the process is asked to end, by Ctrl+C or by SIGTERM."""
+@contextmanager
+def _asked_to_end() -> Iterator[threading.Event]:
+    """Let Ctrl+C and SIGTERM set an event, in place of ending the process."""
     end = threading.Event()
 
     def ask(number: int, frame: FrameType | None) -> None:
@@ -109,7 +111,7 @@ def _wait_for_end() -> None:
 
     before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        end.wait()
+        yield end
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

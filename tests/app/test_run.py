@@ -7,6 +7,8 @@ from __future__ import annotations
 import html
 import os
 import re
+import signal
+import socket
 import stat
 import subprocess
 import sys
@@ -21,20 +23,30 @@ import pytest
 from stitchmesh.app.entrance import entrance
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.run import NO_TOKEN, RunOptions, run_app
+from tests.app.app_process import app_process
 from tests.gallery import ROOT
 
 
 @pytest.fixture
-def run(tmp_path, monkeypatch) -> Callable[..., tuple[list[str], str, Path]]:
-    """A function that runs the application until a browser has opened; it returns the lines and what was opened."""
+def run(tmp_path, monkeypatch) -> Callable[..., list[str]]:
+    """A function that runs the application until its browser has opened, or cannot open; it returns what was said."""
     monkeypatch.setenv("STITCHMESH_PROJECTS", str(tmp_path / "projects"))
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    monkeypatch.setattr("stitchmesh.app.run._wait_for_end", lambda: None)
 
     def run(look: Callable[[str], object], **options: object) -> list[str]:
         lines: list[str] = []
-        monkeypatch.setattr("webbrowser.open", look)
-        run_app(Project.create(tmp_path / "project"), RunOptions(port=0, **options), say=lines.append)
+
+        def open_and_end(address: str) -> None:
+            look(address)
+            signal.raise_signal(signal.SIGTERM)
+
+        def say(line: str) -> None:
+            lines.append(line)
+            if line.startswith("no browser"):
+                signal.raise_signal(signal.SIGTERM)
+
+        monkeypatch.setattr("webbrowser.open", open_and_end)
+        run_app(Project.create(tmp_path / "project"), RunOptions(port=0, **options), say=say)
         return lines
 
     return run
@@ -86,6 +98,15 @@ def test_without_a_token_the_user_is_told_what_it_means(run):
     lines = run(seen.append, needs_token=False)
     assert NO_TOKEN in lines and "\n" not in NO_TOKEN and "every user of this machine" in NO_TOKEN
     assert seen[0].startswith("http://127.0.0.1:") and "token" not in seen[0]
+
+
+def test_what_is_no_request_is_answered_and_no_fault_of_the_program(tmp_path):
+    with app_process(tmp_path / "project") as running:
+        with socket.create_connection(("127.0.0.1", running.port), timeout=30) as connection:
+            connection.sendall(b"\x16\x03\x01\r\n\r\n")
+            assert connection.makefile().readline().startswith("HTTP/1.1 400 ")
+        assert running.terminate() == 0
+        assert "Traceback" not in running.output()
 
 
 def test_no_list_of_processes_holds_the_token(tmp_path):
