@@ -50,7 +50,7 @@ HEAVY = {
     "meshio": {"io"},
     "rich": {"cli"},
     "tyro": {"cli"},
-    "msgspec": {"editing", "io"},
+    "msgspec": {"app", "editing", "io"},
     "PIL": {"app", "mesh", "render", "patterns", "periodic"},
     "pxr": {"io"},
     "trimesh": {"io"},

@@ -131,6 +131,11 @@ def test_a_project_that_cannot_be_written_at_first_is_refused_and_its_folder_sta
         disk.setattr("stitchmesh.app.project.project_folder.write_text", _raising(refusal))
         with pytest.raises(FileError, match="No space left"):
             Project.create(tmp_path / "one")
+        assert not (tmp_path / "one").exists()
+        (tmp_path / "one").mkdir()
+        with pytest.raises(FileError, match="No space left"):
+            Project.create(tmp_path / "one")
+        assert list((tmp_path / "one").iterdir()) == []
     project = Project.create(tmp_path / "one")
     assert (tmp_path / "one" / "project.json").exists()
     project.close()
