@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import IO
 
 from stitchmesh.errors import FileError
+from stitchmesh.io.contents import READING
 from stitchmesh.io.disk_refusal import refusal
 
 try:
@@ -70,7 +71,7 @@ class FolderLock:
 def is_locked(folder: Path) -> bool:
     """Return whether a program holds the lock of a folder; where there are no locks, the answer is yes."""
     try:
-        with (folder / NAME).open() as file:
+        with os.fdopen(os.open(folder / NAME, READING)) as file:  # A pipe would wait for a writer.
             return try_lock(file, shared=True) is not True  # A file that is open for reading may have a shared lock.
     except FileNotFoundError:
         return False

@@ -24,7 +24,7 @@ import numpy as np
 from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.float32 import to_float32
-from stitchmesh.io.usd_child import METRES_PER_UNIT
+from stitchmesh.io.usd_stage import METRES_PER_UNIT
 from stitchmesh.io.yarn_formats.usd import define_curves, define_wool, export_stage
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet

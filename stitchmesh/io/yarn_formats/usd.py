@@ -29,7 +29,7 @@ from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.disk_refusal import as_refusal
 from stitchmesh.io.float32 import to_float32
-from stitchmesh.io.usd_child import METRES_PER_UNIT, reason_of
+from stitchmesh.io.usd_stage import METRES_PER_UNIT, reason_of
 from stitchmesh.io.yarn_formats.usd_curves import CONTACT_RADIUS, LABELS
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.palette import STOCK, colours_of, linear_colour
