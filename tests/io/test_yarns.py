@@ -231,12 +231,20 @@ def test_convert_writes_a_cell_in_every_format(tmp_path):
     assert read_yarns(tmp_path / "z.h5").lattice is not None
 
 
-@pytest.mark.parametrize("suffix", [".bcc", ".usda", ".usdc", ".glb"])
-def test_coordinates_beyond_float32_are_not_written(tmp_path, suffix):
-    yarns = YarnSet.from_curves([np.eye(3) * 1e41], closed=[True], radius=0.1)
-    with pytest.raises(FileError, match="too large for the format's float32"):
+@pytest.mark.parametrize("large", ["points", "radius", "rest_length"])
+@pytest.mark.parametrize("suffix", [".bcc", ".usda", ".usdc", ".glb", ".yarns"])
+def test_numbers_beyond_float32_are_not_written(tmp_path, suffix, large):
+    values = {"points": np.eye(3), "radius": np.array([0.1]), "rest_length": np.ones(3)}
+    values[large] = 1e41 * values[large]
+    yarns = YarnSet.from_curves(
+        [values["points"]], closed=[True], radius=values["radius"], rest_lengths=[values["rest_length"]]
+    )
+    if large in {".bcc": ("points",), ".yarns": tuple(values)}.get(suffix, ("points", "radius")):
+        with pytest.raises(FileError, match="too large for the format's float32"):
+            write_yarns(tmp_path / f"y{suffix}", yarns)
+        assert not list(tmp_path.iterdir())
+    else:
         write_yarns(tmp_path / f"y{suffix}", yarns)
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
