@@ -37,7 +37,7 @@ MEMORY = 2**29, 300
 """Memory that the child may add to what its libraries take: a constant [bytes], and bytes for each byte of the file."""
 SECONDS = 6.0, 2e-6
 """Processor time that the child may take: a constant [s], and seconds for each byte of the file."""
-WAITING = 10.0
+WAITING = 20.0
 """Time over processor time beyond which the child counts as waiting for ever; a machine may be busy otherwise."""
 ONE_THREAD = {
     "PXR_WORK_THREAD_LIMIT": "1", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "1",
