@@ -8,6 +8,7 @@ wait for ever at a pipe, read a device without end, or find another file than th
 
 from __future__ import annotations
 
+import errno
 import os
 import stat
 from collections.abc import Iterable
@@ -80,7 +81,8 @@ def read_bytes(path: FilePath, *, may_be_empty: bool = False) -> bytes:
     except MemoryError as error:
         raise FileError(f"{name}: is larger than the memory that is free; divide it") from error
     except (OSError, ValueError) as error:
-        raise FileError(f"{name}: cannot be read ({error})") from error
+        no_file = isinstance(error, OSError) and error.errno == errno.ENXIO
+        raise FileError(f"{name}: cannot be read ({'it is a socket' if no_file else error})") from error
     if not content and not may_be_empty:
         raise FileError(f"{name}: the file is empty; write it again")
     return content

@@ -101,7 +101,7 @@ def glb_structure(random: Random, content: bytes) -> bytes:
         try:
             tree = json.loads(text)
             _change_head(random, tree)
-        except (ValueError, KeyError, TypeError, AttributeError, IndexError):
+        except (ValueError, KeyError, TypeError, AttributeError, IndexError, RecursionError):
             return content
         text = json.dumps(tree).encode()
     text += b" " * (-len(text) % 4)
@@ -238,10 +238,8 @@ def png_head(random: Random, content: bytes) -> bytes:
 def usd_structure(random: Random, content: bytes) -> bytes:
     """Add prims to a USD stage in text that lie within each other, name each other or one another's files."""
     times = random.choice(TIMES)
-    doubled = b"".join(
-        b'def "d%d" { def "a" (references = </d%d>) {} def "b" (references = </d%d>) {} }\n' % (n, n + 1, n + 1)
-        for n in range(min(times, 40))
-    )  # fmt: skip
+    twice = b'def "d%d"\n{\ndef "a" (references = </d%d>)\n{\n}\ndef "b" (references = </d%d>)\n{\n}\n}\n'
+    doubled = b"".join(twice % (n, n + 1, n + 1) for n in range(min(times, 40)))
     added = random.choice([
         b"".join(b'def "p%d"\n{\n' % n for n in range(times)) + times * b"}\n",
         b"".join(b'def Mesh "m%d"\n{\n}\n' % n for n in range(times)),

@@ -55,7 +55,7 @@ def traps(folder: Path) -> dict[Path, str]:
     (folder / "folder").mkdir()
     with socket.socket(socket.AF_UNIX) as bound:
         bound.bind(str(folder / "socket"))
-    return {folder / "pipe": "is a pipe", folder / "folder": "is a folder", folder / "socket": "cannot be read",
+    return {folder / "pipe": "is a pipe", folder / "folder": "is a folder", folder / "socket": "is a socket",
             Path("/dev/zero"): "is a device", Path("/proc/self/mem"): "is empty"}  # fmt: skip
 
 
