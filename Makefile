@@ -7,7 +7,7 @@ RUN := $(VENV)/bin/python
 KERNELS ?= Haswell $(if $(shell grep -m 1 avx512f /proc/cpuinfo 2>/dev/null),SkylakeX,Prescott)
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
 
-.PHONY: knit test test-kernels lint docs setup lock clean
+.PHONY: knit test test-kernels test-nightly lint docs setup lock clean
 
 knit: setup
 	$(RUN) -m stitchmesh knit assets/meshes/sweater.obj --stitch-width 1.5 --quality draft --device cpu -o out/sweater
@@ -21,6 +21,11 @@ test-kernels: setup
 		echo "tests that decide something discrete, with the linear algebra kernels of $$kernel"; \
 		OPENBLAS_CORETYPE=$$kernel $(RUN) -m pytest -m decides -n auto --dist worksteal || exit 1; \
 	done
+
+# what takes minutes: the fuzzers of all readers, for 20 minutes on two cores, with another seed each day
+SEED ?= $(shell date +%Y%m%d)
+test-nightly: setup
+	STITCHMESH_SEED=$(SEED) $(RUN) -m pytest -m nightly -n 2 --dist worksteal
 
 lint: setup
 	$(RUN) -m ruff check .

@@ -24,7 +24,7 @@ from statistics import median
 
 from playwright.sync_api import Browser, sync_playwright
 
-ADDRESS = re.compile(r"http://127\.0\.0\.1:\d+/")
+ADDRESS = re.compile(r"http://127\.0\.0\.1:\d+/\S*")
 ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"]
 SIZE = {"width": 1280, "height": 800}
 DRAWN = """() => {

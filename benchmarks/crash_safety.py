@@ -33,10 +33,11 @@ import numpy as np
 from crash_works import Work, load_modules, read_file, works
 
 from stitchmesh.io import atomic
+from stitchmesh.io.own_files import RECORD
 from stitchmesh.io.part_folder import PARTS, PartFolder
 from stitchmesh.render.gl_probe import check_display
 
-HIDDEN = {".lock", PARTS}
+HIDDEN = {".lock", PARTS, RECORD}
 
 
 @dataclass(frozen=True)

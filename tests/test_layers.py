@@ -18,7 +18,7 @@ from tests.gallery import ROOT
 PACKAGE = ROOT / "stitchmesh"
 LAYERS = [
     {"errors"},
-    {"compute", "lattice", "progress", "quality", "reporting", "run_control"},
+    {"child_interpreter", "compute", "lattice", "progress", "quality", "reporting", "run_control"},
     {"memory_need", "time_limit"},
     {"mesh"},
     {"yarn"},
@@ -50,7 +50,7 @@ HEAVY = {
     "meshio": {"io"},
     "rich": {"cli"},
     "tyro": {"cli"},
-    "msgspec": {"editing", "io"},
+    "msgspec": {"app", "editing", "io"},
     "PIL": {"app", "mesh", "render", "patterns", "periodic"},
     "pxr": {"io"},
     "trimesh": {"io"},

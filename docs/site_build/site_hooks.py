@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the site needs beyond the pages of ``docs/``: the pages of the root, pictures of the graphs, and no other host.
 
-``CONTRIBUTING.md`` and ``CHANGELOG.md`` stand in the root of the repository, where hosts of repositories look for
-them; the site shows them with links that start in ``docs/``. A Mermaid graph is drawn as SVG when the site is built,
-because the script that draws Mermaid in a browser would come from another host.
+``CONTRIBUTING.md``, ``CHANGELOG.md`` and ``SECURITY.md`` stand in the root of the repository, where hosts of
+repositories look for them; the site shows them with links that start in ``docs/``. A Mermaid graph is drawn as SVG when
+the site is built, because the script that draws Mermaid in a browser would come from another host.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from mermaid_svg import mermaid_to_svg
 
-ROOT_PAGES = {"CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
+ROOT_PAGES = {"CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md", "SECURITY.md": "security.md"}
 """File of the root, and its name on the site."""
 LINK = re.compile(r"\]\((?:docs/)?(?!https?:)([^)#]+)")
 """A link of such a page: its target without the folder and the anchor."""

@@ -1,39 +1,36 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Who may use the server: pages of its own address, and beyond this machine only holders of its token.
+"""Who may use the server: holders of its token, from pages of its own address.
+
+Other users of this machine reach a port of it too, and the application reads and writes files as its own user. Every
+request therefore needs the token: first in the address, then as a cookie; a script gives it in a header.
 
 A browser lets every web page open a WebSocket to every address, so a page of another site could use the application in
 the name of the user. It cannot change the header ``Origin``, which names the page's own site; the server therefore
 accepts a WebSocket only if ``Origin`` is the address that the request names in ``Host``. A site can also let its name
-point to 127.0.0.1; on this machine ``Host`` must therefore be a name of this machine. Beyond this machine, every
-request needs the token, first in the address and then as a cookie.
+point to 127.0.0.1; on this machine ``Host`` must therefore be a name of this machine.
 """
 
 from __future__ import annotations
 
-import hashlib
 import hmac
 import ipaddress
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from html import escape
 from http import HTTPStatus
-from http.cookies import CookieError, SimpleCookie
 from typing import Any
 from urllib.parse import parse_qsl, urlencode, urlsplit
 
+from stitchmesh.app.entrance import leading_page
 from stitchmesh.errors import ParameterError
 
 LOOPBACK = "127.0.0.1"
 """Host that only this machine reaches."""
 PORT = 8080
 """Port where none is asked for."""
-LOOPBACK_NAMES = frozenset({LOOPBACK, "localhost", "::1"})
-"""Names of this machine in the header ``Host``."""
-LARGEST_UPLOAD = 300 * 2**20
-"""Largest file that the server takes [bytes]."""
-MOST_UPLOADS = 4
-"""Number of files that the server takes at once."""
+SHORTEST_TOKEN = 8
+"""Smallest number of characters of a token."""
 SAFE_HEADERS = {
     "X-Frame-Options": "DENY",
     "Content-Security-Policy": "frame-ancestors 'none'",
@@ -41,7 +38,10 @@ SAFE_HEADERS = {
     "Referrer-Policy": "no-referrer",
 }
 """Headers of every response; no other page may show the application in a frame, where clicks could be stolen."""
+OTHER_SERVERS = {"websocket", "playbackPath"}
+"""Names in the address by which viser's page would obey another server, or a recording, instead of its own server."""
 TOKEN_PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>StitchMesh</title>
+<link rel="icon" href="data:,">
 <meta name="viewport" content="width=device-width"><style>body{{font:16px/1.5 sans-serif;max-width:34em;margin:4em auto;
 padding:0 1em;color-scheme:light dark}}input,button{{font:inherit;padding:.3em .6em}}</style>
 <h1>StitchMesh</h1><p>{0}</p><form method="get" action="/"><label>Token: <input name="token" type="password" autofocus
@@ -72,96 +72,70 @@ class Guard:
     """Decides about requests.
 
     Raises:
-        ParameterError: the token is shorter than 8 characters.
+        ParameterError: the token is too short, or there is none on a server that other machines reach.
     """
 
-    token: str | None = None
-    """Token that every request needs; None on a server that only this machine reaches."""
+    token: str | None
+    """Token that every request needs; None for none."""
+    local: bool = True
+    """Whether the server is reached from this machine only."""
 
     def __post_init__(self) -> None:
-        if self.token is not None and len(self.token) < 8:
-            raise ParameterError(f"token: got {len(self.token)} characters; expected at least 8")
-
-    @property
-    def cookie(self) -> str:
-        """Name of the cookie, which differs between servers on one machine."""
-        return "stitchmesh-" + hashlib.sha256((self.token or "").encode()).hexdigest()[:12]
+        if self.token is None and not self.local:
+            raise ParameterError("host: other machines reach it; expected a token, or a host such as 127.0.0.1")
+        if self.token is not None and len(self.token) < SHORTEST_TOKEN:
+            raise ParameterError(f"token: got {len(self.token)} characters; expected at least {SHORTEST_TOKEN}")
 
     def refusal(self, target: str, headers: Mapping[str, str]) -> Refusal | None:
         """Return why a request is not answered as usual; None if it is.
 
         Args:
             target: path and query of the request.
-            headers: headers of the request; names are compared without their case by the caller.
+            headers: headers of the request, none of them twice; the caller compares names without their case.
         """
         host = headers.get("Host", "")
-        if self.token is None and _name(host) not in LOOPBACK_NAMES:
+        if self.local and not is_loopback(_address(host)[0]):
             return _plain(HTTPStatus.FORBIDDEN, f"host {host!r}: is not this machine; open http://127.0.0.1 instead")
-        if self.token is not None and (refusal := self._token_refusal(target, headers)) is not None:
+        words = parse_qsl(target.partition("?")[2], keep_blank_values=True, errors="surrogateescape")
+        if self.token is not None and (refusal := self._token_refusal(words, headers)) is not None:
             return refusal
-        if headers.get("Upgrade", "").lower() != "websocket":
-            return None
+        if OTHER_SERVERS & {name for name, _ in words}:
+            return _plain(HTTPStatus.BAD_REQUEST, "the address names another server than that of the page")
         origin = headers.get("Origin", "")
-        if not origin or urlsplit(origin).netloc != host:
+        if _is_websocket(headers) and origin not in (f"http://{host}", f"https://{host}"):
             return _plain(HTTPStatus.FORBIDDEN, f"origin {origin!r}: pages of other sites may not use this server")
         return None
 
-    def _token_refusal(self, target: str, headers: Mapping[str, str]) -> Refusal | None:
+    def cookie(self, host: str) -> tuple[str, str]:
+        """Return name and value of the cookie that stands for the token.
+
+        A browser sends it to all ports of a host, so that its name holds the port, and its value is not the token.
+        """
+        assert self.token is not None
+        return f"stitchmesh-{_address(host)[1]}", hmac.digest(_bytes(self.token), b"cookie", "sha256").hex()
+
+    def _token_refusal(self, words: list[tuple[str, str]], headers: Mapping[str, str]) -> Refusal | None:
         """Return the response to a request without the cookie: the cookie for the right token, else a question."""
-        if self._is_token(_cookies(headers.get("Cookie", "")).get(self.cookie, "")):
+        given = [value for name, value in words if name == "token"]
+        name, value = self.cookie(headers.get("Host", ""))
+        if given and self._is_token(given[0]) and not _is_websocket(headers):
+            rest = [pair for pair in words if pair[0] != "token"]
+            query = f"?{urlencode(rest, errors='surrogateescape')}" if rest else ""
+            cookie = {"Set-Cookie": f"{name}={value}; Path=/; HttpOnly; SameSite=Strict"}
+            return _page(HTTPStatus.OK, leading_page(f"/{query}"), cookie)
+        scheme, _, sent = headers.get("Authorization", "").partition(" ")
+        if scheme.lower() == "bearer" and self._is_token(sent.strip()):
             return None
-        path, _, query = target.partition("?")
-        words = dict(parse_qsl(query))
-        given = words.pop("token", None)
-        if given is None:
-            return _page("This server asks for the token that the program printed when it started.")
-        if not self._is_token(given):
-            return _page("The token is wrong. Copy the whole address that the program printed.")
-        rest = f"{path}?{urlencode(words)}" if words else path
-        location = "/" + rest.lstrip("/\\")  # A path that begins with two slashes would name another site.
-        cookie = f"{self.cookie}={self.token}; Path=/; HttpOnly; SameSite=Strict"
-        return Refusal(HTTPStatus.SEE_OTHER, "", {**SAFE_HEADERS, "Location": location, "Set-Cookie": cookie})
+        if hmac.compare_digest(_bytes(_cookies(headers.get("Cookie", "")).get(name, "")), value.encode()):
+            return None
+        text = "This server asks for the token that the program printed when it started."
+        if given:
+            text = "The token is wrong. Copy the whole address that the program printed."
+        return _page(HTTPStatus.UNAUTHORIZED, TOKEN_PAGE.format(escape(text)))
 
     def _is_token(self, given: str) -> bool:
         assert self.token is not None
-        return hmac.compare_digest(given.encode(), self.token.encode())
-
-
-class UploadGuard:
-    """Decides about the parts of uploads, so that no browser can fill the memory of the server."""
-
-    def __init__(self) -> None:
-        """Start without uploads."""
-        self._left: dict[str, int] = {}
-        """Number of bytes that each upload may still send."""
-        self._client: dict[str, int] = {}
-        """Number of the browser of each upload."""
-
-    def may_start(self, upload: str, client: int, size: int, parts: int) -> bool:
-        """Return whether an upload of a size [bytes] in a number of parts may start in a browser."""
-        if not (0 <= size <= LARGEST_UPLOAD and 0 <= parts <= size + 1 and len(self._left) < MOST_UPLOADS):
-            return False
-        if parts:
-            self._left[upload], self._client[upload] = size, client
-        return True
-
-    def may_go_on(self, upload: str, size: int) -> bool:
-        """Return whether a part of an upload may be kept; the last part ends the upload."""
-        left = self._left.get(upload, -1) - size
-        if left <= 0:
-            self._end(upload)
-        else:
-            self._left[upload] = left
-        return left >= 0
-
-    def forget(self, client: int) -> None:
-        """End the uploads of a browser that has left."""
-        for upload in [upload for upload, owner in self._client.items() if owner == client]:
-            self._end(upload)
-
-    def _end(self, upload: str) -> None:
-        self._left.pop(upload, None)
-        self._client.pop(upload, None)
+        return hmac.compare_digest(_bytes(given), _bytes(self.token))
 
 
 def guarded(answer: Callable[..., Any], guard: Guard, make_response: Callable[..., Any]) -> Callable[..., Any]:
@@ -175,10 +149,14 @@ def guarded(answer: Callable[..., Any], guard: Guard, make_response: Callable[..
 
     def answer_permitted(connection: object, request: Any) -> object:
         """Return the response to a request; None opens a WebSocket."""
-        refusal = guard.refusal(request.path, request.headers)
+        refusal = _twice(request.headers) or guard.refusal(request.path, request.headers)
         if refusal is not None:
             return make_response(refusal.status, refusal.headers, refusal.text.encode())
-        response = answer(connection, request)
+        try:
+            response = answer(connection, request)
+        except (OSError, ValueError):  # Viser asks the file system for any path, and no file can have some of them.
+            missing = _plain(HTTPStatus.NOT_FOUND, "there is no such page")
+            return make_response(missing.status, missing.headers, missing.text.encode())
         if response is not None:
             for name, value in SAFE_HEADERS.items():
                 response.headers[name] = value
@@ -187,26 +165,42 @@ def guarded(answer: Callable[..., Any], guard: Guard, make_response: Callable[..
     return answer_permitted
 
 
-def _name(host: str) -> str:
-    """Return the name in a header ``Host``, without the port."""
+def _twice(headers: Any) -> Refusal | None:
+    """Return the refusal of a request that gives a header twice, whose reader could take either; None for others."""
+    names = [name.lower() for name, _ in headers.raw_items()]
+    if len(set(names)) == len(names):
+        return None
+    return _plain(HTTPStatus.BAD_REQUEST, "a header stands in the request twice")
+
+
+def _is_websocket(headers: Mapping[str, str]) -> bool:
+    return headers.get("Upgrade", "").lower() == "websocket"
+
+
+def _address(host: str) -> tuple[str, int]:
+    """Return the name and the port in a header ``Host``; an empty name for what is none."""
     try:
-        return urlsplit(f"//{host}").hostname or ""
+        parts = urlsplit(f"//{host}")
+        return parts.hostname or "", parts.port or 80
     except ValueError:
-        return ""
+        return "", 80
 
 
 def _cookies(header: str) -> dict[str, str]:
-    try:
-        return {name: morsel.value for name, morsel in SimpleCookie(header).items()}
-    except CookieError:
-        return {}
+    """Return the cookies; those of other programs on this machine may hold what the standard parser refuses."""
+    pairs = (pair.strip().partition("=") for pair in header.split(";"))
+    return {name: value for name, _, value in pairs}
+
+
+def _bytes(text: str) -> bytes:
+    """Return a text as bytes; the environment and requests may hold bytes that are no UTF-8."""
+    return text.encode("utf-8", "surrogateescape")
 
 
 def _plain(status: HTTPStatus, text: str) -> Refusal:
     return Refusal(status, f"{text}\n", {**SAFE_HEADERS, "Content-Type": "text/plain; charset=utf-8"})
 
 
-def _page(text: str) -> Refusal:
-    content = TOKEN_PAGE.format(escape(text))
+def _page(status: HTTPStatus, content: str, more: Mapping[str, str] | None = None) -> Refusal:
     headers = {"Content-Type": "text/html; charset=utf-8", "Cache-Control": "no-store"}
-    return Refusal(HTTPStatus.UNAUTHORIZED, content, {**SAFE_HEADERS, **headers})
+    return Refusal(status, content, {**SAFE_HEADERS, **headers, **(more or {})})

@@ -7,17 +7,22 @@ from __future__ import annotations
 import signal
 import threading
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from types import FrameType
 
 from stitchmesh.app.application import App
+from stitchmesh.app.entrance import entrance
 from stitchmesh.app.guard import LOOPBACK, PORT
 from stitchmesh.app.project.project import Project
-from stitchmesh.app.project.recent import remember
+from stitchmesh.app.project.recent import projects_folder, remember
 from stitchmesh.app.server import OpenServer, open_server
 from stitchmesh.app.viser_front import ViserFront
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import FileError, ParameterError
+
+NO_TOKEN = "no token: every user of this machine, and whoever else reaches the port, can read and write files as you"
+"""What it means that the server asks for no token."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +34,9 @@ class RunOptions:
     port: int = PORT
     """Port; the next free one is taken if it is in use."""
     token: str | None = None
-    """Token that browsers need; None for none on this machine, and for a new one beyond it."""
+    """Token that browsers need; None for a new one."""
+    needs_token: bool = True
+    """Whether browsers need a token."""
     browser: bool = True
     """Whether the address is opened in the browser of the user."""
 
@@ -49,19 +56,19 @@ def run_app(
         ParameterError: as for ``open_server``; or there is no such page.
     """
     try:
-        opened = open_server(options.host, options.port, options.token)
+        opened = open_server(options.host, options.port, options.token, needs_token=options.needs_token)
     except ParameterError:
         project.close()
         raise
     app = App(project, ViserFront(opened.server))
     remember(project)
     app.post(lambda: app.open_page(page or app.last_page()))
-    for line in opening_lines(opened, options, project):
-        say(line)
     try:
-        if options.browser:
-            webbrowser.open(opened.address)
-        _wait_for_end()
+        with _asked_to_end() as end:
+            for line in opening_lines(opened, options, project):
+                say(line)
+            with _browser(opened, options, say):
+                end.wait()
     finally:
         app.close()
         opened.stop()
@@ -73,11 +80,30 @@ def opening_lines(opened: OpenServer, options: RunOptions, project: Project) -> 
     lines = [f"{project.name}: {project.folder}", *project.notes]
     if options.port not in (0, opened.port):
         lines.append(f"port {options.port} is in use; took {opened.port}")
+    if not options.needs_token:
+        lines.append(NO_TOKEN)
     return [*lines, f"open {opened.address} (Ctrl+C ends the application; everything is saved)"]
 
 
-def _wait_for_end() -> None:
-    """Wait until the process is asked to end, by Ctrl+C or by SIGTERM."""
+@contextmanager
+def _browser(opened: OpenServer, options: RunOptions, say: Callable[[str], object]) -> Iterator[None]:
+    """Open the address in the browser of the user, if it is wanted; a page that leads there stays until the end."""
+    with ExitStack() as stack:
+        if options.browser and not options.needs_token:
+            webbrowser.open(opened.address)
+        elif options.browser:
+            try:
+                page = stack.enter_context(entrance(opened.address, projects_folder()))
+            except FileError as error:
+                say(f"no browser is opened: {error}")
+            else:
+                webbrowser.open(page.as_uri())
+        yield
+
+
+@contextmanager
+def _asked_to_end() -> Iterator[threading.Event]:
+    """Let Ctrl+C and SIGTERM set an event, in place of ending the process."""
     end = threading.Event()
 
     def ask(number: int, frame: FrameType | None) -> None:
@@ -85,7 +111,7 @@ def _wait_for_end() -> None:
 
     before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        end.wait()
+        yield end
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

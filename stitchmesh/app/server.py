@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The server of the application: viser, on an address that only this machine reaches unless the user asks for more."""
+"""The server of the application: viser, for holders of a token, on this machine unless the user asks for more."""
 
 from __future__ import annotations
 
@@ -11,24 +11,32 @@ import logging
 import secrets
 import socket
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
+from urllib.parse import quote
 
 import viser
 import websockets.asyncio.server as websocket_server
-from viser import _messages
 from websockets import Headers
 from websockets.http11 import Response
 
-from stitchmesh.app.guard import LOOPBACK, PORT, Guard, UploadGuard, guarded, is_loopback
+from stitchmesh.app.connection import GuardedConnection
+from stitchmesh.app.guard import LOOPBACK, PORT, Guard, guarded, is_loopback
+from stitchmesh.app.uploads import guard_uploads
 from stitchmesh.errors import ParameterError
 
 PORTS_TRIED = 100
 """Number of ports that are tried from the one that was asked for."""
+TOKEN_BYTES = 24
+"""Number of random bytes of a token that the server makes."""
+MOST_FRAMES = 2
+"""Number of messages of a browser that wait to be read; as many of the largest size need memory at once."""
 
 _starting = threading.Lock()
 logging.getLogger("websockets").setLevel(logging.WARNING)  # It reports each connection, which no user needs to know.
+# A request that is none is answered, and is no fault of the server.
+logging.getLogger("websockets.server").addFilter(lambda record: record.getMessage() != "opening handshake failed")
 
 
 @dataclass(frozen=True)
@@ -47,33 +55,40 @@ class OpenServer:
             self.server.stop()
 
 
-def open_server(host: str = LOOPBACK, port: int = PORT, token: str | None = None) -> OpenServer:
+def open_server(
+    host: str = LOOPBACK, port: int = PORT, token: str | None = None, *, needs_token: bool = True
+) -> OpenServer:
     """Open a server.
 
     Args:
         host: address of this machine on which the server listens.
         port: port; the next free one is taken if it is in use. 0 takes any free port.
-        token: token that browsers need; None for no token on this machine, and for a new one beyond it.
+        token: token that browsers need; None for a new one.
+        needs_token: whether browsers need a token; every user of this machine uses the server otherwise.
 
     Raises:
         ParameterError: the host is no address of this machine, the port is out of range or not permitted, no port is
-            free, or the token is too short.
+            free, the token is too short, there is one although none is needed, or other machines reach a server
+            without one.
     """
-    if token is None and not is_loopback(host):
-        token = secrets.token_urlsafe(24)
-    guard = Guard(token)
+    if token is not None and not needs_token:
+        raise ParameterError("token: there is one, and browsers shall need none; expected one of both")
+    if token is None and needs_token:
+        token = secrets.token_urlsafe(TOKEN_BYTES)
+    guard = Guard(token if needs_token else None, is_loopback(host))
     with _starting, _guarding_websockets(guard), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=free_port(host, port), verbose=False)
-    _refuse_what_pages_never_send(server)
+    guard_uploads(server)
     found = server.get_port()
-    return OpenServer(server, address_of(host, found, token), found)
+    return OpenServer(server, address_of(host, found, guard.token), found)
 
 
 def address_of(host: str, port: int, token: str | None) -> str:
     """Return the address that the user opens."""
     name = socket.gethostname() if host in ("0.0.0.0", "::") else host
     name = f"[{name}]" if ":" in name else name
-    return f"http://{name}:{port}/" + ("" if token is None else f"?token={token}")
+    query = "" if token is None else f"?token={quote(token, safe='', errors='surrogateescape')}"
+    return f"http://{name}:{port}/{query}"
 
 
 def free_port(host: str, port: int) -> int:
@@ -124,6 +139,7 @@ def _guarding_websockets(guard: Guard) -> Iterator[None]:
 
     def serve_guarded(*arguments: Any, **options: Any) -> Any:
         options["process_request"] = guarded(options["process_request"], guard, _response)
+        options |= {"create_connection": GuardedConnection, "max_queue": MOST_FRAMES}
         return serve(*arguments, **options)
 
     websocket_server.serve = serve_guarded  # type: ignore[misc, assignment]
@@ -135,31 +151,3 @@ def _guarding_websockets(guard: Guard) -> Iterator[None]:
 
 def _response(status: Any, headers: Any, body: bytes) -> Response:
     return Response(status.value, status.phrase, Headers({**headers, "Content-Length": str(len(body))}), body)
-
-
-def _refuse_what_pages_never_send(server: viser.ViserServer) -> None:
-    """Refuse messages by which a browser could open a tunnel to another machine, or fill the memory."""
-    connection = server._websock_server
-    for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
-        connection.unregister_handler(message)
-    uploads = UploadGuard()
-    start, part = server.gui._handle_file_transfer_start, server.gui._handle_file_transfer_part
-
-    def guarded_start(client: Any, message: _messages.FileTransferStartUpload) -> None:
-        if uploads.may_start(message.transfer_uuid, client, message.size_bytes, message.part_count):
-            start(client, message)
-
-    def guarded_part(client: Any, message: _messages.FileTransferPart) -> None:
-        if uploads.may_go_on(message.transfer_uuid, len(message.content)):
-            part(client, message)
-        else:
-            server.gui._current_file_upload_states.pop(message.transfer_uuid, None)
-
-    _replace(connection, _messages.FileTransferStartUpload, start, guarded_start)
-    _replace(connection, _messages.FileTransferPart, part, guarded_part)
-    server.on_client_disconnect(lambda client: uploads.forget(client.client_id))
-
-
-def _replace(connection: Any, message: type, handler: Callable[..., Any], other: Callable[..., Any]) -> None:
-    connection.unregister_handler(message, handler)
-    connection.register_handler(message, other)

@@ -16,9 +16,9 @@ from stitchmesh.app.controls.value_guard import ValueGuard
 from stitchmesh.app.controls.viser_controls import ViserControls
 from stitchmesh.app.event_queue import EventQueue
 from stitchmesh.app.front import Listener, NoticeKind
-from stitchmesh.app.guard import LARGEST_UPLOAD
 from stitchmesh.app.scene.scene import Pick, ScreenBox
 from stitchmesh.app.scene.viser_scene import ViserScene, modifier_of, view_of
+from stitchmesh.app.uploads import LARGEST_UPLOAD
 
 DROP = "drop"
 """Name under which a browser says that it takes no file that was dropped or chosen."""

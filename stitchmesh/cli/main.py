@@ -9,10 +9,10 @@ import logging
 import os
 import sys
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 
 from stitchmesh import __version__
-from stitchmesh.cli.arguments import BAD_INPUT, parse
+from stitchmesh.cli.arguments import BAD_INPUT, Command, parse
 from stitchmesh.cli.budget_options import mark_start
 from stitchmesh.cli.commands.app import App
 from stitchmesh.cli.commands.batch import Batch
@@ -46,6 +46,7 @@ from stitchmesh.cli.fault import FAULT, fault_of
 from stitchmesh.compute.threads import set_threads
 from stitchmesh.errors import StitchMeshError, is_interrupt
 from stitchmesh.io.disk_refusal import FULL, refusal
+from stitchmesh.io.outputs import guarded_outputs
 
 INTERRUPTED = 130
 """Exit status after an interrupt from the keyboard."""
@@ -77,7 +78,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         command = parse(COMMANDS, words, program="stitchmesh", description=DESCRIPTION)
         set_threads(getattr(command, "threads", None))
-        status = command.run()
+        with guarded_outputs(overwrite=getattr(command, "overwrite", False)) if _writes(command) else nullcontext():
+            status = command.run()
         sys.stdout.flush()
     except StitchMeshError as error:
         _say(f"{type(error).__name__}: {error}")
@@ -116,6 +118,12 @@ def _say(line: str) -> None:
     """Print a line to standard error."""
     with suppress(OSError):  # The disk of standard error is full too.
         print(line, file=sys.stderr)
+
+
+def _writes(command: Command) -> bool:
+    """Return whether a command writes files that the user names, and does not open the application."""
+    serves = hasattr(command, "serving") and getattr(command, "output", None) is None
+    return hasattr(command, "overwrite") and not serves
 
 
 def _discard_output() -> None:

@@ -73,6 +73,9 @@ Device = Annotated[
     str | None, help_entry("NAME", "the first GPU, or the CPU without a GPU", help="processor: cpu or cuda:0")
 ]
 Threads = Annotated[int | None, help_entry("N", f"that of {VARIABLE}, or all cores", help="number of threads on a CPU")]
+Overwrite = Annotated[
+    Flag, help_entry("", help="replace files that StitchMesh did not write or that were changed since, but no input")
+]
 Unit = Annotated[str, help_entry("UNIT", help=f"unit of a file that states no unit: {', '.join(CENTIMETRES)}")]
 StitchWidth = Annotated[
     float | None, help_entry("CM", f"that of the gauge or of the yarn, or {STITCH_WIDTH}", help="wale spacing [cm]")

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +14,7 @@ from stitchmesh.budget.budget import POINT_OF_PICTURE, START_OF_RENDERER
 from stitchmesh.errors import DisplayError, FileError
 from stitchmesh.io.disk_refusal import refusal
 from stitchmesh.io.history import HistoryEntry
+from stitchmesh.io.outputs import plan_outputs
 from stitchmesh.io.part_folder import PartFolder, remove_stale_parts
 from stitchmesh.quality import Quality, quality_named
 
@@ -22,18 +23,24 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def output_folder(name: str) -> Iterator[Path]:
+def output_folder(name: str, outputs: Iterable[str] = ()) -> Iterator[Path]:
     """Make the output folder and check that it can be written, before a long computation starts.
 
     Parts of files that a killed run has left there are removed. If the folder is new and still empty when the block
     ends, for example because of an error, it is removed too.
 
+    Args:
+        name: path of the folder.
+        outputs: names of the files that the command writes into it.
+
     Raises:
-        FileError: the folder cannot be made or written, or another program removes it while the block runs.
+        FileError: the folder cannot be made or written, a file in it may not be replaced (``stitchmesh.io.outputs``),
+            or another program removes it while the block runs.
     """
     folder = Path(name)
-    made = not folder.exists()
+    plan_outputs([folder / output for output in outputs], folder=folder)
     try:
+        made = not folder.exists()
         folder.mkdir(parents=True, exist_ok=True)
         remove_stale_parts(folder)
         PartFolder(folder).remove()

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from stitchmesh.yarn import YarnSet
     from stitchmesh.yarnrelax import Relaxation
 
+REPORT_FILES = ("report.json", "convergence.csv", "convergence.png")
+"""Files that are written into the folder of a report."""
 T = TypeVar("T", "Relaxation", "RelaxedAgain")
 
 
@@ -55,8 +57,8 @@ def relax_to_file(
 
     last = [] if given is None else [given]
     with ExitStack() as stack:
-        stack.enter_context(output_folder(str(Path(output).parent)))
-        folder = None if report is None else stack.enter_context(output_folder(report))
+        stack.enter_context(output_folder(str(Path(output).parent), [Path(output).name]))
+        folder = None if report is None else stack.enter_context(output_folder(report, REPORT_FILES))
         progress = stack.enter_context(show_progress())
         try:
             relaxed: T = relax(progress=progress, on_state=lambda state: last.__setitem__(slice(None), [state]))

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +14,9 @@ from stitchmesh.cli.arguments import Flag, help_entry
 if TYPE_CHECKING:
     from stitchmesh.app.project.project import Project
 
+TOKEN_VARIABLE = "STITCHMESH_TOKEN"
+"""Name of the variable of the environment that can hold the token."""
+
 
 @dataclass(frozen=True)
 class Serving:
@@ -21,9 +25,11 @@ class Serving:
     port: Annotated[int, help_entry("N")] = PORT
     """port of the address; the next free one is taken if it is in use, and any free one for 0"""
     host: Annotated[str, help_entry("ADDRESS")] = LOOPBACK
-    """address of this machine on which to listen; other machines reach an address such as 0.0.0.0, with a token"""
-    token: Annotated[str | None, help_entry("TEXT", "none on this machine, else a new one")] = None
-    """token that a browser needs"""
+    """address of this machine on which to listen; other machines reach an address such as 0.0.0.0"""
+    token: Annotated[str | None, help_entry("TEXT", "a new one")] = None
+    """token that a browser needs; other users can read it here: the variable STITCHMESH_TOKEN keeps it to you"""
+    no_token: Flag = False
+    """ask for no token; every user of this machine can then read and write files as you"""
     no_browser: Flag = False
     """print the address only, and open no browser"""
 
@@ -31,5 +37,10 @@ class Serving:
         """Run the application on a project until it is interrupted."""
         from stitchmesh.app.run import RunOptions, run_app
 
-        options = RunOptions(host=self.host, port=self.port, token=self.token, browser=not self.no_browser)
+        token = self.token
+        if token is None and not self.no_token:
+            token = os.environ.get(TOKEN_VARIABLE) or None
+        options = RunOptions(
+            host=self.host, port=self.port, token=token, needs_token=not self.no_token, browser=not self.no_browser
+        )
         run_app(project, options, page=page)

@@ -1,19 +1,25 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Atomic writes: the content is written to a temporary file, which replaces the target when it is complete."""
+"""Atomic writes: the content is written to a temporary file, which replaces the target when it is complete.
+
+The new file has the mode of the one that it replaces. Within a command it replaces no input, and no file of the user's
+(``stitchmesh.io.outputs``).
+"""
 
 from __future__ import annotations
 
 import json
 import os
+import stat
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from os import fspath
 from pathlib import Path
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.disk_refusal import refusal
+from stitchmesh.io.outputs import check_output, note_output
 from stitchmesh.io.part_folder import PartFolder
 
 
@@ -25,14 +31,18 @@ def atomic_path(path: FilePath) -> Iterator[Path]:
     target stays unchanged; after a kill the next write removes it (``part_folder``). It has the name of the target.
 
     Raises:
-        FileError: the folder cannot be made or written, the target is a folder, or the disk refuses the file.
+        FileError: the folder cannot be made or written, the target is a folder or may not be replaced, or the disk
+            refuses the file.
     """
     target = Path(path)
+    check_output(target)
     part = _begin_part(target)
     temporary = part.path / target.name
     try:
         yield temporary
+        _copy_mode(target, temporary)
         _flush_to_disk(temporary)
+        note_output(target, temporary)
         os.replace(temporary, target)
     except OSError as error:
         raise FileError(f"{fspath(path)}: cannot be written {refusal(error)}") from error
@@ -70,14 +80,22 @@ def write_json(path: FilePath, content: Mapping[str, object]) -> None:
 
 def _begin_part(target: Path) -> PartFolder:
     """Make the folder in which a file is written before it replaces the target."""
-    if target.is_dir():
-        raise FileError(f"{target}: is a folder; expected the name of a file to write")
     try:
+        if target.is_dir():
+            raise FileError(f"{target}: is a folder; expected the name of a file to write")
         return PartFolder(target.parent)
     except (FileExistsError, NotADirectoryError) as error:
         raise FileError(f"{target}: the name of its folder is the name of a file; choose another folder") from error
     except OSError as error:
         raise FileError(f"{target}: its folder cannot be written {refusal(error)}") from error
+
+
+def _copy_mode(target: Path, temporary: Path) -> None:
+    """Give a new file the mode of the file that it is going to replace, so that a private file stays private."""
+    with suppress(FileNotFoundError):
+        mode = target.lstat().st_mode
+        if stat.S_ISREG(mode):
+            temporary.chmod(stat.S_IMODE(mode))
 
 
 def _flush_to_disk(path: Path) -> None:

@@ -34,6 +34,7 @@ from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.checked import check_value, parse_json
 from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.io.outputs import check_output, note_output
 
 T = TypeVar("T")
 
@@ -197,9 +198,12 @@ def _keep_as_previous(target: Path, second: Path) -> None:
         target: the checkpoint.
         second: a free name beside the new checkpoint, in the folder that is removed after the write.
     """
+    previous = previous_path(target)
+    check_output(previous)
+    note_output(previous, target)
     try:
         os.link(target, second)
     except OSError:
-        os.replace(target, previous_path(target))
+        os.replace(target, previous)
         return
-    os.replace(second, previous_path(target))  # This does nothing if both names belong to the same file.
+    os.replace(second, previous)  # This does nothing if both names belong to the same file.

@@ -1,9 +1,16 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of a path that are common to all formats: a known suffix, and a file that exists and is not empty."""
+"""Reading of files that users name, and checks that are common to all formats.
+
+Every reader begins with ``read_bytes``. Libraries get the content or a copy of the file and not the name: they would
+wait for ever at a pipe, read a device without end, or find another file than the one that was checked.
+"""
 
 from __future__ import annotations
 
+import errno
+import os
+import stat
 from collections.abc import Iterable
 from os import PathLike, fspath
 from pathlib import Path
@@ -11,11 +18,16 @@ from pathlib import Path
 import numpy as np
 
 from stitchmesh.errors import FileError, ParameterError, described
+from stitchmesh.io.outputs import note_input
 from stitchmesh.lattice import LARGEST_LENGTH
 from stitchmesh.mesh import FloatArray
 
 FilePath = str | PathLike[str]
 
+READING = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
+"""How a file is opened that may be anything: at once, and without becoming the terminal of this process."""
+LARGEST_FILE = 4 * 2**30
+"""Largest size of a file that is read [bytes]."""
 LARGEST_EXPANSION, FREE_EXPANSION = 100, 2**24
 """Bytes of numbers that a compressed file may hold for each of its bytes, and bytes that each file may hold beyond."""
 
@@ -45,24 +57,35 @@ def suffix_of(path: FilePath, known: Iterable[str]) -> str:
     return suffix
 
 
-def read_bytes(path: FilePath) -> bytes:
-    """Return the content of a file that must not be empty.
+def read_bytes(path: FilePath, *, may_be_empty: bool = False) -> bytes:
+    """Return the content of a regular file.
+
+    A pipe or a device is refused at once: it is opened without waiting, and what has been opened is looked at.
 
     Raises:
-        FileError: the file is missing, a folder, unreadable or empty.
+        FileError: the file is missing, a folder, no regular file, unreadable, or larger than ``LARGEST_FILE``; or it is
+            empty and ``may_be_empty`` is False.
     """
     name = fspath(path)
+    note_input(path)
     try:
-        content = Path(path).read_bytes()
+        opened = os.open(path, READING)
+        try:
+            size = _size(name, os.fstat(opened))
+            with os.fdopen(opened, "rb", closefd=False) as file:
+                content = file.read(size)  # And not what others append meanwhile.
+        finally:
+            os.close(opened)
     except FileNotFoundError as error:
         raise FileError(f"{name}: there is no such file; check the path") from error
-    except IsADirectoryError as error:
-        raise FileError(f"{name}: is a folder; expected a file") from error
     except PermissionError as error:
         raise FileError(f"{name}: no permission to read it; change its mode or copy it") from error
+    except MemoryError as error:
+        raise FileError(f"{name}: is larger than the memory that is free; divide it") from error
     except (OSError, ValueError) as error:
-        raise FileError(f"{name}: cannot be read ({error})") from error
-    if not content:
+        no_file = isinstance(error, OSError) and error.errno == errno.ENXIO
+        raise FileError(f"{name}: cannot be read ({'it is a socket' if no_file else error})") from error
+    if not content and not may_be_empty:
         raise FileError(f"{name}: the file is empty; write it again")
     return content
 
@@ -77,6 +100,22 @@ def read_lines(path: FilePath) -> list[str]:
     if b"\0" in content:
         raise FileError(f"{fspath(path)}: holds binary data; expected a text file")
     return content.decode("utf-8-sig", errors="replace").splitlines()
+
+
+def _size(name: str, found: os.stat_result) -> int:
+    """Return the size of a regular file that may be read [bytes].
+
+    Raises:
+        FileError: it is something else, or larger than ``LARGEST_FILE``.
+    """
+    if stat.S_ISDIR(found.st_mode):
+        raise FileError(f"{name}: is a folder; expected a file")
+    if not stat.S_ISREG(found.st_mode):
+        kind = "a pipe" if stat.S_ISFIFO(found.st_mode) else "a device"
+        raise FileError(f"{name}: is {kind}; expected a file, write its content to one")
+    if found.st_size > LARGEST_FILE:
+        raise FileError(f"{name}: has {found.st_size} bytes; expected {LARGEST_FILE} at most, divide it")
+    return found.st_size
 
 
 def check_expansion(expanded: int, size: int) -> None:

@@ -14,6 +14,9 @@ from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray
 
+LARGEST_FLOAT32 = 1e38
+"""Largest number that is written; a third of the largest float32, so that boxes around what is written are finite."""
+
 
 def from_float32(values: NDArray[Any]) -> FloatArray:
     """Return numbers of a file as float64; a NaN of any bits becomes a quiet one, which a later check refuses."""
@@ -30,8 +33,8 @@ def to_float32(path: FilePath, what: str, values: FloatArray) -> NDArray[np.floa
         values: an array of any shape.
 
     Raises:
-        FileError: a value is too large for float32 and would become infinite.
+        FileError: a value is not finite, or too large for float32.
     """
-    if np.abs(values).max() > np.finfo(np.float32).max:
+    if not (np.abs(values) <= LARGEST_FLOAT32).all():
         raise FileError(f"{fspath(path)}: {what} are too large for the format's float32; write .h5")
     return values.astype(np.float32)

@@ -8,12 +8,14 @@ there are no locks (Windows, some network file systems), a second program is not
 
 from __future__ import annotations
 
+import contextlib
 import os
 from pathlib import Path
 from typing import IO
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.disk_refusal import refusal
+from stitchmesh.io.own_files import open_own
 
 try:
     import fcntl
@@ -38,14 +40,15 @@ class FolderLock:
             FileError: another program holds the lock, or the folder cannot be made or written.
         """
         self._path = folder / NAME
+        self._file: IO[str] | None = None
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            self._file: IO[str] | None = self._path.open("a+")
+            self._was_there = os.path.lexists(self._path)
+            self._take(held)
+            if not self._is_of_folder():  # A program that gave up removed the file between the two steps.
+                self._take(held)
         except OSError as error:
             raise FileError(f"{folder}: cannot be written {refusal(error)}") from error
-        if try_lock(self._file) is False:
-            self._file.close()
-            raise FileError(f"{folder}: {held}")
 
     def check(self) -> None:
         """Return if the lock is still that of the folder.
@@ -53,11 +56,7 @@ class FolderLock:
         Raises:
             FileError: another program has removed the folder, or the file of the lock.
         """
-        try:
-            same = self._file is not None and os.path.samestat(os.fstat(self._file.fileno()), self._path.stat())
-        except FileNotFoundError:
-            same = False
-        if not same:
+        if not self._is_of_folder():
             raise FileError(f"{self._path.parent}: was removed while it was in use, with files of it; begin again")
 
     def release(self) -> None:
@@ -66,11 +65,32 @@ class FolderLock:
             self._file.close()  # The file stays: a program that waits for it holds the same one.
             self._file = None
 
+    def give_up(self) -> None:
+        """Release the lock of a folder that is not used after all, and leave no file that was not there before."""
+        if self._file is not None and not self._was_there:
+            with contextlib.suppress(OSError):  # Windows removes no open file.
+                self._path.unlink(missing_ok=True)
+        self.release()
+
+    def _take(self, held: str) -> None:
+        self.release()
+        self._file = os.fdopen(open_own(self._path), "r+")
+        if try_lock(self._file) is False:
+            self.release()
+            raise FileError(f"{self._path.parent}: {held}")
+
+    def _is_of_folder(self) -> bool:
+        """Whether the open file is still the one in the folder."""
+        try:
+            return self._file is not None and os.path.samestat(os.fstat(self._file.fileno()), self._path.lstat())
+        except FileNotFoundError:
+            return False
+
 
 def is_locked(folder: Path) -> bool:
     """Return whether a program holds the lock of a folder; where there are no locks, the answer is yes."""
     try:
-        with (folder / NAME).open() as file:
+        with os.fdopen(open_own(folder / NAME, os.O_RDONLY)) as file:
             return try_lock(file, shared=True) is not True  # A file that is open for reading may have a shared lock.
     except FileNotFoundError:
         return False

@@ -13,7 +13,6 @@ import io
 import math
 from collections.abc import Iterable
 from os import fspath
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_type_hints
 
 import numpy as np
@@ -33,6 +32,8 @@ SIGNATURE = b"\x89HDF\r\n\x1a\n"
 VERSION = 1
 DRAWINGS = "own_stitches"
 """Field of the drawings of stitches of the user's own; its dataset holds their JSON text as bytes, if there are any."""
+FREE_CHUNKS, SMALLEST_CHUNK = 1000, 1024
+"""Number of chunks that each file may have, and mean size of further ones [bytes]; h5py chooses 8 kB and more."""
 HEAP, HEAP_HEAD = b"GCOL\x01\0\0\0", 16
 """First bytes of a heap of texts, and the size of its head and of the heads of its objects."""
 
@@ -84,13 +85,12 @@ def read_dataclass(path: FilePath, kind: type[Data], format_name: str) -> Data:
         raise FileError(f"{name}: is not an HDF5 file; expected one that StitchMesh wrote ({format_name})")
     _check_heaps(name, content)
     try:
-        with h5py.File(name, "r") as file:
+        with h5py.File(io.BytesIO(content), "r") as file:
             _check_format(name, file, format_name)
             datasets = {field.name: _dataset(name, file, field.name) for field in _stored_fields(kind)}
-            _check_sizes(name, datasets.values())
-            fields = {field.name: _value(name, datasets[field.name], field, kind) for field in _stored_fields(kind)}
             drawings = _dataset(name, file, DRAWINGS)
-            _check_sizes(name, [drawings])
+            _check_sizes(name, len(content), [*datasets.values(), drawings])
+            fields = {field.name: _value(name, datasets[field.name], field, kind) for field in _stored_fields(kind)}
             if drawings is not None:
                 fields[DRAWINGS] = parse_own_drawings(name, np.asarray(drawings[()], dtype=np.uint8).tobytes())
     except FileError:
@@ -111,9 +111,10 @@ def stored_format(path: FilePath) -> str:
     """
     import h5py
 
-    _check_heaps(fspath(path), read_bytes(path))
+    content = read_bytes(path)
+    _check_heaps(fspath(path), content)
     try:
-        with h5py.File(fspath(path), "r") as file:
+        with h5py.File(io.BytesIO(content), "r") as file:
             return str(file.attrs.get("format", ""))
     except Exception as error:  # h5py raises exceptions of many types for damaged files.
         raise FileError(f"{fspath(path)}: is not an HDF5 file, or it is damaged; write it again") from error
@@ -183,17 +184,22 @@ def _dataset(name: str, file: h5py.File, label: str) -> h5py.Dataset | None:
     return dataset
 
 
-def _check_sizes(name: str, datasets: Iterable[h5py.Dataset | None]) -> None:
-    """Check that the datasets together do not need very much more memory than the file."""
-    stated = [
-        dataset.dtype.itemsize * math.prod(shape)
-        for dataset in datasets if dataset is not None
-        for shape in (dataset.shape, dataset.chunks or ())
-    ]  # fmt: skip
+def _check_sizes(name: str, size: int, datasets: Iterable[h5py.Dataset | None]) -> None:
+    """Check that the datasets need neither much more memory than the file of a size [bytes], nor very many chunks.
+
+    The library takes about 4 kB for each chunk that it reads, also for a chunk that the file does not hold.
+    """
+    stated, chunks = 0, 0
+    for dataset in (dataset for dataset in datasets if dataset is not None):
+        sizes = dataset.chunks or dataset.shape
+        stated += dataset.dtype.itemsize * (math.prod(dataset.shape) + math.prod(sizes))
+        chunks += math.prod(-(-length // part) for length, part in zip(dataset.shape, sizes, strict=True) if length)
     try:
-        check_expansion(sum(stated), Path(name).stat().st_size)
+        check_expansion(stated, size)
     except ValueError as error:
         raise FileError(f"{name}: {error}; it was altered") from error
+    if chunks > FREE_CHUNKS + stated // SMALLEST_CHUNK:
+        raise FileError(f"{name}: divides {stated} bytes of numbers into {chunks} chunks; write it with larger chunks")
 
 
 def _value(name: str, dataset: h5py.Dataset | None, field: dataclasses.Field[Any], owner: type) -> Any:

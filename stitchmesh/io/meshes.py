@@ -49,20 +49,15 @@ class MeshFormat:
     """Function that also reads faces with fewer than three corners; None if ``read`` serves for this too."""
 
 
-def _by_meshio(suffix: str, most_corners: int | None = None) -> MeshFormat:
-    """Return a format that meshio reads and writes."""
-    return MeshFormat(partial(read_meshio_polygons, suffix=suffix), write_meshio_polygons, most_corners)
-
-
 FORMATS: dict[str, MeshFormat] = {
     ".obj": MeshFormat(read_obj_polygons, write_obj_polygons, read_all=partial(read_obj_polygons, fewest_corners=1)),
     ".off": MeshFormat(read_off_polygons, write_off_polygons, read_all=partial(read_off_polygons, fewest_corners=1)),
     ".ply": MeshFormat(read_ply_polygons, write_ply_polygons, read_all=partial(read_ply_polygons, fewest_corners=1)),
     ".vtp": MeshFormat(read_vtp_polygons, write_vtp_polygons),
-    ".vtk": _by_meshio(".vtk"),
+    ".vtk": MeshFormat(read_meshio_polygons, write_meshio_polygons),
     ".vtu": MeshFormat(read_vtu_polygons, write_meshio_polygons),
-    ".msh": _by_meshio(".msh", most_corners=4),
-    ".mesh": _by_meshio(".mesh", most_corners=4),
+    ".msh": MeshFormat(read_meshio_polygons, write_meshio_polygons, most_corners=4),
+    ".mesh": MeshFormat(read_meshio_polygons, write_meshio_polygons, most_corners=4),
     ".stl": MeshFormat(read_stl_polygons, write_stl_polygons, most_corners=3),
     ".glb": MeshFormat(read_glb_polygons, write_glb_polygons, most_corners=3, unit="m"),
 }

@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable, Mapping
 from os import fspath
-from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
@@ -18,7 +17,7 @@ import msgspec
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.checked import check_value, parse_json
-from stitchmesh.io.contents import FilePath
+from stitchmesh.io.contents import FilePath, read_bytes
 
 Step = TypeVar("Step")
 
@@ -50,10 +49,10 @@ def read_step_log(path: FilePath, kind: str, make_step: Callable[[str, dict[str,
         FileError: the file cannot be read, or a line is not a valid step; the message names the line.
     """
     try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise FileError(f"{fspath(path)}: cannot be read ({reason}); expected a log of {kind}s") from error
+        text = read_bytes(path, may_be_empty=True).decode("utf-8")
+    except UnicodeDecodeError as error:
+        found = "cannot be read (it is not UTF-8 text)"
+        raise FileError(f"{fspath(path)}: {found}; expected a log of {kind}s") from error
     steps = []
     for number, line in enumerate(text.splitlines(), start=1):
         try:

@@ -22,8 +22,9 @@ from stitchmesh.io.contents import FilePath, read_bytes, suffix_of
 SUFFIX = ".toml"
 KEY_ENDS = re.compile(r"[,\[\]{}=\n]")
 """Characters between which a key with dots lies."""
-MOST_PARTS = 1000
-"""Largest number of parts of a key; the memory of ``tomllib`` for a key grows with the square of the number."""
+USUAL_PARTS, MOST_PARTS = 3, 1000
+"""Number of parts of a key that costs nothing, and of one key of the largest cost that all keys together may have; the
+time and the memory of ``tomllib`` for a key grow with the square of the number."""
 T = TypeVar("T")
 
 
@@ -37,8 +38,9 @@ def read_table(path: FilePath) -> dict[str, Any]:
     suffix_of(path, [SUFFIX])
     try:
         text = read_bytes(path).decode("utf-8")
-        if max(piece.count(".") for piece in KEY_ENDS.split(text)) > MOST_PARTS:
-            raise FileError(f"{name}: has a key of more than {MOST_PARTS} parts; expected at most three")
+        parts = (piece.count(".") for piece in KEY_ENDS.split(text))
+        if sum(count**2 for count in parts if count > USUAL_PARTS) > MOST_PARTS**2:
+            raise FileError(f"{name}: has keys of very many parts; expected at most {USUAL_PARTS} each")
         return check_depth(tomllib.loads(text))
     except ValueError as error:  # Of the syntax, of the encoding, or of a number with thousands of digits.
         raise FileError(f"{name}: is no TOML ({error})") from error

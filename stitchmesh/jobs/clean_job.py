@@ -43,6 +43,7 @@ def clean_job(folder: str | PathLike[str]) -> CleanedJob:
             found = f"the last run in it was {status.state}"
             raise FileError(f"{target}: {found}, so that its stages may still be needed; run the job to its end first")
         stages = KeptStages(target)
+        stages.say_what_stays()
         removed, freed = stages.remove_others({stage_folder(stage.name, stage.key) for stage in status.stages})
         return CleanedJob(removed, len(stages.folders()), freed)
     finally:

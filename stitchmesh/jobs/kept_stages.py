@@ -6,31 +6,44 @@ Each stage has a folder ``stages/NAME-KEY`` in the folder of the job. The key is
 StitchMesh, the name of the stage, its inputs with all their bits, and its options. ``stage.json`` is written last, so
 that a folder with it is complete; it holds a checksum of itself, so that a stage with a damaged report is computed
 again.
+
+Only folders with such a name and the program's mark (``stitchmesh.io.own_files``) are ever removed. Everything else in
+``stages`` belongs to the user, and stays.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import logging
+import os
+import re
 import shutil
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from stitchmesh import __version__
-from stitchmesh.errors import FileError, StitchMeshError
+from stitchmesh.errors import FileError, StitchMeshError, first_few
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.checked import check_table
 from stitchmesh.io.json_file import read_json
+from stitchmesh.io.outputs import claim_folder
+from stitchmesh.io.own_files import RECORD as MARK
+from stitchmesh.io.own_files import is_marked, opened_folder
 from stitchmesh.io.part_folder import PARTS, remove_stale_parts
-from stitchmesh.yarnrelax.fingerprint import checksum
+from stitchmesh.yarnrelax.fingerprint import DIGITS, checksum
 
 STAGES = "stages"
 """Folder of the stages in the folder of a job."""
 RECORD = "stage.json"
 """File that ends a stage: its report."""
+STAGE_NAME = re.compile(rf"[a-z_]+-[0-9a-f]{{{DIGITS}}}")
+"""Form of the name of the folder of a stage."""
 T = TypeVar("T")
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -96,8 +109,15 @@ class KeptStages:
     """The finished stages in the folder of a job."""
 
     def __init__(self, folder: Path) -> None:
-        """Look at the stages of the folder of a job."""
+        """Look at the stages of the folder of a job.
+
+        Raises:
+            FileError: the folder of the stages is a link.
+        """
         self.folder = folder / STAGES
+        if self.folder.is_symlink():
+            found = "is a symbolic link; expected a folder, in which stages are kept and removed"
+            raise FileError(f"{self.folder}: {found}; remove the link, or choose another folder for the job")
 
     def folder_of(self, stage: Stage[Any]) -> Path:
         """Return the folder of a stage."""
@@ -119,6 +139,14 @@ class KeptStages:
         except StitchMeshError:
             return None
 
+    def begin(self, stage: Stage[Any]) -> None:
+        """Make the folder of a stage, with the program's mark.
+
+        Raises:
+            FileError: the folder cannot be made, or holds something that the program did not make.
+        """
+        claim_folder(self.folder_of(stage))
+
     def keep(self, stage: Stage[T], result: T, record: StageRecord) -> None:
         """Write the result of a stage, and then its record.
 
@@ -131,17 +159,20 @@ class KeptStages:
 
     def folders(self) -> list[Path]:
         """Return the folders of all stages, finished or not, in the order of their names."""
-        inside = sorted(self.folder.iterdir()) if self.folder.is_dir() else []
-        return [path for path in inside if path.is_dir() and not path.is_symlink()]
+        return [path for path in self._inside() if self._is_stage(path)]
 
-    def unfinished(self) -> Iterator[Path]:
-        """Yield the folders of stages that are not finished."""
-        yield from (path for path in self.folders() if not (path / RECORD).is_file())
+    def unfinished(self) -> list[Path]:
+        """Return the folders of stages that are not finished."""
+        return [path for path in self.folders() if not (path / RECORD).is_file()]
+
+    def say_what_stays(self) -> None:
+        """Print what else is in the folder of the stages: the program did not make it, and never removes it."""
+        others = [path.name for path in self._inside() if not self._is_stage(path) and path.name not in (MARK, PARTS)]
+        if others:
+            logger.warning(f"{self.folder}: left alone what StitchMesh did not make: {first_few(others)}")
 
     def remove_others(self, names: Collection[str]) -> tuple[tuple[str, ...], int]:
         """Remove the folders of all stages except for some, and return their names and their size [bytes].
-
-        The record of a stage goes first: a stage that is only partly removed is unfinished.
 
         Raises:
             FileError: a file cannot be removed.
@@ -149,18 +180,39 @@ class KeptStages:
         others, freed = [path for path in self.folders() if path.name not in names], 0
         for path in others:
             size = sum(file.lstat().st_size for file in path.rglob("*") if file.is_file())
-            try:
-                (path / RECORD).unlink(missing_ok=True)
-                shutil.rmtree(path)
-            except OSError as error:
-                raise FileError(f"{path}: cannot be removed ({error.strerror or error}); remove it by hand") from error
+            self._remove(path)
             freed += size
         return tuple(path.name for path in others), freed
 
     def tidy(self, checkpoint: str) -> None:
-        """Remove what killed runs have left: parts of files, and unfinished stages without a checkpoint."""
-        for parts in list(self.folder.rglob(PARTS)):
-            remove_stale_parts(parts.parent)
-        for path in list(self.unfinished()):
+        """Remove what killed runs have left: parts of files, and unfinished stages without a checkpoint.
+
+        Raises:
+            FileError: a file cannot be removed.
+        """
+        for path in self.folders():
+            for parts in list(path.rglob(PARTS)):
+                remove_stale_parts(parts.parent)
+        for path in self.unfinished():
             if not any(path.rglob(checkpoint)):
-                shutil.rmtree(path, ignore_errors=True)
+                self._remove(path)
+
+    def _inside(self) -> list[Path]:
+        return sorted(self.folder.iterdir()) if self.folder.is_dir() else []
+
+    def _is_stage(self, path: Path) -> bool:
+        return STAGE_NAME.fullmatch(path.name) is not None and is_marked(path)
+
+    def _remove(self, path: Path) -> None:
+        """Remove the folder of a stage, never through a link, which may take its place meanwhile.
+
+        The record of the stage goes first: a stage that is only partly removed is unfinished.
+        """
+        with opened_folder(path.parent) as stages, opened_folder(path.name, stages) as stage:
+            try:
+                if stage is not None:
+                    with suppress(FileNotFoundError):
+                        os.unlink(RECORD, dir_fd=stage)
+                shutil.rmtree(path if stage is None else path.name, dir_fd=None if stage is None else stages)
+            except OSError as error:
+                raise FileError(f"{path}: cannot be removed ({error.strerror or error}); remove it by hand") from error

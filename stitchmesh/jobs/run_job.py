@@ -20,13 +20,14 @@ from stitchmesh.errors import FileError, StitchMeshError, is_interrupt
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.folder_lock import FolderLock
 from stitchmesh.io.history import write_history
+from stitchmesh.io.outputs import guarded_outputs, plan_outputs
 from stitchmesh.io.part_folder import remove_stale_parts
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.jobs.garment_stages import make_garment
 from stitchmesh.jobs.job import Job
 from stitchmesh.jobs.job_status import JobLog, Listener, State
 from stitchmesh.jobs.kept_stages import KeptStages
-from stitchmesh.jobs.pictures import draw_convergence, draw_yarns
+from stitchmesh.jobs.pictures import PLOT, draw_convergence, draw_yarns
 from stitchmesh.jobs.stage_run import JobRun
 from stitchmesh.jobs.stop import JobStopped, StopRequest
 from stitchmesh.jobs.swatch_stages import relax_swatch
@@ -65,7 +66,7 @@ class FinishedJob:
 
 def run_job(
     job: Job, folder: str | PathLike[str], *, resume: bool = False, stop: StopRequest | None = None,
-    listener: Listener = lambda _: None, began: float | None = None, load: float = 1.0,
+    listener: Listener = lambda _: None, began: float | None = None, load: float = 1.0, overwrite: bool = False,
 ) -> FinishedJob:  # fmt: skip
     """Run a job in its folder; stages that an earlier run has finished are not computed again.
 
@@ -83,25 +84,36 @@ def run_job(
             one.
         load: how much slower the machine is at present than one that has nothing else to do; the budget keeps so much
             more time for files and pictures.
+        overwrite: whether files in the folder may be replaced that StitchMesh did not write, or that were changed
+            since; a file that the job reads is never replaced.
 
     Raises:
-        FileError: another run works in the folder, or a file cannot be read or written.
+        FileError: another run works in the folder, a file cannot be read or written, or it may not be replaced.
         ParameterError: an option is not possible, the job does not fit into the memory, its time is over, or there is a
             checkpoint and ``resume`` is false.
         JobStopped: the job was stopped; ``resume`` continues it.
         StitchMeshError: as for the functions of the stages.
     """
     target, started = Path(folder), time.perf_counter() if began is None else began
-    lock = FolderLock(target, BUSY)
-    try:
-        remove_stale_parts(target)
-        KeptStages(target).tidy(CHECKPOINT)
-        log, budget = JobLog(target, lock, listener), _budget(job, started, load)
-        run = JobRun(job, target, resume, stop or StopRequest(), log, {"stitchmesh": __version__}, budget)
-        with end_reported(log), limited_to(limit_of(budget)):
-            return _run(run)
-    finally:
-        lock.release()
+    with guarded_outputs(overwrite=overwrite):
+        plan_outputs([target / name for name in _outputs(job)], folder=target)
+        stages, lock = KeptStages(target), FolderLock(target, BUSY)
+        try:
+            remove_stale_parts(target)
+            stages.tidy(CHECKPOINT)
+            stages.say_what_stays()
+            log, budget = JobLog(target, lock, listener), _budget(job, started, load)
+            run = JobRun(job, target, resume, stop or StopRequest(), log, {"stitchmesh": __version__}, budget)
+            with end_reported(log), limited_to(limit_of(budget)):
+                return _run(run)
+        finally:
+            lock.release()
+
+
+def _outputs(job: Job) -> list[str]:
+    """Return the names of the files that a job writes for the user."""
+    pictures = [picture.path for picture in job.render]
+    return [*job.write_stitches, *job.write_yarns, *pictures, REPORT, HISTORY, PLOT]
 
 
 def _run(run: JobRun) -> FinishedJob:

@@ -97,6 +97,7 @@ class JobRun:
             self._end(stage, record, kept=True)
             return found
         self.log.begin(stage.name)
+        self.kept.begin(stage)
         began, report = time.perf_counter(), dict[str, Any]()
         made = make(report)
         late = any(cut_short(entry) for entry in report.values() if isinstance(entry, dict))

@@ -35,7 +35,7 @@ from stitchmesh.mixed.measured_budget import node_budget
 from stitchmesh.mixed.memory import check_scene_memory
 from stitchmesh.mixed.output.display import Display, Shown
 from stitchmesh.mixed.output.displays import Displays
-from stitchmesh.mixed.output.files import RunFiles
+from stitchmesh.mixed.output.files import ANIMATION, MAPS, SURFACE, YARNS, RunFiles
 from stitchmesh.mixed.output.frames import Frame, Frames
 from stitchmesh.mixed.output.report import RunTotals, mixed_report, peak_memory, region_counts, work_of
 from stitchmesh.mixed.placement.chosen_region import NodeBudget
@@ -121,6 +121,11 @@ class Draped:
     def yarns_at(self, frame: Frame) -> YarnSet:
         """Return all yarns of a frame as curves."""
         return self.display_of(frame).curves(self.shown_at(frame), self.prepared.fabric.yarn_radius)
+
+
+def output_names(scene: Scene) -> list[str]:
+    """Return the names of the files that a run of a scene writes for the user."""
+    return [SCENE_FILE, REPORT, *(f"{YARNS}.{suffix}" for suffix in scene.output.yarns), SURFACE, MAPS, ANIMATION]
 
 
 def drape(

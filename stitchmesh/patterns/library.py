@@ -68,7 +68,7 @@ def read_pattern(name_or_path: FilePath, stitches: Iterable[OwnStitch] = ()) -> 
         return read_leaf_chart(path)
     suffix = path.suffix.lower()
     if suffix == ".png":
-        held = picture_text(read_bytes(path))
+        held = picture_text(fspath(name_or_path), read_bytes(path))
         return read_colour_chart(path) if held is None else parse_pattern(held, fspath(name_or_path), stitches)
     text = "\n".join(read_lines(path))
     if suffix == ".txt" and holds_digits(text):

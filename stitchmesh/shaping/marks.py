@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.lattice import LARGEST_LENGTH
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.shaping.ends import End, Ends, automatic_ends
 from stitchmesh.shaping.triangle_surface import TriangleSurface
@@ -56,15 +57,15 @@ class TimeMark:
         if self.role == "side" and self.kind != "border":
             raise ParameterError(f"mark: got the role 'side' for a {self.kind}; only a border is a side")
         points = np.asarray(self.points, dtype=np.float64)
-        if points.ndim != 2 or points.shape[1] != 3 or not len(points) or not np.isfinite(points).all():
+        if points.ndim != 2 or points.shape[1] != 3 or not len(points) or not (np.abs(points) <= LARGEST_LENGTH).all():
             raise ParameterError(f"mark: got points of shape {points.shape}; expected finite points, shape (n, 3) [cm]")
-        if self.time is not None and not np.isfinite(self.time):
+        if self.time is not None and not abs(self.time) <= LARGEST_LENGTH:
             raise ParameterError(f"mark: got the time {self.time}; expected a finite number of centimetres")
         if self.time is not None and self.role in UNTIMED:
             raise ParameterError(f"mark: got a time for the role '{self.role}'; only begin, end and row have one")
         if self.radius is not None and self.role != "plain":
             raise ParameterError(f"mark: got a radius for the role '{self.role}'; only the role plain has one")
-        if self.radius is not None and not (np.isfinite(self.radius) and self.radius > 0.0):
+        if self.radius is not None and not 0.0 < self.radius <= LARGEST_LENGTH:
             raise ParameterError(f"mark: got the radius {self.radius}; expected a positive number of centimetres")
 
 

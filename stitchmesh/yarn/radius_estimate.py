@@ -79,9 +79,9 @@ class _Samples:
     circumference: FloatArray
     """Length of each closed yarn [cm], infinite for an open yarn, shape (Y,)."""
 
-    def with_stride(self, stride: int) -> _Samples:
-        """Every ``stride``-th sample."""
-        return _Samples(self.points[::stride], self.yarn[::stride], self.arc_length[::stride], self.circumference)
+    def chosen(self, which: slice | IntArray) -> _Samples:
+        """Some of the samples."""
+        return _Samples(self.points[which], self.yarn[which], self.arc_length[which], self.circumference)
 
 
 def _sample(yarns: YarnSet) -> _Samples:
@@ -122,7 +122,7 @@ def _nearest_strand(samples: _Samples, queries: IntArray) -> FloatArray:
     """Distance from each queried sample to the nearest other strand [cm], infinite if none is found, shape (q,)."""
     distance = np.full(len(queries), np.inf)
     for stride in STRIDES:
-        others, left = samples.with_stride(stride), np.flatnonzero(np.isinf(distance))
+        others, left = samples.chosen(slice(None, None, stride)), np.flatnonzero(np.isinf(distance))
         distance[left] = _nearest_among(others, samples, queries[left])
         if len(others.points) <= NEIGHBOURS:
             break  # The search has covered all samples.
@@ -133,6 +133,8 @@ def _nearest_among(others: _Samples, samples: _Samples, queries: IntArray) -> Fl
     """Distance from each queried sample to the nearest other strand [cm], shape (q,)."""
     from scipy.spatial import cKDTree
 
+    # A tree cannot divide points at one place, and would compare each sample with all of them.
+    others = others.chosen(np.sort(np.unique(others.points, axis=0, return_index=True)[1]))
     tree, starts = cKDTree(others.points), range(0, len(queries), BLOCK)
     blocks = [_nearest_of_block(tree, others, samples, queries[start : start + BLOCK]) for start in starts]
     return np.concatenate(blocks) if blocks else np.zeros(0)

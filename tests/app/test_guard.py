@@ -1,28 +1,33 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The server answers pages of its own address only, and beyond this machine only holders of its token."""
+"""The server answers holders of its token only, from pages of its own address."""
 
 from __future__ import annotations
 
+import html
+import re
+import socket
 from collections.abc import Iterator
 from http.client import HTTPConnection, HTTPResponse
+from urllib.parse import quote, urlsplit
 
 import psutil
 import pytest
-from viser import _messages
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from stitchmesh.app.guard import LARGEST_UPLOAD, MOST_UPLOADS, Guard, UploadGuard, is_loopback
+from stitchmesh.app.guard import Guard, is_loopback
 from stitchmesh.app.server import OpenServer, address_of, free_port, open_server
 from stitchmesh.errors import ParameterError
 
-TOKEN = "correct-horse"
+TOKEN = "correct horse; \"battery\" & #staple=1?é"
+"""A token of characters that have a meaning in addresses, cookies and HTML."""
 
 
 @pytest.fixture(scope="module")
 def opened() -> Iterator[OpenServer]:
-    server = open_server(port=0)
+    """A server that asks for no token."""
+    server = open_server(port=0, needs_token=False)
     yield server
     server.stop()
 
@@ -80,28 +85,56 @@ def test_a_name_that_another_site_lets_point_here_is_refused(opened, host):
     assert got(opened, Host=host).status == 403
 
 
-@pytest.mark.parametrize("host", ["localhost", "127.0.0.1:9", "[::1]:8080", "LOCALHOST:80"])
+@pytest.mark.parametrize("host", ["localhost", "127.0.0.1:9", "127.8.9.1", "[::1]:8080", "LOCALHOST:80"])
 def test_the_names_of_this_machine_are_accepted(opened, host):
     assert got(opened, Host=host).status == 200
 
 
 @pytest.mark.parametrize(
-    "path", ["/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/..%5c..%5csecret", "/project.json"]
+    "path",
+    ["/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/..%5c..%5csecret", "/project.json", "/" + "a" * 5_000, "/%00"],
 )
 def test_no_file_outside_the_page_is_sent(opened, path):
     assert got(opened, path).status == 404
+
+
+def leads_to(answer: HTTPResponse) -> str:
+    """The address to which a page of HTML leads at once."""
+    found = re.search(r'http-equiv="refresh" content="0; url=([^"]*)"', answer.read().decode())
+    assert found is not None
+    return html.unescape(found[1])
+
+
+def cookie_of(server: OpenServer) -> str:
+    """The cookie that a browser gets at the printed address."""
+    target = urlsplit(server.address)
+    return got(server, f"{target.path}?{target.query}").getheader("Set-Cookie").split(";")[0]
+
+
+def test_a_server_makes_a_token_unless_none_is_wanted(opened):
+    assert "?" not in opened.address
+    for host in ("127.0.0.1", "0.0.0.0"):
+        server = open_server(host=host, port=0)
+        assert len(server.address.split("?token=")[1]) >= 32 and got(server).status == 401
+        server.stop()
+
+
+@pytest.mark.parametrize("path", ["/", "/index.html", "/assets/a.js", "/nothing", "//", "/" + "a" * 5_000, "/?a=b"])
+def test_no_path_is_answered_without_the_token(with_token, path):
+    assert got(with_token, path).status == 401
 
 
 def test_a_token_is_asked_for_and_becomes_a_cookie(with_token):
     asked = got(with_token)
     assert asked.status == 401 and b'type="password"' in asked.read()
     assert got(with_token, "/?token=wrong").status == 401
-    answer = got(with_token, f"/?token={TOKEN}&darkMode=1")
-    assert (answer.status, answer.getheader("Location")) == (303, "/?darkMode=1")
+    answer = got(with_token, f"/?token={quote(TOKEN)}&darkMode=1")
+    assert answer.status == 200 and leads_to(answer) == "/?darkMode=1"
     cookie = answer.getheader("Set-Cookie")
-    assert "HttpOnly" in cookie and "SameSite=Strict" in cookie
+    assert "HttpOnly" in cookie and "SameSite=Strict" in cookie and "correct" not in cookie
     pair = cookie.split(";")[0]
     assert got(with_token, Cookie=pair).status == 200
+    assert got(with_token, Cookie=f'username="2|1:0|é"; {pair}').status == 200
     assert got(with_token, Cookie=pair + "x").status == 401
     own = f"http://127.0.0.1:{with_token.port}"
     assert websocket_opens(with_token, own, Cookie=pair)
@@ -109,32 +142,79 @@ def test_a_token_is_asked_for_and_becomes_a_cookie(with_token):
     assert not websocket_opens(with_token, "http://evil.example", Cookie=pair)
 
 
+def test_the_printed_address_holds_any_token(with_token):
+    target = urlsplit(with_token.address)
+    assert target.fragment == "" and got(with_token, f"{target.path}?{target.query}").status == 200
+    assert got(with_token, Cookie=cookie_of(with_token)).status == 200
+
+
+def test_a_script_gives_the_token_in_a_header():
+    server = open_server(port=0, token="correct-horse")
+    own, bearer = f"http://127.0.0.1:{server.port}", "Bearer correct-horse"
+    assert got(server, Authorization=bearer).status == 200
+    assert websocket_opens(server, own, Authorization=bearer)
+    for wrong in ("Bearer correct-horsy", "Basic correct-horse", "Bearer", ""):
+        assert got(server, Authorization=wrong).status == 401
+        assert not websocket_opens(server, own, Authorization=wrong)
+    server.stop()
+
+
+def test_the_cookie_of_one_server_opens_no_other_one(with_token):
+    other = open_server(port=0)
+    name, value = cookie_of(with_token).split("=")
+    assert name == f"stitchmesh-{with_token.port}"
+    assert got(other, Cookie=f"stitchmesh-{other.port}={value}").status == 401
+    other.stop()
+
+
 def test_the_way_back_after_the_token_leads_to_no_other_site(with_token):
-    answer = got(with_token, f"//evil.example/?token={TOKEN}")
-    assert answer.getheader("Location") == "/evil.example/"
+    assert leads_to(got(with_token, f"//evil.example/?token={quote(TOKEN)}&a=%22%3E")) == "/?a=%22%3E"
 
 
-def test_a_server_beyond_this_machine_makes_a_token():
-    server = open_server(host="0.0.0.0", port=0)
-    try:
-        assert "?token=" in server.address and len(server.address.split("token=")[1]) >= 32
-        assert got(server).status == 401
-    finally:
-        server.stop()
+@pytest.mark.parametrize(
+    "query", ["websocket=ws://evil.example", "a=1&playbackPath=data:x", "w%65bsocket=ws://evil.example", "websocket"]
+)
+def test_no_link_makes_the_page_obey_another_server(opened, query):
+    assert got(opened, f"/?{query}").status == 400
 
 
-def test_only_loopback_hosts_need_no_token():
+def first_line(server: OpenServer, *lines: str) -> str:
+    """The first line of the answer to a request of these lines."""
+    with socket.create_connection(("127.0.0.1", server.port), timeout=30) as connection:
+        connection.sendall("".join(f"{line}\r\n" for line in (*lines, "")).encode())
+        return connection.makefile().readline().strip()
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["Host", "host", "Origin", "Upgrade", "Cookie", "Authorization", "Accept-Encoding", "Content-Length", "Connection"],
+)
+def test_a_header_that_is_given_twice_is_refused(opened, capfd, name):
+    needed = ["GET / HTTP/1.1", f"Host: 127.0.0.1:{opened.port}"]
+    value = {"host": f"127.0.0.1:{opened.port}", "content-length": "0"}.get(name.lower(), "a")
+    twice = [f"{name}: {value}"] * (1 if name.lower() == "host" else 2)
+    assert first_line(opened, *needed).startswith("HTTP/1.1 200 ")
+    assert first_line(opened, *needed, *twice).startswith("HTTP/1.1 400 ")
+    assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [["POST / HTTP/1.1"], ["GET / HTTP/1.0"], ["GET / HTTP/1.1", "no header"], ["\x16\x03\x01"], [""],
+     ["GET / HTTP/1.1", "Content-Length: x"], ["GET / HTTP/1.1", "Transfer-Encoding: chunked"]],
+)  # fmt: skip
+def test_what_is_no_request_is_refused(with_token, capfd, lines):
+    assert first_line(with_token, *lines).startswith("HTTP/1.1 400 ")
+    assert capfd.readouterr().err == ""
+
+
+def test_an_origin_that_is_no_address_is_refused(opened):
+    assert not websocket_opens(opened, "http://[")
+
+
+def test_a_server_on_a_loopback_host_is_reached_from_this_machine_only():
     assert all(map(is_loopback, ["127.0.0.1", "localhost", "127.8.9.1", "::1"]))
     assert not any(map(is_loopback, ["0.0.0.0", "::", "192.168.0.4", "example.org", ""]))
-
-
-@pytest.mark.parametrize("message", [b"", b"no message", b"\xff" * 1000, "a text", b"\x81\xa4type\xa3abc"])
-def test_a_message_that_no_page_sends_ends_its_own_connection_at_most(opened, message):
-    own = f"http://127.0.0.1:{opened.port}"
-    address = f"ws://127.0.0.1:{opened.port}"
-    with connect(address, origin=own, subprotocols=["viser-v1.1.1"], max_size=None) as connection:
-        connection.send(message)
-    assert got(opened).status == 200 and websocket_opens(opened, own)
 
 
 def test_a_page_of_another_version_is_refused(opened):
@@ -144,21 +224,20 @@ def test_a_page_of_another_version_is_refused(opened):
             connection.recv(timeout=30)
 
 
-def test_a_short_token_is_refused():
+def test_a_token_that_protects_nothing_is_refused():
     with pytest.raises(ParameterError, match="at least 8"):
         Guard("abc")
-
-
-def test_no_browser_can_open_a_tunnel_to_another_machine(opened):
-    handlers = opened.server._websock_server._incoming_handlers
-    assert _messages.ShareUrlRequest not in handlers and _messages.ShareUrlDisconnect not in handlers
+    with pytest.raises(ParameterError, match="other machines reach it"):
+        open_server(host="0.0.0.0", port=0, needs_token=False)
+    with pytest.raises(ParameterError, match="one of both"):
+        open_server(port=0, token="correct-horse", needs_token=False)
 
 
 def test_the_next_free_port_is_taken(opened):
     other = open_server(port=opened.port)
     try:
         assert other.port > opened.port
-        assert other.address == f"http://127.0.0.1:{other.port}/"
+        assert other.address.startswith(f"http://127.0.0.1:{other.port}/?token=")
     finally:
         other.stop()
 
@@ -180,22 +259,3 @@ def test_a_wrong_address_is_refused(host, port, message):
 
 def test_an_address_that_holds_colons_is_in_brackets():
     assert address_of("::1", 8080, None) == "http://[::1]:8080/"
-
-
-def test_an_upload_sends_no_more_than_it_announced():
-    uploads = UploadGuard()
-    assert uploads.may_start("a", 1, 10, 2)
-    assert uploads.may_go_on("a", 6) and uploads.may_go_on("a", 4)
-    assert not uploads.may_go_on("a", 1)
-    assert uploads.may_start("b", 1, 10, 2) and not uploads.may_go_on("b", 11) and not uploads.may_go_on("b", 1)
-    assert not uploads.may_start("c", 1, LARGEST_UPLOAD + 1, 3)
-    assert not uploads.may_start("c", 1, -1, 3) and not uploads.may_start("c", 1, 10, 1000)
-    assert uploads.may_start("empty", 1, 0, 0)
-
-
-def test_a_browser_that_leaves_makes_room_for_other_uploads():
-    uploads = UploadGuard()
-    assert all(uploads.may_start(str(number), 7, 10, 2) for number in range(MOST_UPLOADS))
-    assert not uploads.may_start("more", 8, 10, 2)
-    uploads.forget(7)
-    assert uploads.may_start("more", 8, 10, 2)

@@ -55,6 +55,7 @@ def test_a_killed_server_comes_back_where_it_was(browser, tmp_path, tube_file):
             first.kill()
             with app_process(folder, port=first.port) as second:
                 assert second.port == first.port
+                window.browser_page.context.request.get(second.address)  # The second program gives it a new token.
                 window.press("Undo")  # Playwright waits until the page is connected again and takes clicks.
                 window.wait_for(lambda: saved_steps(folder) == [], "the undo is on disk")
                 window.press("Redo")

@@ -57,6 +57,26 @@ def test_app_opens_a_folder(started, tube_file, tmp_path):
     assert again.mesh.face_count == 48
 
 
+def test_the_token_is_that_of_the_user_or_a_new_one(started, tmp_path, monkeypatch):
+    monkeypatch.delenv("STITCHMESH_TOKEN", raising=False)
+    for words, variable, token, needs_token in [
+        ([], None, None, True), ([], "", None, True), ([], "of-the-variable", "of-the-variable", True),
+        (["--token", "of-the-words"], "of-the-variable", "of-the-words", True),
+        (["--no-token"], "of-the-variable", None, False),
+    ]:  # fmt: skip
+        if variable is not None:
+            monkeypatch.setenv("STITCHMESH_TOKEN", variable)
+        _, options, _ = started("app", "--project", tmp_path / "here", *words)
+        assert (options.token, options.needs_token) == (token, needs_token)
+
+
+def test_a_token_and_none_are_refused(capsys, tmp_path):
+    assert main(["app", "--project", str(tmp_path / "here"), "--token", "correct-horse", "--no-token"]) == 2
+    assert main(["app", "--project", str(tmp_path / "here"), "--host", "0.0.0.0", "--no-token"]) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert "token: there is one" in said[0] and "other machines reach it" in said[1] and len(said) == 2
+
+
 def test_edit_without_edits_opens_the_page_edit(started, tmp_path):
     write_stitches(tmp_path / "flat.h5", flat())
     project, options, page = started("edit", tmp_path / "flat.h5", "--port", 9000)

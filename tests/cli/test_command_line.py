@@ -19,6 +19,7 @@ import pytest
 
 from stitchmesh.cli import main as cli
 from stitchmesh.io import read_stitches, read_yarns, write_mesh, write_yarns
+from stitchmesh.io.own_files import RECORD
 from stitchmesh.mesh import extent
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarn import YarnSet
@@ -26,6 +27,7 @@ from stitchmesh.yarn.fabric_gauge import fabric_gauge
 from stitchmesh.yarn.rest_length import plain_stitches, stitch_lengths
 from stitchmesh.yarn.yarn_presets import Yarn
 from tests.gallery import ROOT, grid, moebius, tube
+from tests.output_files import visible
 
 REPORT = {
     "label": {"seconds", "rows", "faces"},
@@ -61,7 +63,7 @@ def refused(capsys, *words: str) -> str:
 
 
 def test_knit_writes_its_files(knitted):
-    assert {path.name for path in knitted.iterdir()} == {
+    assert visible(knitted) == {
         "stitches.h5", "yarns.h5", "yarns.bcc", "preview.png", "report.json", "convergence.csv", "convergence.png",
         "garment.toml",
     }  # fmt: skip
@@ -398,7 +400,7 @@ def test_an_interrupt_writes_the_last_good_state(tube_obj, tmp_path, capsys, mon
     assert "interrupted" in capsys.readouterr().err
     assert json.loads((tmp_path / "report.json").read_text())["yarnrelax"] == {"unfinished": True}
     assert np.isfinite(read_yarns(tmp_path / "yarns.h5").points).all()
-    assert not [name for name in os.listdir(tmp_path) if name.startswith(".")], "no litter"
+    assert [name for name in os.listdir(tmp_path) if name.startswith(".")] == [RECORD], "no litter"
 
 
 def test_an_interrupt_before_the_first_state_writes_the_generated_yarns(tube_obj, tmp_path, monkeypatch):

@@ -18,6 +18,7 @@ from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.recipe.recipe_file import read_recipe
 from tests.gallery import moebius, odd_corner, torus, tube
 from tests.labeling.test_partial_labeling import triangulated
+from tests.output_files import visible
 
 SHORT = ["--auto", "--stitch-width", "1", "--quality", "draft", "--device", "cpu", "--max-iterations", "5"]
 """Options with which a small tube is knitted in a moment; its yarns do not come to rest."""
@@ -63,7 +64,7 @@ def refused(capsys, *words: object) -> str:
 
 
 def test_triangles_are_knitted_with_a_picture_of_their_shaping(knitted):
-    assert {path.name for path in knitted.iterdir()} == {
+    assert visible(knitted) == {
         "stitches.h5", "yarns.h5", "yarns.bcc", "preview.png", "shaping.png", "report.json", "convergence.csv",
         "convergence.png", "garment.toml",
     }  # fmt: skip

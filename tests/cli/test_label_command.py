@@ -18,6 +18,7 @@ from stitchmesh.mesh.orientation import turn_inside_out
 from stitchmesh.render import labeling_picture
 from tests.gallery import ROOT, odd_corner, torus, tube
 from tests.labeling.test_partial_labeling import bits, triangulated
+from tests.output_files import visible
 
 HAT = ROOT / "assets" / "meshes" / "hat.obj"
 
@@ -42,28 +43,32 @@ def refused(capsys, *words: object) -> str:
 
 
 def test_steps_through_files_end_in_the_rows_of_one_call(tmp_path, capsys):
-    part, rows = tmp_path / "part.h5", tmp_path / "rows.h5"
+    part, more, rows = (tmp_path / f"{name}.h5" for name in ("part", "more", "rows"))
     run("label", HAT, "--rows", 2, "-o", part)
     assert "2 rows; 24 of 108 faces labeled" in capsys.readouterr().out
-    run("label", part, "--rows", 3, "-o", part)
-    assert read_labeling(part).row_count == 5
-    run("label", part, "-o", rows)
+    run("label", part, "--rows", 3, "-o", more)
+    assert read_labeling(more).row_count == 5
+    run("label", more, "-o", rows)
     assert bits(read_stitches(rows)) == bits(label(read_mesh(HAT)))
     assert capsys.readouterr().out.endswith("9 rows of 108 faces\n")
 
 
 def test_each_step_has_an_option(tmp_path, tube_obj):
-    part = tmp_path / "part.h5"
-    run("label", tube_obj, "--start-border", "41,40", "--rows", 0, "-o", part)
+    def step(before: Path, *words: object) -> Path:
+        after = tmp_path / f"step-{len(list(tmp_path.iterdir()))}.h5"
+        run("label", before, *words, "-o", after)
+        return after
+
+    part = step(tube_obj, "--start-border", "41,40", "--rows", 0)
     assert np.flatnonzero(read_labeling(part).labeled).tolist() == list(range(32, 40))
-    run("label", part, "--row-at", "32,33", "--rows", 0, "-o", part)
+    part = step(part, "--row-at", "32,33", "--rows", 0)
     assert read_labeling(part).row_count == 2
-    run("label", part, "--set-edge", "32,33=wale", "--rows", 0, "-o", part)
+    part = step(part, "--set-edge", "32,33=wale", "--rows", 0)
     assert len(read_labeling(part).faults) == 2
-    run("label", part, "--set-edge", "32,33=clear", "--rows", 1, "-o", part)
-    run("label", part, "--flip", "33", "--rows", 0, "-o", part)
+    part = step(part, "--set-edge", "32,33=clear", "--rows", 1)
+    part = step(part, "--flip", "33", "--rows", 0)
     assert read_labeling(part).row_is_reversed.any()
-    run("label", tube_obj, "--start-edge", "16,17", "--rows", 1, "-o", part)
+    part = step(tube_obj, "--start-edge", "16,17", "--rows", 1)
     assert np.flatnonzero(read_labeling(part).labeled)[0] == 8
 
 
@@ -87,7 +92,7 @@ def test_a_mesh_that_cannot_be_labeled_gets_a_picture_of_its_faults_and_nothing_
         where = folder if command == "knit" else folder.parent
         assert message.startswith("LabelError: face ") and "would be both wale and course" in message
         assert message.endswith(f"; {where / 'labeling-faults.png'} shows the faces\n")
-        assert [path.name for path in where.iterdir()] == ["labeling-faults.png"]
+        assert visible(where) == {"labeling-faults.png"}
 
 
 def test_a_machine_without_a_display_still_gives_the_reason(tmp_path, capsys, monkeypatch):

@@ -21,6 +21,7 @@ from stitchmesh.periodic.weave.text import parse_weave
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import tile_yarns
 from tests.gallery import ROOT
+from tests.output_files import visible
 from tests.periodic.first_state import from_generated_yarns
 
 DRAFT = ["--quality", "draft", "--device", "cpu"]
@@ -69,12 +70,12 @@ def refused(capsys, folder: Path, *words: object) -> str:
 
 
 def test_swatch_writes_its_files(made):
-    assert {path.name for path in made.iterdir()} == {
+    assert visible(made) == {
         "cell.h5", "cell.pyp", "tiled.bcc", "preview.png", "report.json", "convergence.csv", "convergence.png",
         "textures",
     }  # fmt: skip
     maps = {"colour.png", "height.png", "normal.png", "opacity.png", "tangent.png", "textures.json"}
-    assert {path.name for path in (made / "textures").iterdir()} == maps
+    assert visible(made / "textures") == maps
     assert json.loads((made / "textures" / "textures.json").read_text())["pixels"] == [16, 24]
 
 
@@ -113,7 +114,7 @@ def test_the_fabric_covers_the_whole_picture(made):
 
 def test_defaults_are_no_textures_and_five_by_five_tiles(tmp_path):
     cell = swatch(tmp_path, "plain")
-    assert {path.name for path in tmp_path.iterdir()} == {
+    assert visible(tmp_path) == {
         "cell.h5", "cell.pyp", "tiled.bcc", "report.json", "convergence.csv", "convergence.png",
     }  # fmt: skip
     pieces = read_yarns(tmp_path / "tiled.bcc", radius=0.125)
@@ -263,7 +264,7 @@ def test_explore_writes_and_prints_the_states_of_rest(tmp_path, capsys):
     states = len(report["rests"])
     assert report["starts"] == 3 and sum(rest["count"] for rest in report["rests"]) + report["not_at_rest"] == 3
     yarns = {f"rest-{number}.h5" for number in range(1, states + 1)}
-    assert {path.name for path in tmp_path.iterdir()} == {"rests.json", "rests.png", *yarns}
+    assert visible(tmp_path) == {"rests.json", "rests.png", *yarns}
     printed = capsys.readouterr().out.splitlines()
     assert len(printed) == states + 3 and printed[-2].startswith(f"Found {states} state")
     width = size_of(read_yarns(tmp_path / "rest-1.h5").lattice)[0]

@@ -131,7 +131,7 @@ def test_the_message_gives_the_line_of_an_edit_that_is_refused_in_a_replay(tmp_p
 
 
 def test_a_missing_log_is_an_error(tmp_path):
-    with pytest.raises(FileError, match=r"none\.jsonl: cannot be read"):
+    with pytest.raises(FileError, match=r"none\.jsonl: there is no such file"):
         read_log(tmp_path / "none.jsonl")
 
 

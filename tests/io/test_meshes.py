@@ -170,10 +170,10 @@ def test_missing_files_folders_and_unknown_suffixes_are_errors(tmp_path):
 
 
 def test_an_unreadable_file_is_an_error(tmp_path, monkeypatch):
-    def refuse(path):
+    def refuse(path, flags):
         raise PermissionError(13, "Permission denied", os.fspath(path))
 
-    monkeypatch.setattr(Path, "read_bytes", refuse)  # The tests may run as a user who can read all files.
+    monkeypatch.setattr("stitchmesh.io.contents.os.open", refuse)  # The tests may run as a user who can read all files.
     with pytest.raises(FileError, match="no permission to read it"):
         read_mesh(tmp_path / "m.obj")
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import functools
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -14,7 +15,9 @@ from pathlib import Path
 
 import pytest
 
+from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import atomic_path, write_text
+from stitchmesh.io.folder_lock import FolderLock, is_locked
 from stitchmesh.io.part_folder import PARTS, PartFolder, remove_stale_parts
 from tests.gallery import ROOT
 from tests.killing import killed, leave_part
@@ -63,10 +66,58 @@ def test_the_part_of_a_process_that_writes_stays(tmp_path):
 def test_a_run_removes_the_parts_of_ended_ones_also_in_the_folders_of_its_folder(tmp_path):
     leave_part(tmp_path, "yarns.h5")
     leave_part(tmp_path / "textures", "height.png")
-    (tmp_path / PARTS / "no lock yet").mkdir()
+    (tmp_path / PARTS / "part-no_lock_").mkdir()
     (tmp_path / ".mine").write_text("")
     remove_stale_parts(tmp_path)
     assert names(tmp_path) == [".mine", "textures"]
+
+
+@pytest.mark.parametrize("place", ["", "textures"])
+def test_nothing_behind_a_link_is_removed_or_made(tmp_path, place):
+    victim, out = tmp_path / "victim", tmp_path / "out"
+    leave_part(victim, "yarns.h5")
+    shutil.move(victim / PARTS, victim / "parts")
+    (out / place).mkdir(parents=True)
+    (out / place / PARTS).symlink_to(victim / "parts")
+    (out / "linked").symlink_to(victim)
+    before = names(victim)
+    remove_stale_parts(out)
+    with pytest.raises(FileError, match=f"{PARTS}: is a symbolic link; .* remove it"):
+        write_text(out / place / "a.txt", "")
+    assert names(victim) == before
+
+
+def test_only_folders_of_parts_are_removed(tmp_path):
+    leave_part(tmp_path, "yarns.h5")
+    parts = tmp_path / PARTS
+    for name in ("mine", "part-mine", "part-abcdefgh"):
+        (parts / name).mkdir()
+        (parts / name / "a.txt").write_text("")
+    (parts / "part-linked__").symlink_to(tmp_path / PARTS / "mine")
+    remove_stale_parts(tmp_path)
+    assert not list(parts.rglob("*.h5"))
+    assert len(list(parts.glob("*/a.txt"))) == 4  # in three folders and behind the link
+
+
+def test_a_folder_of_parts_in_which_others_may_write_is_refused(tmp_path):
+    (tmp_path / PARTS).mkdir()
+    (tmp_path / PARTS).chmod(0o777)
+    (tmp_path / PARTS / "mine").write_text("")
+    with pytest.raises(FileError, match="belongs to another user, or others may write in it; remove it"):
+        write_text(tmp_path / "a.txt", "")
+    assert names(tmp_path) == [PARTS, "mine"]
+
+
+def test_a_lock_is_neither_made_behind_a_link_nor_waited_for_at_a_pipe(tmp_path):
+    (tmp_path / ".lock").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(FileError, match="cannot be written"):
+        FolderLock(tmp_path, "busy")
+    assert not (tmp_path / "elsewhere").exists()
+    (tmp_path / ".lock").unlink()
+    os.mkfifo(tmp_path / ".lock")
+    with pytest.raises(FileError, match="is no regular file"):
+        FolderLock(tmp_path, "busy")
+    assert is_locked(tmp_path)  # nobody knows
 
 
 def test_where_there_are_no_locks_nothing_is_removed(tmp_path, monkeypatch):

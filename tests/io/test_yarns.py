@@ -231,12 +231,20 @@ def test_convert_writes_a_cell_in_every_format(tmp_path):
     assert read_yarns(tmp_path / "z.h5").lattice is not None
 
 
-@pytest.mark.parametrize("suffix", [".bcc", ".usda", ".usdc", ".glb"])
-def test_coordinates_beyond_float32_are_not_written(tmp_path, suffix):
-    yarns = YarnSet.from_curves([np.eye(3) * 1e41], closed=[True], radius=0.1)
-    with pytest.raises(FileError, match="too large for the format's float32"):
+@pytest.mark.parametrize("large", ["points", "radius", "rest_length"])
+@pytest.mark.parametrize("suffix", [".bcc", ".usda", ".usdc", ".glb", ".yarns"])
+def test_numbers_beyond_float32_are_not_written(tmp_path, suffix, large):
+    values = {"points": np.eye(3), "radius": np.array([0.1]), "rest_length": np.ones(3)}
+    values[large] = 1e41 * values[large]
+    yarns = YarnSet.from_curves(
+        [values["points"]], closed=[True], radius=values["radius"], rest_lengths=[values["rest_length"]]
+    )
+    if large in {".bcc": ("points",), ".yarns": tuple(values)}.get(suffix, ("points", "radius")):
+        with pytest.raises(FileError, match="too large for the format's float32"):
+            write_yarns(tmp_path / f"y{suffix}", yarns)
+        assert not list(tmp_path.iterdir())
+    else:
         write_yarns(tmp_path / f"y{suffix}", yarns)
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
@@ -362,7 +370,9 @@ def test_check_writable_finds_what_cannot_be_written(tmp_path, name):
             refuse(tmp_path / name, awkward_yarns())
 
 
-@pytest.mark.parametrize("kind", ["external link", "soft link", "external data", "virtual", "empty", "bomb", "huge"])
+@pytest.mark.parametrize(
+    "kind", ["external link", "soft link", "external data", "virtual", "empty", "bomb", "huge", "chunks"]
+)
 def test_hdf5_numbers_that_are_not_in_the_file_or_far_larger_are_refused(tmp_path, kind):
     path = tmp_path / "y.h5"
     write_yarns(path, awkward_yarns())
@@ -388,8 +398,11 @@ def test_hdf5_numbers_that_are_not_in_the_file_or_far_larger_are_refused(tmp_pat
                 file.create_dataset("points", (10**6, 3), "f8", compression="gzip", chunks=(10**6, 3), fillvalue=0.0)
             case "huge":
                 file.create_dataset("points", (2**40, 3), "f8", chunks=(1000, 3))
+            case "chunks":  # The library needs 4 kB for each of them.
+                file.create_dataset("points", (10**5, 3), "f8", chunks=(1, 3))
     large = "bytes of numbers, more than 100 times"
-    expected = {"bomb": large, "huge": large, "virtual": "other data than texts in a heap"}
+    expected = {"bomb": large, "huge": large, "virtual": "other data than texts in a heap",
+                "chunks": "into 1000[0-9]{2} chunks"}  # fmt: skip
     with pytest.raises(FileError, match=expected.get(kind, "expected numbers in the file itself")):
         read_yarns(path)
 
@@ -404,3 +417,13 @@ def test_a_heap_of_hdf5_that_leads_back_to_itself_is_an_error_and_not_read_for_e
     (tmp_path / "y.h5").write_bytes(content)
     with pytest.raises(FileError, match="an object of 0 bytes in a heap"):
         read_yarns(tmp_path / "y.h5")
+
+
+@pytest.mark.parametrize("options", [{"chunks": True}, {"compression": "gzip"}, {"chunks": (100, 3)}])
+def test_hdf5_datasets_that_other_programs_divide_into_chunks_are_read(tmp_path, options):
+    points = np.cumsum(np.ones((100_000, 3)), axis=0)
+    write_yarns(tmp_path / "y.h5", YarnSet.from_curves([points], closed=[False], radius=0.1))
+    with h5py.File(tmp_path / "y.h5", "r+") as file:
+        del file["points"]
+        file.create_dataset("points", data=points, **options)
+    np.testing.assert_array_equal(read_yarns(tmp_path / "y.h5").points, points)

@@ -19,6 +19,7 @@ import stitchmesh as sm
 from stitchmesh.cli.main import main
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.folder_lock import FolderLock
+from stitchmesh.io.own_files import RECORD, mark_folder
 from stitchmesh.jobs.clean_job import clean_job
 from stitchmesh.jobs.job import Job, recipe_of
 from stitchmesh.jobs.job_file import job_of_table
@@ -226,13 +227,47 @@ def test_a_job_that_ended_without_a_word_was_killed(tmp_path):
 
 
 def test_what_killed_runs_leave_goes_at_the_next_run(job, copy):
-    label = next(copy.glob("stages/label-*"))
-    for folder in (copy, label, copy / "stages/yarns-0"):
+    label, begun = next(copy.glob("stages/label-*")), copy / "stages/yarns-0123456789abcdef"
+    mark_folder(begun)
+    for folder in (copy, label, begun):
         leave_part(folder, "yarns.h5")
     (copy / ".mine").write_text("")
     run_job(job, copy)
     hidden = {path.name for path in copy.glob("**/.*")}
-    assert hidden == {".lock", ".mine"} and not (copy / "stages/yarns-0").exists()
+    assert hidden == {".lock", ".mine", RECORD} and not begun.exists()
+
+
+def test_what_the_program_did_not_make_stays_in_the_folder_of_the_stages_and_is_said(job, copy, tmp_path, caplog):
+    mine = [copy / "stages" / name for name in ("my_data", "yarns-0123456789abcdef")]
+    for folder in mine:
+        folder.mkdir()
+        (folder / "a.txt").write_text("mine")
+    (copy / "stages" / "yarns-fedcba9876543210").symlink_to(mine[0])
+    mark_folder(mine[0])
+    run_job(job, copy)
+    clean_job(copy)
+    assert all((folder / "a.txt").read_text() == "mine" for folder in mine)
+    left = "left alone what StitchMesh did not make: my_data, yarns-0123456789abcdef, yarns-fedcba9876543210"
+    assert [record.message.endswith(left) for record in caplog.records].count(True) == 2
+
+
+def test_stages_that_are_a_link_are_refused(job, copy, tmp_path):
+    (copy / "stages").rename(tmp_path / "victim")
+    (copy / "stages").symlink_to(tmp_path / "victim")
+    before = sorted(tmp_path.rglob("*"))
+    for work in (lambda: run_job(job, copy), lambda: clean_job(copy)):
+        with pytest.raises(FileError, match=r"stages: is a symbolic link; .* remove the link"):
+            work()
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_job_replaces_neither_its_mesh_nor_a_file_of_the_users(job, tmp_path):
+    shutil.copy(job.mesh, tmp_path / "yarns.obj")
+    own = replace(job, mesh=str(tmp_path / "yarns.obj"), write_yarns=("yarns.obj",))
+    for overwrite in (False, True):
+        with pytest.raises(FileError, match=r"yarns\.obj: .*(was not written by StitchMesh|would replace it)"):
+            run_job(own, tmp_path, overwrite=overwrite)
+    assert (tmp_path / "yarns.obj").read_bytes() == Path(job.mesh).read_bytes()
 
 
 def test_clean_removes_the_stages_that_the_last_run_has_not_used(job, copy, capsys):

@@ -133,7 +133,7 @@ def test_the_message_gives_the_line_of_a_bad_step(tmp_path, line, message):
 
 
 def test_a_missing_log_is_an_error(tmp_path):
-    with pytest.raises(FileError, match=r"none\.jsonl: cannot be read"):
+    with pytest.raises(FileError, match=r"none\.jsonl: there is no such file"):
         read_label_steps(tmp_path / "none.jsonl")
 
 

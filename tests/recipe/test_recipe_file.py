@@ -155,6 +155,10 @@ def test_texts_with_quotes_and_other_letters_are_written_whole(tmp_path):
             "mesh = 'h.obj'\n[rows]\nauto = true\n[[rows.marks]]\nkind = 'point'\npoints = [[0, 0, inf]]",
             "marks[0]: got points of shape (1, 3); expected finite points",
         ),
+        (
+            "mesh = 'h.obj'\n[rows]\nauto = true\n[[rows.marks]]\nkind = 'point'\npoints = [[0, 0, 1e308]]",
+            "marks[0]: got points of shape (1, 3); expected finite points",
+        ),
         ("mesh = 'h.obj'\n[mesh_relaxation]\nalpha = 2", "alpha: got 2"),
         ("mesh = 'h.obj'\n[physics]\ngravity = [0, 1]", "physics.gravity is [0, 1]"),
         ("mesh = 'h.obj'\n[solver]\nmethod = 'quick'", 'solver.method is "quick"'),

@@ -53,6 +53,7 @@ class Bridge:
         installation = _messages.RunJavascriptMessage(source="\n".join(map(script_text, scripts)))
         server.gui._websock_interface.queue_message(installation)
         self._inbox = server.gui.add_text("messages of the browser", "", visible=False)
+        self._inbox._impl.sync_cb = None  # Viser would send the messages of a browser to the others.
         self._inbox.on_update(self._receive)
         server.on_client_connect(self._install)
 

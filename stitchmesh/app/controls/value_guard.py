@@ -2,15 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Values that browsers send, checked before viser takes them.
 
-Viser casts a value to the type of the old one, and an error of this cast reaches no user. It also sets each property of
-its own objects that a message names, whereas pages send values only. A number beyond its bounds is often one that a
-user still types: whoever types 800 sends 8 and 80 first. It is therefore refused only if no other value follows soon.
-As a refused value never becomes the value of its control, the control still has the last good one, and shows it again.
+Viser casts a value to the type of the old one, and an error of this cast reaches no user. A number beyond its bounds
+is often one that a user still types: whoever types 800 sends 8 and 80 first. It is therefore refused only if no other
+value follows soon. As a refused value never becomes the value of its control, the control still has the last good one,
+and shows it again.
 """
 
 from __future__ import annotations
 
 import asyncio
+import math
 
 import viser
 from viser import _messages
@@ -44,8 +45,8 @@ class ValueGuard:
 
     async def _take(self, client: int, message: _messages.GuiUpdateMessage) -> None:
         """Pass a value on to viser, or refuse it after a pause."""
-        if not isinstance(message.uuid, str) or list(message.updates) != ["value"]:
-            return  # No page of ours sends this.
+        if not self._fits(message.uuid, message.updates["value"]):
+            return  # No page sends this.
         if (waiting := self._waiting.pop(message.uuid, None)) is not None:
             waiting.cancel()
         try:
@@ -56,6 +57,15 @@ class ValueGuard:
             self._waiting[message.uuid] = loop.call_later(PAUSE_SECONDS, self._refuse, message.uuid, error)
         else:
             await self._gui._handle_gui_updates(client, message)  # type: ignore[arg-type]
+
+    def _fits(self, identity: str, value: object) -> bool:
+        """Whether a value has the shape of that of its control: three numbers for a colour, one value for others."""
+        handle = self._gui._gui_input_handle_from_uuid.get(identity)
+        if handle is None or isinstance(handle, viser.GuiUploadButtonHandle):
+            return False
+        if not isinstance(handle.value, tuple):
+            return True
+        return isinstance(value, list) and len(value) == len(handle.value) and all(map(math.isfinite, value))
 
     def _refuse(self, identity: str, error: ParameterError) -> None:
         """Show the last good value of a control again, and report the refusal, unless the control is gone."""

@@ -16,6 +16,7 @@ from stitchmesh.app.browser.bridge import Bridge
 from stitchmesh.app.controls.bounds import Bounds
 from stitchmesh.app.controls.value_guard import ValueGuard
 from stitchmesh.app.event_queue import EventQueue
+from stitchmesh.app.uploads import NO_FILE
 from stitchmesh.mesh.palette import colour_text, parse_colour
 
 if TYPE_CHECKING:
@@ -265,7 +266,11 @@ class ViserControls:
         async def post(event: viser.GuiEvent) -> None:
             file = event.target.value
             await asyncio.sleep(UPLOAD_NOTICE_SECONDS)
-            self._post(event, received, file.name, file.content)
+            self._post(event, take, file.name, file.content)
+
+        def take(name: str, content: bytes) -> None:
+            handle._impl.value = NO_FILE
+            received(name, content)
 
         handle.on_upload(post)
         self._bridge.set_hint(handle._impl.uuid, hint)

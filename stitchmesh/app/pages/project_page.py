@@ -16,7 +16,7 @@ from stitchmesh.app.project.exports import Export, exports
 from stitchmesh.app.project.opening import title_of
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.recent import new_project_folder, recent_projects, remember
-from stitchmesh.app.project.source import Source, read_source
+from stitchmesh.app.project.source import Source, read_source, source_of
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io.meshes import FORMATS as MESH_FORMATS
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
@@ -90,12 +90,8 @@ class ProjectPage(Page):
         if self.app.project.source is None:
             self._import_here(name, content)
             return
-        project = Project.create(new_project_folder(title_of(name)), title_of(name))
-        try:
-            project.import_mesh(name, content, self._unit)
-        except StitchMeshError:
-            project.discard()
-            raise
+        title = title_of(name)
+        project = Project.create(new_project_folder(title), title, source_of(name, content, self._unit))
         self._change_to(project)
         self.app.notice(f"{project.name} is a new project; the project before is saved.")
         self.app.open_page(next_page(project))

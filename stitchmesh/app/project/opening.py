@@ -9,6 +9,7 @@ from pathlib import Path
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.project_folder import TABLE_NAME, stored_source
 from stitchmesh.app.project.recent import new_project_folder, projects_folder, recent_projects
+from stitchmesh.app.project.source import source_of
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.contents import FilePath, read_bytes
 from stitchmesh.io.path_kind import is_folder
@@ -50,14 +51,16 @@ def title_of(name: str) -> str:
 
 
 def _in_folder(folder: Path, file: FilePath | None, unit: str) -> Project:
-    content = None if file is None else read_bytes(file)
-    project = Project.open_or_create(folder)
-    if file is None or content is None:
+    source = None if file is None else source_of(Path(file).name, read_bytes(file), unit)
+    if not (folder / TABLE_NAME).exists():
+        return Project.create(folder, source=source)
+    project = Project.open(folder)
+    if source is None:
         return project
     try:
         if project.source is None:
-            project.import_mesh(Path(file).name, content, unit)
-        elif project.source.content != content:
+            project.import_mesh(source.name, source.content, unit)
+        elif project.source.content != source.content:
             found = f"holds a project of {project.source.name}"
             raise FileError(f"{folder}: {found}, whose content is another one; give another --project, or no file")
     except StitchMeshError:
@@ -73,10 +76,5 @@ def _of_file(file: Path, unit: str) -> Project:
     for folder in known:
         if stored_source(folder) == content:
             return Project.open(folder)
-    project = Project.create(new_project_folder(title_of(file.name)), title_of(file.name))
-    try:
-        project.import_mesh(file.name, content, unit)
-    except StitchMeshError:
-        project.discard()
-        raise
-    return project
+    title = title_of(file.name)
+    return Project.create(new_project_folder(title), title, source_of(file.name, content, unit))

@@ -21,7 +21,7 @@ from stitchmesh.app.project.autosave import Autosave
 from stitchmesh.app.project.division import Division
 from stitchmesh.app.project.project_folder import TABLE_NAME, ProjectFolder
 from stitchmesh.app.project.shaping import ShapedStitches, Shaping
-from stitchmesh.app.project.source import Source, read_source
+from stitchmesh.app.project.source import Source, read_source, source_of
 from stitchmesh.app.project.stage_values import StageValues
 from stitchmesh.app.project.state import (
     NO_RESULTS,
@@ -61,15 +61,11 @@ class Project:
     """
 
     def __init__(
-        self, store: ProjectFolder, lock: FolderLock, state: ProjectState, notes: tuple[str, ...] = ()
-    ) -> None:
-        """Make the values of a state that is in the folder already; ``notes`` says what was left out.
-
-        Raises:
-            StitchMeshError: the imported file cannot be read, or a step or an edit is not possible.
-        """
-        self._store, self._lock, self._state = store, lock, state
-        self._values = StageValues.of(state)
+        self, store: ProjectFolder, lock: FolderLock, state: ProjectState, values: StageValues,
+        notes: tuple[str, ...] = (),
+    ) -> None:  # fmt: skip
+        """Hold a state and its values; ``notes`` says what was left out when it was read."""
+        self._store, self._lock, self._state, self._values = store, lock, state, values
         self.notes = notes
         """A line for each result that was damaged on disk and was left out."""
         self.on_trouble: Callable[[str | None], None] = lambda message: None
@@ -77,22 +73,28 @@ class Project:
         self.autosave = Autosave(store.write, self._trouble)
 
     @classmethod
-    def create(cls, folder: Path, name: str = "") -> Project:
-        """Make an empty project; its name is that of its folder if none is given.
+    def create(cls, folder: Path, name: str = "", source: Source | None = None) -> Project:
+        """Make a project of an imported file, or an empty one; its name is that of its folder if none is given.
 
         Raises:
-            FileError: the folder holds a project already, another program uses it, or it cannot be written.
+            StitchMeshError: the imported file cannot be read, the folder holds a project already, another program uses
+                it, or it cannot be written; nothing is left in the folder then.
         """
         folder = Path(folder).absolute()
         if is_there(folder / TABLE_NAME):
             raise FileError(f"{folder}: holds a project already; open it, or choose another folder")
+        state = ProjectState(name=name or folder.name, source=source)
+        values = StageValues.of(state)
+        is_new = not folder.exists()
         lock = FolderLock(folder, OPEN_ELSEWHERE)
-        project = cls(ProjectFolder(folder), lock, ProjectState(name=name or folder.name))
+        project = cls(ProjectFolder(folder), lock, state, values)
         try:
             project.save()
         except FileError:
             project.autosave.end()
-            lock.release()
+            lock.give_up()
+            if is_new:
+                shutil.rmtree(folder, ignore_errors=True)
             raise
         return project
 
@@ -110,9 +112,10 @@ class Project:
         remove_stale_parts(folder)
         store = ProjectFolder(folder)
         try:
-            return cls(store, lock, *store.read())
+            state, notes = store.read()
+            return cls(store, lock, state, StageValues.of(state), notes)
         except BaseException:
-            lock.release()
+            lock.give_up()
             raise
 
     @classmethod
@@ -230,7 +233,7 @@ class Project:
         Raises:
             StitchMeshError: the file cannot be read, or it holds yarns.
         """
-        source = Source(Path(name.replace("\\", "/")).name, content, unit)
+        source = source_of(name, content, unit)
         values = StageValues.start(read_source(source))
         return self._change(ProjectState(name=self.name, source=source, settings=self._state.settings), values)
 
@@ -432,18 +435,6 @@ class Project:
             self.autosave.close()
         finally:
             self._lock.release()
-
-    def discard(self) -> None:
-        """Remove a project that was just created, with its folder.
-
-        Raises:
-            FileError: the folder cannot be removed.
-        """
-        self.close()
-        try:
-            shutil.rmtree(self.folder)
-        except OSError as error:
-            raise FileError(f"{self.folder}: cannot be removed ({error.strerror or error})") from error
 
     def _trouble(self, message: str | None) -> None:
         self.on_trouble(message)

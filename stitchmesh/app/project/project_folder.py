@@ -64,6 +64,10 @@ RESULT_FORMATS: Mapping[str, ResultFormat] = {
     "history": ResultFormat(".json", _write_plain, _read_history),
 }
 """Formats of what has files of its own: the stitches that were found on the mesh, and fields of ``Results``."""
+SOURCE = "source"
+"""Name, among the files, of the imported one."""
+OWN_NAME = re.compile(rf"({'|'.join([SOURCE, *RESULT_FORMATS])})-\d+(\.[a-z0-9]+)?")
+"""Form of the names of the files."""
 
 
 class ProjectFolder:
@@ -133,7 +137,7 @@ class ProjectFolder:
         if source is None:
             return None
         write = lambda path, value: write_bytes(path, value.content)  # noqa: E731
-        file = self._file_of(source, "source", Path(source.name).suffix.lower(), write, named)
+        file = self._file_of(source, SOURCE, Path(source.name).suffix.lower(), write, named)
         return SourceTable(name=source.name, unit=source.unit, file=file)
 
     def _work_table(self, state: ProjectState, named: dict[str, object]) -> WorkTable:
@@ -194,13 +198,15 @@ class ProjectFolder:
         Raises:
             ParameterError: the name is not that of a file in the folder of the files.
         """
-        if re.fullmatch(r"[a-z]+-\d+(\.[a-z0-9]+)?", name) is None:
+        if OWN_NAME.fullmatch(name) is None:
             raise ParameterError(f"file {name!r}: is no file of a project; expected a name such as yarns-3.h5")
         return self.folder / FILES / name
 
     def _names(self) -> list[str]:
+        """Return the names of the project's own files; what a user has put beside them is none of them."""
         files = self.folder / FILES
-        return [path.name for path in files.iterdir()] if files.is_dir() else []
+        inside = files.iterdir() if files.is_dir() and not files.is_symlink() else ()
+        return [path.name for path in inside if OWN_NAME.fullmatch(path.name)]
 
     def _remove_unnamed(self) -> None:
         for name in self._names():

@@ -33,6 +33,11 @@ class Source:
     """Unit of the coordinates in the file."""
 
 
+def source_of(name: str, content: bytes, unit: str = DEFAULT_UNIT) -> Source:
+    """Return an imported file; its name may be given with folders, as on Windows too."""
+    return Source(Path(name.replace("\\", "/")).name, content, unit)
+
+
 @dataclass(frozen=True, eq=False)
 class Start:
     """What a project starts with: a labeling, on which nothing may be labeled yet, or stitches."""

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, UseAppendAction
 
 from stitchmesh.cli.arguments import BAD_INPUT, help_entry
+from stitchmesh.cli.options import Overwrite
 from stitchmesh.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ class Batch:
 
     allow_paths: Annotated[UseAppendAction[tuple[str, ...]], help_entry("DIR", "none")] = ()
     """a further folder with files that the jobs name, besides that of the sweep and the present one"""
+    overwrite: Overwrite = False
 
     def run(self) -> int | None:
         """Run the sweep, or write the page.
@@ -61,8 +63,9 @@ class Batch:
         try:
             with stopped_by_signal() as stop, show_reports() as listener:
                 ended = run_sweep(
-                    sweep, folder, workers=self.workers, scheduler=self.scheduler, stop=stop, listener=listener
-                )
+                    sweep, folder, workers=self.workers, scheduler=self.scheduler, stop=stop, listener=listener,
+                    overwrite=self.overwrite,
+                )  # fmt: skip
         except JobStopped:
             print(f"stopped; `stitchmesh batch {self.sweep} -o {folder}` continues the sweep", file=sys.stderr)
             return TERMINATED

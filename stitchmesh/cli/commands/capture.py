@@ -10,7 +10,7 @@ from typing import Annotated
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import Flag, help_entry
-from stitchmesh.cli.options import READ_STITCHES, OnSelection
+from stitchmesh.cli.options import READ_STITCHES, OnSelection, Overwrite
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,7 @@ class Capture:
     """name of the pattern"""
     whole: Flag = False
     """keep the whole part as one tile; without this option, one repeat of it is kept"""
+    overwrite: Overwrite = False
 
     def run(self) -> None:
         """Capture the pattern, and write it."""

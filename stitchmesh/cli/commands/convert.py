@@ -10,7 +10,7 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import FileReading
+from stitchmesh.cli.options import FileReading, Overwrite
 from stitchmesh.errors import ParameterError
 
 
@@ -25,6 +25,7 @@ class Convert:
     tile: Annotated[tuple[int, int] | None, help_entry("C R", "the lattice or one period")] = None
     """for periodic yarns: numbers of periods to write along the courses and along the wales"""
     reading: Annotated[FileReading, arg(name="")] = field(default_factory=FileReading)
+    overwrite: Overwrite = False
 
     def run(self) -> None:
         """Read the file, and write its content in the other format."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from tyro.conf import Positional, arg
 
 from stitchmesh.cli.arguments import Flag, help_entry
-from stitchmesh.cli.options import Device, Threads
+from stitchmesh.cli.options import Device, Overwrite, Threads
 from stitchmesh.cli.output_folder import draw_if_possible, output_folder
 from stitchmesh.cli.serving import Serving
 from stitchmesh.cli.summary import AsJson, files_to_open, print_result
@@ -62,6 +62,7 @@ class Drape:
     view: Flag = False
     """open the scene, or a cloth as a new one, in the browser; nothing is written"""
     serving: Annotated[Serving, arg(name="")] = field(default_factory=Serving)
+    overwrite: Overwrite = False
 
     def run(self) -> int | None:
         """Run the scene, write its files, and print a summary; or open the application at its page.
@@ -87,7 +88,7 @@ class Drape:
         from stitchmesh.io.atomic import write_json
 
         scene = self._scene()
-        with output_folder(self.output) as folder, show_progress() as progress:
+        with output_folder(self.output, self._outputs(scene)) as folder, show_progress() as progress:
             runs = self._runs(scene, folder, progress)
             draws = not self.no_picture and (scene.output.picture or self.compare)
             drawn = draws and draw_if_possible(lambda: _draw(runs, folder / "preview.png"))
@@ -110,6 +111,13 @@ class Drape:
             scene = replace(scene, solver=replace(scene.solver, device=self.device))
         changes: dict[str, Any] = {"mode": self.mode, "duration": self.duration}
         return replace(scene, **{name: value for name, value in changes.items() if value is not None})
+
+    def _outputs(self, scene: Scene) -> list[str]:
+        """Return the names of the files that the scene writes; each form has a folder of its own in a comparison."""
+        from stitchmesh.mixed.drape import output_names
+
+        names, above = output_names(scene), ["preview.png"]
+        return above + ([f"{form}/{name}" for form in COMPARED for name in names] if self.compare else names)
 
     def _runs(self, scene: Scene, folder: Path, progress: Progress) -> dict[str, Draped]:
         """Run the scene, or its three forms, and write the files of each."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, arg
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, OnSelection
+from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, OnSelection, Overwrite
 from stitchmesh.cli.serving import Serving
 from stitchmesh.errors import ParameterError
 
@@ -35,6 +35,7 @@ class Edit:
     """file of edits, one JSON object in each line (docs/editing.md)"""
     output: Annotated[str | None, help_entry("FILE", "none", short="-o", help=WRITTEN_STITCHES)] = None
     serving: Annotated[Serving, arg(name="")] = field(default_factory=Serving)
+    overwrite: Overwrite = False
 
     def run(self) -> None:
         """Apply the edits, and write the result; if one edit is not possible, nothing is written.

@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import Flag, help_entry
-from stitchmesh.cli.options import FOUND_RADIUS, READ_STITCHES, READ_YARNS, Device, MaterialOptions, Threads, Unit
+from stitchmesh.cli.options import (
+    FOUND_RADIUS,
+    READ_STITCHES,
+    READ_YARNS,
+    Device,
+    MaterialOptions,
+    Overwrite,
+    Threads,
+    Unit,
+)
 from stitchmesh.cli.output_folder import output_folder
 from stitchmesh.cli.summary import AsJson, print_result
 from stitchmesh.errors import ParameterError
@@ -59,6 +68,7 @@ class Follow:
     threads: Threads = None
     material: MaterialOptions = field(default_factory=MaterialOptions)
     json: AsJson = False
+    overwrite: Overwrite = False
 
     def run(self) -> None:
         """Simulate the frames, write them, and print a summary.
@@ -71,13 +81,13 @@ class Follow:
         from stitchmesh.io.mesh_sequences import read_moving_mesh
         from stitchmesh.yarnrelax.energies.gravity import Gravity
         from stitchmesh.yarnrelax.follow_body import follow_body
-        from stitchmesh.yarnrelax.follow_files import FollowFiles
+        from stitchmesh.yarnrelax.follow_files import ANIMATION, REPORT, FollowFiles
         from stitchmesh.yarnrelax.motion.moving_body import MovingBody
 
         yarns = read_yarns(self.yarns, unit=self.unit, radius=self.yarn_radius)
         moving = read_moving_mesh(self.body, unit=self.body_unit, frames_per_second=self.frames_per_second)
         body = MovingBody(moving, friction=self.body_friction, thickness=self.body_thickness)
-        with output_folder(self.output) as folder, show_progress() as progress:
+        with output_folder(self.output, (ANIMATION, REPORT)) as folder, show_progress() as progress:
             frames = follow_body(
                 yarns, body, material=self.material.yarn_material(float(yarns.radius.mean())), quality=self.quality,
                 device=self.device, terms=[Gravity(self.gravity)], carried=self._carried(), drag=self.drag,

@@ -10,7 +10,7 @@ from typing import Annotated
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import READ_STITCHES
+from stitchmesh.cli.options import READ_STITCHES, Overwrite
 
 
 @dataclass(frozen=True)
@@ -20,6 +20,7 @@ class Instructions:
     fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]
     output: Annotated[str | None, help_entry("FILE", "standard output", short="-o")] = None
     """text file for the instructions"""
+    overwrite: Overwrite = False
 
     def run(self) -> None:
         """Write the instructions to the file, or print them if no file is given."""

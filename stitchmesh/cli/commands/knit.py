@@ -29,6 +29,7 @@ from stitchmesh.cli.options import (
     MaterialOptions,
     MeshRelaxation,
     MorePhysics,
+    Overwrite,
     QualityName,
     RestLengthFactors,
     Rows,
@@ -64,6 +65,12 @@ if TYPE_CHECKING:
 RECIPE_SUFFIX = ".toml"
 SHAPING_PICTURE = "shaping.png"
 """Name of the picture of found rows."""
+OUTPUTS = (
+    "stitches.h5", "yarns.h5", "yarns.bcc", "report.json", "convergence.csv", "convergence.png", "garment.toml",
+)  # fmt: skip
+"""Files that the command writes into its output folder."""
+PICTURES = ("preview.png", SHAPING_PICTURE)
+"""Pictures of the garment and of its found rows there."""
 
 
 @dataclass(frozen=True)
@@ -107,6 +114,7 @@ class Knit:
     rest_lengths: RestLengthFactors = field(default_factory=RestLengthFactors)
     physics: MorePhysics = field(default_factory=MorePhysics)
     solver: SolverOptions = field(default_factory=SolverOptions)
+    overwrite: Overwrite = False
 
     def run(self) -> int | None:
         """Run all stages, write their results, draw the pictures and print a summary.
@@ -123,7 +131,8 @@ class Knit:
         seconds_after = picture_seconds if draws else None
         budget = self._budget(recipe, after)
         remedy = f"write auto = true under [rows] into {self.mesh}" if self._is_recipe else REMEDY
-        with output_folder(self.output) as folder, show_progress() as progress, faults_drawn(folder, remedy):
+        outputs = [*OUTPUTS, *([] if self.no_picture else PICTURES)]
+        with output_folder(self.output, outputs) as folder, show_progress() as progress, faults_drawn(folder, remedy):
             made = knit_recipe(recipe, folder, budget=budget, checkpoint=checkpoint, resume=self.solver.resume,
                                progress=progress, seconds_after=seconds_after)  # fmt: skip
             plot_history(made.history, folder, chosen_setting(made.report) or recipe.quality)
@@ -164,7 +173,8 @@ class Knit:
 
         solver = SolverOptions(checkpoint_every=self.solver.checkpoint_every, resume=self.solver.resume)
         free = Knit(self.mesh, self.output, quality=self.quality, device=self.device, threads=self.threads,
-                    budget=self.budget, no_picture=self.no_picture, json=self.json, solver=solver)  # fmt: skip
+                    budget=self.budget, no_picture=self.no_picture, json=self.json, solver=solver,
+                    overwrite=self.overwrite)  # fmt: skip
         given = [part.name for part in fields(Knit) if getattr(self, part.name) != getattr(free, part.name)]
         if given:
             raise ParameterError(f"{given[0].replace('_', '-')}: is part of a recipe; write it into {self.mesh}")

@@ -12,7 +12,7 @@ from tyro.conf import Positional, UseAppendAction, arg
 
 from stitchmesh.cli.arguments import Pair, help_entry, pair, parsed_by
 from stitchmesh.cli.found_rows import FoundPanels, FoundRows
-from stitchmesh.cli.options import Rows, Unit
+from stitchmesh.cli.options import Overwrite, Rows, Unit
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
 
@@ -55,6 +55,7 @@ class Label:
     """picture of rows, wale directions, seams that do not match, unlabeled faces and faults"""
     found_rows: FoundRows = field(default_factory=FoundRows)
     panels: FoundPanels = field(default_factory=FoundPanels)
+    overwrite: Overwrite = False
 
     def run(self) -> None:
         """Take the steps, and write the labeled or partly labeled mesh and the picture."""

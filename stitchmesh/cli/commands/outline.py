@@ -12,6 +12,7 @@ from tyro.conf import Positional
 
 from stitchmesh import __version__
 from stitchmesh.cli.arguments import help_entry
+from stitchmesh.cli.options import Overwrite
 from stitchmesh.cli.output_folder import draw_if_possible, output_folder
 from stitchmesh.cli.summary import AsJson, print_result
 from stitchmesh.errors import ParameterError
@@ -43,6 +44,7 @@ class Outline:
     aspect: Annotated[float, help_entry("RATIO")] = ASPECT
     """height of a stitch of plain knit divided by its width"""
     json: AsJson = False
+    overwrite: Overwrite = False
 
     def run(self) -> None:
         """Relax the stitch mesh, and write it, its picture and its figures."""
@@ -53,7 +55,7 @@ class Outline:
         shape = self._shape()
         name = Path(self.pattern).stem
         report = {"stitchmesh": __version__, "pattern": self.pattern, **shape.measures(), **_relaxation(shape)}
-        with output_folder(self.output) as folder:
+        with output_folder(self.output, ("stitches.h5", "report.json", "outline.png")) as folder:
             write_stitches(folder / "stitches.h5", shape.fabric)
             write_json(folder / "report.json", report)
             draw_if_possible(lambda: plot_outline(shape, folder / "outline.png", name))

@@ -10,7 +10,7 @@ from typing import Annotated
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, OnSelection
+from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, OnSelection, Overwrite
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
 
 
@@ -29,6 +29,7 @@ class Pattern:
     """drawings (.json) of stitches of your own, whose codes the pattern uses (docs/own-stitches.md)"""
     remainder: Annotated[str, help_entry("HOW")] = DEFAULT_REMAINDER
     """treatment of stitches that remain beside whole tiles of the pattern: centre, stretch or refuse"""
+    overwrite: Overwrite = False
 
     def run(self) -> None:
         """Apply the pattern, and write the stitch mesh."""

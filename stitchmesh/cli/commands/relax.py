@@ -21,6 +21,7 @@ from stitchmesh.cli.options import (
     Device,
     MaterialOptions,
     MorePhysics,
+    Overwrite,
     PinnedPlaces,
     ReportFolder,
     RestLengthFactors,
@@ -64,6 +65,7 @@ class Relax:
     material: MaterialOptions = field(default_factory=MaterialOptions)
     solver: SolverOptions = field(default_factory=SolverOptions)
     pins: PinnedPlaces = field(default_factory=PinnedPlaces)
+    overwrite: Overwrite = False
 
     def run(self) -> int | None:
         """Relax the yarns, write them and print a summary.

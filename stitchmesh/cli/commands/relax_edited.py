@@ -19,6 +19,7 @@ from stitchmesh.cli.options import (
     Device,
     MaterialOptions,
     MorePhysics,
+    Overwrite,
     QualityName,
     ReportFolder,
     SolverOptions,
@@ -53,6 +54,7 @@ class RelaxEdited:
     physics: MorePhysics = field(default_factory=MorePhysics)
     material: MaterialOptions = field(default_factory=MaterialOptions)
     solver: SolverOptions = field(default_factory=SolverOptions)
+    overwrite: Overwrite = False
 
     def run(self) -> None:
         """Generate the yarns of the edited fabric, relax them, and write them."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, MeshRelaxation, Unit
+from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, MeshRelaxation, Overwrite, Unit
 from stitchmesh.io.units import DEFAULT_UNIT
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ class RelaxMesh:
     output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_STITCHES)]
     unit: Unit = DEFAULT_UNIT
     forces: MeshRelaxation = field(default_factory=MeshRelaxation)
+    overwrite: Overwrite = False
 
     def run(self) -> None:
         """Relax the stitch mesh on the smooth surface, and write it."""

@@ -10,7 +10,7 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from stitchmesh.cli.arguments import Flag, help_entry
-from stitchmesh.cli.options import FileReading
+from stitchmesh.cli.options import FileReading, Overwrite
 from stitchmesh.io.units import DEFAULT_UNIT
 
 
@@ -53,6 +53,7 @@ class Render:
     no_occlusion: Flag = False
     """do not darken hollows"""
     reading: Annotated[FileReading, arg(name="")] = field(default_factory=FileReading)
+    overwrite: Overwrite = False
 
     def run(self) -> None:
         """Draw the picture, write it, and print its size."""

@@ -13,7 +13,7 @@ from tyro.conf import Positional, UseAppendAction
 
 from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.budget_options import exit_status, load_of_machine, start_of_command
-from stitchmesh.cli.options import Threads
+from stitchmesh.cli.options import Overwrite, Threads
 from stitchmesh.cli.stop_signal import TERMINATED, stopped_by_signal
 from stitchmesh.cli.summary import files_to_open, knit_summary, swatch_summary
 
@@ -34,6 +34,7 @@ class Run:
     allow_paths: Annotated[UseAppendAction[tuple[str, ...]], help_entry("DIR", "none")] = ()
     """a further folder in which files may be that the job names, besides that of the job and the present one"""
     threads: Threads = None
+    overwrite: Overwrite = False
 
     def run(self) -> int | None:
         """Run the job, and print a summary.
@@ -53,7 +54,7 @@ class Run:
             with stopped_by_signal() as stop, show_reports() as listener:
                 made = run_job(
                     job, folder, resume=self.resume, stop=stop, listener=listener, began=start_of_command(),
-                    load=load,
+                    load=load, overwrite=self.overwrite,
                 )  # fmt: skip
         except JobStopped:
             _print(f"stopped; `stitchmesh run {self.job} -o {folder} --resume` continues the job")

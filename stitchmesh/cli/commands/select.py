@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import READ_STITCHES
+from stitchmesh.cli.options import READ_STITCHES, Overwrite
 
 if TYPE_CHECKING:
     from stitchmesh.mesh import IntArray, StitchMesh
@@ -28,6 +28,7 @@ class Select:
     """parts of the fabric, such as 'hem 6' (docs/selections.md)"""
     output: Annotated[str | None, help_entry("FILE", "none", short="-o")] = None
     """picture (.png) with each selection in its own colour, or a text file of face numbers"""
+    overwrite: Overwrite = False
 
     def run(self) -> None:
         """Print the names or the counts, and write the file."""

@@ -6,14 +6,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import Positional, arg
 
 from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.budget_options import OUT_OF_TIME, TimeOption
-from stitchmesh.cli.options import Device, MaterialOptions, QualityName, SwatchFabric, Threads
+from stitchmesh.cli.options import Device, MaterialOptions, Overwrite, QualityName, SwatchFabric, Threads
+from stitchmesh.cli.output_folder import output_folder
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.swatch_options import STRETCH_STEPS
 from stitchmesh.quality import DEFAULT_QUALITY
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 FREE, HELD = "free", "held"
 """Words for the direction in which the swatch is not stretched: no tension, or constant size."""
 STRAINS = "0:40% or 0:0.4 (=-10:40% if the first is negative); free or held if the swatch is stretched in the other"
+
+TABLE, PLOT = "stretch.csv", "stretch.png"
+"""Files in the output folder."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,7 @@ class Stretch:
     threads: Threads = None
     time: Annotated[TimeOption, arg(name="")] = field(default_factory=TimeOption)
     fabric: SwatchFabric = field(default_factory=SwatchFabric)
+    overwrite: Overwrite = False
 
     def run(self) -> int | None:
         """Compute the stretch curve, and write its table and its plot.
@@ -61,12 +65,13 @@ class Stretch:
         pattern = resolve_pattern(self.pattern)
         options = self.fabric.options(woven=isinstance(pattern, Weave))
         material = self.material.yarn_material(options["yarn_radius"])
-        curve = stretch_test(
-            pattern, **directions, steps=self.steps, quality=self.quality, device=self.device, material=material,
-            budget=self.time.limit(), progress=_print_state, **options,
-        )  # fmt: skip
-        write_stretch(Path(self.output) / "stretch.csv", curve)
-        plot_stretch(curve, Path(self.output) / "stretch.png")
+        with output_folder(self.output, (TABLE, PLOT)) as folder:
+            curve = stretch_test(
+                pattern, **directions, steps=self.steps, quality=self.quality, device=self.device, material=material,
+                budget=self.time.limit(), progress=_print_state, **options,
+            )  # fmt: skip
+            write_stretch(folder / TABLE, curve)
+            plot_stretch(curve, folder / PLOT)
         if len(curve.points) == self.steps:
             return None
         print(f"Not good: the time was over after {len(curve.points)} of {self.steps} strains; allow more time.")

@@ -27,6 +27,7 @@ from stitchmesh.cli.options import (
     Device,
     MaterialOptions,
     MaxIterations,
+    Overwrite,
     SwatchFabric,
     Threads,
     YarnColours,
@@ -51,6 +52,13 @@ if TYPE_CHECKING:
     from stitchmesh.periodic.weave.weave import Weave
     from stitchmesh.progress import Progress
     from stitchmesh.yarn import YarnSet
+
+PICTURE = "preview.png"
+"""Picture of the tiled repeat in the output folder."""
+OUTPUTS = ("cell.h5", "cell.pyp", "tiled.bcc", "report.json", "convergence.csv", "convergence.png")
+"""Other files that one relaxation writes there."""
+RESTS = ("rests.json", "rests.png")
+"""Files that a search for states of rest writes there, beside the yarns of each state."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +107,7 @@ class Swatch:
     view: Flag = False
     """design the swatch in the browser, from this pattern and --gamma; nothing is written"""
     serving: Annotated[Serving, arg(name="")] = field(default_factory=Serving)
+    overwrite: Overwrite = False
 
     def run(self) -> int | None:
         """Relax the repeat, write it with its pictures, and print a summary; or open the application at its page.
@@ -133,14 +142,15 @@ class Swatch:
             return None
         after, draws = time_after(None if self.no_picture else self._picture_seconds(source), self.budget.within)
         budget = self.budget.budget(after, chooses=self._leaves_quality)
-        with output_folder(self.output) as folder, show_progress() as progress:
+        outputs = [*OUTPUTS, *([] if self.no_picture else [PICTURE])]
+        with output_folder(self.output, outputs) as folder, show_progress() as progress:
             made = self._relaxed(source, options, budget, progress)
             report = self._report(source, options, made)
             _write(folder, made, report, tiles, pixels)
             drawn = False
             if draws:
-                progress("picture", 0.0, "preview.png")
-                drawn = draw_if_possible(lambda: render_swatch(made.yarns, folder / "preview.png", tiles))
+                progress("picture", 0.0, PICTURE)
+                drawn = draw_if_possible(lambda: render_swatch(made.yarns, folder / PICTURE, tiles))
             elif not self.no_picture:
                 print(NO_TIME_FOR_PICTURE, file=sys.stderr)
         lines = swatch_summary(made, report["name"], self.fabric.yarn.named())
@@ -160,7 +170,7 @@ class Swatch:
             raise ParameterError("explore: got --within or --error beside it; each start runs to rest; leave one out")
         quality, starts = self._quality, self.explore
         given = {name: getattr(options, name) for name in options.__dataclass_fields__}
-        with output_folder(self.output) as folder, show_progress() as progress:
+        with output_folder(self.output, RESTS) as folder, show_progress() as progress:
             found = explore(
                 source, starts, material=self.material.yarn_material(options.yarn_radius), quality=quality,
                 device=self.device, progress=False,

@@ -10,7 +10,7 @@ from typing import Annotated
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import WRITTEN_STITCHES, StitchCounts, StitchWidth, YarnAndGauge
+from stitchmesh.cli.options import WRITTEN_STITCHES, Overwrite, StitchCounts, StitchWidth, YarnAndGauge
 from stitchmesh.tessellate import STITCH_WIDTH, tessellate
 
 
@@ -24,6 +24,7 @@ class Tessellate:
     stitch_width: StitchWidth = None
     yarn: YarnAndGauge = field(default_factory=YarnAndGauge)
     stitches: StitchCounts = field(default_factory=StitchCounts)
+    overwrite: Overwrite = False
 
     def run(self) -> None:
         """Divide the panels into stitch faces, and write the stitch mesh."""

@@ -10,7 +10,15 @@ from typing import Annotated
 from tyro.conf import Positional, UseAppendAction
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import DRAWN_RADIUS, GENERATED_RADIUS, READ_STITCHES, WRITTEN_YARNS, QualityName, YarnName
+from stitchmesh.cli.options import (
+    DRAWN_RADIUS,
+    GENERATED_RADIUS,
+    READ_STITCHES,
+    WRITTEN_YARNS,
+    Overwrite,
+    QualityName,
+    YarnName,
+)
 from stitchmesh.quality import DEFAULT_QUALITY
 from stitchmesh.yarn.stitch_size import stitch_size
 from stitchmesh.yarngen.finish import YarnFinish
@@ -31,6 +39,7 @@ class Yarns:
     """library of drawn faces (.sf), for the faces of an .smobj file that are no stitches; may be repeated"""
     quality: QualityName = DEFAULT_QUALITY
     finish: YarnFinish = field(default_factory=YarnFinish)
+    overwrite: Overwrite = False
 
     def run(self) -> None:
         """Generate the yarns, and write them."""

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Polygon meshes of the formats that the library meshio reads and writes.
 
-meshio prints some errors and ends the process with ``sys.exit``. This module converts them to ``FileError``.
+meshio prints some errors, ends the process with ``sys.exit``, and makes large arrays for small files. It therefore
+reads in a process of its own (``stitchmesh.io.guarded_child``), and this module converts what it says to ``FileError``.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ import re
 import warnings
 from contextlib import redirect_stderr, redirect_stdout
 from itertools import groupby
-from os import fspath
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,9 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import atomic_path
+from stitchmesh.io.checkpoint_file import CheckpointFile
 from stitchmesh.io.contents import FilePath, check_points, read_bytes
+from stitchmesh.io.guarded_child import answer_of_child, answer_parent
 from stitchmesh.mesh import FloatArray
 
 FORMATS = {".vtk": "vtk", ".vtu": "vtu", ".msh": "gmsh", ".mesh": "medit"}
@@ -41,12 +43,11 @@ IGNORED_CELLS = ("vertex", "line")
 """Types of cells that occur beside a surface and are ignored."""
 
 
-def read_meshio_polygons(path: FilePath, suffix: str) -> tuple[NDArray[np.float64], list[list[int]]]:
-    """Read polygons.
+def read_meshio_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
+    """Read polygons in a process of their own.
 
     Args:
-        path: the file.
-        suffix: a key of ``COUNTS``.
+        path: a file with a suffix of ``COUNTS``.
 
     Returns:
         Vertices in the file's unit, shape (V, 3), and the vertices of each face, counted from 0, in the order of the
@@ -54,16 +55,37 @@ def read_meshio_polygons(path: FilePath, suffix: str) -> tuple[NDArray[np.float6
 
     Raises:
         FileError: the file is missing, a folder, unreadable, empty or malformed, has cells that are not polygons, or
-            has no faces.
+            has no faces, or the process that reads it ends.
     """
-    name = fspath(path)
-    _check_counts(name, suffix, read_bytes(path))
-    content = _read(name, FORMATS[suffix])
+    return polygons_of(answer_of_child(__name__, path))
+
+
+def polygons_of(packed: CheckpointFile) -> tuple[FloatArray, list[list[int]]]:
+    """Return what ``read_meshio_polygons`` returns, from what ``packed_polygons`` returns."""
+    faces = np.split(packed.arrays["corners"], np.cumsum(packed.arrays["counts"])[:-1])
+    return packed.arrays["points"], [face.tolist() for face in faces]
+
+
+def packed_polygons(name: str, file: Path) -> CheckpointFile:
+    """Read polygons for the parent of this process.
+
+    Args:
+        name: the name of the file, for messages; its suffix decides the format.
+        file: where its content lies.
+
+    Raises:
+        FileError: as for ``read_meshio_polygons``.
+    """
+    suffix = Path(name).suffix.lower()
+    _check_counts(name, suffix, read_bytes(file))
+    content = _read(name, file, FORMATS[suffix])
     points = np.asarray(content.points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3:
         raise FileError(f"{name}: got points of shape {points.shape}; expected three coordinates each")
     check_points(f"{name}: point", points)
-    return points, _polygons(name, content.cells)
+    faces = _polygons(name, content.cells)
+    corners = np.array([v for face in faces for v in face], dtype=np.int64)
+    return CheckpointFile({}, {"points": points, "counts": np.array([len(face) for face in faces]), "corners": corners})
 
 
 def write_meshio_polygons(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> None:
@@ -119,16 +141,17 @@ def _check_counts(name: str, suffix: str, content: bytes) -> None:
             raise FileError(f"{name}: is not a valid {FORMATS[suffix]} file ({what}); write it again")
 
 
-def _read(name: str, file_format: str) -> Any:
+def _read(name: str, file: Path, file_format: str) -> Any:
     import meshio
 
     printed = io.StringIO()
     try:
         with redirect_stdout(printed), redirect_stderr(printed), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # meshio's test for binary STL overflows on text files.
-            return meshio.read(name, file_format=file_format)
+            return meshio.read(file, file_format=file_format)
     except (SystemExit, Exception) as error:  # meshio calls sys.exit, or raises any exception for a malformed line.
         message = printed.getvalue() if isinstance(error, SystemExit) else str(error)
+        message = message.replace(str(file), name)
         reason = next((line.strip() for line in message.splitlines() if line.strip()), type(error).__name__)
         raise FileError(f"{name}: is not a valid {file_format} file ({reason[:100]}); write it again") from error
 
@@ -143,3 +166,7 @@ def _polygons(name: str, blocks: list[Any]) -> list[list[int]]:
     if not faces:
         raise FileError(f"{name}: has no faces; expected a polygon mesh")
     return faces
+
+
+if __name__ == "__main__":
+    answer_parent(packed_polygons, "meshio")

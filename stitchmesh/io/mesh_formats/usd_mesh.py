@@ -1,8 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A mesh with time samples of a USD stage, read in a process of its own (``stitchmesh.io.usd_child``).
-
-    python -m stitchmesh.io.mesh_formats.usd_mesh STAGE ANSWER
+"""A mesh with time samples of a USD stage, read in a process of its own (``stitchmesh.io.guarded_child``).
 
 A frame is a time sample of the points or of a transform above them. The faces must be the same at all samples.
 """
@@ -18,7 +16,8 @@ from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.checkpoint_file import CheckpointFile
 from stitchmesh.io.contents import FilePath, check_points
 from stitchmesh.io.float32 import to_float32
-from stitchmesh.io.usd_child import METRES_PER_UNIT, answer_of_child, answer_parent, read_stage, to_centimetres
+from stitchmesh.io.guarded_child import answer_of_child, answer_parent
+from stitchmesh.io.usd_stage import LIBRARIES, METRES_PER_UNIT, read_stage, to_centimetres
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.vertex_motion import MovingMesh
 
@@ -35,7 +34,7 @@ def read_usd_mesh(path: FilePath) -> tuple[list[list[int]], FloatArray, FloatArr
     Raises:
         FileError: the file cannot be read, is malformed, or holds no mesh, several meshes, or faces that change.
     """
-    return samples_of(answer_of_child(__name__, path))
+    return samples_of(answer_of_child(__name__, path, in_place=True))
 
 
 def samples_of(packed: CheckpointFile) -> tuple[list[list[int]], FloatArray, FloatArray]:
@@ -135,4 +134,4 @@ def _places(name: str, mesh: Any, code: float) -> FloatArray:
 
 
 if __name__ == "__main__":
-    answer_parent(packed_mesh)
+    answer_parent(lambda name, _: packed_mesh(name), *LIBRARIES)

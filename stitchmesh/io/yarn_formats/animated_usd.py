@@ -24,7 +24,7 @@ import numpy as np
 from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.float32 import to_float32
-from stitchmesh.io.usd_child import METRES_PER_UNIT
+from stitchmesh.io.usd_stage import METRES_PER_UNIT
 from stitchmesh.io.yarn_formats.usd import define_curves, define_wool, export_stage
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn import YarnSet
@@ -89,12 +89,13 @@ def _define_curves(path: FilePath, stage: Any, frame: UsdFrame) -> list[tuple[An
     yarns, wool = frame.yarns, define_wool(stage, "/yarns/wool")
     points = to_float32(path, "the coordinates", yarns.points)
     widths = to_float32(path, "the widths", 2.0 * yarns.drawn_radius)
+    radii = to_float32(path, "the radii", yarns.radius)
     defined = []
     for name, closed in (("closed", True), ("open", False)):
         chosen = np.flatnonzero(yarns.closed == closed)
         if not len(chosen):
             continue
-        prim = define_curves(stage, f"/yarns/{name}", yarns, chosen, points, widths[chosen])
+        prim = define_curves(stage, f"/yarns/{name}", yarns, chosen, points, widths[chosen], radii[chosen])
         UsdShade.MaterialBindingAPI.Apply(prim).Bind(wool)
         curves = UsdGeom.BasisCurves(prim)
         curves.GetPointsAttr().Clear()
@@ -121,7 +122,7 @@ class _Surface:
             self._change(frame.triangles, code)
         places = to_float32(self.path, "the coordinates", frame.surface)
         _set_points(self.mesh, places, frame.yarns, code)
-        _set_values(self.mesh, frame.values, code)
+        _set_values(self.path, self.mesh, frame.values, code)
 
     def _define(self, triangles: IntArray, code: float) -> None:
         from pxr import UsdGeom
@@ -160,13 +161,13 @@ def _set_points(target: Any, places: Any, yarns: YarnSet, code: float) -> None:
     target.GetExtentAttr().Set(Vt.Vec3fArray.FromNumpy(_extent(places, yarns)), code)
 
 
-def _set_values(mesh: Any, values: Mapping[str, FloatArray], code: float) -> None:
+def _set_values(path: FilePath, mesh: Any, values: Mapping[str, FloatArray], code: float) -> None:
     from pxr import Sdf, UsdGeom, Vt
 
     primvars = UsdGeom.PrimvarsAPI(mesh.GetPrim())
     for name, numbers in values.items():
         primvar = primvars.CreatePrimvar(name, Sdf.ValueTypeNames.FloatArray, UsdGeom.Tokens.vertex)
-        primvar.Set(Vt.FloatArray.FromNumpy(numbers.astype(np.float32)), code)
+        primvar.Set(Vt.FloatArray.FromNumpy(to_float32(path, f"the values {name!r}", numbers)), code)
 
 
 def _extent(points: Any, yarns: YarnSet) -> Any:

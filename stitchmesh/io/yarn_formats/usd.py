@@ -29,7 +29,7 @@ from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.disk_refusal import as_refusal
 from stitchmesh.io.float32 import to_float32
-from stitchmesh.io.usd_child import METRES_PER_UNIT, reason_of
+from stitchmesh.io.usd_stage import METRES_PER_UNIT, reason_of
 from stitchmesh.io.yarn_formats.usd_curves import CONTACT_RADIUS, LABELS
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.palette import STOCK, colours_of, linear_colour
@@ -64,12 +64,13 @@ def write_usd(path: FilePath, yarns: YarnSet, places: FloatArray | None = None) 
     stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/yarns").GetPrim())
     wool = define_wool(stage, "/yarns/wool")
     widths = to_float32(path, "the widths", 2.0 * yarns.drawn_radius)
+    radii = to_float32(path, "the radii", yarns.radius)
     points = to_float32(path, "the coordinates", yarns.points)
     above = "/yarns" if places is None else PERIOD
     for name, closed in (("closed", True), ("open", False)):
         chosen = np.flatnonzero(yarns.closed == closed)
         if len(chosen):
-            curves = define_curves(stage, f"{above}/{name}", yarns, chosen, points, widths[chosen])
+            curves = define_curves(stage, f"{above}/{name}", yarns, chosen, points, widths[chosen], radii[chosen])
             UsdShade.MaterialBindingAPI.Apply(curves).Bind(wool)
     if places is not None:
         _define_instances(stage, to_float32(path, "the places", places))
@@ -101,6 +102,7 @@ def define_curves(
     chosen: IntArray,
     points: NDArray[np.float32],
     widths: NDArray[np.float32],
+    radii: NDArray[np.float32],
 ) -> Usd.Prim:
     """Define a prim with some yarns, which are all closed or all open, and return the prim.
 
@@ -111,6 +113,7 @@ def define_curves(
         chosen: the yarns of the prim, shape (n,).
         points: control points of all yarns [cm], shape (P, 3).
         widths: apparent diameters of the yarns of the prim [cm], shape (n,).
+        radii: radii of the yarns of the prim at contacts [cm], shape (n,).
     """
     from pxr import Sdf, UsdGeom, Vt
 
@@ -133,7 +136,7 @@ def define_curves(
         primvar = primvars.CreatePrimvar(name, Sdf.ValueTypeNames.IntArray, interpolation)
         primvar.Set(Vt.IntArray.FromNumpy(_int32(values)))
     radius = primvars.CreatePrimvar(CONTACT_RADIUS, Sdf.ValueTypeNames.FloatArray, UsdGeom.Tokens.uniform)
-    radius.Set(Vt.FloatArray.FromNumpy(yarns.radius[chosen].astype(np.float32)))
+    radius.Set(Vt.FloatArray.FromNumpy(radii))
     colours = linear_colour(colours_of(yarns.colour[chosen], yarns.palette) / 255).astype(np.float32)
     curves.CreateDisplayColorPrimvar(UsdGeom.Tokens.uniform).Set(Vt.Vec3fArray.FromNumpy(colours))
     return curves.GetPrim()

@@ -1,9 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Curves of USD stages, read in a process of their own (``stitchmesh.io.usd_child``).
-
-python -m stitchmesh.io.yarn_formats.usd_curves STAGE CURVES
-"""
+"""Curves of USD stages, read in a process of their own (``stitchmesh.io.guarded_child``)."""
 
 from __future__ import annotations
 
@@ -17,7 +14,8 @@ from numpy.typing import NDArray
 from stitchmesh.errors import FileError, first_few
 from stitchmesh.io.checkpoint_file import CheckpointFile, checked_header
 from stitchmesh.io.contents import FilePath, check_points
-from stitchmesh.io.usd_child import answer_of_child, answer_parent, read_stage, to_centimetres
+from stitchmesh.io.guarded_child import answer_of_child, answer_parent
+from stitchmesh.io.usd_stage import LIBRARIES, read_stage, to_centimetres
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.palette import srgb_colour
 
@@ -77,7 +75,7 @@ def read_usd(path: FilePath) -> list[UsdCurve]:
         FileError: the file cannot be read, is malformed, has no curves, or has curves that are not cubic B-splines, or
             the process that reads it ends.
     """
-    content = answer_of_child(__name__, path)
+    content = answer_of_child(__name__, path, in_place=True)
     header = checked_header(path, content, _Header)
     return [_unpacked(content, number, own) for number, own in enumerate(header["curves"])]
 
@@ -211,4 +209,4 @@ def _array(attribute: Usd.Attribute, kind: Any) -> NDArray:
 
 
 if __name__ == "__main__":
-    answer_parent(packed_curves)
+    answer_parent(lambda name, _: packed_curves(name), *LIBRARIES)

@@ -74,7 +74,7 @@ def write_yarn_chunks(path: FilePath, content: YarnChunks) -> None:
     """Write polylines to a ``.yarns`` file; coordinates and lengths are rounded to float32.
 
     Raises:
-        FileError: a coordinate is too large for float32, or the file cannot be written.
+        FileError: a coordinate, a radius or a length is too large for float32, or the file cannot be written.
     """
     counts = np.array([len(curve) for curve in content.curves])
     start = np.concatenate([[0], np.cumsum(counts)])
@@ -82,14 +82,13 @@ def write_yarn_chunks(path: FilePath, content: YarnChunks) -> None:
     yarns = np.zeros(len(counts), _YARN)
     yarns["begin"], yarns["end"], yarns["rgba"] = start[:-1], start[1:], content.rgba
     yarns["radius"] = to_float32(path, "the radii", content.radius)
-    marks = [
-        (first + point, length, 0)
-        for first, lengths in zip(start.tolist(), content.lengths, strict=False)
-        for point, length in sorted(lengths.items())
-    ]
+    lengths = [sorted(own.items()) for own in content.lengths]
+    marks = np.zeros(sum(map(len, lengths)), _CHECKPOINT)
+    marks["point"] = [first + point for first, own in zip(start.tolist(), lengths, strict=False) for point, _ in own]
+    marks["factor"] = to_float32(path, "the lengths", np.array([length for own in lengths for _, length in own]))
     data = {
         "f3..": points.tobytes(), "src.": np.zeros(len(points), "<u4").tobytes(), "yarn": yarns.tobytes(),
-        "strs": b"1", "unit": np.array([(0, 1, 1.0)], _UNIT).tobytes(), "chk.": np.array(marks, _CHECKPOINT).tobytes(),
+        "strs": b"1", "unit": np.array([(0, 1, 1.0)], _UNIT).tobytes(), "chk.": marks.tobytes(),
     }  # fmt: skip
     write_bytes(path, b"".join(tag.encode() + struct.pack("<I", len(part)) + part for tag, part in data.items()))
 

@@ -18,6 +18,7 @@ from stitchmesh.io.atomic import atomic_path, write_json
 from stitchmesh.io.checked import check_value
 from stitchmesh.io.json_file import read_json
 from stitchmesh.io.path_kind import is_file
+from stitchmesh.jobs.sweep.parquet_columns import read_columns
 from stitchmesh.jobs.sweep.row import ERROR, Row
 from stitchmesh.jobs.sweep.task import SweptJob, Task
 
@@ -88,17 +89,10 @@ def read_table(folder: Path) -> dict[str, list[Any]]:
         ParameterError: pyarrow is not installed.
     """
     import_pyarrow()
-    import pyarrow
-    from pyarrow import parquet
-
     path = folder / TABLE
     if not is_file(path):
         raise FileError(f"{folder}: holds no {TABLE}; expected the folder of a sweep, from `stitchmesh batch`")
-    try:
-        found: dict[str, list[Any]] = parquet.read_table(path).to_pydict()
-    except (pyarrow.ArrowException, OSError, ValueError) as error:
-        raise FileError(f"{path}: is not the table of a sweep ({error}); run the sweep again") from error
-    return found
+    return read_columns(path)
 
 
 def import_pyarrow() -> None:

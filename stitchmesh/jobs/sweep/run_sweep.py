@@ -17,17 +17,18 @@ from pathlib import Path
 from stitchmesh.compute.threads import core_count
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.folder_lock import FolderLock
+from stitchmesh.io.outputs import claim_folder, guarded_outputs, plan_outputs
 from stitchmesh.io.part_folder import remove_stale_parts
 from stitchmesh.io.path_kind import whole_path
 from stitchmesh.jobs.job_status import JobLog, Listener
 from stitchmesh.jobs.run_job import BUSY, end_reported
 from stitchmesh.jobs.stop import StopRequest
-from stitchmesh.jobs.sweep.result_table import import_pyarrow, read_rows, write_rows, write_table
+from stitchmesh.jobs.sweep.result_table import TABLE, TASKS, import_pyarrow, read_rows, write_rows, write_table
 from stitchmesh.jobs.sweep.row import ERROR, Row
 from stitchmesh.jobs.sweep.scheduling import Ended, Waiting, work_with
 from stitchmesh.jobs.sweep.sweep import Sweep
 from stitchmesh.jobs.sweep.task import SweptJob, Task, jobs_of, tasks_of
-from stitchmesh.jobs.sweep.work import error_row, work
+from stitchmesh.jobs.sweep.work import FAULTS, GARMENTS, PICTURES, YARN_FILES, error_row, work
 from stitchmesh.jobs.sweep.workers import local_workers, offers_gpu, standing_workers
 from stitchmesh.memory_need import BASE_MEMORY, check_memory
 
@@ -59,7 +60,7 @@ class FinishedSweep:
 
 def run_sweep(
     sweep: Sweep, folder: str | PathLike[str], *, workers: int | None = None, scheduler: str | None = None,
-    stop: StopRequest | None = None, listener: Listener = lambda _: None,
+    stop: StopRequest | None = None, listener: Listener = lambda _: None, overwrite: bool = False,
 ) -> FinishedSweep:  # fmt: skip
     """Do all jobs of a sweep, and write their table.
 
@@ -74,10 +75,12 @@ def run_sweep(
         scheduler: address of a standing scheduler of Dask, whose workers do the jobs.
         stop: a wish to stop, which may be uttered in a signal handler or in another thread.
         listener: called with each report of the progress.
+        overwrite: whether files in the folder may be replaced that StitchMesh did not write, or that were changed
+            since.
 
     Raises:
         FileError: another run works in the folder, a job of the sweep cannot be read, the scheduler does not answer, or
-            files cannot be written.
+            files cannot be written or may not be replaced.
         ParameterError: the number of workers is not possible, or a package is missing.
         JobStopped: the sweep was stopped; the same call continues it.
     """
@@ -86,8 +89,10 @@ def run_sweep(
         raise ParameterError(f"workers: got {workers}; expected {expected}")
     import_pyarrow()
     target = whole_path(folder)
-    with _doing(target, workers, scheduler, sweep) as (device, do):
+    with guarded_outputs(overwrite=overwrite), _doing(target, workers, scheduler, sweep) as (device, do):
         jobs = jobs_of(sweep, device)  # Before the folder is made: a sweep that is refused leaves nothing.
+        plan_outputs([target / TABLE], folder=target)
+        claim_folder(target, (TASKS, PICTURES, YARN_FILES, GARMENTS, FAULTS))
         lock = FolderLock(target, BUSY)
         try:
             remove_stale_parts(target)

@@ -13,6 +13,7 @@ import numpy as np
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.checkpoint_file import CheckpointFile, checked_header, read_checkpoint, write_checkpoint
+from stitchmesh.io.outputs import claim_folder
 from stitchmesh.io.path_kind import is_file
 from stitchmesh.mesh import FloatArray, IntArray
 
@@ -117,9 +118,16 @@ class Frames:
         self.count += 1
 
     def begin(self, count: int = 0) -> None:
-        """Keep the first frames, and remove files of later ones, which an earlier run has left."""
+        """Keep the first frames, and remove files of later ones, which an earlier run has left.
+
+        Raises:
+            FileError: the folder of the frames is a link, or holds files that StitchMesh did not write.
+        """
         self.count = count
-        for path in [] if self._folder is None else sorted(self._folder.glob(f"[0-9]*{SUFFIX}")):
+        if self._folder is None:
+            return
+        claim_folder(self._folder)
+        for path in sorted(self._folder.glob(f"[0-9]*{SUFFIX}")):
             name = path.name.split(".")[0]
             if name.isdigit() and int(name) >= count:
                 path.unlink()

@@ -7,6 +7,8 @@ from __future__ import annotations
 import struct
 import warnings
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from io import BytesIO
 from os import fspath
 from typing import TYPE_CHECKING
@@ -51,10 +53,8 @@ def open_chart(path: FilePath) -> Image:
     _check_pixels(name, image.width, image.height, MAX_PIXELS)
     if max(image.size) > LONGEST_SIDE:
         raise FileError(f"{name}: has {image.width} x {image.height} pixels; expected sides of {LONGEST_SIDE} at most")
-    try:
+    with _damages(name):
         image.load()
-    except PNG_DAMAGES as error:
-        raise FileError(f"{name}: is not a whole PNG ({error}); write it again as PNG") from error
     held = len(image.getpalette("RGB") or []) // 3
     if image.mode == "P" and int(np.asarray(image).max()) >= held:
         raise FileError(f"{name}: has pixels without a colour, the palette holds {held}; write it again as PNG")
@@ -69,19 +69,30 @@ def opened_png(name: str, content: bytes) -> Image:
     Raises:
         FileError: it is not a PNG, or is too large; its size is compared before the library of images sees it.
     """
-    from PIL import Image, UnidentifiedImageError
+    from PIL import Image
 
     width, height = (int.from_bytes(content[start : start + 4], "big") for start in PLACE_OF_SIZE)
     _check_pixels(name, width if content.startswith(PNG_BEGINS) else 0, height, LARGEST_PICTURE)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", Image.DecompressionBombWarning)
-            image = Image.open(BytesIO(content), formats=["PNG"])
-    except (*PNG_DAMAGES, Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
-        reason = "the file is not an image" if isinstance(error, UnidentifiedImageError) else error
-        raise FileError(f"{name}: is not a whole PNG ({reason}); write it again as PNG") from error
+    with _damages(name):
+        image = Image.open(BytesIO(content), formats=["PNG"])
     _check_pixels(name, image.width, image.height, LARGEST_PICTURE)  # A damaged file can state two sizes.
     return image
+
+
+@contextmanager
+def _damages(name: str) -> Iterator[None]:
+    """Turn errors of the library of images, and what it warns of, into a ``FileError``."""
+    from PIL import Image, UnidentifiedImageError
+
+    warned = UserWarning, Image.DecompressionBombWarning
+    try:
+        with warnings.catch_warnings():
+            for kind in warned:
+                warnings.simplefilter("error", kind)
+            yield
+    except (*PNG_DAMAGES, Image.DecompressionBombError, *warned) as error:
+        reason = "the file is not an image" if isinstance(error, UnidentifiedImageError) else error
+        raise FileError(f"{name}: is not a whole PNG ({reason}); write it again as PNG") from error
 
 
 def _check_pixels(name: str, width: int, height: int, most: int) -> None:

@@ -5,18 +5,31 @@
 from __future__ import annotations
 
 from stitchmesh.errors import FileError
+from stitchmesh.io.contents import check_expansion
 from stitchmesh.patterns.charts.chart_image import PNG_BEGINS, opened_png
 
 TEXT_KEY = "stitchmesh chart"
 """Name under which a picture holds the text of its chart."""
+BYTES_OF_CHARACTER = 130
+"""Memory that a character takes while the text is read [bytes]."""
 
 
-def picture_text(content: bytes) -> str | None:
-    """Return the text of the chart that a picture of ``chart_picture`` holds; None for any other content."""
+def picture_text(name: str, content: bytes) -> str | None:
+    """Return the text of the chart that a picture of ``chart_picture`` holds; None for any other content.
+
+    Raises:
+        FileError: the compressed text is very much longer than the file.
+    """
     if not content.startswith(PNG_BEGINS):
         return None
     try:
-        held = opened_png("picture", content).info.get(TEXT_KEY)
+        held = opened_png(name, content).info.get(TEXT_KEY)
     except FileError:
         return None  # the reader of images gives the reason
-    return held if isinstance(held, str) else None
+    if not isinstance(held, str):
+        return None
+    try:
+        check_expansion(BYTES_OF_CHARACTER * len(held), len(content))
+    except ValueError as error:
+        raise FileError(f"{name}: the text of its chart is too long ({error}); write it again") from error
+    return held

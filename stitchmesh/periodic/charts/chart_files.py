@@ -89,7 +89,7 @@ def read_chart(name: str, content: bytes) -> ChartText:
     if own.lower().endswith((".knit", ".weave")) and content and b"\0" not in content:
         text = content.decode("utf-8-sig", errors="replace")
         return parse_chart(text, own, digits_are_weave=own.lower().endswith(WEAVE_SUFFIX))
-    held = picture_text(content)
+    held = picture_text(own, content)
     if held is not None:
         return parse_chart(held, own)
     with tempfile.TemporaryDirectory() as folder:

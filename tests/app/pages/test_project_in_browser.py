@@ -9,7 +9,7 @@ from contextlib import closing
 
 import pytest
 
-from stitchmesh.app.guard import LARGEST_UPLOAD
+from stitchmesh.app.uploads import LARGEST_UPLOAD
 from stitchmesh.io.stitches import read_stitches
 from tests.app.project.projects import LABEL_ALL, divided_project, mesh_bytes, same
 

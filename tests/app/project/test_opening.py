@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
 
 from stitchmesh.app.project.opening import project_for
@@ -70,7 +72,33 @@ def test_a_file_that_cannot_be_read_leaves_no_project(tmp_path, name, content):
     (tmp_path / name).write_bytes(content)
     with pytest.raises(FileError, match=name):
         project_for(tmp_path / name)
-    assert not list((tmp_path / "projects").glob("*")) and recent_projects() == []
+    with pytest.raises(FileError, match=name):
+        project_for(tmp_path / name, tmp_path / "own")
+    assert os.listdir(tmp_path) == [name] and recent_projects() == []
+
+
+def test_a_file_that_cannot_be_read_leaves_a_folder_of_the_user_as_it_was(tmp_path):
+    (tmp_path / "a.obj").write_bytes(b"")
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own" / "letter.txt").write_text("mine")
+    with pytest.raises(FileError):
+        project_for(tmp_path / "a.obj", tmp_path / "own")
+    assert os.listdir(tmp_path / "own") == ["letter.txt"]
+
+
+@pytest.mark.parametrize("damage", ["{", "{}", None])
+def test_a_damaged_project_is_left_as_it_was(tmp_path, tube_file, damage):
+    folder = tmp_path / "projects" / "one"
+    project_for(tube_file, folder).close()
+    (folder / ".lock").unlink()
+    if damage is None:
+        (folder / "files" / "source-1.obj").write_text("f 1 2 3")
+    else:
+        (folder / "project.json").write_text(damage)
+    before = sorted(os.listdir(folder))
+    with pytest.raises(FileError):
+        project_for(folder)
+    assert sorted(os.listdir(folder)) == before
 
 
 def test_a_folder_without_a_project_is_refused(tmp_path):

@@ -28,8 +28,11 @@ def test_files_that_nothing_names_are_removed_and_kept_values_are_written_once(t
     assert sorted(name.split("-")[0] for name in before) == [
         "evened", "history", "relaxed", "report", "source", "yarns"
     ]  # fmt: skip
+    mine = tmp_path / "files" / "notes-3.txt"
+    mine.write_text("mine")
     project.set_relaxed(YARNS, {**REPORT, "iterations": 8}, HISTORY)
     project.save()
+    mine.unlink()  # It was left alone.
     after = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "files").iterdir()}
     assert {name for name in before if name in after} == {name for name in before if name[:3] not in ("rep", "his")}
     assert all(after[name] == before[name] for name in before if name in after)
@@ -128,6 +131,11 @@ def test_a_project_that_cannot_be_written_at_first_is_refused_and_its_folder_sta
         disk.setattr("stitchmesh.app.project.project_folder.write_text", _raising(refusal))
         with pytest.raises(FileError, match="No space left"):
             Project.create(tmp_path / "one")
+        assert not (tmp_path / "one").exists()
+        (tmp_path / "one").mkdir()
+        with pytest.raises(FileError, match="No space left"):
+            Project.create(tmp_path / "one")
+        assert list((tmp_path / "one").iterdir()) == []
     project = Project.create(tmp_path / "one")
     assert (tmp_path / "one" / "project.json").exists()
     project.close()

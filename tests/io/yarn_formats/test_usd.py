@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -291,9 +292,16 @@ def test_the_end_of_the_process_that_reads_is_an_error(tmp_path, monkeypatch):
     script.write_text("#!/bin/sh\nkill -SEGV $$\n")
     script.chmod(0o755)
     monkeypatch.setattr("sys.executable", str(script))
-    with pytest.raises(FileError, match=r"USD could not read it and ended with status -11") as caught:
+    with pytest.raises(FileError, match=r"its library could not read it and ended with status -11") as caught:
         read_yarns(tmp_path / "y.usda")
     assert "\n" not in str(caught.value)
+
+
+def test_a_stage_that_is_composed_of_a_pipe_is_refused(tmp_path):
+    os.mkfifo(tmp_path / "other.usda")
+    (tmp_path / "y.usda").write_text("#usda 1.0\n(\n    subLayers = [@other.usda@]\n)\n")
+    with pytest.raises(FileError, match=r"other\.usda; expected regular files in its own folder only"):
+        read_yarns(tmp_path / "y.usda")
 
 
 @pytest.mark.parametrize("place", ["subLayers = [@../other.usda@]", "subLayers = [@{}@]"])
@@ -302,7 +310,7 @@ def test_files_outside_of_the_folder_of_a_stage_are_refused(tmp_path, place):
     write_yarns(tmp_path / "other.usda", awkward_yarns())
     text = f"#usda 1.0\n(\n    {place.format(tmp_path / 'other.usda')}\n)\n"
     (tmp_path / "folder" / "y.usda").write_text(text)
-    with pytest.raises(FileError, match="expected files in its own folder only"):
+    with pytest.raises(FileError, match="expected regular files in its own folder only"):
         curves_of_stage(tmp_path / "folder" / "y.usda")
     (tmp_path / "folder" / "other.usda").write_bytes((tmp_path / "other.usda").read_bytes())
     (tmp_path / "folder" / "y.usda").write_text("#usda 1.0\n(\n    subLayers = [@other.usda@]\n)\n")

@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+import struct
+import zlib
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -59,6 +62,12 @@ def test_bad_images_are_refused(tmp_path):
         read_colour_chart(path)
     write_colour_chart(path, parse_pattern(TEXT), [RED, GREEN, BLUE])
     path.write_bytes(path.read_bytes()[:-30])
+    with pytest.raises(FileError, match="is not a whole PNG"):
+        read_colour_chart(path)
+    Image.fromarray(np.zeros((2, 2, 3), dtype=np.uint8)).save(path)
+    frames = b"acTL" + bytes(8)  # No frame of an animation: the library of images warns of it.
+    chunk = struct.pack(">I", 8) + frames + struct.pack(">I", zlib.crc32(frames))
+    path.write_bytes(path.read_bytes()[:33] + chunk + path.read_bytes()[33:])
     with pytest.raises(FileError, match="is not a whole PNG"):
         read_colour_chart(path)
     Image.fromarray(np.zeros((2, 2, 4), dtype=np.uint8)).save(path)

@@ -8,11 +8,12 @@ from io import BytesIO
 
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image, PngImagePlugin
 
-from stitchmesh.errors import PatternError, StitchMeshError
+from stitchmesh.errors import FileError, PatternError, StitchMeshError
 from stitchmesh.patterns import parse_pattern, read_pattern
 from stitchmesh.patterns.charts.chart_operations import repeat
+from stitchmesh.patterns.charts.picture_text import TEXT_KEY
 from stitchmesh.periodic.charts.chart_files import chart_image, chart_of, parse_chart, read_chart, write_chart
 from stitchmesh.periodic.charts.chart_picture import LARGEST_SQUARE, LONGEST_SIDE, MARGIN, chart_picture
 from stitchmesh.periodic.weave.library import read_weave
@@ -87,6 +88,14 @@ def test_a_picture_with_symbols_holds_its_chart(name):
     content = chart_picture(chart_of(source))
     assert content.startswith(b"\x89PNG")
     assert read_chart(f"{name}.chart.png", content).pattern() == source
+
+
+def test_a_compressed_text_that_is_far_longer_than_its_picture_is_refused():
+    content, text = BytesIO(), PngImagePlugin.PngInfo()
+    text.add_text(TEXT_KEY, "K" * 900_000, zip=True)
+    Image.fromarray(np.zeros((2, 2, 3), np.uint8)).save(content, "PNG", pnginfo=text)
+    with pytest.raises(FileError, match=r"^chart\.png: the text of its chart is too long"):
+        read_chart("chart.png", content.getvalue())
 
 
 def test_the_squares_of_a_picture_have_the_colours_of_their_yarns():

@@ -16,8 +16,9 @@ from stitchmesh.app.project.exports import Export
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.atomic import write_bytes, write_text
 from stitchmesh.io.contents import read_bytes
+from stitchmesh.io.outputs import guarded_outputs, plan_outputs
 from stitchmesh.io.stitches import write_stitches
-from stitchmesh.mixed.drape import REPORT, SCENE_FILE, Draped
+from stitchmesh.mixed.drape import REPORT, SCENE_FILE, Draped, output_names
 from stitchmesh.mixed.output.files import ANIMATION, MAPS, SURFACE, YARNS
 from stitchmesh.mixed.scene.scene import YARN_FORMATS
 from stitchmesh.mixed.scene.scene_file import example_scene, scene_text, write_scene
@@ -87,9 +88,11 @@ class FilesPanel:
             missing = "a folder" if not text else "a scene; open one first"
             raise ParameterError(f"save: got nothing; expected {missing}")
         folder, result = Path(text).expanduser(), self._result()
-        if result is not None:
-            result.write(folder)
-        write_scene(folder / SCENE_FILE, opened.scene)
+        with guarded_outputs():
+            plan_outputs([folder / name for name in output_names(opened.scene)], folder=folder)
+            if result is not None:
+                result.write(folder)
+            write_scene(folder / SCENE_FILE, opened.scene)
         self._session.app.notice(f"Saved in {folder}. stitchmesh drape {folder / SCENE_FILE} runs the scene.")
 
     def _files(self) -> Iterator[Export]:

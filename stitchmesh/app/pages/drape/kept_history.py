@@ -8,6 +8,7 @@ Each scene is a file that is named by its checksum, so that a change writes one 
 from __future__ import annotations
 
 import hashlib
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,6 +22,10 @@ from stitchmesh.mixed.scene.scene_file import read_scene, scene_text, write_scen
 
 ORDER = "order.json"
 """Name of the list."""
+DIGITS = 20
+"""Digits of the checksum in the name of a scene."""
+SCENE_NAME = re.compile(rf"[0-9a-f]{{{DIGITS}}}\.toml")
+"""Form of the name of a scene; other files in the folder are the user's."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +54,7 @@ def write_history(folder: Path, history: SceneHistory) -> None:
     }
     write_json(folder / ORDER, order)
     for path in folder.glob("*.toml"):
-        if path.name not in names:
+        if SCENE_NAME.fullmatch(path.name) and path.name not in names:
             path.unlink(missing_ok=True)
 
 
@@ -69,4 +74,4 @@ def read_history(folder: Path, scene: Scene) -> SceneHistory:
 
 def name_of(scene: Scene) -> str:
     """Return the name of the file of a scene."""
-    return f"{hashlib.sha256(scene_text(scene).encode()).hexdigest()[:20]}.toml"
+    return f"{hashlib.sha256(scene_text(scene).encode()).hexdigest()[:DIGITS]}.toml"

@@ -11,7 +11,7 @@ from stitchmesh.app.pages.yarns.settings import YarnSettings, body_path
 from stitchmesh.app.pages.yarns.yarn_view import YarnView
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.io import read_mesh
-from stitchmesh.io.atomic import write_bytes
+from stitchmesh.io.atomic import atomic_path
 from stitchmesh.yarnrelax.energies.body import Body
 
 if TYPE_CHECKING:
@@ -45,14 +45,14 @@ class BodyPanel:
         self._show()
 
     def _receive(self, name: str, content: bytes) -> None:
-        """Keep the mesh of a body in the project, if it can be one."""
+        """Keep the mesh of a body in the project, if it can be one; else a body of the same name stays as it was."""
         path = body_path(self._app.project.folder, name)
-        write_bytes(path, content)
-        try:
-            Body(read_mesh(path, unit=self._settings().body_unit))
-        except StitchMeshError:
-            path.unlink(missing_ok=True)
-            raise
+        with atomic_path(path) as temporary:
+            temporary.write_bytes(content)
+            try:
+                Body(read_mesh(temporary, unit=self._settings().body_unit))
+            except StitchMeshError as error:
+                raise type(error)(str(error).replace(f"{temporary.parent}/", "")) from error
         self._set(path.name)
 
     def _set(self, name: str) -> None:

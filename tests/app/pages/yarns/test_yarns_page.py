@@ -297,11 +297,14 @@ def test_a_body_is_kept_in_the_project_drawn_and_used(generated: Headless, tmp_p
     assert "body" not in generated.scene.drawings and generated.app.page.settings.body == ""
 
 
-def test_a_body_that_cannot_be_read_is_refused_and_not_kept(generated: Headless):
-    with pytest.raises((FileError, ParameterError)):
-        generated.controls.send("Choose a body", "broken.obj", b"v 1 2\nf 1 2 3\n")
-    assert not (generated.project.folder / "bodies" / "broken.obj").exists()
-    assert generated.app.page.settings.body == ""
+def test_a_body_that_cannot_be_read_is_refused_and_takes_no_place_of_another(generated: Headless, tmp_path: Path):
+    content = body_bytes(tmp_path)
+    generated.controls.send("Choose a body", "cone.obj", content)
+    for name in ("broken.obj", "cone.obj"):
+        with pytest.raises(FileError, match=f"^{name}:"):
+            generated.controls.send("Choose a body", name, b"v 1 2\nf 1 2 3\n")
+    kept = [(path.name, path.read_bytes()) for path in (generated.project.folder / "bodies").iterdir()]
+    assert kept == [("cone.obj", content)] and generated.app.page.settings.body == "cone.obj"
 
 
 @pytest.mark.parametrize("colouring", COLOURINGS)

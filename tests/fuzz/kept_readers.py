@@ -11,9 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import fuzz_mutations as damage
 import numpy as np
-from fuzz_reader import ROOT, Reader, cube, files, joined, small_yarns, under_name, written
 
 from stitchmesh.errors import FileError, ParameterError, PatternError
 from stitchmesh.io import write_mesh
@@ -21,9 +19,11 @@ from stitchmesh.io.atomic import write_json
 from stitchmesh.io.checked import check_value
 from stitchmesh.io.json_file import read_json
 from stitchmesh.quality import Quality, quality_named
+from tests.fuzz import mutations as damage
+from tests.fuzz.geometry_readers import hdf5
+from tests.fuzz.reader import ROOT, Reader, cube, files, joined, small_yarns, under_name, written
+from tests.fuzz.structures import JSON, TOML
 
-JSON = (*damage.TEXT, *[damage.json_value] * 6)
-"""Changes of JSON files."""
 SWEEP = b"""[job]
 quality = "draft"
 [random]
@@ -175,9 +175,11 @@ def _sweep_table(folder: Path) -> list[bytes]:
 
 
 def _read_sweep_table(folder: Path) -> object:
-    from stitchmesh.jobs.sweep.result_table import read_table
+    """Do in this process what ``read_table`` does in a child, whose start takes longer than the reading."""
+    from stitchmesh.jobs.sweep.parquet_columns import columns_of, packed_columns
 
-    return read_table(folder)
+    path = folder / "rows.parquet"
+    return columns_of(packed_columns(str(path), path))
 
 
 def _maps(folder: Path) -> list[bytes]:
@@ -270,17 +272,18 @@ def _read_recent(folder: Path) -> object:
 
 
 KEPT_READERS: dict[str, Reader] = {
-    "job": Reader(".toml", _read_job, joined(_jobs, files("examples/jobs/sweater.toml"))),
+    "job": Reader(".toml", _read_job, joined(_jobs, files("examples/jobs/sweater.toml")), TOML),
     "status": Reader(".json", under_name("status.json", _read_status), _status, JSON),
     "stage": Reader(".json", _read_stage, _record, JSON),
     "plan": Reader(".json", under_name("plan.json", _read_plan), _plan, JSON, (FileError, ParameterError)),
     "run of a scene": Reader(".smc", _read_run, _run_checkpoint, (*damage.BINARY, *[damage.inside_checkpoint] * 20),
                              (FileError, ParameterError)),
     "sweep": Reader(".toml", _read_sweep, joined(files("examples/sweeps/tightness.toml"), lambda folder: [SWEEP]),
-                    errors=(FileError, ParameterError)),
+                    TOML, (FileError, ParameterError)),
     "rows of a task": Reader(".json", _read_rows, _rows, JSON),
-    "table of a sweep": Reader(".parquet", under_name("rows.parquet", _read_sweep_table), _sweep_table, damage.BINARY),
-    "maps": Reader(".h5", _read_maps, _maps, damage.BINARY),
+    "table of a sweep": Reader(".parquet", under_name("rows.parquet", _read_sweep_table), _sweep_table, damage.BINARY,
+                               has_own_process=True),
+    "maps": hdf5(_read_maps, _maps),
     "history of a scene": Reader(".json", under_name("order.json", _read_scene_history), _scene_history, JSON),
     "project": Reader(".json", under_name("project.json", _read_project), _project, JSON),
     "settings of swatches": Reader(".json", _read_swatch_settings, _swatch_settings, JSON,

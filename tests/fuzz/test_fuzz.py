@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Damaged files: each reader returns a value or raises one error of a line; the benchmark finds readers that do not.
 
-``benchmarks/fuzz.py`` damages the files, with seeds, and counts as faults what docs/robustness.md lists.
+``python -m tests.fuzz`` damages the files, with seeds, and counts as faults what docs/robustness.md lists.
 """
 
 from __future__ import annotations
@@ -12,16 +12,14 @@ import os
 import subprocess
 import sys
 import time
-from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 from stitchmesh.errors import FileError
+from tests.fuzz import readers as fuzz_readers
+from tests.fuzz import run as fuzz_run
 from tests.gallery import ROOT
-
-sys.path.insert(0, str(ROOT / "benchmarks"))
-fuzz_run, fuzz_readers = import_module("fuzz_run"), import_module("fuzz_readers")
 
 OFTEN = {
     "meshes": ["obj mesh", "off", "ply", "stl", "vtp"],
@@ -35,10 +33,8 @@ SELDOM = [name for name in fuzz_readers.READERS if not any(name in names for nam
 
 def faults(names: list[str], count: int, folder: Path) -> str:
     """Return the lines about faults that the benchmark prints, from a process of its own with few modules."""
-    command = [sys.executable, str(ROOT / "benchmarks" / "fuzz.py"), *names, "--inputs", str(count), "--seed", "2026"]
-    ended = subprocess.run(
-        [*command, "-o", str(folder)], env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True
-    )
+    command = [sys.executable, "-m", "tests.fuzz", *names, "--inputs", str(count), "--seed", "2026", "-o", str(folder)]
+    ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     lines = ended.stdout.split("\n| reader", 1)[0]
     assert ended.stdout.count(f"| {count:,} |") == len(names), ended.stderr[-2000:]
     assert ended.returncode == bool(lines.strip())

@@ -8,12 +8,10 @@ import base64
 import dataclasses
 import struct
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import fuzz_mutations as damage
 import numpy as np
-from fuzz_reader import Reader, Seeds, cube, joined, small_fabric, small_yarns, written
 
 import stitchmesh as sm
 from stitchmesh.errors import FileError, MeshError, ParameterError, YarnError
@@ -22,8 +20,13 @@ from stitchmesh.io.any_file import read_any
 from stitchmesh.io.stitch_formats.face_libraries import read_face_library
 from stitchmesh.io.stitch_formats.face_meshes import read_face_mesh
 from stitchmesh.io.yarns import BCC_CURVES
+from stitchmesh.mesh import Mesh
 from stitchmesh.yarn import YarnSet
 from tests.faces.face_files import EVERY_RECORD, LIBRARY
+from tests.fuzz import mutations as damage
+from tests.fuzz import structures
+from tests.fuzz.reader import Reader, Seeds, cube, joined, rebuilt, small_fabric, small_yarns, written
+from tests.fuzz.structures import GLB, USD, XML
 
 
 def _ascii_ply(folder: Path) -> list[bytes]:
@@ -174,7 +177,7 @@ def _usd(suffix: str) -> Reader:
             found.append(found[0].replace(prim, prim + b" (references = @/etc/passwd@)"))
         return found
 
-    kinds = damage.TEXT if suffix == ".usda" else damage.BINARY
+    kinds = USD if suffix == ".usda" else damage.BINARY
     return Reader(suffix, _read_usd, seeds, kinds, (FileError, YarnError, ParameterError), has_own_process=True)
 
 
@@ -234,12 +237,39 @@ def _read_textured(path: Path) -> object:
     return read_textured_obj(path)
 
 
-def _meshes(suffix: str, kinds: Sequence[damage.Mutation], *seeds: Seeds, may_reserve: bool = False) -> Reader:
+def _meshes(suffix: str, kinds: Sequence[damage.Mutation], *seeds: Seeds) -> Reader:
     own = written(write_mesh, cube, suffix=suffix)
-    return Reader(suffix, read_mesh, joined(own, *seeds), kinds, (FileError, MeshError), may_reserve=may_reserve)
+    return Reader(suffix, read_mesh, joined(own, *seeds), kinds, (FileError, MeshError))
 
 
-XML = (*damage.MIXED, *[damage.inside_base64] * 4)
+def hdf5(read: Callable[[Path], object], own: Seeds, *others: Seeds) -> Reader:
+    """Return a reader of HDF5 files; a first file, as it is written, and files with other structures are damaged."""
+    return Reader(".h5", read, joined(rebuilt(own, structures.hdf5_structure, 60), *others), structures.HDF5)
+
+
+def _by_meshio(suffix: str) -> Reader:
+    own = written(write_mesh, cube, suffix=suffix)
+    return Reader(suffix, _read_meshio, own, damage.MIXED, (FileError, MeshError), has_own_process=True)
+
+
+def _read_meshio(path: Path) -> object:
+    """Do in this process what ``read_mesh`` does in a child, whose start takes longer than the reading."""
+    from stitchmesh.io.mesh_formats.by_meshio import packed_polygons, polygons_of
+
+    return Mesh.from_polygons(*polygons_of(packed_polygons(str(path), path)))
+
+
+def _nested_glb(folder: Path) -> list[bytes]:
+    """Return a scene of two meshes in nodes within each other, as another program writes it."""
+    import trimesh
+
+    scene = trimesh.Scene()
+    box, turn = trimesh.creation.box((1, 2, 3)), trimesh.transformations.rotation_matrix(0.7, [1, 2, 3])
+    scene.add_geometry(box, node_name="a", transform=turn)
+    scene.add_geometry(trimesh.creation.icosphere(1), node_name="b", parent_node_name="a", transform=turn)
+    return [bytes(scene.export(file_type="glb"))]
+
+
 CHECKPOINT = (*damage.BINARY, *[damage.inside_checkpoint] * 20)
 YARN_ERRORS = (FileError, ParameterError)
 """Errors of yarns: a radius that cannot be estimated is a ``ParameterError``."""
@@ -253,23 +283,22 @@ GEOMETRY_READERS: dict[str, Reader] = {
     "stl": _meshes(".stl", damage.MIXED, _ascii_stl),
     "vtp": Reader(".vtp", read_any, joined(written(write_yarns, small_yarns, suffix=".vtp"), _vtp_variants),
                   XML, (FileError, MeshError, ParameterError)),
-    "vtk": _meshes(".vtk", damage.MIXED, may_reserve=True),
+    "vtk": _by_meshio(".vtk"),
     "vtu": _meshes(".vtu", XML),
-    "msh": _meshes(".msh", damage.MIXED, may_reserve=True),
-    "medit": _meshes(".mesh", damage.TEXT),
-    "glb": _meshes(".glb", damage.MIXED),
+    "msh": _by_meshio(".msh"),
+    "medit": _by_meshio(".mesh"),
+    "glb": _meshes(".glb", GLB, _nested_glb),
     "bcc": Reader(".bcc", read_yarns, joined(*(written(write_yarns, small_yarns, suffix=".bcc", curve=curve)
                                                 for curve in BCC_CURVES)), damage.BINARY, YARN_ERRORS),
     "obj yarns": Reader(".obj", read_yarns, written(write_yarns, small_yarns, suffix=".obj"), errors=YARN_ERRORS),
     "pyp": Reader(".pyp", read_yarns, written(write_yarns, small_yarns(True), suffix=".pyp"), errors=YARN_ERRORS),
     "usda": _usd(".usda"),
     "usdc": _usd(".usdc"),
-    "usd mesh": Reader(".usda", _read_usd_mesh, _usd_mesh_seeds, damage.TEXT, (FileError, MeshError),
+    "usd mesh": Reader(".usda", _read_usd_mesh, _usd_mesh_seeds, USD, (FileError, MeshError),
                        has_own_process=True),
-    "hdf5 yarns": Reader(".h5", read_yarns, joined(
-        written(write_yarns, small_yarns, small_yarns(True), suffix=".h5"), _hdf5_links), damage.BINARY),
-    "hdf5 stitches": Reader(".h5", read_stitches, written(write_stitches, small_fabric, suffix=".h5"), damage.BINARY),
-    "hdf5 labels": Reader(".h5", _read_labeling, _labeling, damage.BINARY),
+    "hdf5 yarns": hdf5(read_yarns, written(write_yarns, small_yarns, small_yarns(True), suffix=".h5"), _hdf5_links),
+    "hdf5 stitches": hdf5(read_stitches, written(write_stitches, small_fabric, suffix=".h5")),
+    "hdf5 labels": hdf5(_read_labeling, _labeling),
     "smobj": Reader(".smobj", read_stitches, written(write_stitches, small_fabric, suffix=".smobj")),
     "checkpoint": Reader(".smc", _read_state, _checkpoint, CHECKPOINT, (FileError, ParameterError)),
     "checkpoint yarns": Reader(".smc", _read_checkpoint_yarns, _checkpoint, CHECKPOINT),
@@ -283,10 +312,8 @@ GEOMETRY_READERS: dict[str, Reader] = {
     "textured obj": Reader(".obj", _read_textured, lambda folder: [
         b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"]),
     "sewing pattern": Reader(".obj", _read_sewing_pattern, _sewing_patterns, errors=(FileError, MeshError)),
-    "viewed": Reader(".h5", _read_viewed, joined(
-        _labeling, written(write_stitches, small_fabric, suffix=".h5"),
-        written(write_yarns, small_yarns, suffix=".h5")),
-        damage.BINARY),
+    "viewed": hdf5(_read_viewed, _labeling, written(write_stitches, small_fabric, suffix=".h5"),
+                   written(write_yarns, small_yarns, suffix=".h5")),
     "viewed table": Reader(".csv", _read_viewed, lambda folder: [b"iteration,seconds,residual\n1,0.5,0.1\n"]),
 }  # fmt: skip
 """Readers by name."""

@@ -7,11 +7,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from fuzz_geometry_readers import GEOMETRY_READERS
-from fuzz_kept_readers import KEPT_READERS
-from fuzz_pattern_readers import PATTERN_READERS
-from fuzz_reader import Reader, files
-
 import stitchmesh as sm
 from stitchmesh.budget.budget import parse_error, parse_time
 from stitchmesh.errors import FileError, ParameterError
@@ -22,6 +17,11 @@ from stitchmesh.tessellate.edge_file import parse_edge, parse_edge_counts
 from stitchmesh.yarn.rest_length import parse_rest_lengths
 from stitchmesh.yarn.yarn_presets import parse_gauge
 from stitchmesh.yarnrelax.model.material import parse_stiffnesses
+from tests.fuzz.geometry_readers import GEOMETRY_READERS
+from tests.fuzz.kept_readers import KEPT_READERS
+from tests.fuzz.pattern_readers import PATTERN_READERS
+from tests.fuzz.reader import Reader, files
+from tests.fuzz.structures import JSON, TOML
 
 
 def _parse_selection(path: Path) -> object:
@@ -121,14 +121,14 @@ CLOTH_MATERIALS = ["examples/mixed/jersey/cloth.toml", "examples/mixed/materials
 YARN_MATERIALS = ["examples/mixed/materials/garment-yarns.toml"]
 
 READERS: dict[str, Reader] = {
-    "recipe": Reader(".toml", _read_recipe, files(*RECIPES)),
-    "scene": Reader(".toml", _read_scene, files(*SCENES)),
-    "panels": Reader(".toml", _read_panels, files("examples/mixed/panels/sleeve.toml")),
-    "cloth material": Reader(".toml", _read_cloth_material, files(*CLOTH_MATERIALS)),
-    "yarn materials": Reader(".toml", _read_crossing_materials, files(*YARN_MATERIALS),
-                             errors=(FileError, ParameterError)),
-    "edits": Reader(".jsonl", _read_edits, _edits),
-    "labeling steps": Reader(".jsonl", _read_steps, _steps),
+    "recipe": Reader(".toml", _read_recipe, files(*RECIPES), TOML),
+    "scene": Reader(".toml", _read_scene, files(*SCENES), TOML),
+    "panels": Reader(".toml", _read_panels, files("examples/mixed/panels/sleeve.toml"), TOML),
+    "cloth material": Reader(".toml", _read_cloth_material, files(*CLOTH_MATERIALS), TOML),
+    "yarn materials": Reader(".toml", _read_crossing_materials, files(*YARN_MATERIALS), TOML,
+                             (FileError, ParameterError)),
+    "edits": Reader(".jsonl", _read_edits, _edits, JSON),
+    "labeling steps": Reader(".jsonl", _read_steps, _steps, JSON),
     "history": Reader(".csv", _read_history, lambda folder: [b"iteration,seconds,residual,bend_erg\n1,0.5,0.1,2.5\n"]),
     "faces": Reader(".txt", _read_faces, lambda folder: [b"1, 2, 3 # faces\n7 8\n"]),
     "edges": Reader(".txt", _read_edge_settings, lambda folder: [b"4,7=12\n3, 8\n# marked\n5,6 = 3\n"],

@@ -8,9 +8,9 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from random import Random
 from typing import Any
 
-import fuzz_mutations as damage
 import numpy as np
 
 import stitchmesh as sm
@@ -18,10 +18,11 @@ from stitchmesh.errors import FileError
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.yarn import YarnSet
+from tests.fuzz import mutations as damage
+from tests.gallery import ROOT
 
 Seeds = Callable[[Path], Sequence[bytes]]
 """Function that returns undamaged files; it may write into the folder that it gets."""
-ROOT = Path(__file__).resolve().parent.parent
 
 
 @dataclass(frozen=True)
@@ -37,8 +38,6 @@ class Reader:
     """Errors that the reader may raise for a damaged file."""
     has_own_process: bool = False
     """Whether the library reads in a process of its own, so that its end is a ``FileError``; ``read`` does not."""
-    may_reserve: bool = False
-    """Whether memory may be reserved that is never written, so that a system that refuses it makes a ``FileError``."""
 
 
 def written(write: Callable[..., None], *values: Any, suffix: str, **options: Any) -> Callable[[Path], list[bytes]]:
@@ -59,6 +58,16 @@ def written(write: Callable[..., None], *values: Any, suffix: str, **options: An
 def files(*names: str) -> Callable[[Path], list[bytes]]:
     """Return a function that returns the contents of files of the repository."""
     return lambda folder: [(ROOT / name).read_bytes() for name in names]
+
+
+def rebuilt(own: Seeds, change: damage.Mutation, count: int) -> Callable[[Path], list[bytes]]:
+    """Return a function that returns the contents of a function, and a number of them after a change each."""
+
+    def contents(folder: Path) -> list[bytes]:
+        random, found = Random(1), list(own(folder))
+        return [*found, *(change(random, random.choice(found)) for _ in range(count))]
+
+    return contents
 
 
 def joined(*parts: Callable[[Path], Sequence[bytes]]) -> Callable[[Path], list[bytes]]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import faulthandler
 import json
+import math
 import mmap
 import os
 import re
@@ -28,8 +29,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
 
-from fuzz_mutations import mutated
-from fuzz_readers import READERS, Reader
+from tests.fuzz.mutations import mutated
+from tests.fuzz.readers import READERS, Reader
 
 MEMORY = 128 * 2**20, 500
 """Address space that a reader may add while it reads: a constant [bytes], and bytes for each byte of the file."""
@@ -81,12 +82,11 @@ def outcome(reader: Reader, path: Path) -> str:
     """Read a file, and return ``value``, the name of an error that the reader may raise, or ``fault ...``."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error", RuntimeWarning)
+            warnings.simplefilter("error")
             reader.read(path)
     except reader.errors as error:
         text = str(error)
-        is_bounded = reader.may_reserve or reader.has_own_process
-        if not is_bounded and any(isinstance(cause, MemoryError) for cause in _causes(error)):
+        if not reader.has_own_process and any(isinstance(cause, MemoryError) for cause in _causes(error)):
             return f"fault MemoryError behind a {type(error).__name__} {_place(error)}"
         if len(text.splitlines()) != 1 or len(text) > LONGEST_MESSAGE:
             return f"fault {type(error).__name__} of {len(text.splitlines())} lines {_place(error)}"
@@ -124,13 +124,15 @@ def limited_memory(size: int) -> Iterator[None]:
 
 
 def fuzz(
-    name: str, count: int, *, seed: int = 0, processes: int = 1, report: Callable[[Findings], None] = lambda found: None
-) -> Findings:
+    name: str, count: int, *, seconds: float = math.inf, seed: int = 0, processes: int = 1,
+    report: Callable[[Findings], None] = lambda found: None,
+) -> Findings:  # fmt: skip
     """Read damaged files with a reader.
 
     Args:
         name: name of the reader.
         count: number of files.
+        seconds: time after which the workers are ended, if they have not read all files.
         seed: seed of the random numbers.
         processes: number of workers.
         report: function that is called about once a second with the findings so far.
@@ -138,11 +140,13 @@ def fuzz(
     with tempfile.TemporaryDirectory(dir=MEMORY_FOLDER if MEMORY_FOLDER.is_dir() else None) as folder:
         seeds = seeds_of(READERS[name])
         lanes = [_Lane(name, seeds, seed, range(lane, count, processes), Path(folder)) for lane in range(processes)]
-        pause = 0.01
-        while sum(lane.watch() for lane in lanes):
+        pause, end = 0.01, time.monotonic() + seconds
+        while sum(lane.watch() for lane in lanes) and time.monotonic() < end:
             report(_together(name, lanes))
             pause = min(1.0, 1.3 * pause)
             time.sleep(pause)
+        for lane in lanes:
+            lane.end()
         return _together(name, lanes)
 
 
@@ -206,6 +210,12 @@ class _Lane:
             os.waitpid(self.process, 0)
             self._note(place, _ended(self.reader, "no end"))
         return not self.done
+
+    def end(self) -> None:
+        """End the worker, if it has not ended."""
+        if not self.done:
+            os.kill(self.process, signal.SIGKILL)
+            os.waitpid(self.process, 0)
 
     def _note(self, place: int, fault: str) -> None:
         """Note a fault that ended the worker, and go on behind its input."""

@@ -8,13 +8,13 @@ import io
 from collections.abc import Callable
 from pathlib import Path
 
-import fuzz_mutations as damage
 import numpy as np
-from fuzz_reader import Reader, files, written
 
 import stitchmesh as sm
 from stitchmesh.errors import FileError, ParameterError, PatternError
 from stitchmesh.patterns.charts.leaf_chart import write_leaf_chart
+from tests.fuzz.reader import Reader, files, written
+from tests.fuzz.structures import JSON, PNG
 
 
 def _png(folder: Path) -> list[bytes]:
@@ -67,7 +67,6 @@ def _read_own_drawings(path: Path) -> object:
     return read_own_drawings(path)
 
 
-PNG = (*damage.BINARY, *[damage.inside_png] * 14)
 PATTERN_ERRORS = (FileError, PatternError, ParameterError)
 """Errors of charts: a chart that is too large is a ``ParameterError``."""
 PATTERNS = [f"assets/patterns/{name}.knit" for name in ("rib2x2", "eyelet-lace", "seed")]
@@ -82,7 +81,7 @@ PATTERN_READERS: dict[str, Reader] = {
     "weave chart": Reader(".weave", _read_chart("chart.weave"), files(*WEAVES), errors=PATTERN_ERRORS),
     "png chart": Reader(".png", _read_chart("chart.png"), _png, PNG, PATTERN_ERRORS),
     "png weave": Reader(".weave.png", _resolved, _png, PNG, PATTERN_ERRORS),
-    "own stitches": Reader(".json", _read_own_drawings, files("examples/stitches/daisy.json")),
+    "own stitches": Reader(".json", _read_own_drawings, files("examples/stitches/daisy.json"), JSON),
     "instructions": Reader(".txt", _resolved, _instructions, errors=PATTERN_ERRORS),
     "tile codes": Reader(".leaf", _resolved, lambda folder: [b"KPKP\nPKPK\n", b"Y3YK\n2UYS\n"], errors=PATTERN_ERRORS),
     "digits": Reader(".txt", _resolved, lambda folder: [b"0011\n1100\n"], errors=PATTERN_ERRORS),

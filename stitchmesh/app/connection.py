@@ -1,0 +1,53 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A connection to a browser, which passes on what pages send, no faster than is permitted."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+from websockets.asyncio.server import ServerConnection
+
+from stitchmesh.app.page_messages import Allowance, Part, read_message
+
+MESSAGES = 2_000, 400.0
+"""Number of messages that a browser may send at once, and in each second from then on."""
+BYTES = 64 * 2**20, 8.0 * 2**20
+"""The same of their bytes, without the parts of uploads."""
+UPLOADED = 1024 * 2**20, 32.0 * 2**20
+"""The same of the bytes of uploads."""
+BAD_REQUEST = b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
+"""Answer to what is no request of HTTP."""
+
+
+class GuardedConnection(ServerConnection):
+    """A connection whose messages are checked before they are passed on; the others are dropped."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        """Start with all that a browser may send at once."""
+        super().__init__(*arguments, **options)
+        now = self.loop.time()
+        self._messages, self._bytes, self._uploaded = (
+            Allowance(most, rate, most, now) for most, rate in (MESSAGES, BYTES, UPLOADED)
+        )
+        self._pause = 0.0
+        self._has_answered = False
+
+    async def recv(self, decode: bool | None = None) -> Any:
+        """Return the next message that a page may have sent."""
+        while True:
+            await asyncio.sleep(self._pause)  # Meanwhile the sender waits, because what it sends is not read.
+            raw = await super().recv(decode)
+            message, now = read_message(raw), self.loop.time()
+            used = self._uploaded if isinstance(message, Part) else self._bytes
+            self._pause = max(self._messages.use(1, now), used.use(len(raw), now))
+            if message is not None:
+                return raw
+
+    def send_data(self) -> None:
+        """Send what waits; a request that cannot be read is answered before the connection ends."""
+        if self.request is None and self.protocol.handshake_exc is not None and not self._has_answered:
+            self._has_answered = True
+            self.transport.write(BAD_REQUEST)
+        super().send_data()

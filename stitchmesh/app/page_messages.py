@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the pages send, and how much of it: any other message is dropped before viser reads it.
+
+Viser has handlers that no page of ours uses. Some of them keep what a browser sends, and send it to every browser that
+connects later; one opens a tunnel to another machine. The kinds below are those of viser 1.1.1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+import msgspec
+
+from stitchmesh.app.uploads import PART
+
+LARGEST_TEXT = 4 * 2**20
+"""Largest number of characters in the value of a control, such as the text of a chart."""
+Name = Annotated[str, msgspec.Meta(max_length=1_000)]
+"""Identity or name of a control, a file or an object of the scene."""
+Point = tuple[float, float, float]
+Place = tuple[float, float]
+
+
+class _Message(msgspec.Struct, tag_field="type", forbid_unknown_fields=True):
+    """A message; its tag is viser's name of its kind."""
+
+
+class _NewValue(msgspec.Struct, forbid_unknown_fields=True):
+    """The property of a control that a page sets."""
+
+    value: bool | int | float | Annotated[str, msgspec.Meta(max_length=LARGEST_TEXT)] | list[float] | None
+
+
+class _Value(_Message, tag="GuiUpdateMessage"):
+    uuid: Name
+    updates: _NewValue
+
+
+class _Command(_Message, tag="CommandTriggerMessage"):
+    uuid: Name
+
+
+class _Camera(_Message, tag="ViewerCameraMessage"):
+    wxyz: tuple[float, float, float, float]
+    position: Point
+    fov: float
+    near: float
+    far: float
+    image_height: float
+    image_width: float
+    look_at: Point
+    up_direction: Point
+
+
+class _Pointer(_Message, tag="ScenePointerMessage"):
+    event_type: Literal["click", "rect-select"]
+    ray_origin: Point | None
+    ray_direction: Point | None
+    screen_pos: Annotated[list[Place], msgspec.Meta(min_length=1, max_length=2)]
+    modifier: Name | None
+
+
+class _Drag(_Message, tag="SceneNodeDragMessage"):
+    phase: Literal["start", "update", "end"]
+    name: Name
+    instance_index: int | None
+    start_position: Point
+    start_screen_pos: Place
+    end_position: Point
+    end_screen_pos: Place
+    button: Literal["left", "middle", "right"]
+    modifier: Name | None
+    owner: Name = ""
+
+
+class _Picture(_Message, tag="GetRenderResponseMessage"):
+    payload: bytes
+    render_uuid: Name
+
+
+class _Upload(_Message, tag="FileTransferStartUpload"):
+    source_component_uuid: Name
+    transfer_uuid: Name
+    filename: Name
+    mime_type: Name
+    part_count: int
+    size_bytes: int
+
+
+class Part(_Message, tag="FileTransferPart"):
+    """A part of an upload."""
+
+    source_component_uuid: Name
+    transfer_uuid: Name
+    part_index: int
+    content: Annotated[bytes, msgspec.Meta(max_length=PART)]
+
+
+_decoder = msgspec.msgpack.Decoder(_Value | _Command | _Camera | _Pointer | _Drag | _Picture | _Upload | Part)
+
+
+def read_message(raw: bytes | str) -> Any:
+    """Return a message as an object; None if no page sends it."""
+    if isinstance(raw, str):
+        return None
+    try:
+        return _decoder.decode(raw)
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
+        return None
+
+
+@dataclass
+class Allowance:
+    """What may still be used at once; it grows with time up to a bound."""
+
+    most: float
+    """Largest value."""
+    rate: float
+    """Growth [1/s]."""
+    left: float
+    """Value at a time; it is negative where more was used."""
+    at: float
+    """The time [s]."""
+
+    def use(self, amount: float, now: float) -> float:
+        """Use an amount; return the time after which more may be used [s]."""
+        self.left = min(self.most, self.left + self.rate * (now - self.at)) - amount
+        self.at = now
+        return max(0.0, -self.left / self.rate)

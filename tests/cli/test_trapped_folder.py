@@ -1,0 +1,188 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Every command in a folder full of traps: links, a pipe, hostile modules and names, and files of the user's.
+
+The folder is compared before and after: a command changes nothing that was there, follows no link out of its output,
+executes nothing of the folder, waits for no pipe, and shows no traceback.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import stitchmesh as sm
+from stitchmesh.cli.main import COMMANDS
+from stitchmesh.io.folder_lock import NAME as LOCK
+from stitchmesh.io.own_files import RECORD
+from stitchmesh.io.part_folder import PARTS
+from tests.gallery import tube
+
+MODULES = ("sitecustomize", "usercustomize", "numpy", "scipy", "multiprocessing", "json", "vtkmodules", "distributed")
+"""Modules that a command or a child of it would import from the present folder, if it looked there."""
+INPUTS = {
+    "label": ["tube.obj", "-o", "{out}.h5"],
+    "tessellate": ["labeled.h5", "-o", "{out}.h5"],
+    "pattern": ["stitches.h5", "rib1x1", "-o", "{out}.h5"],
+    "capture": ["stitches.h5", "--on", "row 1", "-o", "{out}.knit"],
+    "edit": ["stitches.h5", "--apply", "retype", "--on", "row 1", "--set", "stitch=p", "-o", "{out}.h5"],
+    "relax-mesh": ["stitches.h5", "--surface", "labeled.h5", "-o", "{out}.h5"],
+    "yarns": ["stitches.h5", "-o", "{out}.h5"],
+    "relax": ["yarns.h5", "--quality", "draft", "--max-iterations", "1", "-o", "{out}.h5"],
+    "relax-edited": ["yarns.h5", "stitches.h5", "stitches.h5", "--quality", "draft", "-o", "{out}.h5"],
+    "outline": ["rib1x1", "--columns", "2", "--rows", "2", "-o", "{out}"],
+    "knit": ["tube.obj", "--quality", "draft", "--max-iterations", "1", "--no-picture", "-o", "{out}"],
+    "swatch": ["stockinette", "--quality", "draft", "--max-iterations", "1", "--no-picture", "-o", "{out}"],
+    "stretch": ["stockinette", "--quality", "draft", "--course", "0:2%", "--steps", "2", "-o", "{out}"],
+    "drape": ["scene.toml", "--no-picture", "-o", "{out}"],
+    "follow": ["yarns.h5", "walk", "--quality", "draft", "-o", "{out}"],
+    "run": ["job.toml", "-o", "{out}"],
+    "job": ["init", "tube.obj", "-o", "{out}.toml"],
+    "status": ["{out}"],
+    "batch": ["sweep.toml", "--workers", "0", "-o", "{out}"],
+    "info": ["tube.obj"],
+    "select": ["stitches.h5", "row 1", "-o", "{out}.txt"],
+    "check": ["tube.obj"],
+    "patterns": [],
+    "instructions": ["stitches.h5", "-o", "{out}.txt"],
+    "convert": ["tube.obj", "{out}.ply"],
+    "render": ["tube.obj", "--size", "80", "60", "-o", "{out}.png"],
+}
+"""Words of each command that ends by itself, in the folder of traps."""
+SERVERS = {"view", "app"}
+"""Commands that serve the application until they are interrupted."""
+FEW = ("convert", "swatch", "run")
+"""Commands that every run of the tests tries: for one file, for a folder, and for one in which stages are removed."""
+DID_NOT_REST = 1
+"""Status of a scene that did not converge."""
+
+
+def name_of(command: type) -> str:
+    return "".join(f"-{letter.lower()}" if letter.isupper() else letter for letter in command.__name__).lstrip("-")
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory) -> Path:
+    """Return a folder with an input of each kind."""
+    folder = tmp_path_factory.mktemp("inputs")
+    sm.write_mesh(folder / "tube.obj", tube(8, 3, radius=2.0, height=1.2))
+    for words in (
+        ["label", "tube.obj", "-o", "labeled.h5"],
+        ["tessellate", "labeled.h5", "--stitch-width", "0.8", "-o", "stitches.h5"],
+        ["yarns", "stitches.h5", "-o", "yarns.h5"],
+    ):
+        assert run(folder, words).returncode == 0
+    (folder / ".stitchmesh").unlink()
+    (folder / "walk").mkdir()
+    for number in range(2):
+        sm.write_mesh(folder / "walk" / f"{number}.obj", tube(8, 3, radius=1.0, height=1.2))
+    (folder / "scene.toml").write_text(
+        "load_steps = 1\n[cloth]\n[[cloth.panels]]\noutline = [[0, 0], [2, 0], [2, 1], [0, 1]]\nedge_length = 1\n"
+    )
+    (folder / "job.toml").write_text('quality = "draft"\nrender = []\n[swatch]\npattern = "stockinette"\n')
+    (folder / "sweep.toml").write_text('[job]\nquality = "draft"\n[job.swatch]\npattern = "stockinette"\n')
+    return folder
+
+
+@pytest.fixture
+def trapped(inputs, tmp_path) -> Path:
+    """Return a folder with the inputs and with traps, and a folder beside it to which the links lead."""
+    folder, victim = tmp_path / "trapped", tmp_path / "victim"
+    for path in sorted(inputs.rglob("*")):
+        target = folder / path.relative_to(inputs)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.mkdir() if path.is_dir() else target.write_bytes(path.read_bytes())
+    for name in ("part-abcdefgh", "label-0123456789abcdef", "0001"):
+        (victim / name).mkdir(parents=True)
+        (victim / name / ".lock").write_text("")
+        (victim / name / "mine.txt").write_text("mine")
+    (victim / "0007.smc").write_text("mine")
+    (folder / "out" / "stages" / "my_data").mkdir(parents=True)
+    (folder / "out" / "stages" / "my_data" / "a.txt").write_text("mine")
+    for name in MODULES:
+        (folder / f"{name}.py").write_text(f"open({str(tmp_path / 'executed')!r}, 'a').write({name!r})\n")
+    (folder / "matplotlibrc").write_text("text.usetex: True\n")
+    for suffix in ("obj", "toml", "h5"):
+        os.mkfifo(folder / f"pipe.{suffix}")
+    for name in (b"line\nend.txt", b"\x1b[31mred.txt", b"<script>alert(1)<_script>", b"\xff\xfe.txt"):
+        (folder / os.fsdecode(name)).write_text("mine")
+    (folder / "secret.txt").write_text("mine")
+    (folder / "secret.txt").chmod(0o600)
+    return folder
+
+
+def contents(folder: Path) -> dict[str, tuple[int, object]]:
+    """Return the mode and the bytes of every file below a folder, and where links lead."""
+    found: dict[str, tuple[int, object]] = {}
+    for path in sorted(folder.rglob("*")):
+        mode = path.lstat().st_mode
+        held = os.readlink(path) if stat.S_ISLNK(mode) else path.read_bytes() if stat.S_ISREG(mode) else None
+        found[str(path.relative_to(folder))] = mode, held
+    return found
+
+
+def run(folder: Path, words: list[str]) -> subprocess.CompletedProcess[bytes]:
+    """Run the program as a user does, in the folder."""
+    program = Path(sys.executable).with_name("stitchmesh")
+    command = [str(program), *words]
+    return subprocess.run(command, cwd=folder, capture_output=True, stdin=subprocess.DEVNULL, check=False)
+
+
+def check(folder: Path, words: list[str], *, statuses: tuple[int, ...]) -> None:
+    """Run a command; all that was there is as before, and neither a trap nor a traceback was sprung."""
+    before, behind = contents(folder), contents(folder.parent / "victim")
+    done = run(folder, words)
+    assert not (folder.parent / "executed").exists(), (folder.parent / "executed").read_text()
+    assert b"Traceback" not in done.stderr and done.returncode in statuses, done.stderr.decode(errors="replace")
+    after = contents(folder)
+    assert {name: after.get(name) for name in before} == before
+    assert contents(folder.parent / "victim") == behind
+
+
+def words_of(name: str) -> list[str]:
+    """Return the words of a command that writes ``out``, with the suffix of a file or in the folder of this name."""
+    return [name, *(word.replace("{out}", "out") for word in INPUTS[name])]
+
+
+chosen = pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in FEW else pytest.mark.nightly) for name in INPUTS]
+)
+
+
+def test_every_command_is_tried():
+    assert {name_of(command) for command in COMMANDS} == {*INPUTS, *SERVERS}
+
+
+@chosen
+def test_a_command_changes_nothing_of_the_users_and_replaces_no_output_that_they_changed(trapped, name):
+    before = contents(trapped)
+    check(trapped, words_of(name), statuses=(2,) if name == "status" else (0, DID_NOT_REST))
+    made = {path for path in set(contents(trapped)) - set(before) if (trapped / path).is_file()}
+    written = {path for path in made if Path(path).name not in (RECORD, LOCK) and "stages" not in Path(path).parts}
+    assert bool(written) == (name not in ("info", "check", "patterns", "status"))
+    for path in written:
+        (trapped / path).write_text("changed by the user")
+    if written:
+        check(trapped, words_of(name), statuses=(2,))
+
+
+@chosen
+def test_links_in_the_output_folder_are_not_followed(trapped, name):
+    for link in (PARTS, "frames", "tasks", "jobs", RECORD, LOCK, "report.json", "out.h5"):
+        (trapped / "out" / link).symlink_to(trapped.parent / "victim")
+    shutil.rmtree(trapped / "out" / "stages")
+    (trapped / "out" / "stages").symlink_to(trapped.parent / "victim")
+    words = [word.replace("{out}", "out" if word == "{out}" else "out/out") for word in [name, *INPUTS[name]]]
+    writes = any("{out}" in word for word in INPUTS[name])
+    check(trapped, words, statuses=(2,) if writes else (0,))
+
+
+@pytest.mark.parametrize("words", [["convert", "pipe.obj", "a.ply"], ["run", "pipe.toml"], ["info", "pipe.h5"]])
+def test_a_pipe_in_the_place_of_an_input_is_refused(trapped, words):
+    check(trapped, words, statuses=(2,))
