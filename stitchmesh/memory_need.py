@@ -8,7 +8,7 @@ compare them with the largest resident memory of processes, or with the largest 
 
 from __future__ import annotations
 
-from stitchmesh.compute.free_memory import host_memory
+from stitchmesh.compute.free_memory import available_memory, host_memory
 from stitchmesh.errors import ParameterError
 from stitchmesh.quality import Quality
 
@@ -58,6 +58,19 @@ def relaxation_memory(points: float, quality: Quality, *, on_gpu: bool) -> float
         return BASE_MEMORY + points * bytes_per_point(quality)
     listed = ON_GPU_PER_SAMPLE * quality.contact_samples * quality.control_points_per_stitch
     return points * (ON_GPU + listed) * (2.0 if quality.precision == "float64" else 1.0)
+
+
+def check_relaxation_memory(asked: str, points: float, quality: Quality, device: str | None) -> None:
+    """Refuse a relaxation of control points that does not fit into the memory of its device, before it begins.
+
+    Raises:
+        ParameterError: as for ``check_memory``.
+    """
+    from stitchmesh.compute.device import device_named
+
+    chosen = device_named(device)
+    needed, free = relaxation_memory(points, quality, on_gpu=chosen.is_cuda), available_memory(chosen)
+    check_memory(asked, needed, "fewer stitches, or a coarser quality", where=str(chosen), free=free)
 
 
 def picture_memory(points: float, pixels: float) -> float:
