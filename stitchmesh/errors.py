@@ -174,7 +174,7 @@ def check_positive(name: str, value: float, unit: str = "") -> None:
     """
     unit = unit and f" {unit}"
     if not (math.isfinite(value) and value > 0.0):
-        raise ParameterError(f"{name}: got {value:g}{unit}; expected a positive number")
+        raise ParameterError(f"{name}: got {value}{unit}; expected a positive number")
     if not LEAST_NUMBER <= value <= LARGEST_NUMBER:
         raise ParameterError(f"{name}: got {value:g}{unit}; expected {LEAST_NUMBER:g} to {LARGEST_NUMBER:g}{unit}")
 

@@ -77,8 +77,8 @@ class SwatchOptions:
                 check_positive(name, value, "cm")
         if not (np.isfinite(self.gamma) and GAMMAS[0] <= self.gamma <= GAMMAS[1]):
             raise ParameterError(f"gamma: got {self.gamma}; expected {GAMMAS[0]:g} to {GAMMAS[1]:g}")
-        if self.blocked is not None:
-            check_positive("blocked", self.blocked, "dyn/cm")
+        if self.blocked is not None and not (np.isfinite(self.blocked) and self.blocked > 0.0):
+            raise ParameterError(f"blocked: got {self.blocked} dyn/cm; expected a positive tension")
         if self.longest_float < 0:
             raise ParameterError(f"longest float: got {self.longest_float} stitches; expected 0 or more")
         if self.rest_lengths.loop_length is not None:

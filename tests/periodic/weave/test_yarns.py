@@ -154,7 +154,7 @@ def test_taut_strings_are_in_equilibrium(name):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"yarn_radius": 0.0}, "yarn radius: got 0.0; expected a positive number of cm"),
+        ({"yarn_radius": 0.0}, "yarn radius: got 0.0 cm; expected a positive number"),
         ({"yarn_radius": RADIUS, "spacing": -1.0}, "warp spacing: got -1.0"),
         ({"yarn_radius": RADIUS, "spacing": (1.0, float("nan"))}, "weft spacing: got nan"),
         ({"yarn_radius": RADIUS, "quality": "fine"}, "quality: got 'fine'"),
