@@ -157,7 +157,7 @@ def test_marks_decide_where_knitting_begins(cone_obj, tmp_path):
         (["--most-shaping", "0"], "most shaping: got 0; expected a part of the stitches of a row above 0"),
         (["--up", "0,0,0"], "up: got (0.0, 0.0, 0.0); expected three finite numbers that are not all zero"),
         (["--stitch-width", "9"], "has room for"),
-        (["--stitch-width", "1e-4"], "stitches are made: choose a larger stitch"),
+        (["--stitch-width", "1e-4"], "are made; choose a larger stitch"),
         (["--stitch-width", "0"], "stitch width: got 0.0 cm; expected a positive number"),
         (["--yarn-radius", "3"], "too thick"),
         (["--marks", "none.json"], "none.json: there is no such file"),

@@ -108,7 +108,7 @@ def test_a_malformed_gauge_is_refused(text):
 
 @pytest.mark.parametrize("text", ["0", "-3", "22x0"])
 def test_a_gauge_of_no_stitches_is_refused(text):
-    with pytest.raises(ParameterError, match=r"^gauge: got (0.0|-3.0) (stitches|rows) in 10 cm; expected a positive num"):
+    with pytest.raises(ParameterError, match=r"^gauge: got (0.0|-3.0) (stitches|rows) in 10 cm; expected a positive"):
         parse_gauge(text)
 
 

@@ -54,7 +54,7 @@ def weave_yarns(
         ParameterError: the radius or a spacing is not a positive number, or the quality is unknown.
     """
     check_kind("weave_yarns", weave, Weave)
-    check_positive("yarn radius", yarn_radius)
+    check_positive("yarn radius", yarn_radius, "cm")
     between = _spacings(2 * SPACING * yarn_radius if spacing is None else spacing)
     per_crossing = max(4, quality_named(quality).control_points_per_stitch // CROSSINGS_PER_STITCH)
     x, width = _places(weave.warps, between[0])
