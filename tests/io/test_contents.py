@@ -37,8 +37,8 @@ ELSEWHERE = {
     "compute/device.py", "compute/free_memory.py", "compute/threads.py", "jobs/sweep/report_page.py",
     "mixed/scene/scene_file.py", "yarngen/templates/drawings.py",
     # What this process writes.
-    "app/pages/swatch/exports.py", "app/project/exports.py", "io/atomic.py", "io/checkpoint_file.py",
-    "io/folder_lock.py", "io/part_folder.py", "jobs/sweep/result_table.py", "render/thumbnails/rest_sheet.py",
+    "app/entrance.py", "app/pages/swatch/exports.py", "app/project/exports.py", "io/atomic.py",
+    "io/checkpoint_file.py", "io/own_files.py", "jobs/sweep/result_table.py", "render/thumbnails/rest_sheet.py",
     # Contents that have been read, and copies or stages that a child process reads.
     "io/guarded_child.py", "io/hdf5.py", "io/mesh_formats/by_meshio.py", "io/usd_stage.py",
     "jobs/sweep/parquet_columns.py",
