@@ -31,7 +31,7 @@ from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.seams import Border, Seam
 from stitchmesh.mixed.enrichment.embedding import embed
 from stitchmesh.mixed.enrichment.region import region_around
-from stitchmesh.mixed.memory import check_memory
+from stitchmesh.mixed.memory import check_scene_memory
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, BodySection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
@@ -258,7 +258,7 @@ def far(distance: float) -> PreparedScene:
 def without_memory() -> PreparedScene:
     """Yarns everywhere, where 400 MB are free."""
     made = scene(yarns=YarnsSection(weave="plain", ends=60.0, picks=60.0), region=RegionSection(yarns="all"))
-    check_memory(made.region, 4e8, contact=False)
+    check_scene_memory(made.region, 4e8, contact=False)
     return made
 
 

@@ -8,6 +8,7 @@ it. The command line prints the message unchanged and exits with status 2.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TypeVar
 
@@ -15,6 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 T = TypeVar("T")
+
+LEAST_NUMBER, LARGEST_NUMBER = 1e-6, 1e6
+"""Bounds of a length [cm] or a ratio that a user gives: from 10 nm to 10 km. No yarn, stitch or tool is near them, and
+fourth powers and their quotients stay far within the range of numbers in single precision."""
 
 MAKERS = {
     "Mesh": "sm.read_mesh(path)",
@@ -109,6 +114,21 @@ class DisplayError(StitchMeshError):
     """Pictures cannot be drawn on this machine."""
 
 
+def is_interrupt(error: BaseException) -> bool:
+    """Return whether an interrupt from the keyboard is the cause of an exception.
+
+    An interrupt while a module is imported may come out as an ``ImportError`` or a ``SystemError``.
+    """
+    links: list[BaseException] = []
+    found: BaseException | None = error
+    while found is not None and found not in links:
+        if isinstance(found, KeyboardInterrupt):
+            return True
+        links.append(found)
+        found = found.__cause__ or found.__context__
+    return False
+
+
 def first_few(items: Sequence[object] | NDArray, limit: int = 3) -> str:
     """List the first items and count the others: ``4, 7, 9 (+12 more)``.
 
@@ -139,6 +159,24 @@ def check_kind(place: str, value: object, kind: type[T], made_by: str | None = N
     fields = [name for name in getattr(value, "__dataclass_fields__", ()) if isinstance(getattr(value, name), kind)]
     remedy = f"give its field {fields[0]!r}" if fields else f"make one by {made_by or MAKERS[kind.__name__]}"
     raise ParameterError(f"{place}: got {described(value)}; expected {_with_article(kind.__name__)}: {remedy}")
+
+
+def check_positive(name: str, value: float, unit: str = "") -> None:
+    """Check a length or a ratio that a user has given.
+
+    Args:
+        name: name of the number, for the message.
+        value: the number.
+        unit: unit of the number, for the message.
+
+    Raises:
+        ParameterError: the number is not positive, or not from ``LEAST_NUMBER`` to ``LARGEST_NUMBER``.
+    """
+    unit = unit and f" {unit}"
+    if not (math.isfinite(value) and value > 0.0):
+        raise ParameterError(f"{name}: got {value:g}{unit}; expected a positive number")
+    if not LEAST_NUMBER <= value <= LARGEST_NUMBER:
+        raise ParameterError(f"{name}: got {value:g}{unit}; expected {LEAST_NUMBER:g} to {LARGEST_NUMBER:g}{unit}")
 
 
 def described(value: object) -> str:

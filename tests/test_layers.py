@@ -19,7 +19,7 @@ PACKAGE = ROOT / "stitchmesh"
 LAYERS = [
     {"errors"},
     {"child_interpreter", "compute", "lattice", "progress", "quality", "reporting", "run_control"},
-    {"time_limit"},
+    {"memory_need", "time_limit"},
     {"mesh"},
     {"yarn"},
     {"faces", "hand_knitting"},

@@ -17,6 +17,7 @@ from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.project_folder import TABLE_NAME
 from stitchmesh.app.project.recent import new_project_folder, projects_folder
 from stitchmesh.errors import FileError, StitchMeshError
+from stitchmesh.io.path_kind import is_folder
 from stitchmesh.mixed.drape import SCENE_FILE
 from stitchmesh.mixed.scene.scene_file import write_scene
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
@@ -57,7 +58,7 @@ def view_project(path: str) -> Project:
     Raises:
         StitchMeshError: there is no such file or folder, or the file cannot be read.
     """
-    if not Path(path).is_dir():
+    if not is_folder(path):
         read_viewed(Path(path))  # A file that cannot be shown is refused before a project is made.
     try:
         project = Project.open_or_create(projects_folder() / VIEW)

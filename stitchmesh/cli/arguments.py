@@ -10,6 +10,7 @@ expected; and the conversion of tyro's error messages, which are drawn in a box,
 from __future__ import annotations
 
 import io
+import math
 import re
 import sys
 from collections.abc import Callable, Sequence
@@ -36,8 +37,12 @@ AXES = {
 """Directions by the names of their axes, such as ``-x``."""
 FREE = "free"
 """Word for a size that the relaxation determines."""
-NUMBER_NAMES: dict[Any, tuple[str, str]] = {int: ("whole number", "N"), float: ("number", "X")}
-"""Names of each type of number in error messages and in the help."""
+MOST_COUNTED = 10**15
+"""Largest whole number of an option, up to its sign; any of them is exact in double precision."""
+NUMBER_NAMES: dict[Any, tuple[str, str, str]] = {
+    int: ("whole number", "N", f"at most {MOST_COUNTED:.0e}"), float: ("number", "X", "finite"),
+}  # fmt: skip
+"""Names of each type of number in error messages and in the help, and its bound."""
 
 T = TypeVar("T")
 
@@ -88,6 +93,32 @@ def parsed_by(parse: Callable[[str], T], metavar: str, write: Callable[[T], str]
     )
 
 
+def whole_number(word: str) -> int:
+    """Convert a word into a whole number.
+
+    Raises:
+        ValueError: the word is no whole number, or is larger than ``MOST_COUNTED``.
+    """
+    number = int(word)
+    if abs(number) > MOST_COUNTED:
+        raise ValueError(f"{word} is larger than {MOST_COUNTED}")
+    return number
+
+
+def finite_number(word: str) -> float:
+    """Convert a word into a number.
+
+    Raises:
+        ValueError: the word is no number, or one that is not finite.
+    """
+    number = float(word)
+    if not math.isfinite(number):
+        raise ValueError(f"{word} is not finite")
+    return number
+
+
+PARSERS: dict[Any, Callable[[str], Any]] = {int: whole_number, float: finite_number}
+"""Function that reads a number of each type."""
 Flag = Annotated[bool, arg(help_behavior_hint="")]
 """An option without a value, which is false if it is not given."""
 
@@ -95,7 +126,7 @@ Flag = Annotated[bool, arg(help_behavior_hint="")]
 def pair(text: str) -> tuple[int, int]:
     """Convert two whole numbers with a comma between them."""
     try:
-        first, second = (int(word) for word in text.split(","))
+        first, second = (whole_number(word) for word in text.split(","))
     except ValueError as error:
         raise ValueError(f"got {text!r}; expected two whole numbers with a comma between them") from error
     return first, second
@@ -104,7 +135,7 @@ def pair(text: str) -> tuple[int, int]:
 def direction(text: str) -> tuple[float, float, float]:
     """Convert the name of an axis, or three numbers with commas between them, into a direction."""
     try:
-        x, y, z = AXES.get(text.strip().lower()) or (float(word) for word in text.split(","))
+        x, y, z = AXES.get(text.strip().lower()) or (finite_number(word) for word in text.split(","))
     except ValueError as error:
         raise ValueError(f"got {text!r}; expected an axis such as y or -x, or three numbers with commas") from error
     return x, y, z
@@ -117,7 +148,7 @@ def _direction_text(given: tuple[float, ...]) -> str:
 
 def _one_or_two(text: str) -> tuple[float, ...]:
     try:
-        numbers = tuple(float(word) for word in text.split(","))
+        numbers = tuple(finite_number(word) for word in text.split(","))
     except ValueError:
         numbers = ()
     if len(numbers) not in (1, 2):
@@ -133,7 +164,7 @@ def _choice(known: tuple[str, ...], word: str) -> str:
 
 def _sizes(words: list[str]) -> tuple[float | None, ...]:
     try:
-        return tuple(None if word == FREE else float(word) for word in words)
+        return tuple(None if word == FREE else finite_number(word) for word in words)
     except ValueError as error:
         raise ValueError(f"got {' '.join(words)!r}; expected two numbers of cm, or {FREE} for either") from error
 
@@ -142,7 +173,7 @@ def panel_direction(text: str) -> tuple[int | str, tuple[float, float]]:
     """Convert the name of a panel and its direction, ``PANEL=U,V``."""
     name, _, words = text.rpartition("=")
     try:
-        u, v = (float(word) for word in words.split(","))
+        u, v = (finite_number(word) for word in words.split(","))
     except ValueError as error:
         raise ValueError(f"got {text!r}; expected a panel and its direction in the texture, PANEL=U,V") from error
     return _panel(name, text), (u, v)
@@ -158,7 +189,7 @@ def _panel(name: str, text: str) -> int | str:
     """Return the number of a panel, or its name."""
     if not name.strip():
         raise ValueError(f"got {text!r}; expected the number or the name of a panel")
-    return int(name) if name.isdecimal() else name.strip()
+    return whole_number(name) if name.isdecimal() else name.strip()
 
 
 Pair = Annotated[tuple[int, int], parsed_by(pair, "V,W")]
@@ -273,14 +304,14 @@ def _numbers(kind: Any, count: Any, combine: Callable[[list[Any]], Any]) -> Prim
         count: number of words, or ``*`` for any number.
         combine: function that makes the value from the list of numbers.
     """
-    name, metavar = NUMBER_NAMES[kind]
+    name, metavar, bound = NUMBER_NAMES[kind]
 
     def parse_words(words: list[str]) -> Any:
         try:
-            return combine([kind(word) for word in words])
+            return combine([PARSERS[kind](word) for word in words])
         except ValueError as error:
             expected = f"a {name}" if count == 1 else f"{name}s"
-            raise ValueError(f"got {' '.join(words)!r}; expected {expected}") from error
+            raise ValueError(f"got {' '.join(words)!r}; expected {expected} ({bound})") from error
 
     return PrimitiveConstructorSpec(
         nargs=count,

@@ -42,13 +42,16 @@ from stitchmesh.cli.commands.swatch import Swatch
 from stitchmesh.cli.commands.tessellate import Tessellate
 from stitchmesh.cli.commands.view import View
 from stitchmesh.cli.commands.yarns import Yarns
+from stitchmesh.cli.fault import FAULT, fault_of
 from stitchmesh.compute.threads import set_threads
-from stitchmesh.errors import StitchMeshError
+from stitchmesh.errors import StitchMeshError, is_interrupt
 from stitchmesh.io.disk_refusal import FULL, refusal
 from stitchmesh.io.outputs import guarded_outputs
 
 INTERRUPTED = 130
 """Exit status after an interrupt from the keyboard."""
+INTERRUPTION = "interrupted; files that have been written are complete"
+"""Line after an interrupt."""
 DESCRIPTION = "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --version` prints the version."
 COMMANDS = (
     Knit, Label, Tessellate, Pattern, Capture, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Outline, Swatch, Stretch,
@@ -79,23 +82,42 @@ def main(argv: Sequence[str] | None = None) -> int:
             status = command.run()
         sys.stdout.flush()
     except StitchMeshError as error:
-        with suppress(OSError):  # The disk of standard error is full too.
-            print(f"{type(error).__name__}: {error}", file=sys.stderr)
+        _say(f"{type(error).__name__}: {error}")
+        return BAD_INPUT
+    except MemoryError:
+        _say("MemoryError: the memory that is free is not enough for this input; make less of it, or free memory")
         return BAD_INPUT
     except KeyboardInterrupt:
-        print("interrupted; files that have been written are complete", file=sys.stderr)
+        _say(INTERRUPTION)
         return INTERRUPTED
     except BrokenPipeError:  # The reader of the output, for example `head`, has ended.
         _discard_output()
         return 0
     except OSError as error:
         if error.errno not in FULL:
-            raise
+            return _fault(error)
         _discard_output()
-        with suppress(OSError):
-            print(f"{error.filename or 'standard output'}: cannot be written {refusal(error)}", file=sys.stderr)
+        _say(f"{error.filename or 'standard output'}: cannot be written {refusal(error)}")
         return BAD_INPUT
+    except Exception as error:  # No part of the program expects it, so no status of another end may stand for it.
+        if is_interrupt(error):
+            _say(INTERRUPTION)
+            return INTERRUPTED
+        return _fault(error)
     return status or 0
+
+
+def _fault(error: Exception) -> int:
+    """Say that the program is at fault, and return the exit status."""
+    fault = fault_of(error)
+    _say(f"{type(fault).__name__}: {fault}")
+    return FAULT
+
+
+def _say(line: str) -> None:
+    """Print a line to standard error."""
+    with suppress(OSError):  # The disk of standard error is full too.
+        print(line, file=sys.stderr)
 
 
 def _writes(command: Command) -> bool:

@@ -14,8 +14,10 @@ import math
 import os
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import warp as wp
+if TYPE_CHECKING:
+    import warp as wp
 
 try:
     import resource

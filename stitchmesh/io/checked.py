@@ -37,6 +37,11 @@ KIND_NAMES = {
 MAX_CHARACTERS = 60
 """Number of characters of a value that a message shows."""
 
+DEEPEST = 50
+"""Largest number of lists and objects within one another. What follows a value calls itself a few times for each of
+them, and Python permits 1,000 calls in all; no file of this program has more than ten."""
+TOO_DEEP = f"is nested too deeply; expected at most {DEEPEST} lists and objects within one another"
+
 T = TypeVar("T")
 
 
@@ -44,14 +49,29 @@ def parse_json(text: str) -> object:
     """Return the value of a JSON text.
 
     Raises:
-        ParameterError: the text is not valid JSON, or is nested too deeply.
+        ParameterError: the text is not valid JSON, or is nested more than ``DEEPEST`` times.
     """
     try:
-        return msgspec.json.decode(text)
+        return check_depth(msgspec.json.decode(text))
     except msgspec.DecodeError as error:
         raise ParameterError(f"is no JSON ({str(error).removeprefix('JSON is malformed: ')})") from error
     except RecursionError as error:
-        raise ParameterError("is no JSON that can be read; it is nested too deeply") from error
+        raise ParameterError(TOO_DEEP) from error
+
+
+def check_depth(value: T) -> T:
+    """Check that lists and objects do not lie too deep within one another, and return the value.
+
+    Raises:
+        ParameterError: they are nested more than ``DEEPEST`` times.
+    """
+    level: list[Any] = [value]
+    for _ in range(DEEPEST + 1):
+        level = [one for one in level if isinstance(one, dict | list)]
+        if not level:
+            return value
+        level = [part for one in level for part in (one.values() if isinstance(one, dict) else one)]
+    raise ParameterError(TOO_DEEP)
 
 
 def plain_value(value: object) -> object:

@@ -15,7 +15,8 @@ def read_json(path: FilePath) -> object:
     """Read the value of a JSON file.
 
     Raises:
-        FileError: the file cannot be read, is no text in UTF-8 or no JSON, or is nested too deeply.
+        FileError: the file cannot be read, is no text in UTF-8 or no JSON, or is nested more than
+            ``checked.DEEPEST`` times.
     """
     content = read_bytes(path)
     try:

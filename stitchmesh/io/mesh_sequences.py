@@ -13,10 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from stitchmesh.errors import FileError, MeshError, ParameterError
+from stitchmesh.errors import FileError, MeshError, ParameterError, check_positive
 from stitchmesh.io.contents import FilePath, check_path
 from stitchmesh.io.mesh_formats.usd_mesh import read_usd_mesh, write_usd_mesh
 from stitchmesh.io.meshes import FORMATS, read_mesh
+from stitchmesh.io.path_kind import entries_of, is_folder
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
 from stitchmesh.mesh import FloatArray, Mesh
 from stitchmesh.mesh.vertex_motion import FRAMES_PER_SECOND, MovingMesh, VertexMotion
@@ -42,9 +43,8 @@ def read_moving_mesh(
         MeshError: the polygons do not form an oriented manifold surface.
     """
     check_path(path)
-    if not (np.isfinite(frames_per_second) and frames_per_second > 0.0):
-        raise ParameterError(f"frames per second: got {frames_per_second}; expected a positive number")
-    if Path(path).is_dir():
+    check_positive("frames per second", frames_per_second)
+    if is_folder(path):
         return _of_folder(Path(path), unit, frames_per_second)
     if Path(path).suffix.lower() not in USD:
         expected = f"expected a folder with a mesh for each frame, or a file {' '.join(USD)}"
@@ -77,7 +77,7 @@ def _of_folder(folder: Path, unit: str, frames_per_second: float) -> MovingMesh:
 def _numbered(folder: Path) -> dict[int, Path]:
     """The mesh files of a folder by their numbers, in the order of these."""
     files: dict[int, Path] = {}
-    for path in sorted(folder.iterdir()):
+    for path in entries_of(folder):
         found = re.search(r"(\d+)$", path.stem)
         if path.suffix.lower() not in FORMATS or found is None:
             continue

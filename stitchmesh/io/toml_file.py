@@ -16,7 +16,7 @@ from os import fspath
 from typing import Any, TypeVar
 
 from stitchmesh.errors import FileError, ParameterError
-from stitchmesh.io.checked import check_table
+from stitchmesh.io.checked import TOO_DEEP, check_depth, check_table
 from stitchmesh.io.contents import FilePath, read_bytes, suffix_of
 
 SUFFIX = ".toml"
@@ -32,7 +32,7 @@ def read_table(path: FilePath) -> dict[str, Any]:
     """Read the table of a TOML file.
 
     Raises:
-        FileError: the file cannot be read, has another suffix, or is not TOML.
+        FileError: the file cannot be read, has another suffix, is not TOML, or is nested more than ``DEEPEST`` times.
     """
     name = fspath(path)
     suffix_of(path, [SUFFIX])
@@ -41,11 +41,13 @@ def read_table(path: FilePath) -> dict[str, Any]:
         parts = (piece.count(".") for piece in KEY_ENDS.split(text))
         if sum(count**2 for count in parts if count > USUAL_PARTS) > MOST_PARTS**2:
             raise FileError(f"{name}: has keys of very many parts; expected at most {USUAL_PARTS} each")
-        return tomllib.loads(text)
+        return check_depth(tomllib.loads(text))
     except ValueError as error:  # Of the syntax, of the encoding, or of a number with thousands of digits.
         raise FileError(f"{name}: is no TOML ({error})") from error
     except RecursionError as error:
-        raise FileError(f"{name}: is no TOML that can be read; it is nested too deeply") from error
+        raise FileError(f"{name}: {TOO_DEEP}") from error
+    except ParameterError as error:
+        raise FileError(f"{name}: {error}") from error
 
 
 def read_dataclass(path: FilePath, kind: type[T]) -> T:

@@ -18,19 +18,18 @@ from __future__ import annotations
 
 import dataclasses
 import logging
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from os import fspath
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.errors import FileError, ParameterError, YarnError, check_kind
+from stitchmesh.errors import FileError, ParameterError, YarnError, check_kind, check_positive
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
+from stitchmesh.io.path_kind import is_folder
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
 from stitchmesh.io.yarn_formats import bcc
 from stitchmesh.io.yarn_formats.gltf import tubes_error, write_glb
@@ -92,8 +91,8 @@ def read_yarns(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None
         FileError: the file cannot be read, is malformed, or its suffix is unknown.
     """
     scale = centimetres(unit)
-    if radius is not None and not (math.isfinite(radius) and radius > 0.0):
-        raise ParameterError(f"radius: got {radius}; expected a positive number of cm")
+    if radius is not None:
+        check_positive("radius", radius, "cm")
     yarn_format = FORMATS[suffix_of(path, FORMATS)]
     try:
         return yarn_format.read(path, scale, radius)
@@ -143,7 +142,7 @@ def check_writable(path: FilePath, yarns: YarnSet) -> None:
     """
     if suffix_of(path, FORMATS) == ".pyp":
         check_pyp(path, yarns)
-    if Path(path).is_dir():
+    if is_folder(path):
         raise FileError(f"{fspath(path)}: is a folder; expected the name of a file to write")
 
 

@@ -15,11 +15,12 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.editing.edit import Edit
 from stitchmesh.io.checkpoint_file import previous_path
 from stitchmesh.io.contents import read_bytes
+from stitchmesh.io.path_kind import is_file
 from stitchmesh.io.state_saver import StateSaver
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.jobs.budget_stage import chosen_quality
 from stitchmesh.jobs.job import recipe_of
-from stitchmesh.jobs.job_memory import check_memory, found_memory, garment_memory
+from stitchmesh.jobs.job_memory import check_job_memory, found_memory, garment_memory
 from stitchmesh.jobs.kept_stages import stage_key
 from stitchmesh.jobs.stage_files import fabric_stage, found_stage, relaxation_stage, yarns_stage
 from stitchmesh.jobs.stage_run import JobRun, cut_short
@@ -115,9 +116,9 @@ def _check_memory(run: JobRun, options: KnitOptions, device: str, memory_at: Cal
     """Refuse a job that does not fit into the memory, and report what it needs.
 
     Raises:
-        ParameterError: as for ``check_memory``.
+        ParameterError: as for ``check_job_memory``.
     """
-    run.report["memory"] = check_memory(
+    run.report["memory"] = check_job_memory(
         memory_at, quality_named(options.quality), device,
         "wider stitches, a smaller mesh, or no pictures (render = [])",
     )  # fmt: skip
@@ -203,11 +204,11 @@ def _relaxed(
     stage = relaxation_stage("relax_yarns", stage_key("relax_yarns", fabric, yarns, given, quality, _processor(device)))
     folder = run.kept.folder_of(stage)
     checkpoint = folder / CHECKPOINT
-    run.check_resume(stage, stopped=checkpoint.is_file())
+    run.check_resume(stage, stopped=is_file(checkpoint))
 
     def relax(report: dict[str, Any]) -> Relaxation:
         """Relax the yarns from their beginning or from the checkpoint."""
-        saver, continues = StateSaver(run.folder, run.report, yarns), checkpoint.is_file()
+        saver, continues = StateSaver(run.folder, run.report, yarns), is_file(checkpoint)
         checkpoints = Checkpoints(folder, run.job.relax_yarns.checkpoint_every)
         relaxation = replace(chosen, checkpoint=checkpoints, resume=checkpoint if continues else None)
         before = seconds_of(checkpoint) if continues else 0.0

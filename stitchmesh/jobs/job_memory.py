@@ -14,26 +14,18 @@ import numpy as np
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.free_memory import available_memory
-from stitchmesh.errors import ParameterError
 from stitchmesh.jobs.sections import RenderTable, SwatchTable
+from stitchmesh.memory_need import GIGABYTE, check_memory, picture_memory, relaxation_memory, stage_memory
 from stitchmesh.mesh import BORDER, TOP, StitchMesh
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_budget import stitches_of
 from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.quality import PRESETS, Quality
-from stitchmesh.recipe.estimate import BASE_MEMORY, bytes_per_point, control_points, estimate_garment, stage_memory
+from stitchmesh.recipe.estimate import control_points, estimate_garment
 
-GIGABYTE = 1e9
-"""Bytes in the unit of the messages."""
 KEPT, BYTES_PER_KEPT_POINT = 25e6, 540.0
 """Additional memory of a job, and for each control point in float32, for the results of earlier stages and the states
 of checkpoints [bytes]."""
-ON_GPU, ON_GPU_PER_SAMPLE = 1_315.0, 22.0
-"""Memory of a relaxation on a GPU for each control point, and additional memory for each of its contact samples times
-the control points of a stitch, with which candidate lists become longer, in float32 [bytes]."""
-RENDERER, BYTES_PER_PIXEL, BYTES_PER_DRAWN_POINT = 680e6, 500.0, 3_100.0
-"""Memory of a job that draws a picture without a GPU: with the renderer, for each pixel, and for each control point
-[bytes]. A part of it takes the place of memory that the relaxation has given back."""
 
 
 def garment_memory(
@@ -61,7 +53,7 @@ def _largest_memory(
 ) -> float:
     """Memory of a job, given the largest one of its stages on a CPU [bytes]."""
     if device_named(device).is_cuda:
-        return memory_on_gpu(points, quality)
+        return relaxation_memory(points, quality, on_gpu=True)
     return max(largest + _kept_memory(points, quality), _picture_memory(points, pictures))
 
 
@@ -71,16 +63,10 @@ def swatch_memory(swatch: SwatchTable, quality: Quality, device: str, pictures: 
     stitches = stitches_of(resolve_pattern(swatch.pattern)) * swatch.columns * swatch.rows
     points = stitches * quality.control_points_per_stitch * (quality.refinement if free else 1.0)
     if device_named(device).is_cuda:
-        return memory_on_gpu(points, quality)
+        return relaxation_memory(points, quality, on_gpu=True)
     drawn = points * max((picture.tiles[0] * picture.tiles[1] for picture in pictures), default=0)
-    relaxed = BASE_MEMORY + points * bytes_per_point(quality) + _kept_memory(points, quality)
+    relaxed = relaxation_memory(points, quality, on_gpu=False) + _kept_memory(points, quality)
     return max(relaxed, _picture_memory(drawn, pictures))
-
-
-def memory_on_gpu(points: float, quality: Quality) -> float:
-    """Return the memory of a relaxation on a GPU [bytes]."""
-    listed = ON_GPU_PER_SAMPLE * quality.contact_samples * quality.control_points_per_stitch
-    return points * (ON_GPU + listed) * (2.0 if quality.precision == "float64" else 1.0)
 
 
 def _kept_memory(points: float, quality: Quality) -> float:
@@ -89,12 +75,14 @@ def _kept_memory(points: float, quality: Quality) -> float:
 
 
 def _picture_memory(points: float, pictures: Sequence[RenderTable]) -> float:
-    """Return the memory of a job while it draws its largest picture [bytes]; 0 without pictures."""
-    pixels = max((picture.size[0] * picture.size[1] for picture in pictures), default=0)
-    return RENDERER + BYTES_PER_PIXEL * pixels + BYTES_PER_DRAWN_POINT * points if pixels else 0.0
+    """Return the memory of a job while it draws its largest picture [bytes]; 0 without pictures.
+
+    A part of it takes the place of memory that the relaxation has given back.
+    """
+    return picture_memory(points, max((picture.size[0] * picture.size[1] for picture in pictures), default=0))
 
 
-def check_memory(
+def check_job_memory(
     memory_at: Callable[[Quality], float], quality: Quality, device: str, smaller: str, available: float | None = None
 ) -> dict[str, float]:
     """Compare the memory of a job with what its device has, and return both for the report [GB].
@@ -111,11 +99,8 @@ def check_memory(
     """
     free = available_memory(device_named(device)) if available is None else available
     needed = memory_at(quality)
-    if needed <= free:
-        return {"estimate_gb": round(needed / GIGABYTE, 3), "available_gb": round(free / GIGABYTE, 3)}
-    found = f"needs about {needed / GIGABYTE:.3g} GB, and {device} has {free / GIGABYTE:.3g} GB free"
-    fits = [name for name, preset in reversed(PRESETS.items()) if memory_at(preset) <= free]
     remedy = smaller
-    if fits:
+    if needed > free and (fits := [name for name, preset in reversed(PRESETS.items()) if memory_at(preset) <= free]):
         remedy = f"quality {fits[0]}, which needs about {memory_at(PRESETS[fits[0]]) / GIGABYTE:.3g} GB"
-    raise ParameterError(f"memory: the job {found}; expected {remedy}")
+    check_memory("the job", needed, remedy, where=device, free=free)
+    return {"estimate_gb": round(needed / GIGABYTE, 3), "available_gb": round(free / GIGABYTE, 3)}

@@ -17,6 +17,7 @@ from typing import Any
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath
+from stitchmesh.io.path_kind import whole_path
 from stitchmesh.jobs.job import Job
 from stitchmesh.recipe.recipe_file import (
     edits_with_paths,
@@ -68,7 +69,7 @@ def _checked(file: FilePath, folders: Sequence[FilePath], seen: list[str]) -> Ca
 
     def check(path: str) -> str:
         """Return a path that leads into one of the folders."""
-        found, roots = Path(path).resolve(), [Path(folder).resolve() for folder in folders]
+        found, roots = whole_path(path), [whole_path(folder) for folder in folders]
         if not any(found.is_relative_to(root) for root in roots):
             raise FileError(
                 f"{fspath(file)}: names {found}, which is outside the project; expected a file in {roots[0]} or in the "

@@ -18,6 +18,7 @@ from stitchmesh.io.atomic import write_json
 from stitchmesh.io.checked import check_table
 from stitchmesh.io.folder_lock import FolderLock, is_locked
 from stitchmesh.io.json_file import read_json
+from stitchmesh.io.path_kind import is_file
 from stitchmesh.progress import seconds_left
 
 STATUS = "status.json"
@@ -141,7 +142,7 @@ def read_status(folder: Path) -> JobStatus:
         FileError: the folder has no job, or its file is damaged.
     """
     path = folder / STATUS
-    if not path.is_file():
+    if not is_file(path):
         raise FileError(f"{folder}: holds no {STATUS}; expected the folder of a job that `stitchmesh run` has started")
     try:
         found = check_table(read_json(path), JobStatus)

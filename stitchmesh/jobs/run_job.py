@@ -16,7 +16,7 @@ from typing import Any
 from stitchmesh import __version__
 from stitchmesh.budget.budget import FILES, START_OF_RENDERER, Budget
 from stitchmesh.budget.plan import limit_of
-from stitchmesh.errors import FileError, StitchMeshError
+from stitchmesh.errors import FileError, StitchMeshError, is_interrupt
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.folder_lock import FolderLock
 from stitchmesh.io.history import write_history
@@ -25,7 +25,7 @@ from stitchmesh.io.part_folder import remove_stale_parts
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.jobs.garment_stages import make_garment
 from stitchmesh.jobs.job import Job
-from stitchmesh.jobs.job_status import JobLog, Listener
+from stitchmesh.jobs.job_status import JobLog, Listener, State
 from stitchmesh.jobs.kept_stages import KeptStages
 from stitchmesh.jobs.pictures import PLOT, draw_convergence, draw_yarns
 from stitchmesh.jobs.stage_run import JobRun
@@ -166,14 +166,22 @@ def _has_time_to_draw(run: JobRun) -> bool:
 
 @contextmanager
 def end_reported(log: JobLog) -> Iterator[None]:
-    """Report how the block ends."""
+    """Report how the block ends, whatever ends it; only a killed process cannot say it."""
     try:
         yield
-        log.close("finished")
-    except (JobStopped, KeyboardInterrupt):
-        log.close("stopped")
-        raise
-    except StitchMeshError as error:
+    except BaseException as error:
+        stopped = isinstance(error, JobStopped) or is_interrupt(error)
+        note = str(error) if isinstance(error, StitchMeshError) else f"{type(error).__name__}: {error}"
         with suppress(FileError):  # A full disk refuses the status too, and a folder that was removed.
-            log.close("failed", str(error))
+            _close(log, "stopped", "") if stopped else _close(log, "failed", note)
+        raise
+    _close(log, "finished", "")
+
+
+def _close(log: JobLog, state: State, note: str) -> None:
+    """Report the end; a second interrupt, while the first is reported, does not leave the job running."""
+    try:
+        log.close(state, note)
+    except KeyboardInterrupt:
+        log.close(state, note)
         raise

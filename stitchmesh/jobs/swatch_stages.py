@@ -15,7 +15,7 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.io.state_saver import StateSaver
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.jobs.budget_stage import chosen_quality
-from stitchmesh.jobs.job_memory import check_memory, swatch_memory
+from stitchmesh.jobs.job_memory import check_job_memory, swatch_memory
 from stitchmesh.jobs.kept_relaxations import KeptRelaxations
 from stitchmesh.jobs.kept_stages import stage_key
 from stitchmesh.jobs.sections import SwatchTable
@@ -46,7 +46,7 @@ def relax_swatch(run: JobRun, table: SwatchTable) -> Swatch:
     options = {"quality": name, "material": table.material, "stiffness": list(table.stiffness)}
     run.report |= head | {"options": options | arguments | {"rest_lengths": asdict(arguments["rest_lengths"])}}
     run.report |= {"quality": asdict(given)}
-    run.report["memory"] = check_memory(
+    run.report["memory"] = check_job_memory(
         lambda quality: swatch_memory(table, quality, device, run.job.render), given, device,
         "fewer repeats, or no pictures (render = [])",
     )  # fmt: skip

@@ -6,9 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_positive
 
 ASPECT = 0.77
 """Course spacing divided by wale spacing of relaxed plain knit."""
@@ -17,6 +15,9 @@ STITCH_WIDTH = 0.8
 ALPHA = 0.9
 """Part of the surface that unstressed stitches cover; with 1, rows in narrow places are compressed until they buckle
 sideways."""
+
+LEAST_ALPHA = 1e-4
+"""Smallest part; unstressed stitches are then a hundredth as wide as their place."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,8 +37,7 @@ class MeshRelaxOptions:
     """Whether stitches that are smaller than at rest resist a further loss of area."""
 
     def __post_init__(self) -> None:
-        if self.aspect is not None and not (np.isfinite(self.aspect) and self.aspect > 0.0):
-            expected = "a positive number, course spacing over wale spacing"
-            raise ParameterError(f"aspect: got {self.aspect}; expected {expected}")
-        if not 0.0 < self.alpha <= 1.0:
-            raise ParameterError(f"alpha: got {self.alpha}; expected a part of the area, above 0 and at most 1")
+        if self.aspect is not None:
+            check_positive("aspect", self.aspect, "(course spacing over wale spacing)")
+        if not LEAST_ALPHA <= self.alpha <= 1.0:
+            raise ParameterError(f"alpha: got {self.alpha}; expected a part of the area, {LEAST_ALPHA:g} to 1")

@@ -32,7 +32,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.dynamics.equilibrium import AfterIteration
 from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.measured_budget import node_budget
-from stitchmesh.mixed.memory import check_memory
+from stitchmesh.mixed.memory import check_scene_memory
 from stitchmesh.mixed.output.display import Display, Shown
 from stitchmesh.mixed.output.displays import Displays
 from stitchmesh.mixed.output.files import ANIMATION, MAPS, SURFACE, YARNS, RunFiles
@@ -171,7 +171,7 @@ def _drape(
         state = read_run(target / NAME, run_inputs(prepared, device)) if resume and target is not None else None
         start = _start(prepared, device, progress, control) if state is None else _resumed(prepared, state)
         may_grow_to = start.budget.nodes if given.region.changes_every is not None else 0
-        check_memory(start.prepared.region, available_memory(device), contact=contact, may_grow_to=may_grow_to)
+        check_scene_memory(start.prepared.region, available_memory(device), contact=contact, may_grow_to=may_grow_to)
         run = _Run(start, target, device)
         if state is not None:
             run.resume(state)

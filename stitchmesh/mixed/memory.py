@@ -13,11 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.memory_need import BASE_MEMORY, check_memory
 from stitchmesh.mixed.enrichment.region import HYBRID, Region
 
-BASE = 300e6
-"""Memory of the program with its libraries [bytes]."""
 PER_LAID_NODE, PER_NODE, PER_VERTEX = 2_500.0, 3_500.0, 25_000.0
 """Memory for each node of the layout, for each simulated node, and for each vertex with its triangles [bytes]."""
 PER_NODE_IN_CONTACT, PER_VERTEX_IN_CONTACT = 1_500.0, 45_000.0
@@ -54,7 +52,7 @@ def estimate_memory(region: Region, *, contact: bool, may_grow_to: int = 0) -> M
     hybrid = max(hybrid, int(np.ceil(vertices * min(may_grow_to / max(laid, 1), 1.0))))
     each = PER_NODE + PER_NODE_IN_CONTACT * contact
     of_vertices = vertices * (PER_VERTEX + PER_VERTEX_IN_CONTACT * contact)
-    total = BASE + PER_LAID_NODE * laid + each * nodes + of_vertices + PER_PAIR * hybrid**2
+    total = BASE_MEMORY + PER_LAID_NODE * laid + each * nodes + of_vertices + PER_PAIR * hybrid**2
     return MemoryEstimate(total, each)
 
 
@@ -64,27 +62,22 @@ def check_layout_memory(nodes: float, available: float) -> None:
     Raises:
         ParameterError: it does not; the message says how much it needs and how many nodes would fit.
     """
-    needed = BASE + PER_LAID_NODE * nodes
-    if needed > available:
-        found = f"about {nodes:,.3g} crossings of yarns, which need about {needed / 1e9:.3g} GB"
-        fit = max(int((available - BASE) / PER_LAID_NODE), 0)
-        raise ParameterError(
-            f"yarns: {found}, and {available / 1e9:.3g} GB are free; expected fewer yarns for each cm, or a smaller "
-            f"cloth, for at most {fit:,} crossings"
-        )
+    fit = max(int((available - BASE_MEMORY) / PER_LAID_NODE), 0)
+    check_memory(
+        f"a cloth with about {nodes:,.3g} crossings of yarns", BASE_MEMORY + PER_LAID_NODE * nodes,
+        f"fewer yarns for each cm, or a smaller cloth, for at most {fit:,} crossings", free=available,
+    )  # fmt: skip
 
 
-def check_memory(region: Region, available: float, *, contact: bool, may_grow_to: int = 0) -> MemoryEstimate:
+def check_scene_memory(region: Region, available: float, *, contact: bool, may_grow_to: int = 0) -> MemoryEstimate:
     """Check that a scene fits into a memory, and return what it needs; arguments as for ``estimate_memory``.
 
     Raises:
         ParameterError: it does not; the message says how much it needs and what region would fit.
     """
     needed = estimate_memory(region, contact=contact, may_grow_to=may_grow_to)
-    if needed.total <= available:
-        return needed
     nodes = max(len(region.nodes), may_grow_to)
     fit = needed.nodes_within(available, nodes)
-    found = f"needs about {needed.total / 1e9:.3g} GB for {nodes:,} yarn nodes"
     remedy = f"a region of at most {fit:,} yarn nodes" if fit else "longer edges of triangles and a smaller cloth"
-    raise ParameterError(f"scene: {found}, and {available / 1e9:.3g} GB are free; expected {remedy}")
+    check_memory(f"the scene with {nodes:,} yarn nodes", needed.total, remedy, free=available)
+    return needed

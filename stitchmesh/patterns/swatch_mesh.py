@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError, check_kind
+from stitchmesh.errors import ParameterError, check_kind, check_positive
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.connectivity import find_twins
 from stitchmesh.mesh.stitch import Stitch
@@ -49,8 +49,7 @@ def check_swatch_size(columns: int, rows: int, stitch_width: float, stitch_heigh
         if number < 1:
             raise ParameterError(f"{name}: got {number}; expected at least 1")
     for name, size in (("stitch width", stitch_width), ("stitch height", stitch_height)):
-        if not (np.isfinite(size) and size > 0.0):
-            raise ParameterError(f"{name}: got {size} cm; expected a positive number")
+        check_positive(name, size, "cm")
 
 
 def plain_piece(columns: int, rows: int, stitch_width: float, stitch_height: float) -> StitchMesh:

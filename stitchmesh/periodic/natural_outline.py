@@ -9,8 +9,9 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.io.contents import FilePath
+from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_STITCH, check_memory
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.meshrelax.dynamics import Progress
 from stitchmesh.meshrelax.free.free_shape import FreeShape
@@ -77,8 +78,7 @@ def outline_mesh(
     if form not in get_args(Form):
         raise ParameterError(f"form: got {form!r}; expected {', '.join(get_args(Form)[:-1])} or {get_args(Form)[-1]}")
     for name, size in (("stitch_width", stitch_width), ("aspect", aspect)):
-        if not (np.isfinite(size) and size > 0.0):
-            raise ParameterError(f"{name}: got {size}; expected a positive number")
+        check_positive(name, size)
     whole = 1 if form == "lattice" else PIECE
     columns = -(-whole // pattern.width) if columns is None else columns
     rows = -(-whole // pattern.height) if rows is None else rows
@@ -86,6 +86,10 @@ def outline_mesh(
     if stitches > MOST_STITCHES:
         found = f"{columns} x {rows} repeats have {stitches:,} stitches"
         raise ParameterError(f"columns, rows: {found}; expected at most {MOST_STITCHES:,}")
+    check_memory(
+        f"an outline of {stitches:,} stitches", BASE_MEMORY + BYTES_PER_STITCH["meshrelax"] * stitches,
+        "fewer columns and rows",
+    )  # fmt: skip
     drawn = MAKERS[form](pattern, columns, rows, stitch_width=stitch_width, stitch_height=aspect * stitch_width)
     return _at_mean_size(drawn) if form != "lattice" else drawn
 

@@ -34,8 +34,10 @@ from stitchmesh.budget.budget import Budget
 from stitchmesh.budget.plan import limit_of
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.history import HistoryEntry
+from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_KEPT_POINT, check_memory
 from stitchmesh.mesh import FloatArray
 from stitchmesh.patterns import Pattern
+from stitchmesh.periodic.kept_states import check_kept_states
 from stitchmesh.periodic.relaxation.continuation import change_period, size_of
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
 from stitchmesh.periodic.relaxation.support import planes
@@ -200,6 +202,7 @@ def _stretch(
         raise ParameterError(f"{name}: got one for a stretch test, which begins at the free cell; leave it out")
     quality = refine_for_tension(quality_named(quality))
     prepared = prepare_swatch(pattern, material=material, quality=quality, device=device, relax_cell=True, **options)
+    check_kept_states("stretch", steps, prepared.yarns)
     of_entries: Callable[[HistoryEntry], None] | Literal[False] | None = on_entry
     if on_entry is None and progress is False:
         of_entries = False
@@ -257,6 +260,7 @@ def choose_strains(
         raise ParameterError(f"{direction}: got {100 * first:g} % twice; expected two different strains")
     if steps < 2:
         raise ParameterError(f"steps: got {steps}; expected at least 2")
+    check_memory(f"a stretch test of {steps:,} strains", BASE_MEMORY + BYTES_PER_KEPT_POINT * steps, "fewer steps")
     return direction, np.linspace(first, last, steps)
 
 

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.yarn.rest_length import RestLengths
 
 YARN_RADIUS = 0.125
@@ -73,12 +73,12 @@ class SwatchOptions:
         lengths = {"yarn radius": self.yarn_radius, "drawn radius": self.drawn_radius, "loop length": self.loop_length,
                    "period width": self.period[0], "period height": self.period[1]}  # fmt: skip
         for name, value in lengths.items():
-            if value is not None and not (np.isfinite(value) and value > 0.0):
-                raise ParameterError(f"{name}: got {value} cm; expected a positive number")
+            if value is not None:
+                check_positive(name, value, "cm")
         if not (np.isfinite(self.gamma) and GAMMAS[0] <= self.gamma <= GAMMAS[1]):
             raise ParameterError(f"gamma: got {self.gamma}; expected {GAMMAS[0]:g} to {GAMMAS[1]:g}")
-        if self.blocked is not None and not (np.isfinite(self.blocked) and self.blocked > 0.0):
-            raise ParameterError(f"blocked: got {self.blocked} dyn/cm; expected a positive tension")
+        if self.blocked is not None:
+            check_positive("blocked", self.blocked, "dyn/cm")
         if self.longest_float < 0:
             raise ParameterError(f"longest float: got {self.longest_float} stitches; expected 0 or more")
         if self.rest_lengths.loop_length is not None:

@@ -18,6 +18,7 @@ import numpy as np
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.threads import thread_count
 from stitchmesh.errors import check_kind
+from stitchmesh.memory_need import stage_memory
 from stitchmesh.mesh import BOTTOM, TOP, FloatArray, StitchMesh
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named
 from stitchmesh.tessellate.counts import EdgeName
@@ -53,14 +54,6 @@ SECONDS_PER_ITERATION = {"cpu": 2e-4, "cuda": 2e-4}
 """Additional time of each iteration [s]."""
 SECONDS_TO_START = {"cpu": 0.2, "cuda": 0.2}
 """Time until the first iteration, with loaded kernels [s]."""
-BASE_MEMORY = 275e6
-"""Memory of the program with its libraries [bytes]."""
-BYTES_PER_STITCH = {"tessellate": 2_000.0, "meshrelax": 12_000.0}
-"""Memory of the stages before the yarns [bytes]."""
-BYTES_PER_POINT = {"yarngen": 1_500.0, "yarnrelax": 1_430.0}
-"""Memory of the stages of yarns for each control point [bytes]; twice as much in float64 for the relaxation."""
-BYTES_PER_SAMPLE = 490.0
-"""Additional memory of the relaxation for each contact sample of a control point in float32 [bytes]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,19 +184,6 @@ def _stages(stitches: int, points: int, iterations: float, quality: Quality, dev
     seconds["yarnrelax"] = SECONDS_TO_START[device] + iterations * an_iteration
     memory = stage_memory(stitches, points, quality)
     return {name: StageCost(seconds=time, memory=memory[name]) for name, time in seconds.items()}
-
-
-def stage_memory(stitches: int, points: int, quality: Quality) -> dict[str, float]:
-    """Return the largest memory of the program in each stage [bytes]."""
-    memory = {name: size * stitches for name, size in BYTES_PER_STITCH.items()}
-    memory |= {"yarngen": BYTES_PER_POINT["yarngen"] * points, "yarnrelax": bytes_per_point(quality) * points}
-    return {name: BASE_MEMORY + own for name, own in memory.items()}
-
-
-def bytes_per_point(quality: Quality) -> float:
-    """Return the memory of a relaxation for each control point [bytes]."""
-    digits = 2.0 if quality.precision == "float64" else 1.0
-    return digits * (BYTES_PER_POINT["yarnrelax"] + BYTES_PER_SAMPLE * quality.contact_samples)
 
 
 def _iterations(labeled: StitchMesh, stitches: int, quality: Quality) -> float:

@@ -21,6 +21,7 @@ from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.checked import check_table
 from stitchmesh.io.contents import FilePath, suffix_of
+from stitchmesh.io.path_kind import whole_path
 from stitchmesh.io.toml_file import SUFFIX, changed_fields, read_table, table_lines
 from stitchmesh.recipe.recipe import Recipe, RecipePattern
 from stitchmesh.selection import parse_selection
@@ -63,7 +64,7 @@ def write_recipe(path: FilePath, recipe: Recipe) -> None:
         FileError: the file cannot be written, or its suffix is not ``.toml``.
     """
     suffix_of(path, [SUFFIX])
-    folder = Path(path).resolve().parent
+    folder = whole_path(path).parent
     moved = recipe_with_paths(recipe, lambda inside: Path(os.path.relpath(inside, folder)).as_posix())
     write_text(path, HEADER + "\n" + "\n".join(table_lines(_table_of(moved), comments=COMMENTS)) + "\n")
 

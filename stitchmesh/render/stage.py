@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath, suffix_of
+from stitchmesh.memory_need import check_memory, picture_memory
 from stitchmesh.mesh import Mesh
 from stitchmesh.mesh.palette import colour_text, parse_colour
 from stitchmesh.mesh.tube_mesh import TubeMesh
@@ -79,8 +80,11 @@ def picture(
     Raises:
         DisplayError: this machine cannot draw pictures.
         FileError: the suffix is not ``.png``, or the file cannot be written.
+        ParameterError: as for ``check_memory``.
     """
     suffix_of(path, (".png",))
+    width, height = options.size
+    check_memory(f"a picture of {width} x {height} pixels", picture_memory(0.0, width * height), "fewer pixels")
     check_display()
     import pyvista
     from PIL import Image

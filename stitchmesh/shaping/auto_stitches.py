@@ -18,7 +18,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stitchmesh.errors import MeshError, ParameterError, TessellationError, check_kind
+from stitchmesh.errors import MeshError, ParameterError, TessellationError, check_kind, check_positive
+from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_FOUND_STITCH, check_memory
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.shaping.counts import SMALLEST_TIP, StitchSize
@@ -43,8 +44,6 @@ FINEST_FEATURE = 0.3
 """Size of the finest dents and ridges that a fabric follows, over the width of a stitch."""
 MOST_STITCHES = 3_000_000
 """Largest number of stitches; the tables of more would not fit in the memory of a usual machine."""
-BYTES_OF_STITCH = 2_500
-"""Memory for each stitch, measured on a tube of 100,000 stitches."""
 SHARE_OF_TIME, SHARE_OF_ROWS = 0.25, 0.95
 """Completed parts of the search when the time is known, and when all rows are."""
 
@@ -277,21 +276,19 @@ def _first_numbers(counts: Sequence[int]) -> list[int]:
 
 
 def _check_memory(area: float, size: StitchSize) -> None:
-    """Check that stitches on an area [cm^2] fit in memory.
+    """Check that stitches on an area [cm^2] are not too many, and fit into the memory.
 
     Raises:
-        TessellationError: they do not.
+        TessellationError: they are too many.
+        ParameterError: as for ``check_memory``.
     """
-    from stitchmesh.compute.free_memory import host_memory
-
     count = area / (size.width * size.height)
-    needed, free = count * BYTES_OF_STITCH, host_memory()
-    if count > MOST_STITCHES or needed > free:
+    found = f"the surface of {area:.4g} cm^2 with {count:.3g} stitches"
+    if count > MOST_STITCHES:
         raise TessellationError(
-            f"the surface of {area:.4g} cm^2 would take {count:.3g} stitches and {needed / 1e9:.4g} GB; "
-            f"{free / 1e9:.1f} GB are free, and at most {MOST_STITCHES:,} stitches are made: choose a larger stitch, "
-            "and check the unit"
+            f"{found}: at most {MOST_STITCHES:,} are made; choose a larger stitch, and check the unit"
         )
+    check_memory(found, BASE_MEMORY + BYTES_PER_FOUND_STITCH * count, "a larger stitch; check the unit")
 
 
 def _checked(mesh: Mesh, size: StitchSize, up: ArrayLike) -> FloatArray:
@@ -301,8 +298,7 @@ def _checked(mesh: Mesh, size: StitchSize, up: ArrayLike) -> FloatArray:
         ParameterError, MeshError, TessellationError: as for ``auto_stitches``.
     """
     for name, value in (("stitch width", size.width), ("stitch height", size.height)):
-        if not (np.isfinite(value) and value > 0.0):
-            raise ParameterError(f"{name}: got {value} cm; expected a positive number")
+        check_positive(name, value, "cm")
     if size.multiple < 1:
         raise ParameterError(f"multiple: got {size.multiple}; expected 1 or more stitches")
     check_most_shaping(size.most_shaping)

@@ -27,6 +27,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stitchmesh.errors import MeshError
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.shaping.ends import End, Ends
 from stitchmesh.shaping.summits import lasting_extrema, smooth_out, summits
@@ -176,6 +177,9 @@ def knitting_time(
         ends: the ends.
         course_height: height of a course [cm].
         report_part: called with the completed part, from 0 to 1, before each step.
+
+    Raises:
+        MeshError: no place of the surface is far enough from where knitting begins; the message names the place.
     """
     sides: tuple[End, ...] = ()
     time, found = _even_time(surface, ends, sides, course_height, report_part)
@@ -200,12 +204,24 @@ def _even_time(
     report_part(0.2)
     time = even_slope(surface, flow, ends)
     report_part(0.6)
-    time = smooth_out(surface, time / course_height, LOWEST_SUMMIT, ends) * course_height
+    rough, time = time, smooth_out(surface, time / course_height, LOWEST_SUMMIT, ends) * course_height
+    if not np.ptp(time) > 0.0:
+        raise _pinched(surface, rough / course_height)
     report_part(0.7)
     time = even_slope(surface, time, ends, LAST_ROUNDS)
     report_part(0.9)
     time = whole_rows(surface, time / course_height, ends)
     return smooth_out(surface, time, LOWEST_SUMMIT, ends), ends
+
+
+def _pinched(surface: TriangleSurface, time: FloatArray) -> MeshError:
+    """Return the error of a part on which no place is far enough from where knitting begins; times are in courses."""
+    place, found = surface.vertices[int(np.argmax(time))], float(np.ptp(time))
+    return MeshError(
+        f"near {place.round(1).tolist()} cm: the mesh is pinched: no place is more than {found:.1f} courses from the "
+        f"borders where knitting begins, expected {LOWEST_SUMMIT:g}; choose a smaller stitch, join the borders that "
+        "meet there, or mark where knitting begins and ends"
+    )
 
 
 def _without_short_limbs(surface: TriangleSurface, time: FloatArray, ends: Ends) -> Ends:

@@ -13,7 +13,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError, TessellationError
+from stitchmesh.errors import ParameterError, TessellationError, check_positive
+from stitchmesh.memory_need import BYTES_PER_STITCH_OF_GARMENT, GIGABYTE, check_memory
 from stitchmesh.mesh import BOTTOM, FloatArray, IntArray, StitchMesh
 from stitchmesh.tessellate.reached_size import doubt_of_size, unit_hint
 
@@ -21,8 +22,6 @@ logger = logging.getLogger(__name__)
 
 EdgeName = int | tuple[int, int]
 
-BYTES_PER_STITCH = 40_000
-"""Peak memory of the whole pipeline per stitch face [bytes], measured by ``benchmarks/garments.py``."""
 MOST_STITCHES = 1_000_000
 """Largest number of stitch faces; a larger request is refused, because it could exhaust the memory of the machine."""
 DIGITS = 9
@@ -73,7 +72,9 @@ def counts_and_doubt(
     _refuse_too_many(labeled, counts, stitch_width)
     whole = counts.astype(np.int64)
     doubt = doubt_of_size(labeled, whole, stitch_width, stitch_height)
-    return _with_given(labeled, whole, given), doubt
+    counted = _with_given(labeled, whole, given)
+    _refuse_too_many(labeled, counted.astype(np.float64), stitch_width)
+    return counted, doubt
 
 
 def whole_count(quotient: FloatArray) -> FloatArray:
@@ -84,8 +85,7 @@ def whole_count(quotient: FloatArray) -> FloatArray:
 
 def _check_size(labeled: StitchMesh, width: float, height: float) -> None:
     for name, size in (("stitch width", width), ("stitch height", height)):
-        if not (np.isfinite(size) and size > 0.0):
-            raise ParameterError(f"{name}: got {size} cm; expected a positive number")
+        check_positive(name, size, "cm")
     bottom = labeled.side_role == BOTTOM
     around = np.bincount(labeled.row[labeled.side_face[bottom]], labeled.side_length[bottom])
     if width > around.max() * (1.0 + 10.0**-DIGITS):
@@ -107,12 +107,14 @@ def _refuse_too_many(labeled: StitchMesh, counts: np.ndarray, width: float) -> N
     along = np.where(labeled.is_wale, 0.0, counts[labeled.side_edge])
     stitches = np.add.reduceat(along, labeled.face_start[:-1]) / 2 * counts[labeled.side_edge[labeled.left_wale]]
     total = stitches.sum()
+    needed = total * BYTES_PER_STITCH_OF_GARMENT
     if total > MOST_STITCHES:
         raise TessellationError(
-            f"stitch width {width:g} cm: needs about {total:.2g} stitches and {total * BYTES_PER_STITCH / 1e9:.3g} GB "
-            f"of memory; at most {MOST_STITCHES:,} stitches are allowed, so use a width of at least "
+            f"stitch width {width:g} cm: needs about {total:.2g} stitches and {needed / GIGABYTE:.3g} GB "
+            f"of memory; at most {MOST_STITCHES:,} stitches are allowed, so use fewer, or a width of at least "
             f"{width * (total / MOST_STITCHES) ** 0.5:.2g} cm{unit_hint(labeled)}"
         )
+    check_memory(f"a garment of {total:,.3g} stitches", needed, "wider stitches, or smaller counts of edges")
 
 
 def _with_given(labeled: StitchMesh, counts: IntArray, given: Mapping[EdgeName, int]) -> IntArray:

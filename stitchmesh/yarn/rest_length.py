@@ -28,7 +28,6 @@ weave advances along the second period of the lattice, the *weft* along the firs
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -36,7 +35,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.errors import ParameterError, check_kind
+from stitchmesh.errors import ParameterError, check_kind, check_positive
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.stitch import CODES, VOCABULARY, Stitch
 from stitchmesh.yarn.yarn_set import FLOATING, UNKNOWN_FACE, YarnSet
@@ -79,12 +78,12 @@ class RestLengths:
     """Factor of the weft yarns of a weave."""
 
     def __post_init__(self) -> None:
-        _check_positive("rest length factor", self.factor)
+        check_positive("rest length factor", self.factor)
         if self.loop_length is not None:
-            _check_positive("loop length", self.loop_length)
+            check_positive("loop length", self.loop_length)
         for prefix, factors in (("", self.stitches), ("", self.parts), ("row:", self.rows), ("yarn:", self.yarns)):
             for key, factor in factors.items():
-                _check_positive(f"rest length {prefix}{key}", factor)
+                check_positive(f"rest length {prefix}{key}", factor)
         unknown = [code for code in self.stitches if code not in CODES]
         if unknown:
             known = ", ".join((*CODES, *PARTS))
@@ -192,11 +191,6 @@ def _parse_factor(word: str) -> tuple[str, str | int, float]:
         return kind, int(number), value
     except ValueError as error:
         raise ParameterError(f"rest length: got {word!r}; expected {FORMS}") from error
-
-
-def _check_positive(name: str, value: float) -> None:
-    if not (math.isfinite(value) and value > 0.0):
-        raise ParameterError(f"{name}: got {value}; expected a positive number")
 
 
 def _own_fabric(yarns: YarnSet, fabric: StitchMesh | None, what: str) -> StitchMesh:

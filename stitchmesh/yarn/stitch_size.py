@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.yarn.yarn_presets import GAUGE_LENGTH, WIDTH_OVER_CORE, Gauge, Yarn, parse_gauge
 
 
@@ -80,6 +80,5 @@ def _gauge(
         return gauge
     if yarn is None or stitch_width is None:
         return None if yarn is None else yarn.gauge
-    if not stitch_width > 0.0:
-        raise ParameterError(f"stitch width: got {stitch_width:g} cm; expected a positive number")
+    check_positive("stitch width", stitch_width, "cm")
     return Gauge(GAUGE_LENGTH / stitch_width)

@@ -25,6 +25,7 @@ import numpy as np
 
 from stitchmesh.errors import ParameterError, YarnError, check_kind
 from stitchmesh.lattice import Lattice
+from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_TILED_POINT, check_memory
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.yarn.yarn_set import UNKNOWN_FACE, YarnSet
 
@@ -64,7 +65,7 @@ def tile_yarns(yarns: YarnSet, columns: int, rows: int, *, periodic: bool = Fals
     """
     check_kind("tile_yarns", yarns, YarnSet)
     lattice, steps = _lattice_of(yarns)
-    _check_counts(columns, rows)
+    check_tiled_memory(len(yarns.points), columns, rows)
     strands = list(_strands(yarns, steps, columns, rows, periodic))
     pieces = [_copied_points(yarns, lattice, strand, steps) for strand in strands]
     taken = [_copied_indices(yarns, strand) for strand in strands]
@@ -93,6 +94,24 @@ def tile_yarns(yarns: YarnSet, columns: int, rows: int, *, periodic: bool = Fals
     step = np.stack([_whole_step(strand, steps) for strand in strands]) // np.array([columns, rows])
     larger = Lattice(lattice.periods * np.array([[columns], [rows]]))
     return dataclasses.replace(plain, lattice=larger, lattice_step=step)
+
+
+def check_tiled_memory(points: float, columns: int, rows: int) -> None:
+    """Refuse tiles that do not fit into the memory, before they are made.
+
+    Args:
+        points: number of control points of the cell.
+        columns: number of tiles along the courses.
+        rows: number of tiles along the wales.
+
+    Raises:
+        ParameterError: a count is not a positive integer, or as for ``check_memory``.
+    """
+    _check_counts(columns, rows)
+    check_memory(
+        f"a piece of {columns} x {rows} tiles with {points * columns * rows:,.3g} control points",
+        BASE_MEMORY + BYTES_PER_TILED_POINT * points * columns * rows, "fewer tiles",
+    )  # fmt: skip
 
 
 def instances(lattice: Lattice, columns: int, rows: int) -> FloatArray:

@@ -25,7 +25,7 @@ import difflib
 import math
 from dataclasses import dataclass, replace
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_positive
 
 GAUGE_LENGTH = 10.0
 """Length in which a gauge counts stitches and rows [cm]."""
@@ -55,9 +55,7 @@ class Gauge:
         if math.isnan(self.rows):
             object.__setattr__(self, "rows", ROWS_OVER_STITCHES * self.stitches)
         for name in ("stitches", "rows"):
-            count = getattr(self, name)
-            if not (math.isfinite(count) and count > 0.0):
-                raise ParameterError(f"gauge: got {count:g} {name} in 10 cm; expected a positive number")
+            check_positive("gauge", getattr(self, name), f"{name} in 10 cm")
 
     @staticmethod
     def of_stitch(width: float, height: float) -> Gauge:
@@ -123,9 +121,7 @@ class Yarn:
 
     def __post_init__(self) -> None:
         for field in ("core_radius", "apparent_radius", "grams_per_metre"):
-            value = getattr(self, field)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ParameterError(f"yarn {self.name!r}: {field} is {value}; expected a positive number")
+            check_positive(f"yarn {self.name!r}: {field}", getattr(self, field))
         if self.core_radius > self.apparent_radius:
             found = f"core_radius {self.core_radius:g} cm and apparent_radius {self.apparent_radius:g} cm"
             raise ParameterError(f"yarn {self.name!r}: got {found}; expected a core inside the apparent radius")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError, YarnError, check_kind
+from stitchmesh.errors import ParameterError, YarnError, check_kind, check_positive
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.stitch import Stitch
@@ -152,8 +152,7 @@ def checked_radius(fabric: StitchMesh, radius: float | None) -> float:
     width = mean_stitch_width(fabric)
     if radius is None:
         return RADIUS_OVER_WIDTH * width
-    if not (np.isfinite(radius) and radius > 0.0):
-        raise ParameterError(f"yarn radius: got {radius} cm; expected a positive number")
+    check_positive("yarn radius", radius, "cm")
     if radius > LARGEST_RADIUS_OVER_WIDTH * width:
         raise ParameterError(
             f"yarn radius: got {radius:g} cm, too thick for stitches {width:.3g} cm wide; at most "

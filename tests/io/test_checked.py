@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.io.checked import check_value, parse_json, plain_value
+from stitchmesh.io.checked import DEEPEST, check_value, parse_json, plain_value
 
 
 class Panel(msgspec.Struct, forbid_unknown_fields=True):
@@ -60,7 +60,15 @@ def test_an_invalid_value_gives_a_message_of_one_line(value: Any, message: str):
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 160
 
 
-@pytest.mark.parametrize("text", ["", "{", "{} {}", '{"a": NaN}', "[" * 100_000, '{"a": 1e400}', '{"a": "\x00"}'])
+@pytest.mark.parametrize("depth", [DEEPEST + 1, 490, 990, 1_000, 100_000])
+@pytest.mark.parametrize(("before", "after"), [("[", "]"), ('{"a":', "}")])
+def test_a_text_that_is_nested_too_deeply_is_refused(before: str, after: str, depth: int):
+    with pytest.raises(ParameterError, match=f"is nested too deeply; expected at most {DEEPEST} lists"):
+        parse_json(before * depth + "1" + after * depth)
+    assert parse_json(before * DEEPEST + "1" + after * DEEPEST)
+
+
+@pytest.mark.parametrize("text", ["", "{", "{} {}", '{"a": NaN}', '{"a": 1e400}', '{"a": "\x00"}'])
 def test_a_text_that_is_not_json_gives_a_message_of_one_line(text: str):
     with pytest.raises(ParameterError, match=r"^is no JSON .{0,100}$"):
         parse_json(text)

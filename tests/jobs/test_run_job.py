@@ -23,7 +23,7 @@ from stitchmesh.io.own_files import RECORD, mark_folder
 from stitchmesh.jobs.clean_job import clean_job
 from stitchmesh.jobs.job import Job, recipe_of
 from stitchmesh.jobs.job_file import job_of_table
-from stitchmesh.jobs.job_memory import check_memory, memory_on_gpu
+from stitchmesh.jobs.job_memory import check_job_memory
 from stitchmesh.jobs.job_status import JobLog, read_status
 from stitchmesh.jobs.kept_stages import KeptStages, StageRecord
 from stitchmesh.jobs.run_job import run_job
@@ -31,6 +31,7 @@ from stitchmesh.jobs.sections import GenerateYarnsTable, RelaxYarnsTable, Swatch
 from stitchmesh.jobs.stage_files import quality_stage, yarns_stage
 from stitchmesh.jobs.stage_run import JobRun
 from stitchmesh.jobs.stop import JobStopped, StopRequest
+from stitchmesh.memory_need import relaxation_memory
 from stitchmesh.periodic.swatch import Swatch
 from stitchmesh.pipeline.knit import knit
 from stitchmesh.quality import PRESETS
@@ -347,12 +348,12 @@ def test_what_does_not_fit_is_refused_with_the_quality_that_would():
     def memory_at(quality):
         return 1e8 * quality.control_points_per_stitch
 
-    fits = check_memory(memory_at, PRESETS["standard"], "cpu", "wider stitches", available=2.1e9)
+    fits = check_job_memory(memory_at, PRESETS["standard"], "cpu", "wider stitches", available=2.1e9)
     assert fits == {"estimate_gb": 2.0, "available_gb": 2.1}
     with pytest.raises(ParameterError, match=r"needs about 2.4 GB, and cpu has 2.1 GB free; expected quality standard"):
-        check_memory(memory_at, PRESETS["reference"], "cpu", "wider stitches", available=2.1e9)
+        check_job_memory(memory_at, PRESETS["reference"], "cpu", "wider stitches", available=2.1e9)
     with pytest.raises(ParameterError, match="expected wider stitches"):
-        check_memory(memory_at, PRESETS["draft"], "cpu", "wider stitches", available=1e9)
+        check_job_memory(memory_at, PRESETS["draft"], "cpu", "wider stitches", available=1e9)
 
 
 def test_a_job_that_does_not_fit_is_refused_before_the_stitches(job, tmp_path, monkeypatch):
@@ -406,4 +407,4 @@ def test_sigterm_writes_a_checkpoint_and_ends_the_process(job, tmp_path):
 )
 def test_the_memory_on_a_gpu_is_that_of_the_measured_jobs(points, quality, measured):
     """The figures are those of ``benchmarks/job_memory.py --device cuda:0``; 20 % is what the estimate promises."""
-    assert memory_on_gpu(points, PRESETS[quality]) == pytest.approx(measured, rel=0.2)
+    assert relaxation_memory(points, PRESETS[quality], on_gpu=True) == pytest.approx(measured, rel=0.2)

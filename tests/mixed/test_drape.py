@@ -21,7 +21,7 @@ from stitchmesh.io import read_mesh, read_yarns, write_stitches
 from stitchmesh.labeling import label
 from stitchmesh.mixed.crossings.materials.crossing_material import CrossingMaterial
 from stitchmesh.mixed.drape import Draped, drape
-from stitchmesh.mixed.memory import check_memory, estimate_memory
+from stitchmesh.mixed.memory import check_scene_memory, estimate_memory
 from stitchmesh.mixed.output.files import read_maps
 from stitchmesh.mixed.run_checkpoint import NAME
 from stitchmesh.mixed.scene.cloth_section import ClothSection
@@ -272,11 +272,11 @@ def test_memory_grows_with_the_region_and_the_message_says_what_fits():
     region = prepare(form("all")).region
     few, many = estimate_memory(prepare(form("none")).region, contact=False), estimate_memory(region, contact=False)
     assert few.total < many.total
-    enough = check_memory(region, many.total, contact=False)
+    enough = check_scene_memory(region, many.total, contact=False)
     assert enough.nodes_within(many.total, len(region.nodes)) == len(region.nodes)
     short = many.total - 60 * many.each_node
     with pytest.raises(ParameterError, match=r"needs about .* GB for 225 yarn nodes.* at most 165 yarn nodes"):
-        check_memory(region, short, contact=False)
+        check_scene_memory(region, short, contact=False)
 
 
 def test_more_yarns_than_fit_into_the_memory_are_refused_before_they_are_laid_out():

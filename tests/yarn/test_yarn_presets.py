@@ -79,7 +79,7 @@ def test_an_unknown_yarn_is_refused_with_the_nearest_name():
 
 
 def test_a_yarn_of_ones_own_is_checked():
-    with pytest.raises(ParameterError, match=r"^yarn 'mine': core_radius is 0.0; expected a positive number$"):
+    with pytest.raises(ParameterError, match=r"^yarn 'mine': core_radius: got 0; expected a positive number$"):
         sm.Yarn("mine", 0.0, 0.1, 0.5, sm.Gauge(20))
     with pytest.raises(ParameterError, match=r"core_radius 0.2 cm and apparent_radius 0.1 cm; expected a core inside"):
         sm.Yarn("mine", 0.2, 0.1, 0.5, sm.Gauge(20))

@@ -12,6 +12,7 @@ from stitchmesh.app.project.recent import new_project_folder, projects_folder, r
 from stitchmesh.app.project.source import source_of
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.io.path_kind import is_folder
 from stitchmesh.io.units import DEFAULT_UNIT
 
 FIRST_NAME = "Garment"
@@ -34,7 +35,7 @@ def project_for(file: FilePath | None = None, folder: FilePath | None = None, un
         StitchMeshError: the project cannot be opened, the file cannot be read, or the folder holds a project that was
             started from another file.
     """
-    if file is not None and Path(file).is_dir():
+    if file is not None and is_folder(file):
         return Project.open(Path(file))
     if folder is not None:
         return _in_folder(Path(folder), file, unit)

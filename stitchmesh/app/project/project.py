@@ -39,6 +39,7 @@ from stitchmesh.io.checked import check_value, parse_json
 from stitchmesh.io.folder_lock import FolderLock
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.io.part_folder import remove_stale_parts
+from stitchmesh.io.path_kind import is_there
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.labeling import PartialLabeling
 from stitchmesh.labeling.steps import LabelStep
@@ -80,7 +81,7 @@ class Project:
                 it, or it cannot be written; nothing is left in the folder then.
         """
         folder = Path(folder).absolute()
-        if (folder / TABLE_NAME).exists():
+        if is_there(folder / TABLE_NAME):
             raise FileError(f"{folder}: holds a project already; open it, or choose another folder")
         state = ProjectState(name=name or folder.name, source=source)
         values = StageValues.of(state)
@@ -105,7 +106,7 @@ class Project:
             FileError: the folder holds no project, another program uses it, or the project is damaged.
         """
         folder = Path(folder).absolute()
-        if not (folder / TABLE_NAME).exists():
+        if not is_there(folder / TABLE_NAME):
             raise FileError(f"{folder}: holds no project; expected a folder with {TABLE_NAME}")
         lock = FolderLock(folder, OPEN_ELSEWHERE)
         remove_stale_parts(folder)
@@ -124,7 +125,7 @@ class Project:
         Raises:
             FileError: as for ``open`` and ``create``.
         """
-        return cls.open(folder) if (Path(folder) / TABLE_NAME).exists() else cls.create(folder)
+        return cls.open(folder) if is_there(Path(folder) / TABLE_NAME) else cls.create(folder)
 
     @property
     def folder(self) -> Path:

@@ -16,6 +16,7 @@ from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.checked import check_value
 from stitchmesh.io.json_file import read_json
+from stitchmesh.io.path_kind import is_file, is_there
 
 MOST_RECENT = 12
 """Number of projects that are remembered."""
@@ -51,7 +52,7 @@ def new_project_folder(name: str) -> Path:
     if not plain or len(name) > LONGEST_NAME:
         raise ParameterError(f"name: got {name[:LONGEST_NAME]!r}; expected letters or digits, at most {LONGEST_NAME}")
     folder, number = projects_folder() / plain, 2
-    while folder.exists():
+    while is_there(folder):
         folder, number = projects_folder() / f"{plain}-{number}", number + 1
     return folder
 
@@ -61,8 +62,8 @@ def recent_projects() -> list[RecentProject]:
     try:
         entries = check_value(read_json(_list_path()), list[dict[str, str]])
         found = [RecentProject(Path(entry["folder"]), entry["name"]) for entry in entries]
-        return [project for project in found if (project.folder / TABLE_NAME).is_file()]
-    except (StitchMeshError, OSError, KeyError):
+        return [project for project in found if is_file(project.folder / TABLE_NAME)]
+    except (StitchMeshError, KeyError):
         return []  # The list is a convenience: a damaged one is made anew.
 
 

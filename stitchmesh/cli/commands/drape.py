@@ -141,11 +141,12 @@ class Drape:
 def _write_example(path: Path) -> None:
     """Write the example scene, unless the file is there already."""
     from stitchmesh.io.atomic import write_text
+    from stitchmesh.io.path_kind import is_there
     from stitchmesh.mixed.scene.scene_file import example_scene
 
     if path.suffix.lower() != ".toml":
         raise FileError(f"{path}: got the suffix {path.suffix!r}; expected .toml")
-    if path.exists():
+    if is_there(path):
         raise FileError(f"{path}: is there already; choose another name")
     write_text(path, example_scene())
     print(f"Wrote {path}; stitchmesh drape {path} -o DIR runs it.")

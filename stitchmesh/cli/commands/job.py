@@ -51,16 +51,17 @@ class Job:
 
         from stitchmesh.io.atomic import write_text
         from stitchmesh.io.contents import suffix_of
+        from stitchmesh.io.path_kind import is_folder, is_there, whole_path
         from stitchmesh.io.toml_file import SUFFIX
         from stitchmesh.jobs.job_file import example_job
 
         suffix_of(output, [SUFFIX])
-        if Path(output).exists():
+        if is_there(output):
             raise FileError(f"{output}: is there already; choose another name, or remove it")
         named = Path(self.source)
-        if named.is_dir():
+        if is_folder(named):
             raise FileError(f"{self.source}: is a folder; expected a mesh, a recipe, or a pattern of the library")
-        folder = Path(output).resolve().parent
+        folder = whole_path(output).parent
         source = Path(os.path.relpath(named, folder)).as_posix() if named.suffix else self.source
         write_text(output, example_job(source))
         print(f"Wrote {output}; `stitchmesh run {output}` runs it.")

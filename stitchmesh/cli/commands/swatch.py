@@ -136,6 +136,7 @@ class Swatch:
             **self.fabric.options(woven=woven), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period,
             unsupported=self.unsupported, blocked=self.blocked,
         )  # fmt: skip
+        self._check_memory(source, options, tiles, pixels)
         if self.explore is not None:
             self._explore(source, options)
             return None
@@ -198,12 +199,35 @@ class Swatch:
         palette = self.colours.recoloured(checked_palette(source.palette, ParameterError))
         return replace(source, palette=tuple(map(tuple, palette.tolist())))
 
-    def _picture_seconds(self, source: Pattern | Weave) -> float:
-        """Estimate the time to draw the repeats [s]."""
+    def _check_memory(
+        self, source: Pattern | Weave, options: SwatchOptions, tiles: tuple[int, int],
+        pixels: tuple[int, int | None] | None,
+    ) -> None:  # fmt: skip
+        """Refuse what does not fit into the memory, before the relaxation.
+
+        Raises:
+            ParameterError: as for ``check_memory``.
+        """
+        from stitchmesh.periodic.relaxation.prepared_swatch import check_repeat_memory
+        from stitchmesh.yarn.tiling import check_tiled_memory
+
+        check_repeat_memory(source, options, self._quality, self.device, free=False)
+        check_tiled_memory(self._points(source), *tiles)
+        if pixels is not None:
+            from stitchmesh.periodic.textures.textures import check_texture_memory
+
+            check_texture_memory(pixels[0], pixels[1] or pixels[0])  # Without a height the pixels are square.
+
+    def _points(self, source: Pattern | Weave) -> float:
+        """Return the number of control points of the cell at the default quality."""
         from stitchmesh.periodic.swatch_budget import stitches_of
 
-        stitches = stitches_of(source) * self.fabric.columns * self.fabric.rows * self.tile[0] * self.tile[1]
-        return START_OF_RENDERER + POINT_OF_PICTURE * PRESETS[DEFAULT_QUALITY].control_points_per_stitch * stitches
+        stitches = stitches_of(source) * self.fabric.columns * self.fabric.rows
+        return PRESETS[DEFAULT_QUALITY].control_points_per_stitch * stitches
+
+    def _picture_seconds(self, source: Pattern | Weave) -> float:
+        """Estimate the time to draw the repeats [s]."""
+        return START_OF_RENDERER + POINT_OF_PICTURE * self._points(source) * self.tile[0] * self.tile[1]
 
     @property
     def _name(self) -> str:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from stitchmesh.io.atomic import write_text
+from stitchmesh.io.path_kind import whole_path
 from stitchmesh.jobs.sweep.result_table import JOB, KEY, read_table
 from stitchmesh.jobs.sweep.row import ERROR, PICTURE, YARNS
 
@@ -51,7 +52,7 @@ def write_report_page(folder: Path) -> Path:
     }  # fmt: skip
     left_out = "" if len(shown) == count else f" The page shows {len(shown)} of them, at even distances."
     template = files(__package__).joinpath("page.html").read_text(encoding="utf-8")
-    page = template.replace("{{title}}", html.escape(folder.resolve().name))
+    page = template.replace("{{title}}", html.escape(whole_path(folder).name))
     page = page.replace("{{summary}}", html.escape(f"{count} jobs, {failed} failed.{left_out}"))
     page = page.replace("{{same}}", "".join(map(_same_row, same.items())))
     page = page.replace("{{content}}", json.dumps(content, separators=(",", ":")).replace("<", "\\u003c"))

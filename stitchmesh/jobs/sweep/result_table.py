@@ -17,6 +17,7 @@ from stitchmesh.errors import FileError, ParameterError, StitchMeshError
 from stitchmesh.io.atomic import atomic_path, write_json
 from stitchmesh.io.checked import check_value
 from stitchmesh.io.json_file import read_json
+from stitchmesh.io.path_kind import is_file
 from stitchmesh.jobs.sweep.parquet_columns import read_columns
 from stitchmesh.jobs.sweep.row import ERROR, Row
 from stitchmesh.jobs.sweep.task import SweptJob, Task
@@ -45,7 +46,7 @@ def write_rows(folder: Path, task: Task, rows: Mapping[str, Row]) -> None:
 def read_rows(folder: Path, task: Task) -> dict[str, Row] | None:
     """Return the rows of a task; None if the task is not finished, or its file is damaged."""
     path = task_path(folder, task)
-    if not path.is_file():
+    if not is_file(path):
         return None
     try:
         rows = check_value(read_json(path), dict[str, dict[str, Any]])
@@ -89,7 +90,7 @@ def read_table(folder: Path) -> dict[str, list[Any]]:
     """
     import_pyarrow()
     path = folder / TABLE
-    if not path.is_file():
+    if not is_file(path):
         raise FileError(f"{folder}: holds no {TABLE}; expected the folder of a sweep, from `stitchmesh batch`")
     return read_columns(path)
 

@@ -19,6 +19,7 @@ from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.folder_lock import FolderLock
 from stitchmesh.io.outputs import claim_folder, guarded_outputs, plan_outputs
 from stitchmesh.io.part_folder import remove_stale_parts
+from stitchmesh.io.path_kind import whole_path
 from stitchmesh.jobs.job_status import JobLog, Listener
 from stitchmesh.jobs.run_job import BUSY, end_reported
 from stitchmesh.jobs.stop import StopRequest
@@ -29,6 +30,7 @@ from stitchmesh.jobs.sweep.sweep import Sweep
 from stitchmesh.jobs.sweep.task import SweptJob, Task, jobs_of, tasks_of
 from stitchmesh.jobs.sweep.work import FAULTS, GARMENTS, PICTURES, YARN_FILES, error_row, work
 from stitchmesh.jobs.sweep.workers import local_workers, offers_gpu, standing_workers
+from stitchmesh.memory_need import BASE_MEMORY, check_memory
 
 STAGE = "sweep"
 DIED = "the processes that worked on it died; it may need more memory than a worker has"
@@ -86,7 +88,7 @@ def run_sweep(
         expected = "0 or more" if scheduler is None else "no number with a scheduler, which has workers of its own"
         raise ParameterError(f"workers: got {workers}; expected {expected}")
     import_pyarrow()
-    target = Path(folder).resolve()
+    target = whole_path(folder)
     with guarded_outputs(overwrite=overwrite), _doing(target, workers, scheduler, sweep) as (device, do):
         jobs = jobs_of(sweep, device)  # Before the folder is made: a sweep that is refused leaves nothing.
         plan_outputs([target / TABLE], folder=target)
@@ -122,6 +124,7 @@ def _doing(folder: Path, workers: int | None, scheduler: str | None, sweep: Swee
     devices = 0 if device == CPU else sum(name.startswith("cuda") for name in device_names())
     gpus = min(devices, workers or devices)
     count = workers or core_count()
+    check_memory(f"a sweep with {count:,} workers", BASE_MEMORY * count, "fewer workers")
     yield device, lambda tasks, stop: work_with(lambda: local_workers(count, gpus), tasks, folder, stop)
 
 

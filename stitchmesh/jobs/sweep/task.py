@@ -13,11 +13,11 @@ import copy
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 from stitchmesh import __version__
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.contents import read_bytes
+from stitchmesh.io.path_kind import whole_path
 from stitchmesh.jobs.job import Job
 from stitchmesh.jobs.job_file import job_of_table
 from stitchmesh.jobs.job_paths import check_job_paths
@@ -97,7 +97,7 @@ def is_small(job: Job) -> bool:
 
 
 def _swept_job(sweep: Sweep, number: int, device: str, checksum_of: Callable[[str], str]) -> SweptJob:
-    path = Path(sweep.name).resolve()
+    path = whole_path(sweep.name)
     try:
         table = sweep.table(number)
         job = job_of_table(copy.deepcopy({"device": device} | table), str(path))

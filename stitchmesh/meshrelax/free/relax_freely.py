@@ -18,7 +18,7 @@ from typing import Literal
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError, check_kind
+from stitchmesh.errors import ParameterError, check_kind, check_positive
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.mesh.change import UNKNOWN_STRETCH
@@ -113,8 +113,7 @@ def _check(fabric: object, stitch_width: float, aspect: float, tolerance: float,
     check_kind("relax_mesh_freely", fabric, StitchMesh)
     assert isinstance(fabric, StitchMesh)  # Checked above.
     for name, value in (("stitch_width", stitch_width), ("aspect", aspect), ("tolerance", tolerance)):
-        if not (np.isfinite(value) and value > 0.0):
-            raise ParameterError(f"{name}: got {value}; expected a positive number")
+        check_positive(name, value)
     if max_iterations < 0:
         raise ParameterError(f"max_iterations: got {max_iterations}; expected 0 or more")
     panels = np.flatnonzero(fabric.stitch == Stitch.PANEL)

@@ -14,6 +14,7 @@ import numpy as np
 from stitchmesh.errors import FileError
 from stitchmesh.io.checkpoint_file import CheckpointFile, checked_header, read_checkpoint, write_checkpoint
 from stitchmesh.io.outputs import claim_folder
+from stitchmesh.io.path_kind import is_file
 from stitchmesh.mesh import FloatArray, IntArray
 
 FOLDER, SUFFIX = "frames", ".smc"
@@ -83,7 +84,7 @@ class Frames:
     def of_folder(cls, folder: Path) -> Frames:
         """Return the frames that an output folder holds now; a run may add more."""
         found = cls(folder)
-        while found._path(found.count).is_file():
+        while is_file(found._path(found.count)):
             found.count += 1
         return found
 

@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from stitchmesh.errors import FileError
+from stitchmesh.io.path_kind import is_there
 from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterials
 from stitchmesh.mixed.matching.cloth_match import ClothMatch, match_cloth, write_match
 from stitchmesh.mixed.matching.yarn_cell import YarnCell, knit_cell, weave_cell
@@ -53,7 +54,6 @@ def matched_cloth(cell: YarnCell, folder: Path | None, progress: Progress) -> Cl
     if inputs not in _known:
         _known[inputs] = _matched(cell, inputs, progress)
     if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
         write_match(folder / NAME, _known[inputs])
     return _known[inputs].material
 
@@ -89,7 +89,7 @@ def _matched(cell: YarnCell, inputs: str, progress: Progress) -> ClothMatch:
 
 def _kept(path: Path, inputs: str) -> ClothMaterial | None:
     """The material of a file, if it is that of the same repeat."""
-    if not path.exists():
+    if not is_there(path):
         return None
     try:
         material = read_material(path)

@@ -12,6 +12,7 @@ from typing import Any
 
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath, suffix_of
+from stitchmesh.io.path_kind import whole_path
 from stitchmesh.io.toml_file import SUFFIX, changed_fields, read_dataclass, table_lines
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.yarns_section import is_file
@@ -42,7 +43,7 @@ def write_scene(path: FilePath, scene: Scene) -> None:
         FileError: the file cannot be written, or its suffix is not ``.toml``.
     """
     suffix_of(path, [SUFFIX])
-    write_text(path, scene_text(scene, Path(path).resolve().parent))
+    write_text(path, scene_text(scene, whole_path(path).parent))
 
 
 def scene_text(scene: Scene, folder: Path | None = None) -> str:

@@ -18,7 +18,10 @@ from typing import Any
 import numpy as np
 
 from stitchmesh.compute.asking import Asking, answered_alone
+from stitchmesh.compute.device import device_named
+from stitchmesh.compute.free_memory import available_memory
 from stitchmesh.errors import ParameterError, check_kind
+from stitchmesh.memory_need import check_memory, relaxation_memory
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.fabric_shape import FlatFabric
@@ -31,6 +34,7 @@ from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.sampling.contact_samples import is_small, with_contacts
 from stitchmesh.periodic.sampling.even_sampling import even_lengths, sample_evenly
 from stitchmesh.periodic.sampling.sampling import GENERATED, path_to
+from stitchmesh.periodic.swatch_budget import stitches_of
 from stitchmesh.periodic.swatch_options import TAKE_UP, KnitState, SwatchOptions
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import PRESETS, Quality, quality_named
@@ -131,6 +135,7 @@ def prepare_swatch(
     source = resolve_pattern(pattern)
     if release is not None and isinstance(source, Weave):
         raise ParameterError("relaxation: got one for a weave, which comes off no needles; leave it out")
+    check_repeat_memory(source, chosen, quality, device, free=relax_cell is not False)
     fabric, generated = draw_swatch(source, chosen, GENERATED)
     cell, flat = free_cell(relax_cell, chosen, generated, material), FlatFabric.of(generated, fabric, source)
     steps = path_to(quality, cell if release is None else None)
@@ -161,6 +166,31 @@ def prepare_swatch(
     return PreparedSwatch(
         source, chosen, material, path, device, fabric, own, repeat, drawn, yarns, cell, flat, terms, release, searched
     )
+
+
+def check_repeat_memory(
+    source: Source, options: SwatchOptions, quality: Quality, device: str | None, *, free: bool
+) -> None:
+    """Refuse a repeat that does not fit into the memory, before it is made.
+
+    Args:
+        source: the pattern or the weave.
+        options: options of the swatch.
+        quality: the quality.
+        device: Warp's name of the device; None for the preferred device.
+        free: whether the size of the repeat relaxes too.
+
+    Raises:
+        ParameterError: as for ``check_memory``.
+    """
+    stitches = stitches_of(source) * options.columns * options.rows
+    points = stitches * quality.control_points_per_stitch * (quality.refinement if free else 1.0)
+    chosen = device_named(device)
+    check_memory(
+        f"a cell of {options.columns} x {options.rows} repeats with {stitches:,} stitches",
+        relaxation_memory(points, quality, on_gpu=chosen.is_cuda), "fewer columns and rows, or a coarser quality",
+        where=str(chosen), free=available_memory(chosen),
+    )  # fmt: skip
 
 
 def smallest_cell(

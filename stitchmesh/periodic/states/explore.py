@@ -14,6 +14,7 @@ import numpy as np
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.patterns import Pattern
+from stitchmesh.periodic.kept_states import check_kept_states
 from stitchmesh.periodic.relaxation.lowest_rest import perturbed_start
 from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.periodic.states.rest_states import Rest, distinct_rests
@@ -84,6 +85,7 @@ def explore(
     usual, prepared = prepare_swatch(pattern, **given), prepare_swatch(pattern, smallest=False, **given)
     assert prepared.cell is not None
     prepared = replace(prepared, cell=replace(prepared.cell, shear=True))
+    check_kept_states("explore", starts, prepared.yarns)
     made, own, last_error = [], None, None
     for number, random in enumerate([None, *(np.random.default_rng([seed, k]) for k in range(starts))]):
         if on_start is not None:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError, YarnError, check_kind
 from stitchmesh.lattice import Lattice
+from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_TEXTURE_SAMPLE, check_memory
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mesh.palette import colours_of, linear_colour, srgb_colour
 from stitchmesh.periodic.textures.plan import Plan
@@ -87,6 +88,7 @@ def texture_maps(
     _check_size("width", width)
     height = max(1, round(float(width * size[1] / size[0]))) if height is None else height
     _check_size("height", height)
+    check_texture_memory(width, height)
     fine = Plan(cell.lattice, SAMPLES * width, SAMPLES * height)
     tubes = tubes_above(cell, fine)
     maps = _mean_maps(tubes, fine, linear_colour(colours_of(cell.colour, cell.palette) / 255))
@@ -103,6 +105,18 @@ def texture_maps(
         opacity=maps["opacity"][::-1],
         tangent=maps["tangent"][::-1],
     )
+
+
+def check_texture_memory(width: int, height: int) -> None:
+    """Refuse texture maps that do not fit into the memory; width and height in pixels.
+
+    Raises:
+        ParameterError: as for ``check_memory``.
+    """
+    check_memory(
+        f"a texture of {width} x {height} pixels",
+        BASE_MEMORY + BYTES_PER_TEXTURE_SAMPLE * SAMPLES**2 * width * height, "fewer pixels",
+    )  # fmt: skip
 
 
 def _check_size(name: str, pixels: int) -> None:

@@ -9,14 +9,13 @@ these curves.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from stitchmesh.errors import ParameterError, check_kind
+from stitchmesh.errors import check_kind, check_positive
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
 from stitchmesh.periodic.swatch_options import SPACING
@@ -55,7 +54,7 @@ def weave_yarns(
         ParameterError: the radius or a spacing is not a positive number, or the quality is unknown.
     """
     check_kind("weave_yarns", weave, Weave)
-    _check_positive("yarn radius", yarn_radius)
+    check_positive("yarn radius", yarn_radius)
     between = _spacings(2 * SPACING * yarn_radius if spacing is None else spacing)
     per_crossing = max(4, quality_named(quality).control_points_per_stitch // CROSSINGS_PER_STITCH)
     x, width = _places(weave.warps, between[0])
@@ -140,10 +139,5 @@ def _spacings(spacing: float | tuple[float, float]) -> tuple[float, float]:
     """Check the spacings, and return those of the warps and of the wefts [cm]."""
     both = spacing if isinstance(spacing, tuple) else (spacing, spacing)
     for name, value in zip(("warp", "weft"), both, strict=True):
-        _check_positive(f"{name} spacing", value)
+        check_positive(f"{name} spacing", value, "cm")
     return both
-
-
-def _check_positive(name: str, value: float) -> None:
-    if not (math.isfinite(value) and value > 0.0):
-        raise ParameterError(f"{name}: got {value}; expected a positive number of cm")

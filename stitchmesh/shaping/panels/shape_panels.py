@@ -14,7 +14,7 @@ from typing import Literal
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError, TessellationError, check_kind
+from stitchmesh.errors import ParameterError, TessellationError, check_kind, check_positive
 from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.shaping.auto_stitches import EDGE_OVER_WIDTH, MOST_STITCHES
@@ -234,8 +234,7 @@ def _check_size(panels: PanelMesh, size: StitchSize) -> None:
         ParameterError, TessellationError: as for ``shape_panels``.
     """
     for name, value in (("stitch width", size.width), ("stitch height", size.height)):
-        if not (np.isfinite(value) and value > 0.0):
-            raise ParameterError(f"{name}: got {value} cm; expected a positive number")
+        check_positive(name, value, "cm")
     area = float(np.linalg.norm(panels.mesh.face_vector_area, axis=1).sum())
     count = area / (size.width * size.height)
     if count > MOST_STITCHES:

@@ -13,13 +13,12 @@ labels of their sides say. The rest length of a part is distributed in proportio
 from __future__ import annotations
 
 import logging
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError, first_few
+from stitchmesh.errors import check_positive, first_few
 from stitchmesh.faces.face_drawing import FaceLibrary
 from stitchmesh.faces.face_mesh import Checkpoint, FaceMesh
 from stitchmesh.faces.face_type import ENTERING, LEAVING
@@ -90,8 +89,8 @@ def face_yarns(
         ParameterError: the quality is unknown, or the radius is not positive or cannot be estimated.
         YarnError: the faces have no yarn.
     """
-    if yarn_radius is not None and not (math.isfinite(yarn_radius) and yarn_radius > 0.0):
-        raise ParameterError(f"yarn_radius: got {yarn_radius}; expected a positive number of cm")
+    if yarn_radius is not None:
+        check_positive("yarn_radius", yarn_radius, "cm")
     preset = quality_named(quality)
     placed = place_drawings(mesh, library)
     chains = _chains(mesh, placed.strands)

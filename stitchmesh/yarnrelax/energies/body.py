@@ -35,7 +35,7 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import minimum, ordered_sum
 from stitchmesh.compute.vector_loads import load_vector, store_vector
-from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.errors import LARGEST_NUMBER, ParameterError, SolverError, check_positive
 from stitchmesh.mesh import BORDER, Mesh
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.collision.step_limit import yarn_place
@@ -170,10 +170,10 @@ class Body(TermChoice):
     """Stiffness over that of a yarn."""
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.thickness) and self.thickness >= 0.0):
-            raise ParameterError(f"body: got a thickness of {self.thickness}; expected at least 0 cm")
-        if not (np.isfinite(self.stiffness) and self.stiffness > 0.0):
-            raise ParameterError(f"body: got a stiffness of {self.stiffness}; expected a positive number")
+        if not 0.0 <= self.thickness <= LARGEST_NUMBER:
+            found = f"body: got a thickness of {self.thickness}"
+            raise ParameterError(f"{found}; expected at least 0 cm and at most {LARGEST_NUMBER:g} cm")
+        check_positive("body: stiffness", self.stiffness)
         if self.mesh.lattice is not None:
             raise ParameterError("body: got a mesh on a lattice; expected one without")
         if self.closed and enclosed_volume(self.mesh) < 0.0:

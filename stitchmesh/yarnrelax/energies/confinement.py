@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import ordered_sum
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.term import Term, TermChoice
@@ -181,8 +181,7 @@ class Confinement(TermChoice):
         if not (np.isfinite(self.half_thickness) and self.half_thickness >= 0.0):
             found = f"confinement: got a half thickness of {self.half_thickness} cm"
             raise ParameterError(f"{found}; expected a number of at least 0")
-        if not (np.isfinite(self.stiffness) and self.stiffness > 0.0):
-            raise ParameterError(f"confinement: got a stiffness of {self.stiffness}; expected a positive number")
+        check_positive("confinement: stiffness", self.stiffness)
 
     def on(self, model: Model) -> Term:
         """The planes beside a model's yarns.

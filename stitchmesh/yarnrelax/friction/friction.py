@@ -42,7 +42,7 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
 from stitchmesh.compute.reduction import ordered_sum
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.cell_virial import add_friction_virial, half_virial, strain_of_gap
 from stitchmesh.yarnrelax.energies.term import Term, TermChoice
@@ -210,8 +210,7 @@ class Friction(TermChoice):
         if not all(0.0 <= value <= LARGEST_COEFFICIENT for value in self.coefficients):
             expected = f"expected numbers from 0 to {LARGEST_COEFFICIENT:g}, for yarn 0.1 to 0.5"
             raise ParameterError(f"friction: got coefficients {self.coefficients}; {expected}")
-        if not (np.isfinite(self.slip_length) and self.slip_length > 0.0):
-            raise ParameterError(f"friction: got a slip length of {self.slip_length}; expected a positive number")
+        check_positive("friction: slip length", self.slip_length)
 
     @property
     def coefficients(self) -> tuple[float, float]:

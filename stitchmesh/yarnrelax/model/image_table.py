@@ -17,6 +17,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from stitchmesh.errors import SolverError
 from stitchmesh.lattice import lattice_frame
 
 if TYPE_CHECKING:
@@ -142,6 +143,8 @@ def near_images(corners: Corners, reach: float, shrinkage: float = 1.0) -> NDArr
     """
     within = reach * corners.radius[:, None]
     turns = corners.turns + within * np.linalg.norm(corners.dual, axis=2)
+    if not np.isfinite(turns).all():
+        raise SolverError("images of the cell: a place of the yarns is not finite; take softer yarns or smaller loads")
     most = np.ceil(turns / shrinkage).astype(np.int64)
     a, b = (np.arange(-largest, largest + 1) for largest in most.max(axis=0))
     images = np.stack(np.meshgrid(a, b, indexing="ij"), axis=2).reshape(-1, 2)

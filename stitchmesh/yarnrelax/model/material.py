@@ -20,13 +20,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_positive
 
 if TYPE_CHECKING:
     from stitchmesh.yarnrelax.model.constants import Model
 
 DEFAULT_MATERIAL = "stitchmesh"
 """Name of the material that applies if no material is given."""
+MOST_OVER_DEFAULT = 1e6
+"""Largest value of a material that a user gives, over that of the default one; with contact a hundred million times as
+stiff, a step of the solver leaves the numbers of single precision."""
 REFERENCE_RADIUS = 0.125
 """Radius [cm] of the yarn that the named materials describe."""
 
@@ -72,13 +75,17 @@ class YarnMaterial:
                 them together with the others.
 
         Raises:
-            ParameterError: there is no material or no field of that name, or a value is negative or not finite.
+            ParameterError: there is no material or no field of that name, or a value is negative, not finite, or above
+                ``MOST_OVER_DEFAULT`` times that of the default material.
         """
         if name not in NAMED:
             near = difflib.get_close_matches(name, NAMED, n=1) or [f"one of {', '.join(NAMED)}"]
             raise ParameterError(f"material: got {name!r}; expected {near[0]}")
-        for field in stiffness or {}:
+        for field, value in (stiffness or {}).items():
             _check_field(field)
+            most = MOST_OVER_DEFAULT * getattr(NAMED[DEFAULT_MATERIAL], field)
+            if not 0.0 <= value <= most:
+                raise ParameterError(f"material: {field} is {value:g}; expected a number from 0 to {most:g}")
         return replace(NAMED[name], **dict(stiffness or {}))
 
     def scaled(self, gamma: float) -> YarnMaterial:
@@ -90,8 +97,7 @@ class YarnMaterial:
         Raises:
             ParameterError: gamma is not a positive finite number.
         """
-        if not (np.isfinite(gamma) and gamma > 0.0):
-            raise ParameterError(f"material: got a scale of {gamma}; expected a positive number")
+        check_positive("material: scale", gamma)
         return YarnMaterial(
             k_len=self.k_len,
             k_length=self.k_length,

@@ -26,7 +26,7 @@ from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
 from stitchmesh.compute.vector_loads import load_vector, store_vector
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.mesh.vertex_motion import MovingMesh
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.body import (
@@ -167,8 +167,7 @@ class MovingBody(TermChoice):
         if not 0.0 <= self.friction <= LARGEST_COEFFICIENT:
             expected = f"expected a number from 0 to {LARGEST_COEFFICIENT:g}, for yarn on skin 0.2 to 0.6"
             raise ParameterError(f"moving body: got a coefficient of friction of {self.friction}; {expected}")
-        if not (np.isfinite(self.slip_length) and self.slip_length > 0.0):
-            raise ParameterError(f"moving body: got a slip length of {self.slip_length}; expected a positive number")
+        check_positive("moving body: slip length", self.slip_length)
 
     def on(self, model: Model) -> MovingBodyTerm:
         """The body on a model's device, where it is at its first time.

@@ -12,6 +12,7 @@ from stitchmesh.app.pages.view.viewed import Viewed, read_viewed
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.checkpoint_file import previous_path
 from stitchmesh.io.history import read_history
+from stitchmesh.io.path_kind import is_folder
 from stitchmesh.io.stitches import read_stitches
 from stitchmesh.jobs.job_status import JobStatus, read_status
 from stitchmesh.jobs.kept_stages import STAGES
@@ -51,7 +52,7 @@ def job_files(folder: Path) -> JobFiles:
     Raises:
         ParameterError: there is no such folder.
     """
-    if not folder.is_dir():
+    if not is_folder(folder):
         raise ParameterError(f"folder: {folder} is no folder; expected the output folder of a job")
     times = []
     for name, path in {**{name: folder / name for name in STATES}, CHECKPOINT: _checkpoint_path(folder)}.items():

@@ -12,6 +12,7 @@ from stitchmesh.app.pages.view.folder_watch import FolderWatch
 from stitchmesh.app.pages.view.job_folder import WAITING, JobFiles, job_files, read_job
 from stitchmesh.app.pages.view.viewed import Viewed, read_viewed
 from stitchmesh.errors import FileError, StitchMeshError
+from stitchmesh.io.path_kind import is_folder, is_there
 
 
 class Opened:
@@ -35,10 +36,10 @@ class Opened:
         Raises:
             StitchMeshError: it cannot be read.
         """
-        if not path.exists():
+        if not is_there(path):
             raise FileError(f"{path}: does not exist; expected a file, or the output folder of a job")
         self.stop()
-        if not path.is_dir():
+        if not is_folder(path):
             self.viewed = read_viewed(path)
             return
         files = job_files(path)

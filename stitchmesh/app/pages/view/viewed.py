@@ -16,6 +16,7 @@ from stitchmesh.io.any_file import read_any
 from stitchmesh.io.contents import read_bytes, read_lines
 from stitchmesh.io.hdf5 import stored_format
 from stitchmesh.io.history import HistoryEntry, read_history
+from stitchmesh.io.path_kind import is_file
 from stitchmesh.io.stitches import read_stitches
 from stitchmesh.io.yarns import read_yarns
 from stitchmesh.jobs.job_status import JobStatus
@@ -88,7 +89,7 @@ def read_viewed(path: Path) -> Viewed:
 
 
 def _read_thing(path: Path) -> Viewed:
-    if path.suffix.lower() == ".h5" and path.is_file() and stored_format(path) == LABELING:
+    if path.suffix.lower() == ".h5" and is_file(path) and stored_format(path) == LABELING:
         return Viewed("", read_labeling(path).mesh)
     thing = read_any(path)
     if isinstance(thing, FaceMesh):
@@ -99,7 +100,7 @@ def _read_thing(path: Path) -> Viewed:
 def stitches_beside(path: Path, yarns: YarnSet) -> StitchMesh | None:
     """Return the stitches in the folder of a file of yarns if the yarns can have been made from them."""
     beside = path.with_name("stitches.h5")
-    if not beside.is_file() or yarns.face.max(initial=-1) < 0:
+    if not is_file(beside) or yarns.face.max(initial=-1) < 0:
         return None
     try:
         fabric = read_stitches(beside)
@@ -112,7 +113,7 @@ def read_checkpoint_file(path: Path) -> Viewed:
     """Read a checkpoint; the yarns stand in the same folder, or beside a folder of checkpoints."""
     stem = path.parent.name.removesuffix(".checkpoints")
     places = [path.with_name("yarns.h5"), path.parent.with_name(f"{stem}.h5")]
-    beside = next((place for place in places if place.is_file()), None)
+    beside = next((place for place in places if is_file(place)), None)
     if beside is None:
         raise FileError(f"{path}: a checkpoint holds positions only; put yarns.h5 of the same job beside it")
     yarns = checkpoint_yarns(path, read_yarns(beside))

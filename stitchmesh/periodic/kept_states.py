@@ -1,0 +1,23 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The memory of many states of one repeat that are kept until the last of them is at rest."""
+
+from __future__ import annotations
+
+from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_KEPT_POINT, check_memory
+from stitchmesh.yarn import YarnSet
+
+
+def check_kept_states(what: str, states: int, yarns: YarnSet) -> None:
+    """Refuse states that do not fit into the memory.
+
+    Args:
+        what: the command, for the message.
+        states: number of states.
+        yarns: one of them.
+
+    Raises:
+        ParameterError: as for ``check_memory``.
+    """
+    needed = BASE_MEMORY + BYTES_PER_KEPT_POINT * len(yarns.points) * states
+    check_memory(f"{what} with {states:,} states of {len(yarns.points)} control points", needed, "fewer of them")

@@ -1,0 +1,176 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Hostile numbers, texts and paths cost one line and status 2, or the command does its work; nothing else happens."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import stitchmesh as sm
+from stitchmesh.cli.main import main
+from tests.cli.hostile import BASE, NUMBERS, TEXTS, Ended, Runner, cases, hostile_paths, with_path
+from tests.gallery import tube
+
+KEPT_STATES = ("SolverError", "OverloadError")
+"""Errors of a state that a simulation has reached; what it has written before is whole and stays."""
+HUGE, TINY = "1000000000", "1e-300"
+
+
+@pytest.fixture(scope="module")
+def runner() -> Iterator[Runner]:
+    started = Runner()
+    yield started
+    started.close()
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory) -> Path:
+    """Return a folder with a small input of each kind."""
+    folder = tmp_path_factory.mktemp("inputs")
+    mesh = tube(8, 3, radius=20.0, height=12.0)
+    labeled = sm.label(mesh)
+    fabric = sm.tessellate(labeled, stitch_width=8.0)
+    sm.write_mesh(folder / "tube.obj", mesh)
+    sm.write_stitches(folder / "labeled.h5", labeled)
+    sm.write_stitches(folder / "stitches.h5", fabric)
+    sm.write_yarns(folder / "yarns.h5", sm.generate_yarns(fabric, quality="draft"))
+    sm.write_yarns(folder / "cell.h5", sm.swatch("stockinette", quality="draft", device="cpu").yarns)
+    for frame in range(3):
+        sm.write_mesh(folder / "frames" / f"b.{frame:04d}.obj", mesh)
+    swatch = 'quality = "draft"\ndevice = "cpu"\nrender = []\n[swatch]\npattern = "stockinette"\n'
+    (folder / "job.toml").write_text(swatch)
+    (folder / "sweep.toml").write_text(
+        'picture = false\n[job]\nquality = "draft"\ndevice = "cpu"\n[job.swatch]\npattern = "stockinette"\n'
+        "[grid]\nswatch.gamma = [1.0]\n"
+    )
+    (folder / "scene.toml").write_text(SCENE)
+    assert main(["run", str(folder / "job.toml"), "-o", str(folder / "job")]) == 0
+    return folder
+
+
+SCENE = """
+mode = "dynamic"
+duration = 0.004
+largest_step = 0.004
+[cloth]
+rectangle = [3, 3]
+edge_length = 1.0
+[yarns]
+weave = "plain"
+ends = 5
+picks = 5
+material = "gong-1"
+[region]
+yarns = "chosen"
+boxes = [{ low = [1, 1, -1], high = [2, 2, 1] }]
+[[attachments]]
+boxes = [{ low = [-1, 2.85, -1], high = [7, 7, 1] }]
+"""
+
+
+def run_in_copy(runner: Runner, inputs: Path, folder: Path, words: list[str], **limits) -> tuple[Ended, list[str]]:
+    """Run a command in a copy of the inputs; returns how it ended, and the names of new files that it left."""
+    shutil.rmtree(folder, ignore_errors=True)
+    shutil.copytree(inputs, folder, symlinks=True)
+    before = {path.relative_to(folder) for path in folder.rglob("*")}
+    ended = runner.run(words, folder, **limits)
+    left = {path.relative_to(folder) for path in folder.rglob("*")} - before
+    return ended, sorted(map(str, left))
+
+
+def fault_of(ended: Ended, left: list[str]) -> str:
+    """Return what is wrong about the end of a command; no text if nothing is."""
+    if "Traceback" in ended.errors or ".stitchmesh-parts" in "".join(left):
+        return f"status {ended.status}, left {left}: {ended.errors[-500:]}"
+    if ended.status in (0, 1, 3):  # done, not converged, or out of time
+        return ""
+    kind = ended.errors.partition(":")[0].rpartition("\n")[2]
+    kept = kind in KEPT_STATES or {Path(name).name for name in left} <= {"out", "stitches.h5"}
+    lines = ended.errors.count("\n")
+    if ended.status != 2 or (lines != 1 and kind not in KEPT_STATES) or (left and not kept):
+        return f"status {ended.status}, signal {ended.signal}, {lines} lines, left {left}: {ended.errors[-500:]}"
+    return ""
+
+
+SWATCH = ["swatch", "stockinette", "-o", "out", "--no-picture", "--quality", "draft", "--device", "cpu"]
+REFUSED = [
+    ([*SWATCH, "--columns", HUGE], "memory: a cell of 1000000000 x 1 repeats with"),
+    ([*SWATCH, "--tile", HUGE, "1"], "memory: a piece of 1000000000 x 1 tiles"),
+    ([*SWATCH, "--texture", "8192", "8192"], "memory: a texture of 8192 x 8192 pixels"),
+    ([*SWATCH, "--explore", HUGE], "memory: explore with 1,000,000,000 states"),
+    ([*SWATCH, "--yarn-radius", TINY], "yarn radius: got 1e-300 cm; expected 1e-06 to 1e+06 cm"),
+    ([*SWATCH, "--stiffness", "k_contact=3.25e11"], "material: k_contact is 3.25e+11; expected a number from 0 to 3.2"),
+    ([*SWATCH, "--columns", "1" + "0" * 400], "expected a whole number (at most 1e+15)"),
+    ([*SWATCH, "--gamma", "nan"], "--gamma: got 'nan'; expected a number (finite)"),
+    (["stretch", "stockinette", "-o", "out", "--course", "0:4%", "--steps", HUGE], "memory: a stretch test of 1,000,0"),
+    (["tessellate", "labeled.h5", "-o", "out.h5", "--count", f"0,1={HUGE}"], "at most 1,000,000 stitches are allowed"),
+    (["knit", "tube.obj", "-o", "out", "--stitch-width", "8", "--alpha", TINY], "alpha: got 1e-300; expected a part"),
+    (["render", "yarns.h5", "-o", "out.png", "--size", "16384", "16384"], "memory: a picture of 16384 x 16384 pixels"),
+    (["batch", "sweep.toml", "-o", "out", "--workers", HUGE], "memory: a sweep with 1,000,000,000 workers"),
+    (["relax", "yarns.h5", "-o", "out.h5", "--loop-length", TINY], "loop length: got 1e-300; expected 1e-06 to 1e+06"),
+    (["edit", "stitches.h5", "--replay", "deep.jsonl", "-o", "out.h5"], "line 1: is nested too deeply; expected at mo"),
+    (["label", "pinched.obj", "-o", "out.h5", "--auto", "--stitch-width", "1.5", "--up", "x"], "cm: the mesh is pinch"),
+]
+"""Commands that ended with a traceback, or took the memory of the machine, and their messages."""
+
+
+@pytest.mark.parametrize(("words", "message"), REFUSED, ids=lambda value: " ".join(value)[:60])
+def test_what_cannot_be_done_is_refused_in_one_line(runner, inputs, tmp_path, words, message):
+    (inputs / "deep.jsonl").write_text('{"edit": "flip_row", "arguments": {"face": ' + "[" * 900 + "]" * 900 + "}}\n")
+    (inputs / "pinched.obj").write_text(PINCHED)
+    ended, left = run_in_copy(runner, inputs, tmp_path / "here", words)
+    assert ended.status == 2 and message in ended.errors, ended
+    assert fault_of(ended, left) == ""
+
+
+PINCHED = "v 0 0 0\nv 5 5 0\nv 5 0 0\nv 0 5 0\nv 2 2 5\nf 1 2 5\nf 3 4 5\nf 1 3 5\n"
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", BASE)
+def test_every_option_takes_or_refuses_every_number_and_text(runner, inputs, tmp_path, name):
+    found = {}
+    for words in cases(name, NUMBERS, texts=TEXTS):
+        if fault := fault_of(*run_in_copy(runner, inputs, tmp_path / "here", words)):
+            found[" ".join(words)[:300]] = fault
+    assert not found
+
+
+@pytest.mark.parametrize("name", ["info", "job", "status", "instructions", "convert"])
+def test_a_path_that_the_system_refuses_is_refused_in_one_line(runner, inputs, tmp_path, name):
+    check_paths(runner, inputs, tmp_path, name)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", BASE)
+def test_every_command_refuses_every_path_that_the_system_refuses(runner, inputs, tmp_path, name):
+    check_paths(runner, inputs, tmp_path, name)
+
+
+def check_paths(runner: Runner, inputs: Path, tmp_path: Path, name: str) -> None:
+    """Run a command with hostile paths in the place of each of its paths."""
+    traps = shutil.copytree(inputs, tmp_path / "traps")
+    (traps / "closed").mkdir()
+    (traps / "read-only").mkdir()
+    for suffix in ("", ".obj", ".h5", ".toml", ".txt", ".knit", ".png", ".bcc"):
+        (traps / f"circle{suffix}").symlink_to(f"circle{suffix}")
+    found = {}
+    for words in with_path(name, hostile_paths):
+        here = tmp_path / "here"
+        shutil.copytree(traps, here, symlinks=True)
+        for path, mode in (("closed", 0), ("read-only", 0o500), ("tube.obj", 0), ("yarns.h5", 0)):
+            os.chmod(here / path, mode)
+        before = set(os.listdir(here))
+        ended = runner.run(words, here, unprivileged=True)
+        left = sorted(set(os.listdir(here)) - before)
+        for path in ("closed", "read-only"):
+            os.chmod(here / path, 0o700)
+        shutil.rmtree(here)
+        if fault := fault_of(ended, left):
+            found[" ".join(words)[:200]] = fault
+    assert not found
