@@ -101,7 +101,7 @@ class Part(_Message, tag="FileTransferPart"):
 _decoder = msgspec.msgpack.Decoder(_Value | _Command | _Camera | _Pointer | _Drag | _Picture | _Upload | Part)
 
 
-def read_message(raw: bytes | str) -> Any:
+def page_message(raw: bytes | str) -> Any:
     """Return a message as an object; None if no page sends it."""
     if isinstance(raw, str):
         return None
