@@ -48,8 +48,8 @@ class _Camera(_Message, tag="ViewerCameraMessage"):
     fov: float
     near: float
     far: float
-    image_height: float
-    image_width: float
+    image_height: Annotated[float, msgspec.Meta(gt=0)]
+    image_width: Annotated[float, msgspec.Meta(gt=0)]
     look_at: Point
     up_direction: Point
 

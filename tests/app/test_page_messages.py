@@ -95,7 +95,7 @@ UNUSED = [
     {"type": "GuiUpdateMessage", "uuid": "a", "updates": {"value": [[1]]}},
     {"type": "GuiUpdateMessage", "uuid": "a", "updates": {"value": "x" * (LARGEST_TEXT + 1)}},
     {"type": "CommandTriggerMessage", "uuid": "a" * 1_001}, {"type": "CommandTriggerMessage"},
-    {**CAMERA, "wxyz": [1.0, 0.0]}, {**CAMERA, "more": 1},
+    {**CAMERA, "wxyz": [1.0, 0.0]}, {**CAMERA, "more": 1}, {**CAMERA, "image_height": 0},
     {"type": "FileTransferPart", "source_component_uuid": "a", "transfer_uuid": "a", "part_index": 0,
      "content": bytes(PART + 1)},
     {"type": "FileTransferPartAck", "source_component_uuid": "a", "transfer_uuid": "a", "transferred_bytes": 1,
