@@ -111,6 +111,18 @@ def _is_nested(value: object) -> bool:
     return is_tables or isinstance(value, dict)
 
 
+def _check_text(value: str) -> None:
+    """Refuse the name of a file whose bytes are no text.
+
+    Raises:
+        ParameterError: it holds such bytes.
+    """
+    try:
+        value.encode("utf-8")
+    except UnicodeEncodeError as error:
+        raise ParameterError(f"{value!r}: is no text in UTF-8, so that no file can name it; rename the file") from error
+
+
 def _text(value: object) -> str:
     """Return a value as TOML: a text, a number, true or false, a list of these, or a table within one line."""
     if isinstance(value, dict):
@@ -118,6 +130,8 @@ def _text(value: object) -> str:
     if isinstance(value, list | tuple):
         return f"[{', '.join(_text(part) for part in value)}]"
     if isinstance(value, str):
+        if not value.isascii():
+            _check_text(value)
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, bool):
         return str(value).lower()
