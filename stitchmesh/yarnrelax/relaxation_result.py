@@ -26,6 +26,8 @@ class Relaxation:
     """The yarns at rest."""
     report: dict[str, Any]
     """seconds, iterations, converged, stopped (by the user), out_of_time (a limit on the time ended it), residual,
+    hidden_by_rounding (forces cannot be distinguished from the rounding of coordinates, so that nobody can say whether
+    the yarns are at rest),
     remaining_change (the estimated change that is left: spacing and energy, both relative, and rms_radii; None where it
     is not known), energy [erg], energies [erg], max_strain, min_distance_over_radius (2 where no yarns touch),
     pull_throughs, certificate, load_steps (None where the whole load was applied at once; else the share of the load
@@ -52,6 +54,7 @@ def relaxation_report(
         "stopped": stopped,
         "out_of_time": out_of_time,
         "residual": loop.last[0].residual,
+        "hidden_by_rounding": loop.last[0].is_noise and not loading.at_rest,
         "remaining_change": None if left is None else asdict(left),
         "energy": loop.last[0].energy,
         "energies": loop.last[0].energies,

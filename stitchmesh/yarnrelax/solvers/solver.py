@@ -70,6 +70,8 @@ class Solver(ABC):
 
     needs_blocks: bool
     """Whether it reads ``state.sample_block`` and ``state.segment_block``."""
+    stops_by_itself: bool
+    """Whether a launch of several iterations ends at those that ``begin`` was asked for."""
     allowed_rise: float
     """Largest rise of the energy between two assessments, over its size, that is accepted."""
 

@@ -53,7 +53,7 @@ class RelaxedCell:
     """The yarns at rest, or in their last accepted state."""
     report: dict[str, Any]
     """iterations, tenth_iterations (iterations to a tenth of the first gradient, None where it was never reached),
-    gradient (the last gradient over the first), converged, residual, remaining_change (as in ``Relaxation.report``),
+    gradient (the last gradient over the first), converged, residual, hidden_by_rounding and remaining_change (as in ``Relaxation.report``),
     energy [erg], energies [erg], max_strain, min_distance_over_radius, and error, None or why the cell could not go
     on."""
     history: list[HistoryEntry]
@@ -172,7 +172,8 @@ class _Run:
     def __init__(self, simulation: YarnSimulation, batch: CellBatch) -> None:
         """Assess the cells as they are given."""
         self.simulation, self.batch = simulation, batch
-        self.loop = RelaxationLoop(simulation, batch.quality.tolerance, batch.quality.largest_change)
+        quality = batch.quality
+        self.loop = RelaxationLoop(simulation, quality.tolerance, quality.largest_change, most=batch.most)
         self.loop.start()
         begun = batch.begun or [None] * len(batch.given)
         teach(self.loop, [None if own is None else own.learned for own in begun])
@@ -240,6 +241,7 @@ class _Run:
                 "gradient": gradient[cell],
                 "converged": bool(at_rest[cell]),
                 "residual": last[cell].residual,
+                "hidden_by_rounding": last[cell].is_noise and not at_rest[cell],
                 "remaining_change": None if left[cell] is None else asdict(left[cell]),
                 "energy": last[cell].energy,
                 "energies": last[cell].energies,

@@ -136,7 +136,7 @@ def _relaxation(
     own = cell.report
     if not own["converged"]:
         logger.warning("yarns are not at rest: %s", rest_text(own))
-    names = ("iterations", "converged", "residual", "remaining_change", "energy", "energies", "max_strain",
+    names = ("iterations", "converged", "residual", "hidden_by_rounding", "remaining_change", "energy", "energies", "max_strain",
              "min_distance_over_radius")  # fmt: skip
     report = {
         "seconds": seconds, **{name: own[name] for name in names}, "stopped": False,
