@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stitchmesh.quality import MORE_DIGITS
+
 ABOVE_NOISE = 4.0
 """Ratio to the noise above which forces are significant; the noise of one place varies by about that factor."""
-MORE_DIGITS = "take quality reference (float64), or smaller stiffnesses"
-"""Advice for yarns of which rounding hides the forces."""
 MORE_ITERATIONS = "raise max_iterations"
 """Advice for yarns that further iterations would bring nearer to rest."""
 

@@ -249,6 +249,11 @@ class RelaxationLoop:
         at_rest = is_at_rest(self.last.residual, spacing, self.tolerance, self.largest_change)
         return at_rest | (self.stalled & self.last.is_noise & (self.last.residual < self.tolerance))
 
+    @property
+    def hidden_by_rounding(self) -> NDArray[np.bool_]:
+        """Whether more digits are needed to say if each cell is at rest, or to lower its energy, shape (C,)."""
+        return (self.last.is_noise | self.stalled) & ~self.at_rest
+
     def _is_near_rest(self, tolerance: float) -> NDArray[np.bool_]:
         """Whether the residual and the fall of the energy of each cell are small, shape (C,)."""
         return has_converged(self.last.residual, self.energy_fall, tolerance)

@@ -26,8 +26,7 @@ class Relaxation:
     """The yarns at rest."""
     report: dict[str, Any]
     """seconds, iterations, converged, stopped (by the user), out_of_time (a limit on the time ended it), residual,
-    hidden_by_rounding (forces cannot be distinguished from the rounding of coordinates, so that nobody can say whether
-    the yarns are at rest),
+    hidden_by_rounding (the precision does not suffice to say whether the yarns are at rest, or to bring them there),
     remaining_change (the estimated change that is left: spacing and energy, both relative, and rms_radii; None where it
     is not known), energy [erg], energies [erg], max_strain, min_distance_over_radius (2 where no yarns touch),
     pull_throughs, certificate, load_steps (None where the whole load was applied at once; else the share of the load
@@ -54,7 +53,7 @@ def relaxation_report(
         "stopped": stopped,
         "out_of_time": out_of_time,
         "residual": loop.last[0].residual,
-        "hidden_by_rounding": loop.last[0].is_noise and not loading.at_rest,
+        "hidden_by_rounding": bool(loop.hidden_by_rounding[0]),
         "remaining_change": None if left is None else asdict(left),
         "energy": loop.last[0].energy,
         "energies": loop.last[0].energies,

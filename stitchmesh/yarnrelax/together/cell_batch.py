@@ -233,6 +233,7 @@ class _Run:
         assert isinstance(solver, LBFGS)
         tenth, gradient = solver.gradients()
         last, at_rest, left = self.loop.last, self.loop.at_rest, self.loop.remaining
+        hidden = self.loop.hidden_by_rounding
         distance, strain = self.simulation.smallest_distances(), self._largest_strains()
         return {
             cell: RelaxedCell(yarns[cell], {
@@ -241,7 +242,7 @@ class _Run:
                 "gradient": gradient[cell],
                 "converged": bool(at_rest[cell]),
                 "residual": last[cell].residual,
-                "hidden_by_rounding": last[cell].is_noise and not at_rest[cell],
+                "hidden_by_rounding": bool(hidden[cell]),
                 "remaining_change": None if left[cell] is None else asdict(left[cell]),
                 "energy": last[cell].energy,
                 "energies": last[cell].energies,
