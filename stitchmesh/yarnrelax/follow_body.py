@@ -25,7 +25,7 @@ from stitchmesh.yarnrelax.body_follower import BodyFollower, FollowInputs
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.fingerprint import fingerprint, refuse_other_inputs
-from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking, refuse_changed_linking
+from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.motion.follow_defaults import DRAG
 from stitchmesh.yarnrelax.motion.moving_body import MovingBody
@@ -144,8 +144,7 @@ def _frames(
                 arrays = {name: array.numpy() for name, array in follower.arrays().items()}
                 write_checkpoint(path, CheckpointFile({"inputs": written, **follower.header()}, arrays))
     device = str(follower.inputs.device)
-    linking = [doubled_linking(each, device=device) for each in (given, follower.yarns())]
-    refuse_changed_linking(given, changed_pairs(linking[0], linking[1]))
+    refuse_pull_through(given, follower.yarns(), device)
 
 
 def _frame(follower: BodyFollower, seconds: float) -> YarnFrame:

@@ -128,6 +128,7 @@ def relax_yarns(
     if not (loading.at_rest or stopped):
         logger.warning("yarns are not at rest: %s", unrest_text(loading, out_of_time=out_of_time))
     relaxed = loading.good_yarns()
-    refuse_changed_linking(yarns, changed_pairs(linking, doubled_linking(relaxed, device=device)))
+    changed = changed_pairs(linking, doubled_linking(relaxed, device=device))
+    refuse_changed_linking(yarns, relaxed, changed, device)
     report = relaxation_report(loading, relaxed, observer.seconds(), stopped=stopped, out_of_time=out_of_time)
     return Relaxation(relaxed, report, observer.history)
