@@ -42,12 +42,11 @@ from stitchmesh.cli.commands.swatch import Swatch
 from stitchmesh.cli.commands.tessellate import Tessellate
 from stitchmesh.cli.commands.view import View
 from stitchmesh.cli.commands.yarns import Yarns
+from stitchmesh.cli.stop_signal import INTERRUPTED, interrupt_noted
 from stitchmesh.compute.threads import set_threads
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.io.disk_refusal import FULL, refusal
 
-INTERRUPTED = 130
-"""Exit status after an interrupt from the keyboard."""
 DESCRIPTION = "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --version` prints the version."
 COMMANDS = (
     Knit, Label, Tessellate, Pattern, Capture, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Outline, Swatch, Stretch,
@@ -74,8 +73,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         command = parse(COMMANDS, words, program="stitchmesh", description=DESCRIPTION)
         set_threads(getattr(command, "threads", None))
-        status = command.run()
+        with interrupt_noted() as interrupted:
+            status = command.run()
         sys.stdout.flush()
+        if interrupted():
+            raise KeyboardInterrupt
     except StitchMeshError as error:
         with suppress(OSError):  # The disk of standard error is full too.
             print(f"{type(error).__name__}: {error}", file=sys.stderr)

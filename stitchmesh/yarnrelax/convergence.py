@@ -38,8 +38,8 @@ energies of a sag and of an overlap of w = ``UNLOADED`` radii, or of the roundin
     sum over segments of  k_bend l (8 w / L^2)^2,    1/2 sum over control points of  D_i w^2
 
 with L the length of the longest yarn and D_i the row sums of contact. Where there is more energy, the yarns are loaded,
-and the noise hides their forces: yarn with a ``k_length`` of 1e10 erg carries the forces of bending with strains of 1e-9,
-which float32 does not represent, and an arc of 200 radii bends back with less force than the rounding of its
+and the noise hides their forces: yarn with a ``k_length`` of 1e10 erg carries the forces of bending with strains of
+1e-9, which float32 does not represent, and an arc of 200 radii bends back with less force than the rounding of its
 coordinates. Nothing can then tell whether the yarns are at rest, and they are not called so. The residual is at least
 that of the noise, and the relaxation ends once the energy is level.
 """

@@ -5,8 +5,8 @@
 The loop serves one piece, and many cells of which each comes to rest by itself (``convergence``). A cell descends with
 the solver, in intervals of ``ASSESSMENT_INTERVAL`` iterations. At a residual of ``DESCENT``, Newton steps end the
 relaxation where all terms give their Hessians (``newton``), with iterations between them where they are too short
-(``alternation``). A product with the Hessian counts as an iteration. A limit of iterations is exact: the last interval or
-step before it is cut short.
+(``alternation``). A product with the Hessian counts as an iteration. A limit of iterations is exact: the last interval
+or step before it is cut short.
 """
 
 from __future__ import annotations

@@ -10,8 +10,8 @@ It cannot change unless one curve passes through the other. The yarns are replac
 coordinates (``projection``), whose crossings and signs are decided without rounding (``crossings``). The numbers are
 therefore exact for these polylines, which differ from the curves by a few hundredths of a radius. A changed number
 proves that a yarn passed through another, unless the yarns are closer than that: yarns that are nearly pressed together
-are therefore compared once more with far shorter edges before a change is believed. Unchanged numbers do not prove that none did, because two passes in opposite
-senses cancel.
+are therefore compared once more with far shorter edges before a change is believed. Unchanged numbers do not prove that
+none did, because two passes in opposite senses cancel.
 
 Open yarns are closed artificially, far away from all yarns (``open_yarns``). An artificial closure is not a yarn, and
 other yarns may move through it. The linking number of an open yarn therefore describes how the yarn lies. Only the

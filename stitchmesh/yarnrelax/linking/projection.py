@@ -10,11 +10,11 @@ with right-handed axes. Without a lattice the axes are orthonormal, and no mesh 
 projection. On a lattice e_0 and e_1 have the directions of the periods and e_2 is slightly inclined to the normal, so
 that a copy of a yarn is the yarn displaced along x and y only.
 
-Each segment becomes ``SAMPLES`` edges, and more where the segment is longer than the others. Vertices are rounded to whole
-units, a unit being some millionths of the longest edge, and a period is a whole number of units. Every question about
-these polylines can therefore be answered without rounding. Several sets of yarns are projected together, each in units
-and cells of its own, and no cell holds edges of two sets. The polylines lie a few hundredths of a yarn radius from the
-curves; nearly all of this distance is the sag of the chords.
+Each segment becomes ``SAMPLES`` edges, and more where the segment is longer than the others. Vertices are rounded to
+whole units, a unit being some millionths of the longest edge, and a period is a whole number of units. Every question
+about these polylines can therefore be answered without rounding. Several sets of yarns are projected together, each in
+units and cells of its own, and no cell holds edges of two sets. The polylines lie a few hundredths of a yarn radius
+from the curves; nearly all of this distance is the sag of the chords.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ from stitchmesh.yarnrelax.linking.polylines import Curves, end_yarns, measure_se
 SAMPLES = 4
 """Edges of a segment of usual length; their chords stay within a few hundredths of a radius of the curve."""
 FINE = 64
-"""Edges of a segment for yarns that are nearly pressed together. A chord sags by at most turn / (8 FINE^2), the turn the
-largest difference of two legs between control points. Two chords then stay apart at the smallest clearance of a
-relaxation, a thousandth of a radius, for turns up to 16 radii."""
+"""Edges of a segment of yarns that are nearly pressed together. A chord sags by at most 1 / (8 FINE^2) of the largest
+difference of two legs between control points. For differences up to 16 radii two chords then stay apart at the smallest
+clearance of a relaxation, a thousandth of a radius."""
 LONG = 2.0
 """Size over the mean size above which a segment is divided into more edges, so that one grid suits all edges."""
 EDGE = 2**19

@@ -53,9 +53,9 @@ class RelaxedCell:
     """The yarns at rest, or in their last accepted state."""
     report: dict[str, Any]
     """iterations, tenth_iterations (iterations to a tenth of the first gradient, None where it was never reached),
-    gradient (the last gradient over the first), converged, residual, hidden_by_rounding and remaining_change (as in ``Relaxation.report``),
-    energy [erg], energies [erg], max_strain, min_distance_over_radius, and error, None or why the cell could not go
-    on."""
+    gradient (the last gradient over the first), converged, residual, hidden_by_rounding and remaining_change (as in
+    ``Relaxation.report``), energy [erg], energies [erg], max_strain, min_distance_over_radius, and error, None or why
+    the cell could not go on."""
     history: list[HistoryEntry]
     """The result of each assessment in which the cell took part."""
 

@@ -432,5 +432,5 @@ def test_yarns_closer_than_the_sag_of_a_chord_have_not_passed_through_one_anothe
     apart, touching = around(0.5 * curve), around((curve + chord) / 2)
     assert changed_pairs(doubled_linking(apart), doubled_linking(touching)).tolist() == [[0, 1]]
     refuse_pull_through(apart, touching)
-    with pytest.raises(SolverError, match="yarns 0 and 1 .*: their linking number changed"):
+    with pytest.raises(SolverError, match=r"yarns 0 and 1 .*: their linking number changed"):
         refuse_pull_through(apart, around(1.05 * curve))
