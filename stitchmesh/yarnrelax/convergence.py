@@ -180,6 +180,19 @@ def is_at_rest(
     return (residual == 0.0) | ((residual < tolerance) & (spacing < largest_change))
 
 
+def hidden_by_rounding(
+    last: Assessments, at_rest: NDArray[np.bool_], stalled: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Whether more digits are needed to say if each cell is at rest, or to lower its energy, shape (C,).
+
+    Args:
+        last: the assessments of the cells.
+        at_rest: whether each cell is at rest, shape (C,).
+        stalled: whether no step lowers the energy of each cell, shape (C,).
+    """
+    return (last.is_noise | stalled) & ~at_rest
+
+
 def rounding_force(model: Model, stiffness: NDArray[np.float64]) -> NDArray[np.float64]:
     """Bound of the rms force that the rounding of coordinates causes without contacts [erg / unit], shape (C,)."""
     counts = np.diff(model.point_start)

@@ -5,8 +5,7 @@
 The loop serves one piece, and many cells of which each comes to rest by itself (``convergence``). A cell descends with
 the solver, in intervals of ``ASSESSMENT_INTERVAL`` iterations. At a residual of ``DESCENT``, Newton steps end the
 relaxation where all terms give their Hessians (``newton``), with iterations between them where they are too short
-(``alternation``). A product with the Hessian counts as an iteration. A limit of iterations is exact: the last interval
-or step before it is cut short.
+(``alternation``). A product with the Hessian counts as an iteration. The last interval or step ends at the limit.
 """
 
 from __future__ import annotations
@@ -19,23 +18,15 @@ from numpy.typing import NDArray
 from stitchmesh.errors import OverloadError
 from stitchmesh.time_limit import check_time
 from stitchmesh.yarnrelax.assessment import Assessments
-from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN
+from stitchmesh.yarnrelax.collision.narrow_phase import LONG_LIFE, fitting_margin
 from stitchmesh.yarnrelax.convergence import has_converged, is_at_rest, is_level
 from stitchmesh.yarnrelax.model.resting_cells import only_in
 from stitchmesh.yarnrelax.settling import settling_of
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.alternation import Alternation
 from stitchmesh.yarnrelax.solvers.newton import RemainingChange
-from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, UNLIMITED
 
-UNLIMITED = np.iinfo(np.int64).max
-"""Limit of iterations where there is none."""
-NARROWEST_MARGIN = 0.3
-"""Margin of the candidate lists where motion is slow, in mean radii."""
-MARGIN_CHANGE = 1.5
-"""Factor by which the margin becomes narrower or wider."""
-SHORT_LIFE, LONG_LIFE = 10, 40
-"""Iterations: lists that last no longer get a wider margin, lists that last longer get a narrower margin."""
 SMALLEST_STEP_SCALE = 5e-5
 """Scale of steps below which the loop does not step back again."""
 RECOVERY, NEWTON_RECOVERY = 1.2, 2.0
@@ -61,8 +52,7 @@ class RelaxationLoop:
 
         Args:
             simulation: the cells, or the piece.
-            tolerance: as in ``Quality``.
-            largest_change: as in ``Quality``.
+            tolerance, largest_change: as in ``Quality``.
             before: iterations that were done before with another load, and that count too.
             most: iterations that no cell exceeds, or those of each cell, shape (C,).
         """
@@ -249,11 +239,6 @@ class RelaxationLoop:
         at_rest = is_at_rest(self.last.residual, spacing, self.tolerance, self.largest_change)
         return at_rest | (self.stalled & self.last.is_noise & (self.last.residual < self.tolerance))
 
-    @property
-    def hidden_by_rounding(self) -> NDArray[np.bool_]:
-        """Whether more digits are needed to say if each cell is at rest, or to lower its energy, shape (C,)."""
-        return (self.last.is_noise | self.stalled) & ~self.at_rest
-
     def _is_near_rest(self, tolerance: float) -> NDArray[np.bool_]:
         """Whether the residual and the fall of the energy of each cell are small, shape (C,)."""
         return has_converged(self.last.residual, self.energy_fall, tolerance)
@@ -264,11 +249,8 @@ class RelaxationLoop:
         return np.isin(np.arange(len(self.last)), list(self.errors))
 
     def _fitting_margin(self) -> float:
-        """Margin of the next candidate lists: wider where lists do not last, narrower where they do."""
-        margin = self.simulation.candidates.margin
-        if self.lists_age <= SHORT_LIFE:
-            return min(margin * MARGIN_CHANGE, WIDEST_MARGIN)
-        return max(margin / MARGIN_CHANGE, NARROWEST_MARGIN) if self.lists_age > LONG_LIFE else margin
+        """Margin of the next candidate lists."""
+        return fitting_margin(self.simulation.candidates.margin, self.lists_age)
 
     def _allowed_rise(self, stepping: NDArray[np.bool_]) -> NDArray[np.float64]:
         """By how much the energy of each cell may rise [erg], in a Newton step of some or in iterations, shape (C,)."""

@@ -13,7 +13,7 @@ import warp as wp
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.assessment import MORE_ITERATIONS
-from stitchmesh.yarnrelax.convergence import LARGEST_ENERGY_FALL, rest_text
+from stitchmesh.yarnrelax.convergence import LARGEST_ENERGY_FALL, hidden_by_rounding, rest_text
 from stitchmesh.yarnrelax.loading import Loading
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 
@@ -53,7 +53,7 @@ def relaxation_report(
         "stopped": stopped,
         "out_of_time": out_of_time,
         "residual": loop.last[0].residual,
-        "hidden_by_rounding": bool(loop.hidden_by_rounding[0]),
+        "hidden_by_rounding": bool(hidden_by_rounding(loop.last, loop.at_rest, loop.stalled)[0]),
         "remaining_change": None if left is None else asdict(left),
         "energy": loop.last[0].energy,
         "energies": loop.last[0].energies,

@@ -182,12 +182,11 @@ class YarnSimulation:
 
     def iterate(self, most: int | None = None) -> int:
         """Launch some iterations; return their number, which is at most ``most`` unless the solver stops by itself."""
-        iterations = self.iterations
-        if most is not None and most < self.graph_iterations and not self.solver.stops_by_itself:
-            CapturedLaunches(self.iteration_launches(), self.model.device, times=most).launch()
-            return most
-        iterations.launch()
-        return self.graph_iterations
+        launches, count = self.iterations, self.graph_iterations
+        if most is not None and most < count and not self.solver.stops_by_itself:
+            launches, count = CapturedLaunches(self.iteration_launches(), self.model.device, times=most), most
+        launches.launch()
+        return count
 
     def search_contacts(self, margin: float | None = None) -> dict[int, str]:
         """Make candidate lists and budgets for the current state, with a new margin where one is given [units].

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.relaxation_loop import LONG_LIFE, RelaxationLoop
+from stitchmesh.yarnrelax.collision.narrow_phase import LONG_LIFE
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, Progress
 

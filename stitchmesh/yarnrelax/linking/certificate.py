@@ -155,8 +155,7 @@ def refuse_pull_through(drawn: YarnSet, relaxed: YarnSet, device: str | None = N
     Raises:
         SolverError: the linking of two yarns changed; it names them.
     """
-    changed = changed_pairs(doubled_linking(drawn, device=device), doubled_linking(relaxed, device=device))
-    refuse_changed_linking(drawn, relaxed, changed, device)
+    refuse_changed_linking(drawn, relaxed, doubled_linking(drawn, device=device), device)
 
 
 @alone()
@@ -170,7 +169,7 @@ def pull_throughs_together(
     for drawn, relaxed in pairs:
         try:
             changed = changed_pairs(linking[id(drawn)], linking[id(relaxed)])
-            refuse_changed_linking(drawn, relaxed, changed, device)
+            _refuse(drawn, relaxed, changed, device)
             errors.append(None)
         except SolverError as error:
             errors.append(error)
@@ -178,7 +177,14 @@ def pull_throughs_together(
 
 
 @alone()
-def refuse_changed_linking(drawn: YarnSet, relaxed: YarnSet, changed: IntArray, device: str | None = None) -> None:
+def refuse_changed_linking(
+    drawn: YarnSet, relaxed: YarnSet, before: DoubledLinking, device: str | None = None
+) -> None:  # fmt: skip
+    """Check as ``refuse_pull_through``, with the linking of the drawn yarns, ``before``."""
+    _refuse(drawn, relaxed, changed_pairs(before, doubled_linking(relaxed, device=device)), device)
+
+
+def _refuse(drawn: YarnSet, relaxed: YarnSet, changed: IntArray, device: str | None) -> None:
     """Refuse pairs of closed yarns with changed linking; that of open yarns may change, as others pass their ends.
 
     Args:

@@ -269,7 +269,6 @@ class LBFGS(Solver):
     """Limited-memory quasi-Newton steps."""
 
     needs_blocks = True
-    stops_by_itself = True
     allowed_rise = 1e-3
 
     def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0, *, alone: bool = True) -> None:

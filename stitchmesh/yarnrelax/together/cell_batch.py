@@ -24,7 +24,7 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality
 from stitchmesh.time_limit import OutOfTime, without_limit
 from stitchmesh.yarn import YarnSet, segment_lengths
-from stitchmesh.yarnrelax.convergence import rest_text
+from stitchmesh.yarnrelax.convergence import hidden_by_rounding, rest_text
 from stitchmesh.yarnrelax.energies.confinement import CellConfinements, Confinement, height_of_middle
 from stitchmesh.yarnrelax.model.cells import PeriodicCell
 from stitchmesh.yarnrelax.model.material import YarnMaterial
@@ -233,7 +233,7 @@ class _Run:
         assert isinstance(solver, LBFGS)
         tenth, gradient = solver.gradients()
         last, at_rest, left = self.loop.last, self.loop.at_rest, self.loop.remaining
-        hidden = self.loop.hidden_by_rounding
+        hidden = hidden_by_rounding(last, at_rest, self.loop.stalled)
         distance, strain = self.simulation.smallest_distances(), self._largest_strains()
         return {
             cell: RelaxedCell(yarns[cell], {
