@@ -43,13 +43,12 @@ from stitchmesh.cli.commands.tessellate import Tessellate
 from stitchmesh.cli.commands.view import View
 from stitchmesh.cli.commands.yarns import Yarns
 from stitchmesh.cli.fault import FAULT, fault_of
+from stitchmesh.cli.stop_signal import INTERRUPTED, interrupt_noted
 from stitchmesh.compute.threads import set_threads
 from stitchmesh.errors import StitchMeshError, is_interrupt
 from stitchmesh.io.disk_refusal import FULL, refusal
 from stitchmesh.io.outputs import guarded_outputs
 
-INTERRUPTED = 130
-"""Exit status after an interrupt from the keyboard."""
 INTERRUPTION = "interrupted; files that have been written are complete"
 """Line after an interrupt."""
 DESCRIPTION = "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --version` prints the version."
@@ -78,9 +77,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         command = parse(COMMANDS, words, program="stitchmesh", description=DESCRIPTION)
         set_threads(getattr(command, "threads", None))
-        with guarded_outputs(overwrite=getattr(command, "overwrite", False)) if _writes(command) else nullcontext():
+        guard = guarded_outputs(overwrite=getattr(command, "overwrite", False)) if _writes(command) else nullcontext()
+        with interrupt_noted() as interrupted, guard:
             status = command.run()
         sys.stdout.flush()
+        if interrupted():
+            raise KeyboardInterrupt
     except StitchMeshError as error:
         _say(f"{type(error).__name__}: {error}")
         return BAD_INPUT

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 AsJson = Annotated[bool, arg(help="print the report as JSON instead of a summary", help_behavior_hint="")]
 """Option of a command that prints a summary."""
 REMEDIES: Mapping[Kind, str] = {
+    "hidden by rounding": "take --quality reference (float64), or smaller values of --stiffness",
     "not at rest": "raise --max-iterations",
     "not flat": "use --relax-cell without --unsupported, or --blocked",
 }

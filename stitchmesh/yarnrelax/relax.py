@@ -24,7 +24,7 @@ from stitchmesh.yarnrelax.checkpoint import Checkpoints, input_fingerprint, read
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice, refuse_in_free_cells
-from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking, refuse_changed_linking
+from stitchmesh.yarnrelax.linking.certificate import doubled_linking, refuse_changed_linking
 from stitchmesh.yarnrelax.load_path import LoadPath, StepInputs
 from stitchmesh.yarnrelax.load_position import AT_ONCE
 from stitchmesh.yarnrelax.loading import Loading
@@ -135,6 +135,6 @@ def relax_yarns(
     if not (loading.at_rest or stopped):
         logger.warning("yarns are not at rest: %s", unrest_text(loading, out_of_time=out_of_time))
     relaxed = loading.good_yarns()
-    refuse_changed_linking(yarns, changed_pairs(linking, doubled_linking(relaxed, device=device)))
+    refuse_changed_linking(yarns, relaxed, linking, device)
     report = relaxation_report(loading, relaxed, observer.seconds(), stopped=stopped, out_of_time=out_of_time)
     return Relaxation(relaxed, report, observer.history)

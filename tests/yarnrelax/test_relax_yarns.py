@@ -191,7 +191,7 @@ def test_a_pull_through_is_detected_and_its_yarns_are_named(monkeypatch: pytest.
     rings = hopf_link(1.0)
     rings = replace(rings, face=np.repeat([5, 8], np.diff(rings.start)))
 
-    def pull_apart(loop: RelaxationLoop, count: int, cells: np.ndarray) -> None:
+    def pull_apart(loop: RelaxationLoop, count: np.ndarray) -> None:
         simulation = loop.simulation
         points = simulation.state.points.numpy()
         points[rings.start[1] :] += 40.0  # in radii; the second ring is now far from the first

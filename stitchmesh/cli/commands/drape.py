@@ -53,7 +53,7 @@ class Drape:
     checkpoint_every: Annotated[int | None, help_entry("N", "no checkpoints")] = None
     """write a checkpoint into the output folder every N steps of a motion, or iterations of a static scene"""
     resume: Flag = False
-    """continue from the checkpoint in the output folder; the result has the same bits"""
+    """continue from the checkpoint in the output folder, if there is one; the result has the same bits"""
     device: Device = None
     threads: Threads = None
     no_picture: Flag = False
