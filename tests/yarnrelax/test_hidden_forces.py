@@ -28,7 +28,8 @@ CASES = [(field, value) for field, values in STIFF.items() for value in values]
 
 
 def material(**stiffness: float) -> YarnMaterial:
-    return YarnMaterial.named("stitchmesh", stiffness)
+    """Return the default material with other stiffnesses, also with larger ones than a user may choose."""
+    return replace(YarnMaterial.named(), **stiffness)
 
 
 def assessed(yarns: YarnSet, precision: str = "float32", **stiffness: float) -> Assessment:
