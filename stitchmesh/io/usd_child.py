@@ -11,7 +11,6 @@ reads in a file with a checksum (``stitchmesh.io.checkpoint_file``). The end of 
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 import tempfile
@@ -22,6 +21,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from stitchmesh.child_interpreter import clean_environment, python_command
 from stitchmesh.errors import FileError
 from stitchmesh.io.checkpoint_file import CheckpointFile, read_checkpoint, write_checkpoint
 from stitchmesh.io.contents import FilePath, read_bytes
@@ -52,8 +52,7 @@ def answer_of_child(module: str, path: FilePath) -> CheckpointFile:
     with tempfile.TemporaryDirectory() as folder:
         answer = Path(folder) / "answer.smc"
         ended = subprocess.run(
-            [sys.executable, "-m", module, name, str(answer)],
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, [*sys.path, os.getcwd()]))},
+            python_command("-m", module, name, str(answer)), env=clean_environment(),
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False,
         )  # fmt: skip
         if ended.returncode or not answer.exists():

@@ -13,6 +13,7 @@ import os
 import subprocess
 import sys
 
+from stitchmesh.child_interpreter import clean_environment, python_command
 from stitchmesh.errors import DisplayError
 
 PACKAGES = "libegl1 libgl1"
@@ -54,8 +55,9 @@ def _failure() -> str:
     """Reason why the probe failed, an empty string if it succeeded."""
     try:
         probe = subprocess.run(
-            [sys.executable, "-c", PROBE], capture_output=True, text=True, timeout=SECONDS, check=False
-        )
+            python_command("-c", PROBE), env=clean_environment(),
+            capture_output=True, text=True, timeout=SECONDS, check=False,
+        )  # fmt: skip
     except subprocess.TimeoutExpired:
         return f"the probe gave no answer within {SECONDS} s"
     except OSError as error:

@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Child interpreters find the packages of their parent, and no module in the present folder."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import subprocess
+import sys
+
+import pytest
+
+from stitchmesh.child_interpreter import PACKAGES, clean_children, clean_environment, python_command, search_path
+
+
+@pytest.fixture(autouse=True)
+def trap(tmp_path, monkeypatch):
+    """A present folder with modules that say so when they are executed."""
+    for name in ("sitecustomize", "usercustomize", "numpy", "multiprocessing"):
+        (tmp_path / f"{name}.py").write_text(f"open({str(tmp_path / 'sprung')!r}, 'a').write({name!r})\n")
+    monkeypatch.chdir(tmp_path)
+    yield
+    assert not (tmp_path / "sprung").exists()
+
+
+@pytest.mark.parametrize("entries", [[""], ["."], ["{here}"], ["{here}/../{name}"], []])
+def test_a_child_finds_the_package_and_nothing_in_the_present_folder(tmp_path, monkeypatch, entries):
+    named = [entry.format(here=tmp_path, name=tmp_path.name) for entry in entries]
+    monkeypatch.setattr(sys, "path", [*named, *sys.path])
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(["", str(tmp_path)]))
+    code = "import multiprocessing, numpy, stitchmesh; print(stitchmesh.__path__[0])"
+    done = subprocess.run(python_command("-c", code), env=clean_environment(), capture_output=True, text=True)
+    assert done.stdout == f"{PACKAGES}/stitchmesh\n", done.stderr
+
+
+def test_the_folder_of_the_package_stays_at_its_place_when_it_is_the_present_one(monkeypatch):
+    monkeypatch.chdir(PACKAGES)
+    others = [entry for entry in sys.path if entry not in ("", PACKAGES)]
+    monkeypatch.setattr(sys, "path", ["", *others])
+    assert search_path() == [PACKAGES, *dict.fromkeys(others)]
+
+
+def test_an_entry_that_the_variable_would_cut_into_two_is_left_out(monkeypatch):
+    monkeypatch.setattr(sys, "path", ["/data/a:b", *sys.path])
+    assert not any("/data/a" in entry for entry in search_path())
+
+
+def test_processes_of_libraries_start_clean_within_the_block():
+    before = dict(os.environ)
+    with clean_children():
+        process = multiprocessing.get_context("spawn").Process(target=os.getpid)
+        process.start()
+        process.join()
+    assert process.exitcode == 0
+    assert dict(os.environ) == before
