@@ -34,7 +34,7 @@ class Batch:
     workers: Annotated[int | None, help_entry("N", "one for each GPU, or for each core without a GPU")] = None
     """processes on this machine; 0 runs the jobs in this process"""
     scheduler: Annotated[str | None, help_entry("ADDRESS", "processes on this machine")] = None
-    """a standing scheduler of Dask, such as tcp://10.0.0.5:8786, whose workers run the jobs"""
+    """a standing scheduler of Dask, such as tls://10.0.0.5:8786, whose workers run the jobs"""
 
     allow_paths: Annotated[UseAppendAction[tuple[str, ...]], help_entry("DIR", "none")] = ()
     """a further folder with files that the jobs name, besides that of the sweep and the present one"""
