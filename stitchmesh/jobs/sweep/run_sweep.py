@@ -29,7 +29,7 @@ from stitchmesh.jobs.sweep.scheduling import Ended, Waiting, work_with
 from stitchmesh.jobs.sweep.sweep import Sweep
 from stitchmesh.jobs.sweep.task import SweptJob, Task, jobs_of, tasks_of
 from stitchmesh.jobs.sweep.work import error_row, work
-from stitchmesh.jobs.sweep.workers import address_of, local_workers, offers_gpu, standing_workers
+from stitchmesh.jobs.sweep.workers import TLS, address_of, local_workers, offers_gpu, standing_workers
 
 if TYPE_CHECKING:
     from distributed.deploy.cluster import Cluster
@@ -39,7 +39,6 @@ logger = logging.getLogger(__name__)
 STAGE = "sweep"
 DIED = "the processes that worked on it died; it may need more memory than a worker has"
 """Error of a job of which several workers died."""
-TLS = "tls://"
 OPEN = "{address}: takes code from everyone who reaches it; give it certificates (tls://, docs/how-to/sweeps.md)"
 """Warning about a scheduler that needs no certificate."""
 TABLE_SECONDS = 60.0

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from distributed.deploy.cluster import Cluster
     from distributed.security import Security
 
+TLS = "tls://"
+"""Begin of the address of a scheduler that needs a certificate."""
 LOOPBACK = "127.0.0.1"
 GPU = "GPU"
 """Resource of a worker that has a GPU."""
@@ -120,16 +122,35 @@ def standing_workers(scheduler: str | Cluster) -> Iterator[Client]:
     from distributed import Client
 
     name = address_of(scheduler)
+    if scheduler is name:
+        _check_certificates(name)
     with dask.config.set(SETTINGS):
         try:
             client = Client(scheduler, set_as_default=False, timeout=CONNECT_SECONDS)
         except (OSError, ValueError) as error:
             raise FileError(f"{name}: no scheduler answers ({error}); start one by `dask scheduler`") from error
-        except (RuntimeError, TypeError) as error:  # tls:// without a certificate, or tcp:// where that is forbidden
-            remedy = "set certificates in the configuration of Dask, and give an address with tls://"
-            raise ParameterError(f"{name}: Dask refuses to connect ({error}); {remedy}") from error
         with client:
             yield client
+
+
+def _check_certificates(address: str) -> None:
+    """Check that the configuration of Dask suits an address; Dask itself would wait for a minute.
+
+    Raises:
+        ParameterError: it has no certificate for ``tls://``, one that cannot be read, or forbids ``tcp://``.
+    """
+    from distributed.security import Security
+
+    remedy = "set certificates in the configuration of Dask, and give an address with tls:// (docs/how-to/sweeps.md)"
+    security = Security()
+    try:
+        has_certificate = security.get_connection_args("client")["ssl_context"] is not None
+    except OSError as error:
+        raise ParameterError(f"{address}: its certificates cannot be read ({error}); {remedy}") from error
+    if address.startswith(TLS) and not has_certificate:
+        raise ParameterError(f"{address}: the configuration of Dask holds no certificate; {remedy}")
+    if security.require_encryption and not address.startswith(TLS):
+        raise ParameterError(f"{address}: the configuration of Dask requires encryption; {remedy}")
 
 
 def address_of(scheduler: str | Cluster) -> str:

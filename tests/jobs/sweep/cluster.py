@@ -66,8 +66,8 @@ class Cluster:
         preload = [] if self._preload is None else ["--preload", str(self._preload)]
         worker = self._start(
             "dask_worker", self.address, "--host", "127.0.0.1", "--nthreads", "1", "--no-dashboard",
-            "--protocol", self._protocol,
-            "--memory-limit", self._memory, "--local-directory", str(self.folder), "--death-timeout", "60", *preload, again=True,
+            "--protocol", self._protocol, "--memory-limit", self._memory, "--local-directory", str(self.folder),
+            "--death-timeout", "60", *preload, again=True,
         )  # fmt: skip
         self.workers.append(worker)
         return worker
