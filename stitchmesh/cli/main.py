@@ -42,8 +42,9 @@ from stitchmesh.cli.commands.swatch import Swatch
 from stitchmesh.cli.commands.tessellate import Tessellate
 from stitchmesh.cli.commands.view import View
 from stitchmesh.cli.commands.yarns import Yarns
+from stitchmesh.cli.say import say
 from stitchmesh.compute.threads import set_threads
-from stitchmesh.errors import StitchMeshError
+from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io.disk_refusal import FULL, refusal
 
 INTERRUPTED = 130
@@ -66,22 +67,23 @@ def main(argv: Sequence[str] | None = None) -> int:
     mark_start(fresh=argv is None)
     words = list(sys.argv[1:] if argv is None else argv)
     if words == ["--version"]:
-        print(f"stitchmesh {__version__}")
+        say(f"stitchmesh {__version__}")
         return 0
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # A terminal may support ASCII only.
     logging.basicConfig(format="%(message)s", level=logging.INFO, handlers=[_StandardErrorHandler()])
     try:
+        _check_words(words)
         command = parse(COMMANDS, words, program="stitchmesh", description=DESCRIPTION)
         set_threads(getattr(command, "threads", None))
         status = command.run()
         sys.stdout.flush()
     except StitchMeshError as error:
         with suppress(OSError):  # The disk of standard error is full too.
-            print(f"{type(error).__name__}: {error}", file=sys.stderr)
+            say(f"{type(error).__name__}: {error}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
-        print("interrupted; files that have been written are complete", file=sys.stderr)
+        say("interrupted; files that have been written are complete", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:  # The reader of the output, for example `head`, has ended.
         _discard_output()
@@ -91,9 +93,22 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise
         _discard_output()
         with suppress(OSError):
-            print(f"{error.filename or 'standard output'}: cannot be written {refusal(error)}", file=sys.stderr)
+            say(f"{error.filename or 'standard output'}: cannot be written {refusal(error)}", file=sys.stderr)
         return BAD_INPUT
     return status or 0
+
+
+def _check_words(words: Sequence[str]) -> None:
+    """Check that all arguments are texts: reports, recipes and the files of many formats hold names as UTF-8.
+
+    Raises:
+        ParameterError: the bytes of one are not UTF-8, which a name of a file on a disk can be.
+    """
+    for number, word in enumerate(words, start=1):
+        try:
+            word.encode("utf-8")
+        except UnicodeEncodeError as error:
+            raise ParameterError(f"argument {number}: {word!r} is not UTF-8; rename the file") from error
 
 
 def _discard_output() -> None:
@@ -109,4 +124,4 @@ class _StandardErrorHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print one record."""
-        print(self.format(record), file=sys.stderr)
+        say(self.format(record), file=sys.stderr)

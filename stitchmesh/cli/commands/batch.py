@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, UseAppendAction
 
 from stitchmesh.cli.arguments import BAD_INPUT, help_entry
+from stitchmesh.cli.say import say
 from stitchmesh.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -64,9 +65,9 @@ class Batch:
                     sweep, folder, workers=self.workers, scheduler=self.scheduler, stop=stop, listener=listener
                 )
         except JobStopped:
-            print(f"stopped; `stitchmesh batch {self.sweep} -o {folder}` continues the sweep", file=sys.stderr)
+            say(f"stopped; `stitchmesh batch {self.sweep} -o {folder}` continues the sweep", file=sys.stderr)
             return TERMINATED
-        print(_summary(ended, folder), file=sys.stdout if sys.stdout.isatty() else sys.stderr)
+        say(_summary(ended, folder), file=sys.stdout if sys.stdout.isatty() else sys.stderr)
         return BAD_INPUT if ended.all_failed else None
 
     def _report(self) -> None:
@@ -76,7 +77,7 @@ class Batch:
         folder = self.folder or self.output
         if folder is None:
             raise ParameterError("batch report: got no folder; expected that of a sweep: `stitchmesh batch report DIR`")
-        print(f"Wrote {write_report_page(Path(folder))}.")
+        say(f"Wrote {write_report_page(Path(folder))}.")
 
 
 def _summary(ended: FinishedSweep, folder: Path) -> str:

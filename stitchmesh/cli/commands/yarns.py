@@ -11,6 +11,7 @@ from tyro.conf import Positional, UseAppendAction
 
 from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import DRAWN_RADIUS, GENERATED_RADIUS, READ_STITCHES, WRITTEN_YARNS, QualityName, YarnName
+from stitchmesh.cli.say import say
 from stitchmesh.quality import DEFAULT_QUALITY
 from stitchmesh.yarn.stitch_size import stitch_size
 from stitchmesh.yarngen.finish import YarnFinish
@@ -54,4 +55,4 @@ class Yarns:
                 quality=self.quality, **asdict(self.finish),
             )  # fmt: skip
         write_yarns(self.output, yarns)
-        print(f"{yarns.yarn_count} yarns, {len(yarns.points)} control points, {yarns.lengths.sum():.1f} cm")
+        say(f"{yarns.yarn_count} yarns, {len(yarns.points)} control points, {yarns.lengths.sum():.1f} cm")
