@@ -157,7 +157,7 @@ def listening(*, but: frozenset[tuple[str, int]] = frozenset()) -> set[tuple[str
 
 def answer_to_a_page(place: tuple[str, int], *, context: ssl.SSLContext | None = None) -> bytes:
     """Return what a server answers to one who asks for a page; nothing if it ends the connection."""
-    with suppress(OSError), socket.create_connection(place, timeout=60) as plain:
+    with suppress(OSError), socket.create_connection(place, timeout=10) as plain:
         with nullcontext(plain) if context is None else context.wrap_socket(plain) as connection:
             connection.sendall(b"GET / HTTP/1.0\r\n\r\n")
             return connection.recv(9)
