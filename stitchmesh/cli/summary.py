@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import arg
 
+from stitchmesh.cli.say import say
 from stitchmesh.mesh import StitchMesh, extent
 from stitchmesh.reporting.verdict import Kind, relaxation_verdict
 from stitchmesh.yarn import YarnSet
@@ -36,7 +37,7 @@ REMEDIES: Mapping[Kind, str] = {
 
 def print_result(report: Mapping[str, Any], lines: Sequence[str], *, as_json: bool) -> None:
     """Print the lines of a summary, or the report as JSON."""
-    print(json.dumps(report, indent=2) if as_json else "\n".join(lines))
+    say(json.dumps(report, indent=2) if as_json else "\n".join(lines))
 
 
 def knit_summary(fabric: StitchMesh, yarns: YarnSet, report: Mapping[str, Any], yarn: Yarn | None) -> list[str]:

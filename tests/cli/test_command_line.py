@@ -261,7 +261,8 @@ def test_a_yarn_radius_without_yarns_is_an_error(tube_obj, knitted, capsys, comm
 
 
 def test_a_yarn_radius_must_be_positive(far_ring, capsys):
-    assert "radius: got -0.1 cm; expected a positive number" in refused(capsys, "info", far_ring, "--yarn-radius", "-0.1")
+    message = refused(capsys, "info", far_ring, "--yarn-radius", "-0.1")
+    assert "radius: got -0.1 cm; expected a positive number" in message
 
 
 def test_help_names_every_command(capsys):
