@@ -52,7 +52,8 @@ class RelaxationLoop:
 
         Args:
             simulation: the cells, or the piece.
-            tolerance, largest_change: as in ``Quality``.
+            tolerance: as in ``Quality``.
+            largest_change: as in ``Quality``.
             before: iterations that were done before with another load, and that count too.
             most: iterations that no cell exceeds, or those of each cell, shape (C,).
         """
@@ -249,7 +250,6 @@ class RelaxationLoop:
         return np.isin(np.arange(len(self.last)), list(self.errors))
 
     def _fitting_margin(self) -> float:
-        """Margin of the next candidate lists."""
         return fitting_margin(self.simulation.candidates.margin, self.lists_age)
 
     def _allowed_rise(self, stepping: NDArray[np.bool_]) -> NDArray[np.float64]:
