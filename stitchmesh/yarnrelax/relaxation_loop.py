@@ -250,7 +250,6 @@ class RelaxationLoop:
         return np.isin(np.arange(len(self.last)), list(self.errors))
 
     def _fitting_margin(self) -> float:
-        """Margin of the next candidate lists."""
         return fitting_margin(self.simulation.candidates.margin, self.lists_age)
 
     def _allowed_rise(self, stepping: NDArray[np.bool_]) -> NDArray[np.float64]:
