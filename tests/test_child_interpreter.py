@@ -62,7 +62,8 @@ def test_no_other_place_starts_an_interpreter():
     for path in (ROOT / "stitchmesh").rglob("*.py"):
         text = path.read_text()
         started = re.findall(r"subprocess\.(?:run|Popen|call|check_call|check_output)\(\s*(\w+)", text)
-        assert set(started) <= {"python_command"} and len(re.findall(r"env=(?:\{\*\*)?clean_environment\(\)", text)) == len(started), path
+        clean = re.findall(r"env=(?:\{\*\*)?clean_environment\(\)", text)
+        assert set(started) <= {"python_command"} and len(clean) == len(started), path
         assert path.name == "child_interpreter.py" or "sys.executable" not in text, path
         other = r"import multiprocessing|from multiprocessing|ProcessPool|os\.(exec|spawn|system)"
         assert not re.search(other, text), path
