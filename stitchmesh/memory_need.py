@@ -8,9 +8,14 @@ compare them with the largest resident memory of processes, or with the largest 
 
 from __future__ import annotations
 
-from stitchmesh.compute.free_memory import host_memory
+from typing import TYPE_CHECKING
+
+from stitchmesh.compute.free_memory import available_memory, host_memory
 from stitchmesh.errors import ParameterError
 from stitchmesh.quality import Quality
+
+if TYPE_CHECKING:
+    import warp as wp
 
 GIGABYTE = 1e9
 """Bytes in the unit of the messages."""
@@ -63,6 +68,16 @@ def relaxation_memory(points: float, quality: Quality, *, on_gpu: bool) -> float
 def picture_memory(points: float, pixels: float) -> float:
     """Return the memory of the program while it draws a picture of yarns without a GPU [bytes]; 0 without pixels."""
     return RENDERER + BYTES_PER_PIXEL * pixels + BYTES_PER_DRAWN_POINT * points if pixels else 0.0
+
+
+def check_relaxation(asked: str, points: float, quality: Quality, device: wp.Device, remedy: str) -> None:
+    """Refuse a relaxation of control points that does not fit into the memory of its device.
+
+    Raises:
+        ParameterError: as for ``check_memory``.
+    """
+    needed = relaxation_memory(points, quality, on_gpu=device.is_cuda)
+    check_memory(asked, needed, remedy, where=str(device), free=available_memory(device))
 
 
 def check_memory(

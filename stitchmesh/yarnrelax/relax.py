@@ -10,10 +10,9 @@ from collections.abc import Callable, Sequence
 from typing import Literal
 
 from stitchmesh.compute.device import alone, device_named
-from stitchmesh.compute.free_memory import available_memory
 from stitchmesh.errors import check_kind
 from stitchmesh.io.contents import FilePath
-from stitchmesh.memory_need import check_memory, relaxation_memory
+from stitchmesh.memory_need import check_relaxation
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.progress import shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
@@ -97,12 +96,9 @@ def relax_yarns(
     """
     check_kind("relax_yarns", yarns, YarnSet)
     began = time.perf_counter()
-    quality, chosen = quality_named(quality), device_named(device)
-    check_memory(
-        f"a relaxation of {len(yarns.points):,} control points",
-        relaxation_memory(len(yarns.points), quality, on_gpu=chosen.is_cuda), "fewer stitches, or a coarser quality",
-        where=str(chosen), free=available_memory(chosen),
-    )  # fmt: skip
+    quality, kind = quality_named(quality), device_named(device)
+    asked, remedy = f"a relaxation of {len(yarns.points):,} control points", "fewer stitches, or a coarser quality"
+    check_relaxation(asked, len(yarns.points), quality, kind, remedy)
     if material is None:
         material = YarnMaterial.named().scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
     check_kind("relax_yarns, material", material, YarnMaterial)
@@ -112,9 +108,8 @@ def relax_yarns(
     points = None if start is None else start_points(start, yarns)
     if cell is not None:
         refuse_in_free_cells(terms, constraints)
-    kind, inputs = chosen, {}
-    if checkpoint is not None or resume is not None:
-        inputs = input_fingerprint(yarns, material, quality, kind, terms, constraints, cell)
+    keeps = checkpoint is not None or resume is not None
+    inputs = input_fingerprint(yarns, material, quality, kind, terms, constraints, cell) if keeps else {}
     saved = None if resume is None else read_state(resume, inputs)
     path = LoadPath(StepInputs(yarns, material, quality, kind, terms, constraints, points, cell))
     loading = Loading(path, AT_ONCE if saved is None else saved.position, in_steps=load_steps)

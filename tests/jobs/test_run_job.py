@@ -26,7 +26,7 @@ from stitchmesh.jobs.job_file import job_of_table
 from stitchmesh.jobs.job_memory import check_job_memory
 from stitchmesh.jobs.job_status import JobLog, read_status
 from stitchmesh.jobs.kept_stages import KeptStages, StageRecord
-from stitchmesh.jobs.run_job import run_job
+from stitchmesh.jobs.run_job import end_reported, run_job
 from stitchmesh.jobs.sections import GenerateYarnsTable, RelaxYarnsTable, SwatchTable, TessellateTable
 from stitchmesh.jobs.stage_files import quality_stage, yarns_stage
 from stitchmesh.jobs.stage_run import JobRun
@@ -408,3 +408,20 @@ def test_sigterm_writes_a_checkpoint_and_ends_the_process(job, tmp_path):
 def test_the_memory_on_a_gpu_is_that_of_the_measured_jobs(points, quality, measured):
     """The figures are those of ``benchmarks/job_memory.py --device cuda:0``; 20 % is what the estimate promises."""
     assert relaxation_memory(points, PRESETS[quality], on_gpu=True) == pytest.approx(measured, rel=0.2)
+
+
+INTERRUPTED_IMPORT = ImportError("numpy failed to import")
+INTERRUPTED_IMPORT.__cause__ = KeyboardInterrupt()
+
+
+@pytest.mark.parametrize(
+    ("error", "state"),
+    [(KeyboardInterrupt(), "stopped"), (INTERRUPTED_IMPORT, "stopped"), (JobStopped(), "stopped"),
+     (FileError("no space"), "failed"), (MemoryError(), "failed"), (SystemExit(1), "failed")],
+)  # fmt: skip
+def test_whatever_ends_a_job_its_status_says_so(tmp_path, error, state):
+    log = JobLog(tmp_path, FolderLock(tmp_path, "busy"), lambda _: None)
+    log.begin("label")
+    with pytest.raises(type(error)), end_reported(log):
+        raise error
+    assert json.loads((tmp_path / "status.json").read_text())["state"] == state

@@ -355,7 +355,7 @@ def test_a_region_that_does_not_fit_into_the_memory_writes_nothing(tmp_path, cap
     write_scene(tmp_path / "scene.toml", form("all"))
     assert main(["drape", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out")]) == 2
     error = capsys.readouterr().err
-    assert error.count("\n") == 1 and "GB are free" in error
+    assert error.count("\n") == 1 and "GB free" in error
     assert not (tmp_path / "out").exists()
 
 

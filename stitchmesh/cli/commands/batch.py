@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, UseAppendAction
 
-from stitchmesh.cli.arguments import BAD_INPUT, help_entry
+from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import Overwrite
 from stitchmesh.cli.say import say
 from stitchmesh.errors import ParameterError
@@ -19,6 +19,8 @@ from stitchmesh.errors import ParameterError
 if TYPE_CHECKING:
     from stitchmesh.jobs.sweep.run_sweep import FinishedSweep
 
+ALL_FAILED = 1
+"""Exit status after a sweep of which no job has a result."""
 REPORT = "report"
 """Word for the page of a sweep, in the place of a file."""
 
@@ -71,7 +73,7 @@ class Batch:
             say(f"stopped; `stitchmesh batch {self.sweep} -o {folder}` continues the sweep", file=sys.stderr)
             return TERMINATED
         say(_summary(ended, folder), file=sys.stdout if sys.stdout.isatty() else sys.stderr)
-        return BAD_INPUT if ended.all_failed else None
+        return ALL_FAILED if ended.all_failed else None
 
     def _report(self) -> None:
         """Write the page of a sweep."""

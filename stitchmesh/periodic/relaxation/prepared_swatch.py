@@ -19,9 +19,8 @@ import numpy as np
 
 from stitchmesh.compute.asking import Asking, answered_alone
 from stitchmesh.compute.device import device_named
-from stitchmesh.compute.free_memory import available_memory
 from stitchmesh.errors import ParameterError, check_kind
-from stitchmesh.memory_need import check_memory, relaxation_memory
+from stitchmesh.memory_need import check_relaxation
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.fabric_shape import FlatFabric
@@ -186,11 +185,8 @@ def check_repeat_memory(
     stitches = stitches_of(source) * options.columns * options.rows
     points = stitches * quality.control_points_per_stitch * (quality.refinement if free else 1.0)
     chosen = device_named(device)
-    check_memory(
-        f"a cell of {options.columns} x {options.rows} repeats with {stitches:,} stitches",
-        relaxation_memory(points, quality, on_gpu=chosen.is_cuda), "fewer columns and rows, or a coarser quality",
-        where=str(chosen), free=available_memory(chosen),
-    )  # fmt: skip
+    asked = f"a cell of {options.columns} x {options.rows} repeats with {stitches:,} stitches"
+    check_relaxation(asked, points, quality, chosen, "fewer columns and rows, or a coarser quality")
 
 
 def smallest_cell(
