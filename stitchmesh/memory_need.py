@@ -8,14 +8,11 @@ compare them with the largest resident memory of processes, or with the largest 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 from stitchmesh.compute.free_memory import available_memory, host_memory
 from stitchmesh.errors import ParameterError
 from stitchmesh.quality import Quality
-
-if TYPE_CHECKING:
-    import warp as wp
 
 GIGABYTE = 1e9
 """Bytes in the unit of the messages."""
@@ -70,8 +67,8 @@ def picture_memory(points: float, pixels: float) -> float:
     return RENDERER + BYTES_PER_PIXEL * pixels + BYTES_PER_DRAWN_POINT * points if pixels else 0.0
 
 
-def check_relaxation(asked: str, points: float, quality: Quality, device: wp.Device, remedy: str) -> None:
-    """Refuse a relaxation of control points that does not fit into the memory of its device.
+def check_relaxation(asked: str, points: float, quality: Quality, device: Any, remedy: str) -> None:
+    """Refuse a relaxation of control points that does not fit into the memory of its device, a ``warp.Device``.
 
     Raises:
         ParameterError: as for ``check_memory``.

@@ -170,11 +170,10 @@ class RelaxationLoop:
             progress = self.simulation.solver.progress(self.simulation.inputs, launched)
             self.lists_age += int((progress.done - done).max())
             done, since_search = progress.done, since_search + launched
-            if progress.needs_lists(wanted, since_search):
-                self.search_contacts(self._fitting_margin())
-                since_search = 0
-            elif self.lists_age > LONG_LIFE and self._fitting_margin() != self.simulation.candidates.margin:
-                self.search_contacts(self._fitting_margin())
+            needs_lists, margin = progress.needs_lists(wanted, since_search), self._fitting_margin()
+            if needs_lists or (self.lists_age > LONG_LIFE and margin != self.simulation.candidates.margin):
+                self.search_contacts(margin)
+                since_search = 0 if needs_lists else since_search
 
     def search_contacts(self, margin: float | None = None) -> None:
         """Make new candidate lists, with a new margin where one is given [units].
