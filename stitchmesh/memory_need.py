@@ -67,7 +67,9 @@ def picture_memory(points: float, pixels: float) -> float:
     return RENDERER + BYTES_PER_PIXEL * pixels + BYTES_PER_DRAWN_POINT * points if pixels else 0.0
 
 
-def check_relaxation(asked: str, points: float, quality: Quality, device: Any, remedy: str) -> None:
+def check_relaxation(
+    asked: str, points: float, quality: Quality, device: Any, remedy: str = "fewer stitches, or a coarser quality"
+) -> None:
     """Refuse a relaxation of control points that does not fit into the memory of its device, a ``warp.Device``.
 
     Raises:

@@ -97,8 +97,7 @@ def relax_yarns(
     check_kind("relax_yarns", yarns, YarnSet)
     began = time.perf_counter()
     quality, kind = quality_named(quality), device_named(device)
-    asked, remedy = f"a relaxation of {len(yarns.points):,} control points", "fewer stitches, or a coarser quality"
-    check_relaxation(asked, len(yarns.points), quality, kind, remedy)
+    check_relaxation(f"a relaxation of {len(yarns.points):,} control points", len(yarns.points), quality, kind)
     if material is None:
         material = YarnMaterial.named().scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
     check_kind("relax_yarns, material", material, YarnMaterial)
