@@ -8,8 +8,6 @@ compare them with the largest resident memory of processes, or with the largest 
 
 from __future__ import annotations
 
-from typing import Any
-
 from stitchmesh.compute.free_memory import available_memory, host_memory
 from stitchmesh.errors import ParameterError
 from stitchmesh.quality import Quality
@@ -62,21 +60,22 @@ def relaxation_memory(points: float, quality: Quality, *, on_gpu: bool) -> float
     return points * (ON_GPU + listed) * (2.0 if quality.precision == "float64" else 1.0)
 
 
-def picture_memory(points: float, pixels: float) -> float:
-    """Return the memory of the program while it draws a picture of yarns without a GPU [bytes]; 0 without pixels."""
-    return RENDERER + BYTES_PER_PIXEL * pixels + BYTES_PER_DRAWN_POINT * points if pixels else 0.0
-
-
-def check_relaxation(
-    asked: str, points: float, quality: Quality, device: Any, remedy: str = "fewer stitches, or a coarser quality"
-) -> None:
-    """Refuse a relaxation of control points that does not fit into the memory of its device, a ``warp.Device``.
+def check_relaxation_memory(asked: str, points: float, quality: Quality, device: str | None) -> None:
+    """Refuse a relaxation of control points that does not fit into the memory of its device, before it begins.
 
     Raises:
         ParameterError: as for ``check_memory``.
     """
-    needed = relaxation_memory(points, quality, on_gpu=device.is_cuda)
-    check_memory(asked, needed, remedy, where=str(device), free=available_memory(device))
+    from stitchmesh.compute.device import device_named
+
+    chosen = device_named(device)
+    needed, free = relaxation_memory(points, quality, on_gpu=chosen.is_cuda), available_memory(chosen)
+    check_memory(asked, needed, "fewer stitches, or a coarser quality", where=str(chosen), free=free)
+
+
+def picture_memory(points: float, pixels: float) -> float:
+    """Return the memory of the program while it draws a picture of yarns without a GPU [bytes]; 0 without pixels."""
+    return RENDERER + BYTES_PER_PIXEL * pixels + BYTES_PER_DRAWN_POINT * points if pixels else 0.0
 
 
 def check_memory(

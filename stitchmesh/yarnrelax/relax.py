@@ -12,7 +12,7 @@ from typing import Literal
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.errors import check_kind
 from stitchmesh.io.contents import FilePath
-from stitchmesh.memory_need import check_relaxation
+from stitchmesh.memory_need import check_relaxation_memory
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.progress import shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
@@ -97,7 +97,7 @@ def relax_yarns(
     check_kind("relax_yarns", yarns, YarnSet)
     began = time.perf_counter()
     quality, kind = quality_named(quality), device_named(device)
-    check_relaxation(f"a relaxation of {len(yarns.points):,} control points", len(yarns.points), quality, kind)
+    check_relaxation_memory(f"a relaxation of {len(yarns.points):,} control points", len(yarns.points), quality, device)
     if material is None:
         material = YarnMaterial.named().scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
     check_kind("relax_yarns, material", material, YarnMaterial)

@@ -18,9 +18,8 @@ from typing import Any
 import numpy as np
 
 from stitchmesh.compute.asking import Asking, answered_alone
-from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError, check_kind
-from stitchmesh.memory_need import check_relaxation
+from stitchmesh.memory_need import check_relaxation_memory
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.fabric_shape import FlatFabric
@@ -184,9 +183,8 @@ def check_repeat_memory(
     """
     stitches = stitches_of(source) * options.columns * options.rows
     points = stitches * quality.control_points_per_stitch * (quality.refinement if free else 1.0)
-    chosen = device_named(device)
     asked = f"a cell of {options.columns} x {options.rows} repeats with {stitches:,} stitches"
-    check_relaxation(asked, points, quality, chosen, "fewer columns and rows, or a coarser quality")
+    check_relaxation_memory(asked, points, quality, device)
 
 
 def smallest_cell(

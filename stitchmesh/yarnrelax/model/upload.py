@@ -182,4 +182,4 @@ def sample_counts(yarns: YarnSet, contact_samples: int) -> NDArray[np.int64]:
     leg = np.linalg.norm(np.diff(corners, axis=1), axis=2).max(axis=1)
     reach = np.maximum(leg, yarns.rest_length) / (2 * yarns.radius[yarns.segment_yarn])
     counts = np.maximum(contact_samples, np.ceil(reach / LARGEST_REACH))
-    return np.minimum(counts, MOST_SAMPLES + 1).astype(np.int64)  # A longer segment can have more than an integer holds.
+    return np.minimum(counts, MOST_SAMPLES + 1).astype(np.int64)  # More may not fit into an integer.
