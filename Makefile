@@ -38,8 +38,12 @@ docs: setup
 
 setup: $(VENV)/ready
 
+# the machine's own pip installs only the pip of the lock file, and its setuptools is not used: all that runs has a hash there
 $(VENV)/ready: requirements.lock pyproject.toml
 	$(PYTHON) -m venv $(VENV)
+	sed -n '/^pip==/,/[^\\]$$/p' requirements.lock > $(VENV)/pip.lock
+	$(RUN) -m pip install --quiet --require-hashes --only-binary :all: -r $(VENV)/pip.lock
+	$(RUN) -m pip uninstall --quiet --yes setuptools
 	$(RUN) -m pip install --quiet --require-hashes --only-binary :all: -r requirements.lock
 	$(RUN) -m pip install --quiet --no-deps --no-build-isolation --editable .
 	touch $@

@@ -48,6 +48,8 @@ PRESETS: dict[str, Quality] = {
 """The presets of the command line, by name."""
 DEFAULT_QUALITY = "standard"
 """Name of the preset that applies if no quality is given."""
+MORE_DIGITS = "take quality reference (float64), or smaller stiffnesses"
+"""Advice where the digits of the precision do not suffice."""
 
 
 def quality_named(name: str | Quality) -> Quality:

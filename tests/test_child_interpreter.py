@@ -6,12 +6,14 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import re
 import subprocess
 import sys
 
 import pytest
 
 from stitchmesh.child_interpreter import PACKAGES, clean_children, clean_environment, python_command, search_path
+from tests.gallery import ROOT
 
 
 @pytest.fixture(autouse=True)
@@ -54,3 +56,14 @@ def test_processes_of_libraries_start_clean_within_the_block():
         process.join()
     assert process.exitcode == 0
     assert dict(os.environ) == before
+
+
+def test_no_other_place_starts_an_interpreter():
+    for path in (ROOT / "stitchmesh").rglob("*.py"):
+        text = path.read_text()
+        started = re.findall(r"subprocess\.(?:run|Popen|call|check_call|check_output)\(\s*(\w+)", text)
+        clean = re.findall(r"env=(?:\{\*\*)?clean_environment\(\)", text)
+        assert set(started) <= {"python_command"} and len(clean) == len(started), path
+        assert path.name == "child_interpreter.py" or "sys.executable" not in text, path
+        other = r"import multiprocessing|from multiprocessing|ProcessPool|os\.(exec|spawn|system)"
+        assert not re.search(other, text), path

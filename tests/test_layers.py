@@ -18,7 +18,7 @@ from tests.gallery import ROOT
 PACKAGE = ROOT / "stitchmesh"
 LAYERS = [
     {"errors"},
-    {"child_interpreter", "compute", "lattice", "progress", "quality", "reporting", "run_control"},
+    {"child_interpreter", "compute", "lattice", "markup", "progress", "quality", "reporting", "run_control"},
     {"memory_need", "time_limit"},
     {"mesh"},
     {"yarn"},

@@ -7,8 +7,8 @@
 
 The arguments are the sweep, a folder that all machines see under this path, and the number of workers. Run the script
 on a machine from which jobs may be submitted, for example in tmux; run it again to continue a sweep that was
-interrupted. The scheduler listens in the network of the cluster, which must be closed: whoever reaches it can run any
-code as you.
+interrupted. The scheduler listens in the network of the cluster, and speaks only to those with the certificate of this
+run. The workers read it in files beside the folder of the sweep that only you may read, and that end with the run.
 """
 
 from __future__ import annotations
@@ -18,17 +18,25 @@ from pathlib import Path
 
 from distributed import SpecCluster
 
+from stitchmesh.jobs.sweep.closed_servers import ClosedScheduler
 from stitchmesh.jobs.sweep.run_sweep import FinishedSweep, run_sweep
 from stitchmesh.jobs.sweep.sweep_file import read_sweep
 
 
-def slurm_cluster(*, gpus: bool = False) -> SpecCluster:
-    """Return a scheduler in this process whose workers are batch jobs, with a GPU or with four cores each."""
+def slurm_cluster(shared: Path, *, gpus: bool = False) -> SpecCluster:
+    """Return a scheduler in this process whose workers are batch jobs, with a GPU or with four cores each.
+
+    The folder ``shared`` is one that all machines see; it gets the certificate.
+    """
     from dask_jobqueue import SLURMCluster
 
     # Workers end in time, one after another, and are replaced; a garment continues from its checkpoint.
     lifetime = ["--lifetime", "3h40m", "--lifetime-stagger", "10m"]
     return SLURMCluster(
+        security=True,
+        shared_temp_directory=str(shared),
+        scheduler_cls=ClosedScheduler,
+        scheduler_options={"dashboard": False},
         cores=1,  # One task at a time: a task uses all cores of its worker.
         processes=1,
         job_cpu=4,
@@ -44,8 +52,9 @@ def run_on(cluster: SpecCluster, workers: int, sweep: Path, folder: Path) -> Fin
     """Run a sweep on a number of workers of a cluster; one that ends is replaced."""
     with cluster:
         cluster.adapt(minimum=workers, maximum=workers)
-        return run_sweep(read_sweep(sweep), folder, scheduler=cluster.scheduler_address)
+        return run_sweep(read_sweep(sweep), folder, scheduler=cluster)
 
 
 if __name__ == "__main__":
-    print(run_on(slurm_cluster(), int(sys.argv[3]), Path(sys.argv[1]), Path(sys.argv[2])))
+    target = Path(sys.argv[2])
+    print(run_on(slurm_cluster(target.parent), int(sys.argv[3]), Path(sys.argv[1]), target))

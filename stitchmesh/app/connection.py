@@ -9,7 +9,7 @@ from typing import Any
 
 from websockets.asyncio.server import ServerConnection
 
-from stitchmesh.app.page_messages import Allowance, Part, read_message
+from stitchmesh.app.page_messages import Allowance, Part, page_message
 
 MESSAGES = 2_000, 400.0
 """Number of messages that a browser may send at once, and in each second from then on."""
@@ -39,7 +39,7 @@ class GuardedConnection(ServerConnection):
         while True:
             await asyncio.sleep(self._pause)  # Meanwhile the sender waits, because what it sends is not read.
             raw = await super().recv(decode)
-            message, now = read_message(raw), self.loop.time()
+            message, now = page_message(raw), self.loop.time()
             used = self._uploaded if isinstance(message, Part) else self._bytes
             self._pause = max(self._messages.use(1, now), used.use(len(raw), now))
             if message is not None:

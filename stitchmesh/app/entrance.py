@@ -12,17 +12,23 @@ import contextlib
 import os
 import tempfile
 from collections.abc import Iterator
-from html import escape
 from pathlib import Path
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.folder_lock import NAME as LOCK
 from stitchmesh.io.folder_lock import FolderLock, is_locked
+from stitchmesh.markup import markup
 
 PREFIX = "browser~"
 """First letters of the folder of the page; no project has a folder of such a name."""
 NAME = "open.html"
 """Name of the page."""
+LEADING = """<!doctype html><html lang="en"><meta charset="utf-8"><title>StitchMesh</title>
+<link rel="icon" href="data:,"><meta name="referrer" content="no-referrer">
+<meta http-equiv="refresh" content="0; url={}">
+<p><a href="{}">Open StitchMesh</a></p></html>
+"""
+"""Content of a page that leads to an address at once."""
 IN_USE = "another program uses it"
 """Message for the folder of another program."""
 
@@ -63,11 +69,7 @@ def leading_page(address: str) -> str:
     A page that sets a cookie leads on in this way too: after a redirect of HTTP, a browser that comes from a page on
     disk would not send a cookie that is kept from other sites.
     """
-    return f"""<!doctype html><html lang="en"><meta charset="utf-8"><title>StitchMesh</title>
-<link rel="icon" href="data:,"><meta name="referrer" content="no-referrer">
-<meta http-equiv="refresh" content="0; url={escape(address)}">
-<p><a href="{escape(address)}">Open StitchMesh</a></p></html>
-"""
+    return markup(LEADING, address, address)
 
 
 def _remove(own: Path) -> None:

@@ -48,8 +48,8 @@ class _Camera(_Message, tag="ViewerCameraMessage"):
     fov: float
     near: float
     far: float
-    image_height: float
-    image_width: float
+    image_height: Annotated[float, msgspec.Meta(gt=0)]
+    image_width: Annotated[float, msgspec.Meta(gt=0)]
     look_at: Point
     up_direction: Point
 
@@ -101,7 +101,7 @@ class Part(_Message, tag="FileTransferPart"):
 _decoder = msgspec.msgpack.Decoder(_Value | _Command | _Camera | _Pointer | _Drag | _Picture | _Upload | Part)
 
 
-def read_message(raw: bytes | str) -> Any:
+def page_message(raw: bytes | str) -> Any:
     """Return a message as an object; None if no page sends it."""
     if isinstance(raw, str):
         return None

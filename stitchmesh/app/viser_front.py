@@ -73,7 +73,7 @@ class ViserFront:
 
     def _refuse_file(self, message: dict[str, Any]) -> None:
         """Say why a file that was dropped or chosen is not taken."""
-        name, reason = str(message.get("name", "")), FILE_PROBLEMS.get(str(message.get("problem")), "is refused")
+        name, reason = str(message.get("name", ""))[:200], FILE_PROBLEMS.get(str(message.get("problem")), "is refused")
         self.notice("Not possible", f"{name}: {reason}", "error")
 
     def listen(self, listener: Listener) -> None:

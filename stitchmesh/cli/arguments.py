@@ -23,6 +23,8 @@ import tyro
 from tyro.conf import arg
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
+from stitchmesh.cli.say import say
+
 BAD_INPUT = 2
 """Exit status after an error in the input."""
 TERMINAL_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
@@ -240,7 +242,7 @@ def parse(commands: Sequence[type[Command]], words: Sequence[str], *, program: s
         if stop.code:
             command = {_command_name(each) for each in commands} & set(words[:1])
             called = " ".join([program, *command])
-            print(f"{called}: {one_line(messages.getvalue())}; see {called} --help", file=sys.stderr)
+            say(f"{called}: {one_line(messages.getvalue())}; see {called} --help", file=sys.stderr)
         raise
 
 

@@ -14,6 +14,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from stitchmesh.cli.progress import LINE_SECONDS, show_progress
+from stitchmesh.cli.say import say
 
 if TYPE_CHECKING:
     from stitchmesh.jobs.job_status import JobStatus, Listener
@@ -52,4 +53,4 @@ class _JsonLines:
         self._event, self._printed = event, now
         entry = asdict(status)
         entry["stages"] = [stage["name"] for stage in entry["stages"]]
-        print(json.dumps(entry), flush=True)
+        say(json.dumps(entry), flush=True)

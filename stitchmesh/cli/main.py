@@ -43,13 +43,13 @@ from stitchmesh.cli.commands.tessellate import Tessellate
 from stitchmesh.cli.commands.view import View
 from stitchmesh.cli.commands.yarns import Yarns
 from stitchmesh.cli.fault import FAULT, fault_of
+from stitchmesh.cli.say import say
+from stitchmesh.cli.stop_signal import INTERRUPTED, interrupt_noted
 from stitchmesh.compute.threads import set_threads
-from stitchmesh.errors import StitchMeshError, is_interrupt
+from stitchmesh.errors import ParameterError, StitchMeshError, is_interrupt
 from stitchmesh.io.disk_refusal import FULL, refusal
 from stitchmesh.io.outputs import guarded_outputs
 
-INTERRUPTED = 130
-"""Exit status after an interrupt from the keyboard."""
 INTERRUPTION = "interrupted; files that have been written are complete"
 """Line after an interrupt."""
 DESCRIPTION = "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --version` prints the version."
@@ -70,17 +70,21 @@ def main(argv: Sequence[str] | None = None) -> int:
     mark_start(fresh=argv is None)
     words = list(sys.argv[1:] if argv is None else argv)
     if words == ["--version"]:
-        print(f"stitchmesh {__version__}")
+        say(f"stitchmesh {__version__}")
         return 0
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # A terminal may support ASCII only.
     logging.basicConfig(format="%(message)s", level=logging.INFO, handlers=[_StandardErrorHandler()])
     try:
+        _check_words(words)
         command = parse(COMMANDS, words, program="stitchmesh", description=DESCRIPTION)
         set_threads(getattr(command, "threads", None))
-        with guarded_outputs(overwrite=getattr(command, "overwrite", False)) if _writes(command) else nullcontext():
+        guard = guarded_outputs(overwrite=getattr(command, "overwrite", False)) if _writes(command) else nullcontext()
+        with interrupt_noted() as interrupted, guard:
             status = command.run()
         sys.stdout.flush()
+        if interrupted():
+            raise KeyboardInterrupt
     except StitchMeshError as error:
         _say(f"{type(error).__name__}: {error}")
         return BAD_INPUT
@@ -117,13 +121,26 @@ def _fault(error: Exception) -> int:
 def _say(line: str) -> None:
     """Print a line to standard error."""
     with suppress(OSError):  # The disk of standard error is full too.
-        print(line, file=sys.stderr)
+        say(line, file=sys.stderr)
 
 
 def _writes(command: Command) -> bool:
     """Return whether a command writes files that the user names, and does not open the application."""
     serves = hasattr(command, "serving") and getattr(command, "output", None) is None
     return hasattr(command, "overwrite") and not serves
+
+
+def _check_words(words: Sequence[str]) -> None:
+    """Check that all arguments are texts: reports, recipes and the files of many formats hold names as UTF-8.
+
+    Raises:
+        ParameterError: the bytes of one are not UTF-8, which a name of a file on a disk can be.
+    """
+    for number, word in enumerate(words, start=1):
+        try:
+            word.encode("utf-8")
+        except UnicodeEncodeError as error:
+            raise ParameterError(f"argument {number}: {word!r} is not UTF-8; rename the file") from error
 
 
 def _discard_output() -> None:
@@ -139,4 +156,4 @@ class _StandardErrorHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print one record."""
-        print(self.format(record), file=sys.stderr)
+        say(self.format(record), file=sys.stderr)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stitchmesh.budget.budget import POINT_OF_PICTURE, START_OF_RENDERER
+from stitchmesh.cli.say import say
 from stitchmesh.errors import DisplayError, FileError
 from stitchmesh.io.disk_refusal import refusal
 from stitchmesh.io.history import HistoryEntry
@@ -73,7 +74,7 @@ def draw_if_possible(draw: Callable[[], None]) -> bool:
     try:
         draw()
     except DisplayError as error:
-        print(f"no picture: {error}", file=sys.stderr)
+        say(f"no picture: {error}", file=sys.stderr)
         return False
     return True
 

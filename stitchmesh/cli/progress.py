@@ -17,6 +17,7 @@ from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.text import Text
 
+from stitchmesh.cli.say import printable
 from stitchmesh.progress import STAGE_TEXTS, seconds_left
 from stitchmesh.progress import Progress as Report
 
@@ -57,7 +58,7 @@ class _Lines:
         left = seconds_left(now - self._stage_start, done)
         estimate = "" if left is None else f", about {left:.0f} s left"
         line = f"{STAGE_TEXTS.get(stage, stage)}: {done:.0%}{estimate} ({note.replace(NEXT_LINE, '; ')})"
-        self._console.print(line, highlight=False, soft_wrap=True)
+        self._console.print(printable(line), highlight=False, markup=False, soft_wrap=True)
 
 
 class _Display(Progress):
@@ -65,7 +66,8 @@ class _Display(Progress):
 
     def __init__(self, console: Console) -> None:
         self.second_line = ""
-        columns = (TextColumn("{task.description}"), BarColumn(bar_width=12), TextColumn("{task.fields[words]}"))
+        name, words = (TextColumn(f"{{task.{text}}}", markup=False) for text in ("description", "fields[words]"))
+        columns = (name, BarColumn(bar_width=12), words)
         super().__init__(*columns, console=console, transient=True)
 
     def get_renderables(self) -> Iterator[RenderableType]:
@@ -91,11 +93,11 @@ class _Bar:
         self._done = max(done, self._done)
         left = seconds_left(time.monotonic() - self._start, self._done)
         estimate = "" if left is None else f"about {timedelta(seconds=round(left))} left, "
-        first_line, _, self._display.second_line = note.partition(NEXT_LINE)
+        first_line, _, self._display.second_line = printable(note).partition(NEXT_LINE)
         self._display.update(self._task, completed=self._done, words=estimate + first_line)
 
     def end_stage(self) -> None:
         """Print the duration of the current stage."""
         if self._stage:
             line = f"{STAGE_TEXTS.get(self._stage, self._stage)}: {time.monotonic() - self._start:.1f} s"
-            self._display.console.print(line, highlight=False)
+            self._display.console.print(printable(line), highlight=False, markup=False)

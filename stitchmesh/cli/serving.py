@@ -27,7 +27,7 @@ class Serving:
     host: Annotated[str, help_entry("ADDRESS")] = LOOPBACK
     """address of this machine on which to listen; other machines reach an address such as 0.0.0.0"""
     token: Annotated[str | None, help_entry("TEXT", "a new one")] = None
-    """token that a browser needs; other users can read it here: the variable STITCHMESH_TOKEN keeps it to you"""
+    """token that a browser needs; other users can see it here, and not in the variable STITCHMESH_TOKEN"""
     no_token: Flag = False
     """ask for no token; every user of this machine can then read and write files as you"""
     no_browser: Flag = False

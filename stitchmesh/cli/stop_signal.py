@@ -1,19 +1,23 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The signal with which a scheduler of a cluster or a shell asks a job to stop."""
+"""The signals with which a scheduler of a cluster, a shell or a user ask a command to stop."""
 
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import FrameType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from stitchmesh.jobs.stop import StopRequest
 
 SIGNALS = (signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else []))
-"""The signals: that of a scheduler or of `kill`, and that of a terminal that is closed."""
+"""The signals that ask for a stop: that of a scheduler or of `kill`, and that of a terminal that is closed."""
+INTERRUPTED = 130
+"""Exit status after an interrupt from the keyboard (SIGINT)."""
 TERMINATED = 143
 """Exit status of a job that a signal has stopped, as a shell gives it for SIGTERM."""
 
@@ -31,3 +35,29 @@ def stopped_by_signal() -> Iterator[StopRequest]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+@contextmanager
+def interrupt_noted() -> Iterator[Callable[[], bool]]:
+    """Provide a function that tells whether an interrupt came within the block.
+
+    An interrupt raises ``KeyboardInterrupt`` where the program is. Code of other packages that runs there may drop the
+    exception, for example while it loads a library; the command then goes on, and the note remains.
+    """
+    noted = False
+
+    def note(number: int, frame: FrameType | None) -> None:
+        nonlocal noted
+        noted = True
+        signal.default_int_handler(number, frame)
+
+    before = signal.getsignal(signal.SIGINT)
+    # A shell lets commands in the background ignore interrupts, and only the main thread may set handlers.
+    if before is not signal.default_int_handler or threading.current_thread() is not threading.main_thread():
+        yield lambda: False
+        return
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield lambda: noted
+    finally:
+        signal.signal(signal.SIGINT, before)

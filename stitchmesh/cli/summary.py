@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from tyro.conf import arg
 
+from stitchmesh.cli.say import say
 from stitchmesh.mesh import StitchMesh, extent
 from stitchmesh.reporting.verdict import Kind, relaxation_verdict
 from stitchmesh.yarn import YarnSet
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 AsJson = Annotated[bool, arg(help="print the report as JSON instead of a summary", help_behavior_hint="")]
 """Option of a command that prints a summary."""
 REMEDIES: Mapping[Kind, str] = {
+    "hidden by rounding": "take --quality reference (float64), or smaller values of --stiffness",
     "not at rest": "raise --max-iterations",
     "not flat": "use --relax-cell without --unsupported, or --blocked",
 }
@@ -35,7 +37,7 @@ REMEDIES: Mapping[Kind, str] = {
 
 def print_result(report: Mapping[str, Any], lines: Sequence[str], *, as_json: bool) -> None:
     """Print the lines of a summary, or the report as JSON."""
-    print(json.dumps(report, indent=2) if as_json else "\n".join(lines))
+    say(json.dumps(report, indent=2) if as_json else "\n".join(lines))
 
 
 def knit_summary(fabric: StitchMesh, yarns: YarnSet, report: Mapping[str, Any], yarn: Yarn | None) -> list[str]:

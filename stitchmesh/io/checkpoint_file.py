@@ -85,6 +85,11 @@ def write_checkpoint(path: FilePath, content: CheckpointFile) -> None:
             _keep_as_previous(target, temporary.with_name("second"))
 
 
+def was_written(path: FilePath) -> bool:
+    """Return whether there is a checkpoint at a path, or the previous one beside it."""
+    return Path(path).is_file() or previous_path(path).is_file()
+
+
 def read_checkpoint(path: FilePath) -> CheckpointFile:
     """Read a checkpoint.
 

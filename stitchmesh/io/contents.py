@@ -19,10 +19,9 @@ import numpy as np
 
 from stitchmesh.errors import FileError, ParameterError, described
 from stitchmesh.io.outputs import note_input
+from stitchmesh.io.path_kind import FilePath
 from stitchmesh.lattice import LARGEST_LENGTH
 from stitchmesh.mesh import FloatArray
-
-FilePath = str | PathLike[str]
 
 READING = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
 """How a file is opened that may be anything: at once, and without becoming the terminal of this process."""

@@ -9,6 +9,7 @@ there are no locks (Windows, some network file systems), a second program is not
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 from pathlib import Path
 from typing import IO
@@ -24,6 +25,8 @@ except ImportError:  # Windows has no such locks.
 
 NAME = ".lock"
 """Name of the lock's file in the folder."""
+NO_LOCK = (errno.ENOENT, errno.EINVAL, errno.ELOOP)
+"""Numbers of the errors where there is no file of a lock, or something else has its name: nobody can hold that."""
 
 
 class FolderLock:
@@ -92,10 +95,8 @@ def is_locked(folder: Path) -> bool:
     try:
         with os.fdopen(open_own(folder / NAME, os.O_RDONLY)) as file:
             return try_lock(file, shared=True) is not True  # A file that is open for reading may have a shared lock.
-    except FileNotFoundError:
-        return False
-    except OSError:
-        return True
+    except OSError as error:
+        return error.errno not in NO_LOCK
 
 
 def try_lock(file: IO[str], *, shared: bool = False) -> bool | None:

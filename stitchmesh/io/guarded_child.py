@@ -63,11 +63,11 @@ def answer_of_child(module: str, path: FilePath, *, in_place: bool = False) -> C
         answer, file = Path(folder) / "answer.smc", Path(folder) / "content"
         if not in_place:
             file.write_bytes(content)
-        command = python_command("-m", module, name, name if in_place else str(file), str(answer))
         nowhere = subprocess.DEVNULL
         try:
             ended = subprocess.run(
-                command, env={**clean_environment(), **ONE_THREAD}, stdin=nowhere, stdout=nowhere, stderr=nowhere,
+                python_command("-m", module, name, name if in_place else str(file), str(answer)),
+                env={**clean_environment(), **ONE_THREAD}, stdin=nowhere, stdout=nowhere, stderr=nowhere,
                 check=False, timeout=WAITING * _seconds(len(content)),
             )  # fmt: skip
         except subprocess.TimeoutExpired as error:

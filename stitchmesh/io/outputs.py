@@ -24,6 +24,7 @@ from pathlib import Path
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.own_files import is_marked, is_own, mark_folder, note_file
+from stitchmesh.io.path_kind import entries_of, is_folder
 
 Identity = tuple[int, int]
 """Device and number of a file."""
@@ -142,9 +143,9 @@ def claim_folder(folder: Path, inside: Iterable[str] = ()) -> None:
         guard.claimed.append(Path(os.path.realpath(folder)))
     if is_marked(folder):
         return
-    if folder.is_symlink():
+    if os.path.islink(folder):
         raise FileError(f"{folder}: is a symbolic link; expected a folder; remove the link, or choose another output")
-    others = [path for path in sorted(folder.iterdir()) if path.name in names or not names] if folder.is_dir() else []
+    others = [path for path in entries_of(folder) if path.name in names or not names] if is_folder(folder) else []
     if others and not (guard is not None and guard.overwrite):
         remedy = "choose another output, or add --overwrite to write into this one"
         raise FileError(f"{others[0]}: is there already and was not made by StitchMesh; {remedy}")

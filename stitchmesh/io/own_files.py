@@ -95,7 +95,7 @@ def mark_folder(folder: Path) -> None:
 
 def is_marked(folder: Path) -> bool:
     """Return whether a folder, which is no link, has a record."""
-    return not folder.is_symlink() and _lines(folder / RECORD) is not None
+    return not os.path.islink(folder) and _lines(folder / RECORD) is not None
 
 
 def note_file(path: Path, written: Path) -> None:

@@ -15,8 +15,8 @@ from os import fspath
 from pathlib import Path
 
 from stitchmesh.errors import FileError
-from stitchmesh.io.contents import FilePath
 
+FilePath = str | os.PathLike[str]
 REMEDIES = {
     errno.EACCES: "change the mode of its folder, or choose another one",
     errno.ENAMETOOLONG: "choose a shorter name",

@@ -34,6 +34,7 @@ from stitchmesh.io.outputs import claim_folder
 from stitchmesh.io.own_files import RECORD as MARK
 from stitchmesh.io.own_files import is_marked, opened_folder
 from stitchmesh.io.part_folder import PARTS, remove_stale_parts
+from stitchmesh.io.path_kind import entries_of, is_folder
 from stitchmesh.yarnrelax.fingerprint import DIGITS, checksum
 
 STAGES = "stages"
@@ -115,7 +116,7 @@ class KeptStages:
             FileError: the folder of the stages is a link.
         """
         self.folder = folder / STAGES
-        if self.folder.is_symlink():
+        if os.path.islink(self.folder):
             found = "is a symbolic link; expected a folder, in which stages are kept and removed"
             raise FileError(f"{self.folder}: {found}; remove the link, or choose another folder for the job")
 
@@ -198,7 +199,7 @@ class KeptStages:
                 self._remove(path)
 
     def _inside(self) -> list[Path]:
-        return sorted(self.folder.iterdir()) if self.folder.is_dir() else []
+        return entries_of(self.folder) if is_folder(self.folder) else []
 
     def _is_stage(self, path: Path) -> bool:
         return STAGE_NAME.fullmatch(path.name) is not None and is_marked(path)

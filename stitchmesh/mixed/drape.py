@@ -8,6 +8,7 @@ time or comes to an equilibrium; everything is turned into curves and a smooth s
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -25,6 +26,7 @@ from stitchmesh.compute.free_memory import available_memory
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.atomic import write_json
+from stitchmesh.io.checkpoint_file import was_written
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mixed.adaptive_region import AdaptiveRegion, resumed_budget, resumed_region
 from stitchmesh.mixed.automatic_region import place_yarns
@@ -50,6 +52,8 @@ from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.run_control import RunControl, RunStopped, Snapshot
 from stitchmesh.time_limit import check_time
 from stitchmesh.yarn import YarnSet
+
+logger = logging.getLogger(__name__)
 
 STAGE = "drape"
 """Name of the stage in reports of progress."""
@@ -145,8 +149,8 @@ def drape(
         control: watches, pauses and stops the run; its snapshots are results.
         checkpoint_every: number of steps in time, or of iterations of a static run, between two checkpoints; none by
             default. Needs a folder.
-        resume: whether to continue from the checkpoint in the folder; the result has the bits of a run that was never
-            stopped.
+        resume: whether to continue from the checkpoint in the folder, if it has one; the result has the bits of a run
+            that was never stopped.
 
     Raises:
         ParameterError: something in the scene is not possible, or does not fit into the memory.
@@ -168,7 +172,7 @@ def _drape(
     device = device_named(given.solver.device)
     contact = bool(given.bodies) or given.contact.self_collision
     with alone():
-        state = read_run(target / NAME, run_inputs(prepared, device)) if resume and target is not None else None
+        state = _state_to_resume(target, prepared, device) if resume and target is not None else None
         start = _start(prepared, device, progress, control) if state is None else _resumed(prepared, state)
         may_grow_to = start.budget.nodes if given.region.changes_every is not None else 0
         check_scene_memory(start.prepared.region, available_memory(device), contact=contact, may_grow_to=may_grow_to)
@@ -182,6 +186,14 @@ def _drape(
         else:
             run.end_with(start.stopped)
     return run.result()
+
+
+def _state_to_resume(folder: Path, prepared: PreparedScene, device: wp.Device) -> RunCheckpoint | None:
+    """Read the checkpoint in a folder; None where the run was stopped before the first one."""
+    if was_written(folder / NAME):
+        return read_run(folder / NAME, run_inputs(prepared, device))
+    logger.info("%s: has no checkpoint yet; the run begins at the start", folder)
+    return None
 
 
 def _checked_folder(folder: str | PathLike[str] | None, every: int | None, resume: bool) -> Path | None:

@@ -21,6 +21,7 @@ from stitchmesh.render.camera import VIEW_ANGLE, Camera
 from stitchmesh.render.gl_probe import check_display
 from stitchmesh.render.lettering import Colour, draw_key, write_caption
 from stitchmesh.render.options import TRANSPARENT, PictureOptions
+from stitchmesh.render.plots.own_settings import import_matplotlib
 from stitchmesh.render.surface import add_faces
 
 if TYPE_CHECKING:
@@ -86,6 +87,7 @@ def picture(
     width, height = options.size
     check_memory(f"a picture of {width} x {height} pixels", picture_memory(0.0, width * height), "fewer pixels")
     check_display()
+    import_matplotlib()
     import pyvista
     from PIL import Image
 

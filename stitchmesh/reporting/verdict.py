@@ -15,7 +15,7 @@ SMALLEST_DISTANCE = 1.5
 
 Kind = Literal[
     "too few stitches", "too many stitches", "too few rows", "too many rows",
-    "uneven stitches", "stopped", "out of time", "not at rest", "strained", "crowded", "not flat",
+    "uneven stitches", "stopped", "out of time", "hidden by rounding", "not at rest", "strained", "crowded", "not flat",
 ]  # fmt: skip
 """What can be wrong with a fabric, and with relaxed yarns."""
 
@@ -92,6 +92,9 @@ def _findings_of_rest(report: Mapping[str, Any]) -> list[Finding]:
     if report.get("out_of_time", False):
         text = f"the time was over {after}, before the yarns were at rest{_left(report)}"
         return [Finding("out of time", text, "allow more time")]
+    if report.get("hidden_by_rounding", False):
+        text = f"rounding hides whether the yarns are at rest {after}"
+        return [Finding("hidden by rounding", text, "take quality reference (float64), or smaller stiffnesses")]
     return [Finding("not at rest", f"the yarns are not at rest {after}", "allow more iterations")]
 
 

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stitchmesh.quality import MORE_DIGITS
+
 ABOVE_NOISE = 4.0
 """Ratio to the noise above which forces are significant; the noise of one place varies by about that factor."""
 MORE_ITERATIONS = "raise max_iterations"
@@ -30,6 +32,8 @@ class Assessment:
     """Energy of each term [erg]."""
     rounding: float = 0.0
     """Residual that the rounding of coordinates alone causes; 0 where it is certainly less than ``residual``."""
+    hidden: bool = False
+    """Whether all forces are noise while yarns are loaded, so that nothing can say whether they are at rest."""
 
     @property
     def energy(self) -> float:
@@ -50,7 +54,7 @@ class Assessment:
     def remedy(self) -> str:
         """Advice for yarns that are not at rest: a higher precision if the force is noise, else more iterations."""
         if self.is_noise:
-            return f"rounding of coordinates alone leaves {self.rounding:.2g}: take quality reference (float64)"
+            return f"rounding of coordinates alone leaves {self.rounding:.2g}: {MORE_DIGITS}"
         return MORE_ITERATIONS
 
     @property
@@ -69,6 +73,8 @@ class Assessments:
     """Energies of each term [erg], each of shape (C,)."""
     rounding: NDArray[np.float64]
     """Residuals that rounding alone causes, as in ``Assessment``, shape (C,)."""
+    hidden: NDArray[np.bool_]
+    """Whether the forces of loaded yarns are noise, as in ``Assessment``, shape (C,)."""
 
     @classmethod
     def of(cls, cells: Sequence[Assessment]) -> Assessments:
@@ -76,7 +82,8 @@ class Assessments:
         names = cells[0].energies if cells else ()
         energies = {name: np.array([each.energies[name] for each in cells]) for name in names}
         residual, rounding = ([getattr(each, name) for each in cells] for name in ("residual", "rounding"))
-        return cls(np.array(residual, dtype=np.float64), energies, np.array(rounding, dtype=np.float64))
+        hidden = np.array([each.hidden for each in cells], dtype=bool)
+        return cls(np.array(residual, dtype=np.float64), energies, np.array(rounding, dtype=np.float64), hidden)
 
     def __len__(self) -> int:
         """Return the number of cells."""
@@ -85,7 +92,9 @@ class Assessments:
     def __getitem__(self, cell: int) -> Assessment:
         """Return the assessment of a cell."""
         energies = {name: float(own[cell]) for name, own in self.energies.items()}
-        return Assessment(float(self.residual[cell]), energies, float(self.rounding[cell]))
+        return Assessment(
+            float(self.residual[cell]), energies, float(self.rounding[cell]), bool(self.hidden[cell])
+        )  # fmt: skip
 
     def __iter__(self) -> Iterator[Assessment]:
         """Return the assessments of all cells, one after another."""
@@ -114,5 +123,6 @@ class Assessments:
     def replaced(self, cells: NDArray[np.bool_], others: Assessments) -> Assessments:
         """Return these assessments, and those of others for some cells, shape (C,)."""
         energies = {name: np.where(cells, others.energies[name], own) for name, own in self.energies.items()}
-        residual, rounding = np.where(cells, others.residual, self.residual), others.rounding
-        return Assessments(residual, energies, np.where(cells, rounding, self.rounding))
+        residual, rounding = (np.where(cells, getattr(others, name), getattr(self, name))
+                              for name in ("residual", "rounding"))  # fmt: skip
+        return Assessments(residual, energies, rounding, np.where(cells, others.hidden, self.hidden))

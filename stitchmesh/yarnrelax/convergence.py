@@ -27,10 +27,21 @@ zero. The effect of rounding is measured: all coordinates are changed by their l
     noise = rms over control points of |F changed - F| / sqrt(12)
 
 because a change by one digit is sqrt(12) times the rms of a rounding error. The noise is at least that of a coordinate
-of one radius, because products are rounded too. Where the forces of the terms are at most a few times the noise, they
-cannot be distinguished from zero, and the residual is 0. Where the noise alone exceeds the tolerance, only a higher
-precision helps. The noise is measured where a bound, the row sums of stiffness times the size of the coordinates and
-the precision, cannot exclude it.
+of one radius, because products are rounded too. Where the noise alone exceeds the tolerance, only a higher precision
+helps. The noise is measured where a bound, the row sums of stiffness times the size of the coordinates and the
+precision, cannot exclude it.
+
+Where the forces of the terms are at most a few times the noise, they cannot be distinguished from zero. Unloaded yarns,
+straight and apart, are then at rest, and the residual is 0. They are unloaded if bending and contact have at most the
+energies of a sag and of an overlap of w = ``UNLOADED`` radii, or of the rounding of coordinates if that is more,
+
+    sum over segments of  k_bend l (8 w / L^2)^2,    1/2 sum over control points of  D_i w^2
+
+with L the length of the longest yarn and D_i the row sums of contact. Where there is more energy, the yarns are loaded,
+and the noise hides their forces: yarn with a ``k_length`` of 1e10 erg carries the forces of bending with strains of
+1e-9, which float32 does not represent, and an arc of 200 radii bends back with less force than the rounding of its
+coordinates. Nothing can then tell whether the yarns are at rest, and they are not called so. The residual is at least
+that of the noise, and the relaxation ends once the energy is level.
 """
 
 from __future__ import annotations
@@ -49,12 +60,16 @@ from stitchmesh.yarnrelax.assessment import ABOVE_NOISE, Assessments
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies import by_term, evaluation
 from stitchmesh.yarnrelax.energies.term import Constraint, Term
+from stitchmesh.yarnrelax.model.cells import CONTACT
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.resting_cells import only_in
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import State
 from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
+from stitchmesh.yarnrelax.solvers.stiffness_bounds import bend_stiffness
 
+UNLOADED = 0.05
+"""Sag and overlap in mean radii up to which yarns count as straight and apart where rounding hides their forces."""
 STRAINS_COUNT = 5.0
 """Weight of the residual of a cell's strains."""
 
@@ -133,6 +148,11 @@ LARGEST_ENERGY_FALL = 0.1
 """Largest relative decrease of the energy between two assessments of yarns at rest, over the tolerance."""
 
 
+def is_level(energy_fall: NDArray[np.float64], tolerance: float) -> NDArray[np.bool_]:
+    """Whether each energy hardly falls any more; arguments as for ``has_converged``, shape (C,)."""
+    return np.abs(energy_fall) < LARGEST_ENERGY_FALL * tolerance
+
+
 def has_converged(
     residual: NDArray[np.float64], energy_fall: NDArray[np.float64], tolerance: float
 ) -> NDArray[np.bool_]:
@@ -143,7 +163,7 @@ def has_converged(
         energy_fall: part of itself by which each energy fell since the assessment before, shape (C,).
         tolerance: ``Quality.tolerance``.
     """
-    return (residual == 0.0) | ((residual < tolerance) & (np.abs(energy_fall) < LARGEST_ENERGY_FALL * tolerance))
+    return (residual == 0.0) | ((residual < tolerance) & is_level(energy_fall, tolerance))
 
 
 def is_at_rest(
@@ -160,11 +180,42 @@ def is_at_rest(
     return (residual == 0.0) | ((residual < tolerance) & (spacing < largest_change))
 
 
+def hidden_by_rounding(
+    last: Assessments, at_rest: NDArray[np.bool_], stalled: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Whether more digits are needed to say if each cell is at rest, or to lower its energy, shape (C,).
+
+    Args:
+        last: the assessments of the cells.
+        at_rest: whether each cell is at rest, shape (C,).
+        stalled: whether no step lowers the energy of each cell, shape (C,).
+    """
+    return (last.is_noise | stalled) & ~at_rest
+
+
 def rounding_force(model: Model, stiffness: NDArray[np.float64]) -> NDArray[np.float64]:
     """Bound of the rms force that the rounding of coordinates causes without contacts [erg / unit], shape (C,)."""
     counts = np.diff(model.point_start)
     mean = np.add.reduceat(stiffness**2, model.point_start[:-1]) / counts
     return np.sqrt(mean) * model.size * precision_of(model)
+
+
+def unloaded_energies(model: Model, contact: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Largest energies of bending and of contact in unloaded yarns [erg], both of shape (C,).
+
+    Args:
+        model: the yarns.
+        contact: row sums of the stiffness of contact at the control points [erg / unit^2], shape (N,).
+    """
+    yarns = model.yarns
+    rounding = ABOVE_NOISE * np.maximum(model.size, 1.0) * precision_of(model)
+    by_rounding = 0.5 * np.add.reduceat(bend_stiffness(model), model.point_start[:-1]) * rounding**2
+    lengths = np.bincount(yarns.segment_yarn, weights=model.rest_length)
+    longest = np.maximum.reduceat(lengths[yarns.segment_yarn], model.segment_start[:-1])
+    rigidity = np.add.reduceat(model.segment_stiffness[:, 2] * model.rest_length, model.segment_start[:-1])
+    bent = np.maximum(by_rounding, rigidity * (8.0 * UNLOADED / longest**2) ** 2)
+    pressed = 0.5 * np.add.reduceat(contact, model.point_start[:-1]) * np.maximum(rounding, UNLOADED) ** 2
+    return bent, pressed
 
 
 class Assessor:
@@ -214,13 +265,29 @@ class Assessor:
             doubtful &= cells
         if doubtful.any():
             noise = np.where(doubtful, np.maximum(self._noise(), self.rounding / self.model.size), 0.0)
-        still = doubtful & (whole <= ABOVE_NOISE * noise)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            residual = np.maximum(np.where(still, 0.0, left / whole), in_cell)
-            share = np.where(still, 0.0, noise / whole)
         # On a CPU, sums are the memory of the device, which the next assessment overwrites.
         energies = {name: np.array(parts, dtype=np.float64) for name, parts in found.items()}
-        return Assessments(residual, energies, share)
+        still = doubtful & (whole <= ABOVE_NOISE * noise)
+        hidden = still & self._is_loaded(energies) if still.any() else still
+        still = still & ~hidden
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.where(still, 0.0, noise / whole)
+            residual = np.where(still, 0.0, np.maximum(left / whole, np.where(hidden, share, 0.0)))
+        return Assessments(np.maximum(residual, in_cell), energies, share, hidden)
+
+    def _is_loaded(self, energies: Mapping[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
+        """Whether each cell has more energy in bending or in contact than unloaded yarns, shape (C,)."""
+        model, state = self.model, self.state
+        rows = np.zeros(model.point_count)
+        if model.stiffness[:, CONTACT].any():
+            place_contact_samples(model, state, model.launch)
+            nothing = model.empty(model.point_count)
+            for launch in by_term.term_launches(model, state, self.candidates, (), nothing)["contact"]:
+                launch.launch()
+            rows = state.stiffness.numpy()[: model.point_count].astype(np.float64)
+        bent, pressed = unloaded_energies(model, rows)
+        straight = np.array([not cell.yarns.natural_curvature.any() for cell in model.cells])
+        return np.asarray((straight & (energies["bend"] > bent)) | (energies["contact"] > pressed))
 
     def _launches(self, launcher: Launcher) -> list[Any]:
         """Forces term by term, their sums and magnitudes, and energies."""

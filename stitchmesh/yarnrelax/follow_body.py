@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +17,13 @@ import numpy as np
 from stitchmesh import __version__
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.errors import ParameterError, check_kind
-from stitchmesh.io.checkpoint_file import CheckpointFile, checked_header, read_checkpoint, write_checkpoint
+from stitchmesh.io.checkpoint_file import (
+    CheckpointFile,
+    checked_header,
+    read_checkpoint,
+    was_written,
+    write_checkpoint,
+)
 from stitchmesh.io.contents import FilePath
 from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
@@ -25,11 +32,13 @@ from stitchmesh.yarnrelax.body_follower import BodyFollower, FollowInputs
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.fingerprint import fingerprint, refuse_other_inputs
-from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking, refuse_changed_linking
+from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
 from stitchmesh.yarnrelax.motion.follow_defaults import DRAG
 from stitchmesh.yarnrelax.motion.moving_body import MovingBody
 from stitchmesh.yarnrelax.motion.self_cuts import refuse_self_cuts
+
+logger = logging.getLogger(__name__)
 
 NAME = "checkpoint.smc"
 """Name of the checkpoint in its folder."""
@@ -88,7 +97,8 @@ def follow_body(
         carried: control points that move with the body, such as those of a waistband.
         drag: rate at which the air slows motion down [1 / s].
         checkpoint: folder of a checkpoint that is written after each frame.
-        resume: whether to continue from the checkpoint. The frames after it have the bits of a run that never stopped.
+        resume: whether to continue from the checkpoint, if there is one. The frames after it have the bits of a run
+            that never stopped.
         progress: called with the completed part and a line of text; by default a line shows them on a terminal or in a
             notebook, and False shows nothing.
 
@@ -112,9 +122,13 @@ def follow_body(
         refuse_self_cuts(body.moving, inputs.device)
         follower = BodyFollower(inputs)
         written = None if path is None else _fingerprints(inputs)
-        if resume and path is not None and written is not None:
+        resumed = False
+        if resume and path is not None and written is not None and was_written(path):
+            resumed = True
             _resume(follower, path, written)
-    return _frames(follower, path, written, progress, resumed=resume)
+        elif resume:
+            logger.info("%s: has no checkpoint yet; the run begins at the first frame", checkpoint)
+    return _frames(follower, path, written, progress, resumed=resumed)
 
 
 def _with_drag(yarns: YarnSet, material: YarnMaterial | None, drag: float) -> YarnMaterial:
@@ -144,8 +158,7 @@ def _frames(
                 arrays = {name: array.numpy() for name, array in follower.arrays().items()}
                 write_checkpoint(path, CheckpointFile({"inputs": written, **follower.header()}, arrays))
     device = str(follower.inputs.device)
-    linking = [doubled_linking(each, device=device) for each in (given, follower.yarns())]
-    refuse_changed_linking(given, changed_pairs(linking[0], linking[1]))
+    refuse_pull_through(given, follower.yarns(), device)
 
 
 def _frame(follower: BodyFollower, seconds: float) -> YarnFrame:

@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from stitchmesh.errors import OverloadError, SolverError
+from stitchmesh.errors import OverloadError
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
 from stitchmesh.quality import Quality
@@ -119,16 +119,16 @@ class LoadPath:
         asked = self.asked.yarns
         return replace(asked, points=yarns.points, lattice=yarns.lattice)
 
-    def refusal(self, error: OverloadError, position: LoadPosition) -> SolverError:
+    def refusal(self, error: OverloadError, position: LoadPosition) -> OverloadError:
         """The error where no step is left: why, at which share of which load, and what would help."""
         if position.reached is None or position.points is None:
-            return SolverError(position.reason or str(error))
+            return OverloadError(position.reason or str(error))
         head, stretched = str(error).split(";")[0], self._strain_at(position)
         load = f"{position.reached:.2g} of the load ({self._changes(position)})"
         took = f"the yarns took {load} in {position.steps} steps, stretched by {100 * stretched:.2g} %"
         remedy = "the yarn cannot be that short, give longer" if stretched > TORN else "take thinner or longer"
         remedy = "take a smaller load, thicker" if self._pulls else remedy
-        return SolverError(f"{head}; {took}; {remedy} yarn, a smaller k_bend or a larger k_contact (--stiffness)")
+        return OverloadError(f"{head}; {took}; {remedy} yarn, a smaller k_bend or a larger k_contact (--stiffness)")
 
     @property
     def _pulls(self) -> bool:

@@ -206,6 +206,7 @@ class _LoadedInSteps:
     def _relax(self, note: Callable[[], None]) -> None:
         """Relax until normal forces no longer change."""
         loop, most = self.loop, sum(step.iterations for step in self.ended) + self.most_iterations
+        loop.most[:] = most
         loop.run(most, note)
         while loop.at_rest[0] and loop.renew_terms() and loop.last[0].residual >= loop.tolerance:
             loop.run(most, note)

@@ -70,7 +70,8 @@ class Loading:
                     return
                 self.position = self._following()
             except OverloadError as error:
-                self._refuse(error, self.loop.iteration + int(ASSESSMENT_INTERVAL), began=True)
+                after = self.loop.iteration + int(ASSESSMENT_INTERVAL)
+                self._refuse(error, min(after, self.quality.max_iterations), began=True)
             self.loop = self._begin()
 
     @property
@@ -88,7 +89,8 @@ class Loading:
     @property
     def _step_is_done(self) -> bool:
         """Whether another step follows."""
-        return self.loop.iteration >= self._step_end or (not self.position.is_whole and bool(self.loop.at_rest[0]))
+        ended = bool((self.loop.at_rest | self.loop.stalled)[0])
+        return self.loop.iteration >= self._step_end or (not self.position.is_whole and ended)
 
     @property
     def _limit(self) -> int:
@@ -115,7 +117,9 @@ class Loading:
         if not whole and self.position.thin <= 1.0:
             simulation.newton = None  # one Newton step takes about as many products as a step has iterations
         tolerance = quality.tolerance if whole else DESCENT
-        return RelaxationLoop(simulation, tolerance, quality.largest_change, self.position.iterations)
+        return RelaxationLoop(
+            simulation, tolerance, quality.largest_change, self.position.iterations, quality.max_iterations
+        )
 
     def _say_steps(self) -> None:
         """Say in one line that there were steps, and why."""

@@ -97,7 +97,8 @@ class Observer:
             iteration=loop.iteration, seconds=self.seconds(), residual=last.residual, energies=last.energies
         )
         self.history.append(entry)
-        if self.checkpoint is not None:
+        # A relaxation that continues with a larger limit repeats what the limit has cut short, for the same bits.
+        if self.checkpoint is not None and not loop.cut_short:
             self.unwritten = self._checkpoint_state()
             if loop.iteration >= self.written + self.checkpoint.every:
                 self.written = loop.iteration

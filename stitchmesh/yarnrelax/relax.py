@@ -23,7 +23,7 @@ from stitchmesh.yarnrelax.checkpoint import Checkpoints, input_fingerprint, read
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice, refuse_in_free_cells
-from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking, refuse_changed_linking
+from stitchmesh.yarnrelax.linking.certificate import doubled_linking, refuse_changed_linking
 from stitchmesh.yarnrelax.load_path import LoadPath, StepInputs
 from stitchmesh.yarnrelax.load_position import AT_ONCE
 from stitchmesh.yarnrelax.loading import Loading
@@ -96,9 +96,8 @@ def relax_yarns(
     """
     check_kind("relax_yarns", yarns, YarnSet)
     began = time.perf_counter()
-    quality = quality_named(quality)
-    count = len(yarns.points)
-    check_relaxation_memory(f"a relaxation of {count:,} control points", count, quality, device)
+    quality, kind = quality_named(quality), device_named(device)
+    check_relaxation_memory(f"a relaxation of {len(yarns.points):,} control points", len(yarns.points), quality, device)
     if material is None:
         material = YarnMaterial.named().scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
     check_kind("relax_yarns, material", material, YarnMaterial)
@@ -108,9 +107,8 @@ def relax_yarns(
     points = None if start is None else start_points(start, yarns)
     if cell is not None:
         refuse_in_free_cells(terms, constraints)
-    kind, inputs = device_named(device), {}
-    if checkpoint is not None or resume is not None:
-        inputs = input_fingerprint(yarns, material, quality, kind, terms, constraints, cell)
+    keeps = checkpoint is not None or resume is not None
+    inputs = input_fingerprint(yarns, material, quality, kind, terms, constraints, cell) if keeps else {}
     saved = None if resume is None else read_state(resume, inputs)
     path = LoadPath(StepInputs(yarns, material, quality, kind, terms, constraints, points, cell))
     loading = Loading(path, AT_ONCE if saved is None else saved.position, in_steps=load_steps)
@@ -131,6 +129,6 @@ def relax_yarns(
     if not (loading.at_rest or stopped):
         logger.warning("yarns are not at rest: %s", unrest_text(loading, out_of_time=out_of_time))
     relaxed = loading.good_yarns()
-    refuse_changed_linking(yarns, changed_pairs(linking, doubled_linking(relaxed, device=device)))
+    refuse_changed_linking(yarns, relaxed, linking, device)
     report = relaxation_report(loading, relaxed, observer.seconds(), stopped=stopped, out_of_time=out_of_time)
     return Relaxation(relaxed, report, observer.history)

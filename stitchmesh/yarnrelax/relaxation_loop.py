@@ -5,7 +5,7 @@
 The loop serves one piece, and many cells of which each comes to rest by itself (``convergence``). A cell descends with
 the solver, in intervals of ``ASSESSMENT_INTERVAL`` iterations. At a residual of ``DESCENT``, Newton steps end the
 relaxation where all terms give their Hessians (``newton``), with iterations between them where they are too short
-(``alternation``). A product with the Hessian counts as an iteration, and a step that reaches the limit is completed.
+(``alternation``). A product with the Hessian counts as an iteration. The last interval or step ends at the limit.
 """
 
 from __future__ import annotations
@@ -18,21 +18,15 @@ from numpy.typing import NDArray
 from stitchmesh.errors import OverloadError
 from stitchmesh.time_limit import check_time
 from stitchmesh.yarnrelax.assessment import Assessments
-from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN
-from stitchmesh.yarnrelax.convergence import has_converged, is_at_rest
+from stitchmesh.yarnrelax.collision.narrow_phase import LONG_LIFE, fitting_margin
+from stitchmesh.yarnrelax.convergence import has_converged, is_at_rest, is_level
 from stitchmesh.yarnrelax.model.resting_cells import only_in
 from stitchmesh.yarnrelax.settling import settling_of
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.alternation import Alternation
 from stitchmesh.yarnrelax.solvers.newton import RemainingChange
-from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
+from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, UNLIMITED
 
-NARROWEST_MARGIN = 0.3
-"""Margin of the candidate lists where motion is slow, in mean radii."""
-MARGIN_CHANGE = 1.5
-"""Factor by which the margin becomes narrower or wider."""
-SHORT_LIFE, LONG_LIFE = 10, 40
-"""Iterations: lists that last no longer get a wider margin, lists that last longer get a narrower margin."""
 SMALLEST_STEP_SCALE = 5e-5
 """Scale of steps below which the loop does not step back again."""
 RECOVERY, NEWTON_RECOVERY = 1.2, 2.0
@@ -51,8 +45,9 @@ class RelaxationLoop:
     """Cells, or one piece, on their way to rest."""
 
     def __init__(
-        self, simulation: YarnSimulation, tolerance: float, largest_change: float = 0.004, before: int = 0
-    ) -> None:
+        self, simulation: YarnSimulation, tolerance: float, largest_change: float = 0.004, before: int = 0,
+        most: int | NDArray[np.int64] = UNLIMITED,
+    ) -> None:  # fmt: skip
         """A loop before its first assessment (``start``).
 
         Args:
@@ -60,11 +55,16 @@ class RelaxationLoop:
             tolerance: as in ``Quality``.
             largest_change: as in ``Quality``.
             before: iterations that were done before with another load, and that count too.
+            most: iterations that no cell exceeds, or those of each cell, shape (C,).
         """
         self.simulation, self.tolerance, self.largest_change = simulation, tolerance, largest_change
         cells = simulation.model.cell_count
         self.before, self.iterations = before, np.full(cells, before, dtype=np.int64)
         """Iterations of each cell, with the products of its Newton steps, shape (C,)."""
+        self.most = np.full(cells, most, dtype=np.int64)
+        """Iterations that each cell does not exceed, shape (C,)."""
+        self.cut_short = False
+        """Whether the last interval or Newton step of a cell was shorter because of its limit of iterations."""
         self.lists_age = 0
         """Iterations since the candidate lists were made."""
         self.step_scale = np.ones(cells)
@@ -79,7 +79,7 @@ class RelaxationLoop:
         self.alternation = Alternation(cells)
         """How Newton steps alternate with iterations of the solver."""
         self.stalled = np.zeros(cells, dtype=bool)
-        """Whether no Newton step lowers the energy of a cell that is not at rest, shape (C,)."""
+        """Whether no step lowers the energy of a cell that is not at rest, shape (C,)."""
         self.remaining: list[RemainingChange | None] = [None] * cells
         """Estimate of the change that is left of each cell; None where it is unknown."""
         self.settling = settling_of(simulation)
@@ -120,7 +120,7 @@ class RelaxationLoop:
             SolverError: the only piece cannot continue.
         """
         chosen = (np.ones(len(self.last), dtype=bool) if cells is None else cells) & ~self.stalled
-        stepping = chosen & self.takes_newton_step
+        stepping, self.cut_short = chosen & self.takes_newton_step, False
         done = self._descend(chosen & ~stepping) + self._end(stepping)
         self.iterations += done
         found, kinetic_energy = self.simulation.assess_cells(chosen), self.simulation.solver.kinetic_energy()
@@ -141,38 +141,39 @@ class RelaxationLoop:
 
     def _descend(self, cells: NDArray[np.bool_]) -> NDArray[np.int64]:
         """Iterate some cells with the solver for one assessment interval; return the iterations of each, shape (C,)."""
+        wanted = cells * np.minimum(np.int64(ASSESSMENT_INTERVAL), self.most - self.iterations)
         if cells.any():
+            self.cut_short |= bool((wanted[cells] < int(ASSESSMENT_INTERVAL)).any())
             with only_in(self.simulation.model, cells):
-                self.iterate(int(ASSESSMENT_INTERVAL), cells)
-        return cells * np.int64(ASSESSMENT_INTERVAL)
+                self.iterate(wanted)
+        return wanted
 
     def _end(self, cells: NDArray[np.bool_]) -> NDArray[np.int64]:
         """Do one Newton step of some cells; return the products of each, which cost about an iteration, shape (C,)."""
         if not cells.any():
             return np.zeros(len(cells), dtype=np.int64)
-        products = self.simulation.newton_step(cells, self.step_scale)
+        products = self.simulation.newton_step(cells, self.step_scale, self.most - self.iterations)
+        assert self.simulation.newton is not None
+        self.cut_short |= bool((cells & self.simulation.newton.cut_short).any())
         self.stalled |= cells & (products == 0)
         self.search_contacts()
         return np.where(cells, products, 0)
 
-    def iterate(self, count: int, cells: NDArray[np.bool_] | None = None) -> None:
-        """Do ``count`` iterations of some cells, or of all, with new candidate lists where they are too old."""
+    def iterate(self, count: int | NDArray[np.int64]) -> None:
+        """Do ``count`` iterations of all cells, or of each cell, with new candidate lists where they are too old."""
         wanted = np.full(self.simulation.model.cell_count, count)
-        if cells is not None:
-            wanted[~cells] = 0
         self.simulation.solver.begin(wanted)
         done, since_search = np.zeros(len(wanted)), 0
         while (done < wanted).any():
             check_time()
-            launched = self.simulation.iterate()
+            launched = self.simulation.iterate(int((wanted - done).max()) if self.cut_short else None)
             progress = self.simulation.solver.progress(self.simulation.inputs, launched)
             self.lists_age += int((progress.done - done).max())
             done, since_search = progress.done, since_search + launched
-            if progress.needs_lists(wanted, since_search):
-                self.search_contacts(self._fitting_margin())
-                since_search = 0
-            elif self.lists_age > LONG_LIFE and self._fitting_margin() != self.simulation.candidates.margin:
-                self.search_contacts(self._fitting_margin())
+            needs_lists, margin = progress.needs_lists(wanted, since_search), self._fitting_margin()
+            if needs_lists or (self.lists_age > LONG_LIFE and margin != self.simulation.candidates.margin):
+                self.search_contacts(margin)
+                since_search = 0 if needs_lists else since_search
 
     def search_contacts(self, margin: float | None = None) -> None:
         """Make new candidate lists, with a new margin where one is given [units].
@@ -248,11 +249,7 @@ class RelaxationLoop:
         return np.isin(np.arange(len(self.last)), list(self.errors))
 
     def _fitting_margin(self) -> float:
-        """Margin of the next candidate lists: wider where lists do not last, narrower where they do."""
-        margin = self.simulation.candidates.margin
-        if self.lists_age <= SHORT_LIFE:
-            return min(margin * MARGIN_CHANGE, WIDEST_MARGIN)
-        return max(margin / MARGIN_CHANGE, NARROWEST_MARGIN) if self.lists_age > LONG_LIFE else margin
+        return fitting_margin(self.simulation.candidates.margin, self.lists_age)
 
     def _allowed_rise(self, stepping: NDArray[np.bool_]) -> NDArray[np.float64]:
         """By how much the energy of each cell may rise [erg], in a Newton step of some or in iterations, shape (C,)."""
@@ -274,6 +271,7 @@ class RelaxationLoop:
             fall = np.where(size > 0.0, (self.last.energy - now.energy) / size, 0.0)
         self.energy_fall = np.where(cells, fall, self.energy_fall)
         self.last = self.last.replaced(cells, now)
+        self.stalled |= cells & now.hidden & is_level(self.energy_fall, self.tolerance)
         done = self.iteration - self.before
         if self.settling is not None and cells.any() and self.settling.is_due(done):
             self.remaining[0] = self.settling.note_state(self.simulation, done, now[0])

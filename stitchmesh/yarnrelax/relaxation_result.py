@@ -13,7 +13,7 @@ import warp as wp
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.assessment import MORE_ITERATIONS
-from stitchmesh.yarnrelax.convergence import LARGEST_ENERGY_FALL, rest_text
+from stitchmesh.yarnrelax.convergence import LARGEST_ENERGY_FALL, hidden_by_rounding, rest_text
 from stitchmesh.yarnrelax.loading import Loading
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 
@@ -26,6 +26,7 @@ class Relaxation:
     """The yarns at rest."""
     report: dict[str, Any]
     """seconds, iterations, converged, stopped (by the user), out_of_time (a limit on the time ended it), residual,
+    hidden_by_rounding (the precision does not suffice to say whether the yarns are at rest, or to bring them there),
     remaining_change (the estimated change that is left: spacing and energy, both relative, and rms_radii; None where it
     is not known), energy [erg], energies [erg], max_strain, min_distance_over_radius (2 where no yarns touch),
     pull_throughs, certificate, load_steps (None where the whole load was applied at once; else the share of the load
@@ -52,6 +53,7 @@ def relaxation_report(
         "stopped": stopped,
         "out_of_time": out_of_time,
         "residual": loop.last[0].residual,
+        "hidden_by_rounding": bool(hidden_by_rounding(loop.last, loop.at_rest, loop.stalled)[0]),
         "remaining_change": None if left is None else asdict(left),
         "energy": loop.last[0].energy,
         "energies": loop.last[0].energies,

@@ -14,7 +14,8 @@ random vector x that lies in these directions,
     d = sum over k of  v_k (v_k . x)
 
 which does not depend on the choice of eigenvectors of an eigenvalue that occurs twice. The move is scaled to ``MOVE``
-radii at the control point that moves farthest and ``STRAIN`` of the cell, and rounded to ``GRID`` radii, so that
+radii at the control point that moves farthest and ``STRAIN`` of the cell, or to less where the step limit (``budget``)
+asks for it: crowded yarns are closer to one another than such a move is long. It is rounded to ``GRID`` radii, so that
 another linear algebra gives the same bits. The yarns then relax again, until they are stable or their energy falls by
 less than ``SMALLEST_FALL``: yarn that only slid along itself.
 """
@@ -124,16 +125,20 @@ def leave_saddle(
         return None
     free = np.ones((len(yarns.points) + 1, 3), dtype=bool)
     free[-1] = False if cell is None else cell.free
-    return moved_down(yarns, hessian_matrix(simulation, free), free)
+    allowed = simulation.state.budget.numpy().astype(np.float64)
+    return moved_down(yarns, hessian_matrix(simulation, free), free, allowed)
 
 
-def moved_down(yarns: YarnSet, matrix: FloatArray, free: NDArray[np.bool_]) -> YarnSet | None:
+def moved_down(
+    yarns: YarnSet, matrix: FloatArray, free: NDArray[np.bool_], allowed: FloatArray
+) -> YarnSet | None:  # fmt: skip
     """Return yarns after a move along the directions of an exact Hessian that lead down; None where none does.
 
     Args:
         yarns: the yarns, on a lattice.
         matrix: the Hessian of the free coordinates, shape (F, F).
         free: which coordinates are free, those of the control points and then the strains, shape (N + 1, 3).
+        allowed: as for ``moved``.
     """
     values = np.linalg.eigvalsh(matrix)
     if values[0] >= -SIGNIFICANT * np.median(values):  # eigenvectors take three times as long
@@ -143,7 +148,7 @@ def moved_down(yarns: YarnSet, matrix: FloatArray, free: NDArray[np.bool_]) -> Y
     random = np.random.default_rng(0).normal(size=len(values))
     move = np.zeros(free.shape)
     move[free] = vectors[:, down] @ (vectors[:, down].T @ random)
-    return moved(yarns, move)
+    return moved(yarns, move, allowed)
 
 
 def hessian_matrix(simulation: YarnSimulation, free: NDArray[np.bool_]) -> FloatArray:
@@ -174,13 +179,24 @@ def hessian_matrix(simulation: YarnSimulation, free: NDArray[np.bool_]) -> Float
     return symmetric
 
 
-def moved(yarns: YarnSet, move: FloatArray) -> YarnSet:
-    """Return yarns on a lattice after a move of control points and strains in units of the solver, shape (N + 1, 3)."""
+def moved(yarns: YarnSet, move: FloatArray, allowed: FloatArray) -> YarnSet | None:
+    """Return yarns on a lattice after a move; None where no move is allowed.
+
+    Args:
+        yarns: the yarns.
+        move: direction of the move of control points and strains in units of the solver, shape (N + 1, 3).
+        allowed: how far each control point may move, and the strains if they relax, in the same units, shape (E,).
+    """
     assert yarns.lattice is not None
     farthest = float(np.linalg.norm(move[:-1], axis=1).max())
     largest = float(np.abs(move[-1]).max()) / float(STRAIN_UNIT)
-    scale = min(MOVE / max(farthest, 1e-30), STRAIN / max(largest, 1e-30))
+    lengths = np.linalg.norm(move[: len(allowed)], axis=1)
+    room = np.maximum(allowed - GRID, 0.0)  # rounding to the grid adds less than a step of the grid
+    limits = np.divide(room, lengths, out=np.full(len(room), np.inf), where=lengths > 0.0)
+    scale = min(MOVE / max(farthest, 1e-30), STRAIN / max(largest, 1e-30), float(limits.min()))
     steps = np.round(move * (scale / GRID)) * GRID
+    if not steps.any():
+        return None
     strain = steps[-1] / float(STRAIN_UNIT)
     e1, e2, _normal = lattice_frame(yarns.lattice.periods)
     matrix = np.eye(3) + strain[0] * np.outer(e1, e1) + strain[1] * np.outer(e2, e2) + strain[2] * np.outer(e2, e1)

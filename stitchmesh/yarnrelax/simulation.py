@@ -173,15 +173,20 @@ class YarnSimulation:
             launches += constraint.filter_forces(state.force, launcher)
         return launches
 
-    def newton_step(self, cells: NDArray[np.bool_], step_scale: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Do one Newton step of some cells; return the products with the Hessian for each cell, shape (C,)."""
+    def newton_step(
+        self, cells: NDArray[np.bool_], step_scale: NDArray[np.float64], most: NDArray[np.int64] | None = None
+    ) -> NDArray[np.int64]:
+        """Do one Newton step of some cells, each with ``most`` products or less; the products of each, shape (C,)."""
         assert self.newton is not None
-        return self.newton.step(self.inputs, self.balance_launches(), cells, step_scale)
+        return self.newton.step(self.inputs, self.balance_launches(), cells, step_scale, most)
 
-    def iterate(self) -> int:
-        """Launch some iterations; return their number."""
-        self.iterations.launch()
-        return self.graph_iterations
+    def iterate(self, most: int | None = None) -> int:
+        """Launch some iterations; return their number, which is at most ``most`` unless the solver stops by itself."""
+        launches, count = self.iterations, self.graph_iterations
+        if most is not None and most < count and not self.solver.stops_by_itself:
+            launches, count = CapturedLaunches(self.iteration_launches(), self.model.device, times=most), most
+        launches.launch()
+        return count
 
     def search_contacts(self, margin: float | None = None) -> dict[int, str]:
         """Make candidate lists and budgets for the current state, with a new margin where one is given [units].

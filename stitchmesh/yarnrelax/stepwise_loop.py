@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from stitchmesh.lattice import Lattice
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.relaxation_loop import LONG_LIFE, RelaxationLoop
+from stitchmesh.yarnrelax.collision.narrow_phase import LONG_LIFE
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, Progress
 
@@ -81,9 +82,9 @@ class StepwiseLoop(RelaxationLoop):
         super().advance(cells)
         self.done = self.left_of_launch = 0
 
-    def iterate(self, count: int, cells: NDArray[np.bool_] | None = None) -> None:
+    def iterate(self, count: int | NDArray[np.int64]) -> None:
         """Iterate until ``count`` iterations of the present interval are done."""
-        simulation, solver, stop = self.simulation, self.simulation.solver, 0
+        simulation, solver, stop, count = self.simulation, self.simulation.solver, 0, int(np.max(count))
         while self.done < count:
             left = self.left_of_launch
             wanted = min(count, self.done + left) if left else count

@@ -15,6 +15,7 @@ from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.drawing import Lines
 from stitchmesh.app.scene.scene import Pick
 from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.markup import markup
 
 
 class Plain(Page):
@@ -90,7 +91,7 @@ def test_an_unavailable_page_says_what_to_do_first(app):
 def test_a_page_that_becomes_available_is_built_and_one_that_is_no_longer_is_emptied(app, monkeypatch):
     do(app, app.open_page, "Divide")
     monkeypatch.setattr(Later, "unavailable", lambda page: None)
-    monkeypatch.setattr(Later, "build", lambda page: page.app.controls.markdown("built"))
+    monkeypatch.setattr(Later, "build", lambda page: page.app.controls.html(markup("built")))
     do(app, app.refresh)
     assert app.controls.text_shown() == "built" and "Choose a size." in app.front.navigation.text_shown()
     monkeypatch.setattr(Later, "unavailable", lambda page: "Label the mesh first.")

@@ -14,6 +14,7 @@ from stitchmesh.app.pages import all_pages
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.scene.scene import Pick
 from stitchmesh.errors import ParameterError
+from stitchmesh.markup import markup
 from tests.gallery import tube
 
 
@@ -37,7 +38,8 @@ class Sampler(Page):
         controls.upload("Mesh", "A file.", [".obj"], lambda name, content: give((name, len(content))))
         controls.button("Save", "Sends a file.", lambda: self.app.download("a.txt", b"content"))
         controls.button("Fail", "Raises an error.", self._fail)
-        controls.html('<button data-action="turn" data-value="7">Turn</button>', lambda *words: give(words))
+        turn = markup('<button data-action="turn" data-value="7">Turn</button>')
+        controls.html(turn, lambda *words: give(words))
         controls.key("Undo", "Undoes.", "Z", "ctrl", lambda: give("undo"))
         points = tube(12, 4).vertices
         self.app.scene.look_at(points.min(axis=0), points.max(axis=0))

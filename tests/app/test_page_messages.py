@@ -15,7 +15,7 @@ from websockets.sync.client import connect
 
 from stitchmesh.app.application import App
 from stitchmesh.app.connection import BYTES, MESSAGES, UPLOADED
-from stitchmesh.app.page_messages import LARGEST_TEXT, Allowance, read_message
+from stitchmesh.app.page_messages import LARGEST_TEXT, Allowance, page_message
 from stitchmesh.app.server import OpenServer
 from stitchmesh.app.uploads import PART
 from tests.app.browser import running_app
@@ -95,7 +95,7 @@ UNUSED = [
     {"type": "GuiUpdateMessage", "uuid": "a", "updates": {"value": [[1]]}},
     {"type": "GuiUpdateMessage", "uuid": "a", "updates": {"value": "x" * (LARGEST_TEXT + 1)}},
     {"type": "CommandTriggerMessage", "uuid": "a" * 1_001}, {"type": "CommandTriggerMessage"},
-    {**CAMERA, "wxyz": [1.0, 0.0]}, {**CAMERA, "more": 1},
+    {**CAMERA, "wxyz": [1.0, 0.0]}, {**CAMERA, "more": 1}, {**CAMERA, "image_height": 0},
     {"type": "FileTransferPart", "source_component_uuid": "a", "transfer_uuid": "a", "part_index": 0,
      "content": bytes(PART + 1)},
     {"type": "FileTransferPartAck", "source_component_uuid": "a", "transfer_uuid": "a", "transferred_bytes": 1,
@@ -107,7 +107,7 @@ UNUSED = [
 
 @pytest.mark.parametrize("message", UNUSED, ids=range(len(UNUSED)))
 def test_what_no_page_sends_is_no_message(message):
-    assert read_message(message if isinstance(message, bytes | str) else msgspec.msgpack.encode(message)) is None
+    assert page_message(message if isinstance(message, bytes | str) else msgspec.msgpack.encode(message)) is None
 
 
 def test_what_no_page_sends_is_dropped_and_kept_for_nobody(running, capfd):

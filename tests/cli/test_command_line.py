@@ -9,8 +9,10 @@ import importlib
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 
@@ -18,6 +20,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.cli import main as cli
+from stitchmesh.cli.commands.patterns import Patterns
 from stitchmesh.io import read_stitches, read_yarns, write_mesh, write_yarns
 from stitchmesh.io.own_files import RECORD
 from stitchmesh.mesh import extent
@@ -258,7 +261,8 @@ def test_a_yarn_radius_without_yarns_is_an_error(tube_obj, knitted, capsys, comm
 
 
 def test_a_yarn_radius_must_be_positive(far_ring, capsys):
-    assert "radius: got -0.1 cm; expected a positive" in refused(capsys, "info", far_ring, "--yarn-radius", "-0.1")
+    message = refused(capsys, "info", far_ring, "--yarn-radius", "-0.1")
+    assert "radius: got -0.1 cm; expected a positive number" in message
 
 
 def test_help_names_every_command(capsys):
@@ -401,6 +405,35 @@ def test_an_interrupt_writes_the_last_good_state(tube_obj, tmp_path, capsys, mon
     assert json.loads((tmp_path / "report.json").read_text())["yarnrelax"] == {"unfinished": True}
     assert np.isfinite(read_yarns(tmp_path / "yarns.h5").points).all()
     assert [name for name in os.listdir(tmp_path) if name.startswith(".")] == [RECORD], "no litter"
+
+
+@pytest.mark.parametrize(
+    ("words", "work"),
+    [
+        (["drape", str(ROOT / "examples/mixed/swinging.toml")], "stitchmesh.mixed.drape.drape"),
+        (["swatch", "rib1x1"], "stitchmesh.periodic.swatch.swatch"),
+        (["run", "JOB"], "stitchmesh.jobs.run_job.run_job"),
+    ],
+)
+def test_an_interrupt_ends_a_long_command_with_its_status(tmp_path, capsys, monkeypatch, words, work):
+    (tmp_path / "job.toml").write_text("[swatch]\npattern = 'rib1x1'\n")
+    module, _, name = work.rpartition(".")
+    monkeypatch.setattr(importlib.import_module(module), name, lambda *_, **__: signal.raise_signal(signal.SIGINT))
+    words = [word.replace("JOB", str(tmp_path / "job.toml")) for word in words]
+    assert cli.main([*words, "-o", str(tmp_path / "out")]) == 130
+    assert "interrupted" in capsys.readouterr().err
+
+
+def test_an_interrupt_that_other_code_drops_shows_in_the_status(capsys, monkeypatch):
+    """Code of another package that runs at that moment may drop the exception, for example while it loads a library."""
+
+    def dropping(_command):
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(Patterns, "run", dropping)
+    assert cli.main(["patterns"]) == 130
+    assert "interrupted" in capsys.readouterr().err
 
 
 def test_an_interrupt_before_the_first_state_writes_the_generated_yarns(tube_obj, tmp_path, monkeypatch):

@@ -13,6 +13,7 @@ import pytest
 from stitchmesh.cli.main import main
 from stitchmesh.io import read_stitches
 from stitchmesh.periodic.natural_outline import natural_outline
+from stitchmesh.render.plots.outline_picture import plot_outline
 
 
 def test_outline_writes_stitches_a_picture_and_the_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -46,3 +47,9 @@ def test_bad_input_is_one_line_and_writes_nothing(
     printed = capsys.readouterr()
     assert text in printed.err and printed.err.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_the_name_of_a_pattern_is_no_formula(tmp_path: Path) -> None:
+    shape = natural_outline("garter", columns=3, rows=2, progress=False)
+    plot_outline(shape, tmp_path / "outline.png", r"$\unknown{$")
+    assert (tmp_path / "outline.png").stat().st_size > 0

@@ -24,8 +24,9 @@ from stitchmesh.io.own_files import RECORD
 from stitchmesh.io.part_folder import PARTS
 from tests.gallery import tube
 
-MODULES = ("sitecustomize", "usercustomize", "numpy", "scipy", "multiprocessing", "json", "vtkmodules", "distributed")
-"""Modules that a command or a child of it would import from the present folder, if it looked there."""
+MODULES = ("sitecustomize", "usercustomize", "numpy", "multiprocessing", "json", "warp", "h5py", "matplotlib", "runpy")
+PACKAGES = ("vtkmodules", "pxr", "distributed", "pyvista", "dask", "stitchmesh")
+"""What a command or a child of it would import from the present folder, if it looked there."""
 INPUTS = {
     "label": ["tube.obj", "-o", "{out}.h5"],
     "tessellate": ["labeled.h5", "-o", "{out}.h5"],
@@ -45,20 +46,21 @@ INPUTS = {
     "run": ["job.toml", "-o", "{out}"],
     "job": ["init", "tube.obj", "-o", "{out}.toml"],
     "status": ["{out}"],
-    "batch": ["sweep.toml", "--workers", "0", "-o", "{out}"],
+    "batch": ["sweep.toml", "--workers", "1", "-o", "{out}"],
     "info": ["tube.obj"],
     "select": ["stitches.h5", "row 1", "-o", "{out}.txt"],
     "check": ["tube.obj"],
     "patterns": [],
     "instructions": ["stitches.h5", "-o", "{out}.txt"],
-    "convert": ["tube.obj", "{out}.ply"],
-    "render": ["tube.obj", "--size", "80", "60", "-o", "{out}.png"],
+    "convert": ["yarns.usda", "{out}.bcc"],
+    "render": ["yarns.h5", "--size", "80", "60", "-o", "{out}.png"],
 }
 """Words of each command that ends by itself, in the folder of traps."""
 SERVERS = {"view", "app"}
 """Commands that serve the application until they are interrupted."""
-FEW = ("convert", "swatch", "run")
-"""Commands that every run of the tests tries: for one file, for a folder, and for one in which stages are removed."""
+FEW = ("convert", "render", "swatch", "run", "batch")
+"""Commands that every run of the tests tries. Their children read USD, try the graphics and work on a sweep. They write
+one file, a folder, and folders in which stages or tasks are removed again."""
 DID_NOT_REST = 1
 """Status of a scene that did not converge."""
 
@@ -76,6 +78,7 @@ def inputs(tmp_path_factory) -> Path:
         ["label", "tube.obj", "-o", "labeled.h5"],
         ["tessellate", "labeled.h5", "--stitch-width", "0.8", "-o", "stitches.h5"],
         ["yarns", "stitches.h5", "-o", "yarns.h5"],
+        ["convert", "yarns.h5", "yarns.usda"],
     ):
         assert run(folder, words).returncode == 0
     (folder / ".stitchmesh").unlink()
@@ -105,9 +108,12 @@ def trapped(inputs, tmp_path) -> Path:
     (victim / "0007.smc").write_text("mine")
     (folder / "out" / "stages" / "my_data").mkdir(parents=True)
     (folder / "out" / "stages" / "my_data" / "a.txt").write_text("mine")
-    for name in MODULES:
-        (folder / f"{name}.py").write_text(f"open({str(tmp_path / 'executed')!r}, 'a').write({name!r})\n")
-    (folder / "matplotlibrc").write_text("text.usetex: True\n")
+    for name in (*(f"{name}.py" for name in MODULES), *(f"{name}/__init__.py" for name in PACKAGES)):
+        (folder / name).parent.mkdir(exist_ok=True)
+        sprung = f"open({str(tmp_path / 'executed')!r}, 'a').write({name + ' '!r})"
+        (folder / name).write_text(f"{sprung}\nraise SystemExit('trap')\n")
+    (folder / "matplotlibrc").write_bytes(b"text.usetex: True\n\xff\n")
+    (folder / ".env").write_text("VTK_DEFAULT_OPENGL_WINDOW=none\n")
     for suffix in ("obj", "toml", "h5"):
         os.mkfifo(folder / f"pipe.{suffix}")
     for name in (b"line\nend.txt", b"\x1b[31mred.txt", b"<script>alert(1)<_script>", b"\xff\xfe.txt"):

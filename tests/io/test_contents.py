@@ -32,13 +32,13 @@ OPENING = re.compile(
 )
 """Functions that open files."""
 ELSEWHERE = {
-    # Files of the system and of the program itself.
+    # Files and folders of the system and of the program itself.
     "app/browser/bridge.py", "budget/calibration.py", "budget/tables.py", "cli/budget_options.py", "cli/main.py",
     "compute/device.py", "compute/free_memory.py", "compute/threads.py", "jobs/sweep/report_page.py",
-    "mixed/scene/scene_file.py", "yarngen/templates/drawings.py",
+    "mixed/scene/scene_file.py", "render/plots/own_settings.py", "yarngen/templates/drawings.py",
     # What this process writes.
-    "app/pages/swatch/exports.py", "app/project/exports.py", "io/atomic.py", "io/checkpoint_file.py",
-    "io/folder_lock.py", "io/part_folder.py", "jobs/sweep/result_table.py", "render/thumbnails/rest_sheet.py",
+    "app/entrance.py", "app/pages/swatch/exports.py", "app/project/exports.py", "io/atomic.py",
+    "io/checkpoint_file.py", "io/own_files.py", "jobs/sweep/result_table.py", "render/thumbnails/rest_sheet.py",
     # Contents that have been read, and copies or stages that a child process reads.
     "io/guarded_child.py", "io/hdf5.py", "io/mesh_formats/by_meshio.py", "io/usd_stage.py",
     "jobs/sweep/parquet_columns.py",

@@ -15,7 +15,7 @@ import pytest
 import trimesh
 
 from stitchmesh.errors import FileError
-from stitchmesh.io.mesh_formats.glb import read_glb_polygons
+from stitchmesh.io.mesh_formats.glb import DEEPEST, read_glb_polygons
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 2, 0]], "<f4")
 CORNERS = np.array([0, 1, 2, 0, 2, 3], "<u2")
@@ -104,10 +104,15 @@ def test_sparse_and_quantised_positions_are_read(tmp_path):
     assert found.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 1, 0]]
 
 
-def test_a_thousand_nodes_within_each_other_are_followed(tmp_path):
+def nested(tree: Head, depth: int) -> None:
+    """Put the mesh into a number of nodes within each other, each of which moves it by 1 m."""
+    tree["nodes"] = [{"children": [number + 1], "translation": [1, 0, 0]} for number in range(depth)] + [{"mesh": 0}]
+
+
+def test_nodes_within_each_other_are_followed_to_a_stated_depth(tmp_path):
     tree = head()
-    tree["nodes"] = [{"children": [number + 1], "translation": [1, 0, 0]} for number in range(1000)] + [{"mesh": 0}]
-    assert read_glb_polygons(write(tmp_path / "m.glb", tree))[0][:, 0].min() == 1000
+    nested(tree, DEEPEST - 1)
+    assert read_glb_polygons(write(tmp_path / "m.glb", tree))[0][:, 0].min() == DEEPEST - 1
 
 
 HARMS: dict[str, tuple[Callable[[Head], object], str]] = {
@@ -115,6 +120,7 @@ HARMS: dict[str, tuple[Callable[[Head], object], str]] = {
                   "more than 100 times as many"),
     "primitives": (lambda tree: tree["meshes"][0].update(primitives=tree["meshes"][0]["primitives"] * 1000),
                    "more than 100 times as many"),
+    "depth": (lambda tree: nested(tree, DEEPEST), f"lies in {DEEPEST} others; expected less than {DEEPEST}, join them"),
     "cycle": (lambda tree: tree.update(nodes=[{"mesh": 0, "children": [1]}, {"children": [0]}]), "lies in itself"),
     "two parents": (lambda tree: tree.update(nodes=[{"children": [1, 1]}, {"mesh": 0}]), "in two nodes"),
     "count": (lambda tree: tree["accessors"][0].update(count=2**62), "more than 100 times as many"),

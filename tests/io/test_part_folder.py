@@ -117,7 +117,7 @@ def test_a_lock_is_neither_made_behind_a_link_nor_waited_for_at_a_pipe(tmp_path)
     os.mkfifo(tmp_path / ".lock")
     with pytest.raises(FileError, match="is no regular file"):
         FolderLock(tmp_path, "busy")
-    assert is_locked(tmp_path)  # nobody knows
+    assert not is_locked(tmp_path)
 
 
 def test_where_there_are_no_locks_nothing_is_removed(tmp_path, monkeypatch):

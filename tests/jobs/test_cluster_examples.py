@@ -71,8 +71,9 @@ def test_a_sweep_runs_on_the_workers_of_a_cluster(tmp_path):
     spec.loader.exec_module(example)
     (tmp_path / "sweep.toml").write_text(SWEEP)
     local = distributed.LocalCluster(
-        n_workers=0, threads_per_worker=1, processes=False, protocol="tcp://", host="127.0.0.1", dashboard_address=None
-    )
+        n_workers=0, threads_per_worker=1, processes=False, protocol="tls://", security=True, host="127.0.0.1",
+        dashboard_address=None,
+    )  # fmt: skip
     ended = example.run_on(local, 1, tmp_path / "sweep.toml", tmp_path / "out")
     assert (ended.jobs, ended.failed) == (2, 0)
     assert read_table(tmp_path / "out")["swatch.gamma"] == [1.0, 1.1]

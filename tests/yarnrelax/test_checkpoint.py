@@ -227,10 +227,10 @@ def test_an_interrupted_relaxation_writes_its_last_assessment(tmp_path, monkeypa
     uninterrupted = relaxed(quality)
     run, lengths = RelaxationLoop.iterate, iter([20, 20, 20, 7])
 
-    def interrupted(loop: RelaxationLoop, count: int, cells: np.ndarray) -> None:
+    def interrupted(loop: RelaxationLoop, count: np.ndarray) -> None:
         length = next(lengths)
-        run(loop, length, cells)
-        if length < count:
+        run(loop, length)
+        if length < count[0]:
             raise failure
 
     with monkeypatch.context() as patch, pytest.raises(failure):

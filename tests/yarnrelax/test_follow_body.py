@@ -150,6 +150,8 @@ def test_a_resumed_run_has_the_bits_of_one_that_never_stopped(tmp_path: Path) ->
     begun.close()
     rest = list(follow_body(yarns, MovingBody(body), **options, checkpoint=tmp_path, resume=True, progress=False))
     assert [frame.number for frame in rest] == [2, 3]
+    unbegun = follow_body(yarns, MovingBody(body), **options, checkpoint=tmp_path / "new", resume=True, progress=False)
+    assert next(unbegun).number == 0  # there is no checkpoint yet
     for found, expected in zip(rest, whole[2:], strict=True):
         np.testing.assert_array_equal(found.yarns.points, expected.yarns.points)
         assert {**found.report, "seconds": 0} == {**expected.report, "seconds": 0}

@@ -191,7 +191,7 @@ def test_a_pull_through_is_detected_and_its_yarns_are_named(monkeypatch: pytest.
     rings = hopf_link(1.0)
     rings = replace(rings, face=np.repeat([5, 8], np.diff(rings.start)))
 
-    def pull_apart(loop: RelaxationLoop, count: int, cells: np.ndarray) -> None:
+    def pull_apart(loop: RelaxationLoop, count: np.ndarray) -> None:
         simulation = loop.simulation
         points = simulation.state.points.numpy()
         points[rings.start[1] :] += 40.0  # in radii; the second ring is now far from the first
@@ -235,3 +235,11 @@ def test_materials_refuse_invalid_values() -> None:
 def test_bad_sampling_is_refused(knit: YarnSet, bad: dict[str, object]) -> None:
     with pytest.raises(ParameterError, match=next(iter(bad))):
         yarn_energies(knit, YarnMaterial.named("leaf"), **bad)
+
+
+@pytest.mark.parametrize("length", [1e5, 1e40])
+def test_a_segment_that_is_far_longer_than_its_radius_is_refused(length: float) -> None:
+    points = length * np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0]])
+    yarns = YarnSet.from_curves([points], closed=[False], radius=0.125)
+    with pytest.raises(ParameterError, match="so long that it needs more than 10000 contact samples"):
+        relax_yarns(yarns, quality="draft", device="cpu", progress=False)

@@ -101,13 +101,31 @@ def test_moves_are_bounded(strain: float) -> None:
     assert yarns.lattice is not None
     move = np.random.default_rng(3).normal(size=(len(yarns.points) + 1, 3))
     move[-1] = [strain, 0.0, 0.0]
-    found = moved(yarns, move)
-    assert found.lattice is not None
+    found = moved(yarns, move, np.full(len(move), np.inf))
+    assert found is not None and found.lattice is not None
     stretch = np.linalg.norm(found.lattice.periods[0]) / np.linalg.norm(yarns.lattice.periods[0]) - 1.0
     assert abs(stretch) <= STRAIN + GRID / float(STRAIN_UNIT)
     if strain == 0.0:
         steps = np.linalg.norm(found.points - yarns.points, axis=1) / yarns.radius.mean()
         assert steps.max() == pytest.approx(MOVE, abs=GRID)
+
+
+def test_moves_stay_within_the_step_limit() -> None:
+    """Yarns that are pressed together are closer to one another than a move is long where there is room."""
+    yarns = prepared("stockinette")[0]
+    move = np.random.default_rng(3).normal(size=(len(yarns.points) + 1, 3))
+    allowed = np.full(len(move), np.inf)
+    allowed[5] = 0.01
+    found = moved(yarns, move, allowed)
+    assert found is not None
+    strain = found.lattice.periods @ np.linalg.pinv(yarns.lattice.periods)
+    assert np.abs(strain - np.eye(2)).max() < 0.01  # the cell deforms with the move, and hardly
+    still = yarns.points @ np.linalg.pinv(yarns.lattice.periods) @ found.lattice.periods
+    plane = yarns.points @ np.linalg.pinv(yarns.lattice.periods) @ yarns.lattice.periods
+    steps = np.linalg.norm(found.points - (still + yarns.points - plane), axis=1) / yarns.radius.mean()
+    assert steps[5] <= 0.01 and 0.0 < steps.max() < MOVE
+    allowed[5] = 0.0
+    assert moved(yarns, move, allowed) is None
 
 
 def test_a_cell_of_constant_size_keeps_its_size() -> None:

@@ -53,7 +53,10 @@
       this.key = key;
       this.root.style.setProperty("--sm-height", `${Math.max(SHORTEST, Math.min(16 * count + 24, LONGEST))}px`);
       const numbers = Array.from({ length: count }, (_, place) => place + 1);
-      this.lines.innerHTML = numbers.map((each) => each === this.faultLine ? `<b>▶${each}</b>` : each).join("\n");
+      const fault = document.createElement("b");
+      fault.textContent = `▶${this.faultLine}`;
+      const lines = numbers.map((each) => each === this.faultLine ? fault : String(each));
+      this.lines.replaceChildren(...lines.flatMap((line, place) => place ? ["\n", line] : [line]));
       this.lines.scrollTop = this.area.scrollTop;
     }
   };

@@ -5,13 +5,13 @@
 from __future__ import annotations
 
 import base64
-import html
 import json
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.patterns.charts.chart_symbols import Symbol
 from stitchmesh.periodic.charts.chart_drawing import ChartDrawing
 
@@ -27,31 +27,35 @@ def base_values(drawing: ChartDrawing, version: int) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def data_element(name: str, chart: str, values: dict[str, Any]) -> str:
+def data_element(name: str, chart: str, values: dict[str, Any]) -> Markup:
     """Return a hidden element of HTML that holds values for the script of the chart."""
-    text = html.escape(json.dumps(values, separators=(",", ":")), quote=True)
-    return f'<div hidden data-chart-{name}="{chart}" data-json="{text}"></div>'
+    text = json.dumps(values, separators=(",", ":"))
+    return markup('<div hidden data-chart-{}="{}" data-json="{}"></div>', name, chart, text)
 
 
-def symbol_svg(symbol: Symbol, fill: str = "none", size: int = 22) -> str:
+def symbol_svg(symbol: Symbol, fill: str = "none", size: int = 22) -> Markup:
     """Return a symbol as a picture of SVG, in the colour of the text around it."""
     parts = []
     for mark in symbol.marks:
         points = " ".join(f"{20 * x:.1f},{20 - 20 * y:.1f}" for x, y in mark.points)
         x, y = points.split(" ")[0].split(",") if points else ("0", "0")
         parts.append({
-            "line": f'<polyline points="{points}" class="sm-line"/>',
-            "strand": f'<polyline points="{points}" class="sm-under"/><polyline points="{points}" class="sm-strand"/>',
-            "ring": f'<circle cx="{x}" cy="{y}" r="4" class="sm-line"/>',
-            "dot": f'<circle cx="{x}" cy="{y}" r="2.4" class="sm-dot"/>',
-            "shade": '<rect width="20" height="20" class="sm-shade"/>',
+            "line": markup('<polyline points="{}" class="sm-line"/>', points),
+            "strand": markup(
+                '<polyline points="{}" class="sm-under"/><polyline points="{}" class="sm-strand"/>',
+                points, points,
+            ),
+            "ring": markup('<circle cx="{}" cy="{}" r="4" class="sm-line"/>', x, y),
+            "dot": markup('<circle cx="{}" cy="{}" r="2.4" class="sm-dot"/>', x, y),
+            "shade": markup('<rect width="20" height="20" class="sm-shade"/>'),
         }[mark.kind])  # fmt: skip
     width = 20 * symbol.columns
     shown = size * (1.0 + 0.35 * (symbol.columns - 1))
-    drawing = "".join(parts)
-    return (
-        f'<svg viewBox="0 0 {width} 20" width="{shown:g}" height="{size}" preserveAspectRatio="none" '
-        f'aria-hidden="true" style="background:{fill}">{drawing}</svg>'
+    drawing = joined(parts)
+    return markup(
+        '<svg viewBox="0 0 {} 20" width="{}" height="{}" preserveAspectRatio="none" '
+        'aria-hidden="true" style="background:{}">{}</svg>',
+        width, f"{shown:g}", size, fill, drawing,
     )
 
 

@@ -8,7 +8,6 @@ and the editor answers with the chart as it is then. What a chart allows is deci
 
 from __future__ import annotations
 
-import html
 import secrets
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -25,6 +24,7 @@ from stitchmesh.app.controls.chart_palette import (
 )
 from stitchmesh.errors import ParameterError, PatternError
 from stitchmesh.io.checked import check_value, parse_json
+from stitchmesh.markup import Markup, markup
 from stitchmesh.mesh.palette import check_yarn_number
 from stitchmesh.patterns.charts.grid import LONGEST_SIDE, Box, Brush
 from stitchmesh.periodic.charts.chart_drawing import ChartDrawing, draw_chart, palette_of
@@ -283,17 +283,17 @@ class ChartEditor:
     # The controls.
 
     def _build(self, controls: Controls) -> None:
-        self._tools = controls.html("", self.act)
+        self._tools = controls.html(Markup(), self.act)
         controls.html(_canvas(self._name), self.act)
-        self._data, self._changes = controls.html(""), controls.html("")
-        self._fault = controls.html("")
-        self._stitches = controls.html("", self.act)
-        self._yarns = controls.html("", self.act)
+        self._data, self._changes = controls.html(Markup()), controls.html(Markup())
+        self._fault = controls.html(Markup())
+        self._stitches = controls.html(Markup(), self.act)
+        self._yarns = controls.html(Markup(), self.act)
         self._colour = controls.colour("Yarn colour", "Colour of the chosen yarn", "#ece2ce", self._set_colour)
         self._other = controls.text(
             "Other stitch", "A word of the pattern language to paint with, such as k3tog or c8f", "", self._other_stitch
         )
-        self._layers = controls.html("", self.act)
+        self._layers = controls.html(Markup(), self.act)
         self._build_operations(controls)
         self._build_text(controls)
 
@@ -318,7 +318,7 @@ class ChartEditor:
     def _build_text(self, controls: Controls) -> None:
         with controls.group("Text and files"):
             controls.html(_text_area(self._name), self.act)
-            self._words_data = controls.html("")
+            self._words_data = controls.html(Markup())
             hint = "Read a chart from a text or an image of one pixel a stitch"
             controls.upload("Open a chart", hint, CHART_SUFFIXES, self._receive)
             controls.button("Save the text", "Download the text of the chart", self._give_text)
@@ -368,28 +368,30 @@ class ChartEditor:
         })  # fmt: skip
 
 
-def _canvas(name: str) -> str:
+def _canvas(name: str) -> Markup:
     label = (
         "Chart. Arrow keys move, Space paints, Shift with arrows selects, P, F, B and S choose a tool, "
         "W and E dye the weft and the warp, plus and minus change the size"
     )
-    return (
-        f'<div data-chart="{name}"><canvas tabindex="0" role="application" aria-label="{label}"></canvas>'
-        '<div role="status" aria-live="polite" class="sm-status"></div></div>'
+    return markup(
+        '<div data-chart="{}"><canvas tabindex="0" role="application" aria-label="{}"></canvas>'
+        '<div role="status" aria-live="polite" class="sm-status"></div></div>',
+        name, label,
     )
 
 
-def _text_area(name: str) -> str:
-    return (
-        f'<div data-chart-text="{name}" class="sm-text"><div class="sm-lines" aria-hidden="true"></div>'
-        '<textarea aria-label="Text of the chart" spellcheck="false" wrap="off" rows="10"></textarea></div>'
+def _text_area(name: str) -> Markup:
+    return markup(
+        '<div data-chart-text="{}" class="sm-text"><div class="sm-lines" aria-hidden="true"></div>'
+        '<textarea aria-label="Text of the chart" spellcheck="false" wrap="off" rows="10"></textarea></div>',
+        name,
     )
 
 
-def _fault_message(fault: str) -> str:
+def _fault_message(fault: str) -> Markup:
     if not fault:
-        return ""
-    return f'<div role="alert" class="sm-fault">{html.escape(fault)}</div>'
+        return Markup()
+    return markup('<div role="alert" class="sm-fault">{}</div>', fault)
 
 
 def _size(controls: Controls, label: str, value: int) -> Control:

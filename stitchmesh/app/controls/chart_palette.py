@@ -4,10 +4,10 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Sequence
 
 from stitchmesh.app.controls.chart_data import symbol_svg
+from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.patterns.charts.chart_symbols import WARP_OVER, WEFT_OVER, chart_symbol, word_instruction
 from stitchmesh.periodic.charts.chart_drawing import palette_of
 from stitchmesh.periodic.charts.chart_files import Chart
@@ -36,24 +36,24 @@ _PLAIN = "background:#fbfaf7;color:#1b1f24;"
 _WORD = _PLAIN + "padding:1px 7px;"
 
 
-def tool_buttons(chosen: str, *, can_undo: bool, can_redo: bool) -> str:
+def tool_buttons(chosen: str, *, can_undo: bool, can_redo: bool) -> Markup:
     """Return the buttons of the tools, and of undo and redo."""
     buttons = [
-        _button("tool", name, hint, html.escape(name), _WORD, pressed=name == chosen) for name, hint in TOOLS.items()
+        _button("tool", name, hint, name, _WORD, pressed=name == chosen) for name, hint in TOOLS.items()
     ]
-    buttons.append('<span style="display:inline-block;width:8px"></span>')
+    buttons.append(markup('<span style="display:inline-block;width:8px"></span>'))
     buttons.append(_button("undo", "", "Undo the last step (Ctrl+Z)", "Undo", _WORD, disabled=not can_undo))
     buttons.append(_button("redo", "", "Redo the step that was undone (Ctrl+Y)", "Redo", _WORD, disabled=not can_redo))
     return _group("Tools of the chart", buttons)
 
 
-def stitch_buttons(chart: Chart, words: Sequence[str], chosen: str) -> str:
+def stitch_buttons(chart: Chart, words: Sequence[str], chosen: str) -> Markup:
     """Return the buttons of stitches, or of the two crossings of a weave."""
     if isinstance(chart, WeaveChart):
         symbols = {"1": WEFT_OVER, "0": WARP_OVER}
         buttons = []
         for word, hint in CROSSINGS.items():
-            content = f"{symbol_svg(symbols[word])} {_RAISED.format(hint)}"
+            content = markup("{} {}", symbol_svg(symbols[word]), markup(_RAISED, hint))
             buttons.append(_button("stitch", word, f"Paint {hint}", content, _PLAIN, pressed=word == chosen))
         return _group("What passes over", buttons)
     return _group("Stitches", [
@@ -62,10 +62,10 @@ def stitch_buttons(chart: Chart, words: Sequence[str], chosen: str) -> str:
     ])  # fmt: skip
 
 
-def layer_buttons(layers: Sequence[int], shown: int | None) -> str:
+def layer_buttons(layers: Sequence[int], shown: int | None) -> Markup:
     """Return the buttons of the layers of a weave; nothing if the weave has one layer."""
     if not layers:
-        return ""
+        return Markup()
     buttons = [_button("layer", "", "Show the yarns of all layers", "All layers", _WORD, pressed=shown is None)]
     for layer in layers:
         hint = f"Show and paint layer {layer + 1} alone, counted from the front"
@@ -73,7 +73,7 @@ def layer_buttons(layers: Sequence[int], shown: int | None) -> str:
     return _group("Layers of the weave", buttons)
 
 
-def colour_buttons(chart: Chart, count: int, chosen: int | None) -> str:
+def colour_buttons(chart: Chart, count: int, chosen: int | None) -> Markup:
     """Return the buttons of the yarn colours, and one that adds a colour."""
     what = "Colours of wefts and warps" if isinstance(chart, WeaveChart) else "Colours of yarns"
     buttons = []
@@ -84,8 +84,8 @@ def colour_buttons(chart: Chart, count: int, chosen: int | None) -> str:
     return _group(what, buttons)
 
 
-def _square(word: str) -> str:
-    label = f'<span style="font-size:10px;display:block;line-height:11px">{html.escape(word)}</span>'
+def _square(word: str) -> Markup:
+    label = markup('<span style="font-size:10px;display:block;line-height:11px">{}</span>', word)
     return symbol_svg(chart_symbol(word)) + label
 
 
@@ -97,19 +97,18 @@ def _swatch(colour: str) -> str:
 
 def _button(
     action: str, value: str, hint: str, content: str, look: str, *, pressed: bool | None = None, disabled: bool = False
-) -> str:
+) -> Markup:
     """Return a button; ``pressed`` is None for a button that does something once."""
     style = _STYLE.format(edge="#1f6fd1" if pressed else "#8b9097", more=look)
     style += "outline:2px solid #f2b134;" if pressed else ""
     style += "opacity:0.5;cursor:default;" if disabled else ""
-    text = html.escape(hint, quote=True)
-    named = "" if look == _WORD else f' aria-label="{text}"'  # a visible word is the name already
-    state = "" if pressed is None else f' aria-pressed="{str(pressed).lower()}"'
-    return (
-        f'<button type="button" data-action="{action}" data-value="{html.escape(value, quote=True)}" title="{text}"'
-        f'{named}{state}{" disabled" if disabled else ""} style="{style}">{content}</button>'
+    named = Markup() if look == _WORD else markup(' aria-label="{}"', hint)  # a visible word is the name already
+    state = Markup() if pressed is None else markup(' aria-pressed="{}"', str(pressed).lower())
+    return markup(
+        '<button type="button" data-action="{}" data-value="{}" title="{}"{}{}{} style="{}">{}</button>',
+        action, value, hint, named, state, " disabled" if disabled else "", style, content,
     )
 
 
-def _group(label: str, buttons: Sequence[str]) -> str:
-    return f'<div role="group" aria-label="{label}">{"".join(buttons)}</div>'
+def _group(label: str, buttons: Sequence[Markup]) -> Markup:
+    return markup('<div role="group" aria-label="{}">{}</div>', label, joined(buttons))

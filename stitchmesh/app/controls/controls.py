@@ -12,6 +12,8 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, Protocol
 
+from stitchmesh.markup import Markup
+
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
@@ -22,8 +24,8 @@ class Control(Protocol):
     value: Any
     """Value of an input; of a progress bar, the percentage."""
     label: str
-    content: str
-    """Text of markdown or HTML."""
+    content: Markup
+    """What a piece of HTML shows."""
     figure: Any
     """Figure of a plot."""
     visible: bool
@@ -71,11 +73,8 @@ class Controls(Protocol):
     def colour(self, label: str, hint: str, value: str, changed: Callable[[str], object]) -> Control:
         """Add a colour, ``#rrggbb``."""
 
-    def markdown(self, text: str) -> Control:
-        """Add a text with marks."""
-
-    def html(self, content: str, action: Callable[[str, str], object] | None = None) -> Control:
-        """Add a piece of HTML.
+    def html(self, content: Markup, action: Callable[[str, str], object] | None = None) -> Control:
+        """Add a piece of HTML, which texts reach through ``markup`` only.
 
         An element with ``data-action`` and ``data-value`` calls the action with both when it is clicked. Elements
         must be readable by keyboard and screen reader: buttons, with an ``aria-label`` if they hold a picture only.

@@ -9,12 +9,12 @@ its colour, for users who do not see the colour.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from html import escape
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh.palette import colour_text
 
 GOOD, DOUBTFUL = "#1f77b4", "#d97706"
@@ -32,7 +32,7 @@ BOX = (
 SMALL = "font-size:.84em;line-height:1.45"
 
 
-def colour_bar(colours: ArrayLike, marks: Iterable[str], title: str = "") -> str:
+def colour_bar(colours: ArrayLike, marks: Iterable[str], title: str = "") -> Markup:
     """Return a bar of changing colours with texts below it, evenly spaced from the first colour to the last one.
 
     Args:
@@ -41,30 +41,44 @@ def colour_bar(colours: ArrayLike, marks: Iterable[str], title: str = "") -> str
         title: what the colours stand for.
     """
     stops = ",".join(colour_text(colour) for colour in np.asarray(colours))
-    texts = "".join(f"<span>{escape(mark)}</span>" for mark in marks)
-    bar = f'<div style="height:.8em;border-radius:3px;background:linear-gradient(90deg,{stops})"></div>'
-    row = f'<div style="display:flex;justify-content:space-between;{SMALL}">{texts}</div>'
-    return f'{section_title(title)}<div role="img" aria-label="{escape(title or "colour scale")}">{bar}{row}</div>'
+    texts = joined(markup("<span>{}</span>", mark) for mark in marks)
+    bar = markup('<div style="height:.8em;border-radius:3px;background:linear-gradient(90deg,{})"></div>', stops)
+    row = markup('<div style="display:flex;justify-content:space-between;{}">{}</div>', SMALL, texts)
+    return markup(
+        '{}<div role="img" aria-label="{}">{}{}</div>',
+        section_title(title), title or "colour scale", bar, row,
+    )
 
 
-def figures(rows: Iterable[tuple[str, str]], title: str = "") -> str:
+def figures(rows: Iterable[tuple[str, str]], title: str = "") -> Markup:
     """Return a table of names and values."""
-    lines = "".join(
-        f'<tr><th scope="row" style="text-align:left;font-weight:400;padding:.1em .8em .1em 0">{escape(name)}</th>'
-        f'<td style="text-align:right;font-variant-numeric:tabular-nums">{escape(value)}</td></tr>'
+    lines = joined(
+        markup(
+            '<tr><th scope="row" style="text-align:left;font-weight:400;padding:.1em .8em .1em 0">{}</th>'
+            '<td style="text-align:right;font-variant-numeric:tabular-nums">{}</td></tr>',
+            name, value,
+        )
         for name, value in rows
     )
-    table = f'<table style="width:100%;border-collapse:collapse;{SMALL}"><tbody>{lines}</tbody></table>'
+    table = markup(
+        '<table style="width:100%;border-collapse:collapse;{}"><tbody>{}</tbody></table>',
+        SMALL, lines,
+    )
     return section_title(title) + table
 
 
-def message(text: str, kind: Kind) -> str:
+def message(text: str, kind: Kind) -> Markup:
     """Return a box with a sentence and the mark and colour of its kind."""
     mark, colour = MARKS[kind]
     style = BOX.format(colour=colour)
-    return f'<div role="status" style="{style}"><span aria-hidden="true">{mark}</span> {escape(text)}</div>'
+    return markup('<div role="status" style="{}"><span aria-hidden="true">{}</span> {}</div>', style, mark, text)
 
 
-def section_title(title: str) -> str:
+def paragraph(text: str) -> Markup:
+    """Return a text in letters of the size of the other controls; an empty text is nothing."""
+    return markup('<p style="margin:0;font-size:14px;line-height:1.45">{}</p>', text) if text else Markup()
+
+
+def section_title(title: str) -> Markup:
     """Return a title; an empty text for no title."""
-    return f'<div style="font-weight:600;margin:.2em 0 .15em;{SMALL}">{escape(title)}</div>' if title else ""
+    return markup('<div style="font-weight:600;margin:.2em 0 .15em;{}">{}</div>', SMALL, title) if title else Markup()

@@ -6,10 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from html import escape
 
 from stitchmesh.app.controls.html_pieces import section_title
 from stitchmesh.app.scene.drawing import Colour
+from stitchmesh.markup import Markup, joined, markup
 
 SQUARE = 14
 """Width and height of a coloured square [CSS pixels]."""
@@ -29,29 +29,33 @@ class LegendEntry:
     """Whether the mark is a line instead of a square."""
 
 
-def legend(entries: Sequence[LegendEntry], title: str = "") -> str:
+def legend(entries: Sequence[LegendEntry], title: str = "") -> Markup:
     """Return a legend as HTML, a list with one item for each entry; ``title`` says what the colours stand for."""
-    items = "".join(
-        f'<li style="display:flex;align-items:center;gap:.5em;margin:.1em 0">{_mark(entry)}'
-        f"<span>{escape(entry.text)}</span></li>"
+    items = joined(
+        markup(
+            '<li style="display:flex;align-items:center;gap:.5em;margin:.1em 0">{}<span>{}</span></li>',
+            _mark(entry), entry.text,
+        )
         for entry in entries
     )
     style = "list-style:none;margin:0;padding:0;font-size:.86em"
-    return f'{section_title(title)}<ul aria-label="Legend" style="{style}">{items}</ul>'
+    return markup('{}<ul aria-label="Legend" style="{}">{}</ul>', section_title(title), style, items)
 
 
-def legend_of_key(key: Sequence[tuple[str, Colour]], title: str = "") -> str:
+def legend_of_key(key: Sequence[tuple[str, Colour]], title: str = "") -> Markup:
     """Return the legend of texts with one colour each, such as the key of a picture (``render.colouring``)."""
     return legend([LegendEntry(text, (colour,)) for text, colour in key], title)
 
 
-def _mark(entry: LegendEntry) -> str:
+def _mark(entry: LegendEntry) -> Markup:
     """The squares or the line of an entry; screen readers pass over them."""
     height = 6 if entry.line else SQUARE
     width = 2 * SQUARE if entry.line else SQUARE
-    parts = "".join(
-        f'<span style="display:inline-block;width:{width}px;height:{height}px;border:{BORDER};'
-        f'background:rgb{colour!r}"></span>'
+    parts = joined(
+        markup(
+            '<span style="display:inline-block;width:{}px;height:{}px;border:{};background:rgb{}"></span>',
+            width, height, BORDER, f"{colour!r}",
+        )
         for colour in entry.colours
     )
-    return f'<span aria-hidden="true" style="flex:none;display:inline-flex">{parts}</span>'
+    return markup('<span aria-hidden="true" style="flex:none;display:inline-flex">{}</span>', parts)

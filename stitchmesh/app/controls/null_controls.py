@@ -12,6 +12,7 @@ from typing import Any
 
 from stitchmesh.app.controls.bounds import Bounds
 from stitchmesh.errors import ParameterError
+from stitchmesh.markup import Markup, checked
 
 
 @dataclass(eq=False)
@@ -23,13 +24,17 @@ class NullControl:
     hint: str = ""
     value: Any = None
     changed: Callable[..., object] = field(default=lambda *_: None)
-    content: str = ""
+    content: Markup = field(default_factory=Markup)
     figure: Any = None
     visible: bool = True
     disabled: bool = False
     options: tuple[str, ...] = ()
     bounds: Bounds | None = None
     removed: bool = False
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Set a property; a plain text is refused as content, as in a browser."""
+        object.__setattr__(self, name, checked(value) if name == "content" else value)
 
     def remove(self) -> None:
         """Mark the control as removed."""
@@ -97,7 +102,7 @@ class NullControls:
         self.find(label).changed(name, content)
 
     def text_shown(self) -> str:
-        """Return all markdown and HTML that is visible."""
+        """Return all HTML that is visible."""
         return "\n".join(control.content for control in self.made if control.visible and control.content)
 
     def button(self, label: str, hint: str, run: Callable[[], object], *, main: bool = False) -> NullControl:
@@ -142,11 +147,7 @@ class NullControls:
         """Add a colour."""
         return self._add("colour", label, hint, value=value, changed=changed)
 
-    def markdown(self, text: str) -> NullControl:
-        """Add a text with marks."""
-        return self._add("markdown", content=text)
-
-    def html(self, content: str, action: Callable[[str, str], object] | None = None) -> NullControl:
+    def html(self, content: Markup, action: Callable[[str, str], object] | None = None) -> NullControl:
         """Add a piece of HTML."""
         return self._add("html", content=content, changed=action or (lambda *_: None))
 

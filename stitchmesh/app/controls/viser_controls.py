@@ -17,6 +17,7 @@ from stitchmesh.app.controls.bounds import Bounds
 from stitchmesh.app.controls.value_guard import ValueGuard
 from stitchmesh.app.event_queue import EventQueue
 from stitchmesh.app.uploads import NO_FILE
+from stitchmesh.markup import Markup, checked, markup
 from stitchmesh.mesh.palette import colour_text, parse_colour
 
 if TYPE_CHECKING:
@@ -36,6 +37,8 @@ MODIFIERS = {None: None, "ctrl": "cmd/ctrl", "shift": "shift", "ctrl+shift": "cm
 
 class ViserControl:
     """A control of viser; setting a property that it has already sends nothing."""
+
+    content: Markup = Markup()
 
     def __init__(self, handle: Any, forget: Callable[[], None] = lambda: None) -> None:
         """Wrap a handle of viser; ``forget`` is called when the control is removed."""
@@ -58,15 +61,6 @@ class ViserControl:
     @label.setter
     def label(self, label: str) -> None:
         self._set("label", label)
-
-    @property
-    def content(self) -> str:
-        """Text of markdown or HTML."""
-        return str(self.handle.content)
-
-    @content.setter
-    def content(self, content: str) -> None:
-        self._set("content", content)
 
     @property
     def figure(self) -> Any:
@@ -132,17 +126,18 @@ class HtmlControl(ViserControl):
     def __init__(self, handle: Any, identity: str, forget: Callable[[], None]) -> None:
         """Wrap a handle; ``identity`` is the name under which messages arrive."""
         super().__init__(handle, forget)
-        self._identity, self._content = identity, ""
+        self._identity, self._content = identity, Markup()
 
     @property
-    def content(self) -> str:
+    def content(self) -> Markup:
         """The HTML, without the element around it."""
         return self._content
 
     @content.setter
-    def content(self, content: str) -> None:
-        self._content = content
-        self._set("content", f'<div data-stitchmesh="{self._identity}" style="{HTML_STYLE}">{content}</div>')
+    def content(self, content: Markup) -> None:
+        self._content = checked(content)
+        frame = '<div data-stitchmesh="{}" style="{}">{}</div>'
+        self._set("content", str(markup(frame, self._identity, HTML_STYLE, content)))
 
 
 class ViserControls:
@@ -230,12 +225,7 @@ class ViserControls:
             handle = self._server.gui.add_rgb(label, tuple(parse_colour(value).tolist()), hint=hint)
         return self._input(handle, lambda given: changed(colour_text(given)), ColourControl)
 
-    def markdown(self, text: str) -> ViserControl:
-        """Add a text with marks."""
-        with self._place():
-            return self._keep(self._server.gui.add_markdown(text))
-
-    def html(self, content: str, action: Callable[[str, str], object] | None = None) -> ViserControl:
+    def html(self, content: Markup, action: Callable[[str, str], object] | None = None) -> ViserControl:
         """Add a piece of HTML."""
         identity = f"html{next(self._numbers)}"
         with self._place():

@@ -17,6 +17,7 @@ from stitchmesh.app.scene.scene import Pick
 from stitchmesh.app.scene.vertex_numbers import VertexNumbers
 from stitchmesh.app.task import TaskControl
 from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.markup import Markup
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.picking import pick as pick_place
 from stitchmesh.mesh.picking import picking_table
@@ -83,7 +84,7 @@ class DividePage(Page):
         self._go_on = controls.button(
             "Go on: edit the stitches", "The mesh is divided so. Open the page Edit.", self._edit, main=True
         )
-        self._estimate = controls.html("")
+        self._estimate = controls.html(Markup())
         self._make_size_controls()
         self._make_edge_controls()
         controls.buttons(
@@ -92,7 +93,7 @@ class DividePage(Page):
         self._show_choice = controls.choice(
             "Show", "Whether the mesh or the stitches are shown.", (MESH, STITCHES), self._shown, self._show
         )
-        self._legend = controls.html("")
+        self._legend = controls.html(Markup())
         controls.key("Undo the last change", "Undo the last change of the division.", "Z", "ctrl", self._undo)
         controls.key("Redo the change", "Make the change again.", "Y", "ctrl", self._redo)
         self._labeled = None
@@ -127,7 +128,7 @@ class DividePage(Page):
     def _make_edge_controls(self) -> None:
         """Make the controls of the chosen edge, and the text of all edges."""
         controls = self.app.controls
-        self._edge = controls.html("")
+        self._edge = controls.html(Markup())
         self._count = controls.number(
             "Number", "Stitches on the chosen edge; on a wale edge, rows of its whole row of faces.", 1,
             self._set_count, least=1, most=MOST_COUNT, step=1,
@@ -145,7 +146,7 @@ class DividePage(Page):
                 "Edges", "One edge in each line: V,W=COUNT for a number, V,W for a marked edge.", "", self._set_text,
                 lines=4,
             )  # fmt: skip
-            self._text_error = controls.html("")
+            self._text_error = controls.html(Markup())
 
     def refresh(self) -> None:
         """Show the division of the project and the draft."""
@@ -307,7 +308,7 @@ class DividePage(Page):
         division = self._draft.division
         if not self._typing:  # The text under the user's hands stays as it is.
             self._text.value = edge_settings_text(EdgeSettings(dict(division.counts), division.marked))
-        self._text_error.content = ""
+        self._text_error.content = Markup()
         fabric = project.fabric if self._shown == STITCHES else None
         entries = self._view.show_mesh() if fabric is None else self._view.show_stitches(fabric)
         along = None if estimate is None else estimate.planned.along

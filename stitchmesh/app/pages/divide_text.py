@@ -4,12 +4,11 @@
 
 from __future__ import annotations
 
-from html import escape
-
 import numpy as np
 
 from stitchmesh.app.controls.legend import LegendEntry
 from stitchmesh.app.scene.drawing import Colour
+from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.recipe.estimate import GarmentEstimate
@@ -36,7 +35,7 @@ KINDS = {
 """Stitches of a divided mesh, by what they do."""
 
 
-def estimate_table(estimate: GarmentEstimate, width: float, height: float, yarn: Yarn | None) -> str:
+def estimate_table(estimate: GarmentEstimate, width: float, height: float, yarn: Yarn | None) -> Markup:
     """Return the estimate as a table, with what may be wrong below it."""
     length = f"{estimate.yarn_length / 100.0:,.0f} m"
     if yarn is not None:
@@ -49,22 +48,22 @@ def estimate_table(estimate: GarmentEstimate, width: float, height: float, yarn:
         "Time": f"about {_time(estimate.seconds)}",
         "Memory": f"about {_memory(estimate.memory)}",
     }
-    body = "".join(_row(name, value) for name, value in rows.items())
+    body = joined(_row(name, value) for name, value in rows.items())
     stages = ", ".join(f"{STAGE_WORDS[name]} {_time(cost.seconds)}" for name, cost in estimate.stages.items())
-    doubt = f'<p role="status" style="{_NOTE}"><strong>Please note:</strong> {escape(estimate.doubt)}</p>'
-    return (
-        f'<table aria-label="Estimate" style="font-size:.88em;border-spacing:0">{body}</table>'
-        f'<p style="margin:.2em 0 0;font-size:.8em">{stages}; half or twice that on other machines</p>'
-        f"{doubt if estimate.doubt else ''}"
+    doubt = markup('<p role="status" style="{}"><strong>Please note:</strong> {}</p>', _NOTE, estimate.doubt)
+    return markup(
+        '<table aria-label="Estimate" style="font-size:.88em;border-spacing:0">{}</table>'
+        '<p style="margin:.2em 0 0;font-size:.8em">{}; half or twice that on other machines</p>{}',
+        body, stages, doubt if estimate.doubt else "",
     )
 
 
-def refusal(message: str) -> str:
+def refusal(message: str) -> Markup:
     """Return why there is no estimate."""
-    return f'<p role="alert" style="{_NOTE}"><strong>Not possible:</strong> {escape(message)}</p>'
+    return markup('<p role="alert" style="{}"><strong>Not possible:</strong> {}</p>', _NOTE, message)
 
 
-def edge_text(labeled: StitchMesh, side: int, count: int, *, by_hand: bool, marked: bool) -> str:
+def edge_text(labeled: StitchMesh, side: int, count: int, *, by_hand: bool, marked: bool) -> Markup:
     """Return a description of the chosen edge.
 
     Args:
@@ -82,12 +81,15 @@ def edge_text(labeled: StitchMesh, side: int, count: int, *, by_hand: bool, mark
         what += "; marked" if marked else ""
     else:
         what = f"course edge: {count} stitches, {origin}"
-    return f'<p style="margin:0;font-size:.88em"><strong>Edge {start},{end}</strong>, {length:.1f} cm, {what}</p>'
+    return markup(
+        '<p style="margin:0;font-size:.88em"><strong>Edge {},{}</strong>, {} cm, {}</p>',
+        start, end, f"{length:.1f}", what,
+    )
 
 
-def no_edge_text() -> str:
+def no_edge_text() -> Markup:
     """Return how to choose an edge."""
-    return '<p style="margin:0;font-size:.88em">Click an edge to set its number of stitches.</p>'
+    return markup('<p style="margin:0;font-size:.88em">Click an edge to set its number of stitches.</p>')
 
 
 def legend_of_stitches(fabric: StitchMesh) -> list[LegendEntry]:
@@ -108,10 +110,11 @@ _NOTE = (
 )
 
 
-def _row(name: str, value: str) -> str:
-    return (
-        f'<tr><th scope="row" style="text-align:left;font-weight:500;padding:0 .8em 0 0">{name}</th>'
-        f"<td>{escape(value)}</td></tr>"
+def _row(name: str, value: str) -> Markup:
+    return markup(
+        '<tr><th scope="row" style="text-align:left;font-weight:500;padding:0 .8em 0 0">{}</th>'
+        "<td>{}</td></tr>",
+        name, value,
     )
 
 

@@ -16,6 +16,7 @@ from stitchmesh.app.pages.run_panel import RunPanel
 from stitchmesh.app.pages.verdict_html import verdict_html
 from stitchmesh.app.scene.size_map import SizeMap, edges, legend_html, outline
 from stitchmesh.errors import StitchMeshError
+from stitchmesh.markup import Markup
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.meshrelax.evenness import Measure, evenness_verdict, uneven_rows
 from stitchmesh.meshrelax.options import MeshRelaxOptions
@@ -71,7 +72,7 @@ class EvenOutPage(Page):
             "Go on to the yarns", "Open the page Yarns", lambda: self.app.open_page("Yarns"), main=True
         )
         self._panel = RunPanel(controls, "one iteration")
-        self._verdict = controls.html("", self._act)
+        self._verdict = controls.html(Markup(), self._act)
         self._legend = controls.html(legend_html())
         self._choice = controls.choice(
             "Colours show", "The mean size of each stitch, its width, or its height", list(MEASURES),
@@ -119,7 +120,7 @@ class EvenOutPage(Page):
             frame_bytes=BYTES_PER_STITCH * fabric.face_count,
         )  # fmt: skip
         self._run.on_snapshot = self._show_snapshot
-        self._verdict.content = ""
+        self._verdict.content = Markup()
         self._mark(None)
         self.refresh()
 
@@ -189,7 +190,7 @@ class EvenOutPage(Page):
         self.app.scene.show("fabric", self._map.surface(fabric, self._measure))
         self.app.scene.show("sides", edges(fabric))
 
-    def _verdict_content(self) -> str:
+    def _verdict_content(self) -> Markup:
         evened = self.app.project.evened
         if evened is None:
             return message(NEXT, "info")
@@ -229,11 +230,11 @@ def mesh_arguments(project: Project) -> dict[str, Any]:
     return options.mesh_arguments
 
 
-def unfinished_html(project: Project) -> str:
+def unfinished_html(project: Project) -> Markup:
     """Return a box that says that the last mesh relaxation has not converged; nothing if it has."""
     kept = project.settings(EvenOutPage.name).get("report")
     if kept is None or kept["converged"]:
-        return ""
+        return Markup()
     report = MeshRelaxReport(**kept)
     if report.stopped:
         text = f"You stopped after {report.iterations} iterations, before the stitches were even; start again to go on."

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,6 +31,7 @@ from stitchmesh.labeling.growth import COURSE
 from stitchmesh.labeling.pointed_step import free_border_sides, pointed_step
 from stitchmesh.labeling.seeds import side_of
 from stitchmesh.labeling.steps import LabelStep
+from stitchmesh.markup import Markup, markup
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.mesh.orientation import is_inside_out
 from stitchmesh.mesh.outline import outline_sides
@@ -90,7 +90,7 @@ class LabelPage(Page):
     def build(self) -> None:
         """Make the controls, and draw the mesh."""
         controls = self.app.controls
-        self._status = controls.html("")
+        self._status = controls.html(Markup())
         self._go_on = controls.button(
             "Go on: divide into stitches", "All faces have rows. Open the page Divide.", self._divide, main=True
         )
@@ -108,9 +108,9 @@ class LabelPage(Page):
         self._choice = controls.choice(
             "A click", "What a click on the mesh does.", tuple(MEANINGS), self._meaning, self._mean
         )
-        self._meaning_hint = controls.html("")
-        self._legend = controls.html("")
-        self._faults = controls.html("", self._clicked)
+        self._meaning_hint = controls.html(Markup())
+        self._legend = controls.html(Markup())
+        self._faults = controls.html(Markup(), self._clicked)
         self._make_other_controls()
         self._mesh = None
         self.refresh()
@@ -120,7 +120,7 @@ class LabelPage(Page):
         """Make the controls that are needed less often, and the keys."""
         controls = self.app.controls
         with controls.group("Without the mouse", opened=False):
-            self._starts = controls.html("", self._clicked)
+            self._starts = controls.html(Markup(), self._clicked)
             self._row = controls.number(
                 "Row", "Number of a row, counted from 1.", 1, lambda _: self._show_row(), least=1, most=10_000, step=1
             )
@@ -232,7 +232,7 @@ class LabelPage(Page):
             self._meaning = self._choice.value = FLIP if done else ROWS
         self._go_on.visible, self._label_all.visible = done, not done
         self._status.content = labeling_status(labeling, self._inside_out)
-        self._meaning_hint.content = f'<p style="margin:0;font-size:.86em">{escape(MEANINGS[self._meaning])}</p>'
+        self._meaning_hint.content = markup('<p style="margin:0;font-size:.86em">{}</p>', MEANINGS[self._meaning])
         self._legend.content = legend(legend_entries(labeling))
         self._faults.content = fault_list(labeling.faults)
 

@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-from html import escape
-
 import numpy as np
 
 from stitchmesh.app.controls.legend import LegendEntry
@@ -14,6 +12,7 @@ from stitchmesh.labeling import LabelingFault, PartialLabeling
 from stitchmesh.labeling.faults import triangles_message
 from stitchmesh.labeling.pointed_step import free_border_sides
 from stitchmesh.labeling.seeds import candidate_seeds
+from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import Mesh
 from stitchmesh.render.labeling_drawing import FAULT_COLOUR, MISMATCH_COLOUR, UNLABELED_COLOUR
 from stitchmesh.yarn.colours import row_colours
@@ -33,11 +32,12 @@ BUTTON = (
 """Style of a button of a list, up to the colour of its border."""
 
 
-def labeling_status(labeling: PartialLabeling, inside_out: bool) -> str:
+def labeling_status(labeling: PartialLabeling, inside_out: bool) -> Markup:
     """The numbers in one or two lines."""
     done, faces = int(labeling.labeled.sum()), labeling.mesh.face_count
     rows = labeling.row_count
-    lines = [f"<strong>{rows} row{'s' * (rows != 1)}</strong>, {done} of {faces} faces labeled"]
+    first = markup("<strong>{} row{}</strong>, {} of {} faces labeled", rows, "s" * (rows != 1), done, faces)
+    lines: list[str] = [first]
     seams = len(labeling.mismatched_sides())
     if seams:
         lines.append(
@@ -45,10 +45,11 @@ def labeling_status(labeling: PartialLabeling, inside_out: bool) -> str:
             "it: small rings of yarn will join them."
         )
     if triangles_message(labeling.mesh):
-        lines.append(escape(triangles_message(labeling.mesh)))
+        lines.append(triangles_message(labeling.mesh))
     if inside_out:
-        lines.append("The mesh seems to be inside out: its purl side would be outside. See <em>Whole mesh</em>.")
-    return "".join(f'<p role="status" style="margin:0 0 .3em;font-size:.92em">{line}</p>' for line in lines)
+        hint = "The mesh seems to be inside out: its purl side would be outside. See <em>Whole mesh</em>."
+        lines.append(markup(hint))
+    return joined(markup('<p role="status" style="margin:0 0 .3em;font-size:.92em">{}</p>', line) for line in lines)
 
 
 def legend_entries(labeling: PartialLabeling) -> list[LegendEntry]:
@@ -70,34 +71,43 @@ def legend_entries(labeling: PartialLabeling) -> list[LegendEntry]:
     return entries
 
 
-def fault_list(faults: tuple[LabelingFault, ...]) -> str:
+def fault_list(faults: tuple[LabelingFault, ...]) -> Markup:
     """The reasons why faces cannot be labeled; each reason is a button that shows its faces."""
     if not faults:
-        return ""
-    items = "".join(
-        f'<li><button type="button" data-action="fault" data-value="{number}" title="Show the faces" '
-        f'style="{BUTTON} rgb{FAULT_COLOUR!r}">{escape(fault.reason)}</button></li>'
+        return Markup()
+    items = joined(
+        markup(
+            '<li><button type="button" data-action="fault" data-value="{}" title="Show the faces" '
+            'style="{} rgb{}">{}</button></li>',
+            number, BUTTON, f"{FAULT_COLOUR!r}", fault.reason,
+        )
         for number, fault in enumerate(faults[:MOST_FAULTS])
     )
     more = len(faults) - MOST_FAULTS
-    rest = f'<p style="margin:0;font-size:.86em">and {more} more</p>' if more > 0 else ""
+    rest = markup('<p style="margin:0;font-size:.86em">and {} more</p>', more) if more > 0 else Markup()
     return (
-        '<p style="margin:.3em 0 0;font-size:.92em"><strong>Faces that cannot be labeled</strong></p>'
-        f'<ol style="margin:0;padding-left:1.4em;font-size:.86em">{items}</ol>{rest}'
+        markup(
+            '<p style="margin:.3em 0 0;font-size:.92em"><strong>Faces that cannot be labeled</strong></p>'
+            '<ol style="margin:0;padding-left:1.4em;font-size:.86em">{}</ol>{}',
+            items, rest,
+        )
     )
 
 
-def start_list(mesh: Mesh) -> str:
+def start_list(mesh: Mesh) -> Markup:
     """Buttons for the borders from which rows may start, best first."""
     buttons = []
     for chain in candidate_seeds(mesh)[:MOST_STARTS]:
         length = float(mesh.side_length[chain].sum())
         height = float(mesh.corner_position[chain, 1].mean() - mesh.vertices[:, 1].min())
         buttons.append(
-            f'<button type="button" data-action="start" data-value="{chain[0]}" '
-            f'style="{BUTTON} var(--mantine-color-default-border)">'
-            f"Border of {length:.0f} cm at height {height:.0f} cm</button>"
+            markup(
+                '<button type="button" data-action="start" data-value="{}" '
+                'style="{} var(--mantine-color-default-border)">'
+                "Border of {} cm at height {} cm</button>",
+                chain[0], BUTTON, f"{length:.0f}", f"{height:.0f}",
+            )
         )
-    heading = '<p style="margin:0;font-size:.86em">Start the next row at a border:</p>'
-    without = "<p>The mesh has no border. Choose that a click starts at an inner edge.</p>"
-    return heading + "".join(buttons) if buttons else without
+    heading = markup('<p style="margin:0;font-size:.86em">Start the next row at a border:</p>')
+    without = markup("<p>The mesh has no border. Choose that a click starts at an inner edge.</p>")
+    return heading + joined(buttons) if buttons else without

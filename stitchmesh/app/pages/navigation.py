@@ -5,9 +5,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from html import escape
 
 from stitchmesh.app.controls.controls import Controls
+from stitchmesh.markup import Markup, joined, markup
 
 SECTIONS: dict[str, tuple[str, ...]] = {
     "Project": ("Project",),
@@ -17,7 +17,7 @@ SECTIONS: dict[str, tuple[str, ...]] = {
     "View": ("View",),
 }
 """The pages of each section, in order."""
-STYLE = """<style>
+STYLE = markup("""<style>
 .sm-nav{display:flex;gap:4px;margin:0 0 .35em}
 .sm-nav button{flex:1 1 auto;font:inherit;font-size:.86em;padding:.35em .3em;border-radius:6px;cursor:pointer;
  border:1px solid var(--mantine-color-default-border);background:var(--mantine-color-default);
@@ -26,7 +26,7 @@ STYLE = """<style>
  font-weight:600}
 .sm-nav button:focus-visible{outline:3px solid #e08a1e;outline-offset:1px}
 .sm-hint{margin:.1em .1em 0;font-size:.86em;line-height:1.35}
-</style>"""
+</style>""")
 
 
 class Navigation:
@@ -36,7 +36,7 @@ class Navigation:
         """Make the rows; ``open_page`` is called with the name of a page."""
         self._last_of = {section: pages[0] for section, pages in SECTIONS.items()}
         self._open = open_page
-        self._rows = controls.html("", self._clicked)
+        self._rows = controls.html(Markup(), self._clicked)
 
     def show(self, page: str, hint: str) -> None:
         """Show which page is open, and what to do on it."""
@@ -44,8 +44,8 @@ class Navigation:
         self._last_of[section] = page
         sections = _row("Sections", "section", SECTIONS, section, "true")
         pages = SECTIONS[section]
-        steps = _row("Steps", "page", pages, page, "page") if len(pages) > 1 else ""
-        self._rows.content = f'{STYLE}{sections}{steps}<p class="sm-hint" role="status">{escape(hint)}</p>'
+        steps = _row("Steps", "page", pages, page, "page") if len(pages) > 1 else Markup()
+        self._rows.content = markup('{}{}{}<p class="sm-hint" role="status">{}</p>', STYLE, sections, steps, hint)
 
     def _clicked(self, action: str, value: str) -> None:
         if action == "section":
@@ -59,12 +59,15 @@ def section_of(page: str) -> str:
     return next(section for section, pages in SECTIONS.items() if page in pages)
 
 
-def _row(title: str, action: str, names: object, current: str, mark: str) -> str:
+def _row(title: str, action: str, names: object, current: str, mark: str) -> Markup:
     """Return a row of buttons."""
     assert isinstance(names, dict | tuple)
-    buttons = "".join(
-        f'<button type="button" data-action="{action}" data-value="{escape(name)}"'
-        f'{f""" aria-current="{mark}" """ if name == current else ""}>{escape(name)}</button>'
+    present = markup(' aria-current="{}"', mark)
+    buttons = joined(
+        markup(
+            '<button type="button" data-action="{}" data-value="{}"{}>{}</button>',
+            action, name, present if name == current else "", name,
+        )
         for name in names
     )
-    return f'<nav class="sm-nav" aria-label="{title}">{buttons}</nav>'
+    return markup('<nav class="sm-nav" aria-label="{}">{}</nav>', title, buttons)

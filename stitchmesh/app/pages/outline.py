@@ -19,6 +19,7 @@ from stitchmesh.app.scene.drawing import Lines
 from stitchmesh.app.scene.size_map import OUTLINE, SizeMap, edges, legend_html
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io.checked import check_value
+from stitchmesh.markup import Markup
 from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.meshrelax.free.free_shape import FreeShape
 from stitchmesh.meshrelax.free.relax_freely import FREE_MAX_ITERATIONS
@@ -89,7 +90,7 @@ class OutlinePage(Page):
                         lambda count: self._set(rows=int(count)), least=LEAST, most=MOST, step=1)  # fmt: skip
         controls.button("Relax again", "Start again from the chart", self.start)
         self._panel = RunPanel(controls, "one iteration")
-        self._words = controls.html("")
+        self._words = controls.html(Markup())
         controls.html(legend_html("compressed", "stretched"))
         if self._run is None:
             self.start()

@@ -21,6 +21,7 @@ from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io.meshes import FORMATS as MESH_FORMATS
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
 from stitchmesh.labeling.faults import triangles_message
+from stitchmesh.markup import Markup
 from stitchmesh.mesh import Mesh
 
 if TYPE_CHECKING:
@@ -52,18 +53,18 @@ class ProjectPage(Page):
         """Make the controls, and draw what the project holds."""
         remember(self.app.project)
         controls = self.app.controls
-        self._summary = controls.html("")
+        self._summary = controls.html(Markup())
         self._next = controls.button("Go on", "Open the page of the next step.", self._go_on, main=True)
         self._restore = controls.button("Bring back", "Return to what the last change dropped.", self._bring_back)
         with controls.group("Start from"):
             self._make_start()
         with controls.group("Download", opened=False):
-            self._downloads = controls.html("", self._clicked)
+            self._downloads = controls.html(Markup(), self._clicked)
         with controls.group("Projects", opened=False):
             controls.text("Name", "Name of this project.", self.app.project.name, self._rename)
             controls.text("New name", "Name of the new project.", self._new_name, self._set_new_name)
             controls.button("New project", "Start an empty project; this one stays saved.", self._new_project)
-            self._recent = controls.html("", self._clicked)
+            self._recent = controls.html(Markup(), self._clicked)
         self._drawn = None
         self.refresh()
 

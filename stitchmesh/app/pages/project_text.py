@@ -4,15 +4,15 @@
 
 from __future__ import annotations
 
-from html import escape
 from itertools import groupby
 from pathlib import Path
 
 from stitchmesh.app.project.exports import Export
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.recent import RecentProject
+from stitchmesh.markup import Markup, joined, markup
 
-STYLE = """<style>
+STYLE = markup("""<style>
 .sm-project{margin:0 .75em;font-size:.86em;line-height:1.4;color:var(--mantine-color-text)}
 .sm-project table{border-collapse:collapse;width:100%}
 .sm-project th{text-align:left;font-weight:600;padding:.12em .6em .12em 0;vertical-align:top;white-space:nowrap}
@@ -24,24 +24,27 @@ STYLE = """<style>
 .sm-project button:focus-visible{outline:3px solid #e08a1e;outline-offset:1px}
 .sm-project .wide{display:block;width:100%;text-align:left}
 .sm-project .trouble{border-left:4px solid #96233c;padding-left:.5em;font-weight:600}
-</style>"""
+</style>""")
 NOT_YET = "not yet"
 
 
-def project_summary(project: Project) -> str:
+def project_summary(project: Project) -> Markup:
     """Return the name, the place and the stages of a project."""
-    rows = "".join(f"<tr><th scope='row'>{escape(name)}</th><td>{escape(text)}</td></tr>"
+    rows = joined(markup("<tr><th scope='row'>{}</th><td>{}</td></tr>", name, text)
                    for name, text in stage_lines(project))  # fmt: skip
-    notes = "".join(f'<p class="trouble">{escape(note)}</p>' for note in project.notes)
-    return f'{STYLE}<div class="sm-project">{saving_line(project)}{notes}<table>{rows}</table></div>'
+    notes = joined(markup('<p class="trouble">{}</p>', note) for note in project.notes)
+    return markup(
+        '{}<div class="sm-project">{}{}<table>{}</table></div>',
+        STYLE, saving_line(project), notes, rows,
+    )
 
 
-def saving_line(project: Project) -> str:
+def saving_line(project: Project) -> Markup:
     """Return one line that says where the project is, or why it cannot be saved."""
     trouble = project.autosave.trouble
     if trouble is not None:
-        return f'<p class="trouble" role="alert">{escape(trouble)}. It is tried again every few seconds.</p>'
-    return f"<p>Every change is saved at once in <b>{escape(_short(project.folder))}</b>.</p>"
+        return markup('<p class="trouble" role="alert">{}. It is tried again every few seconds.</p>', trouble)
+    return markup("<p>Every change is saved at once in <b>{}</b>.</p>", _short(project.folder))
 
 
 def stage_lines(project: Project) -> list[tuple[str, str]]:
@@ -57,31 +60,38 @@ def stage_lines(project: Project) -> list[tuple[str, str]]:
     ]
 
 
-def download_list(files: list[Export]) -> str:
+def download_list(files: list[Export]) -> Markup:
     """Return a button for each file that the project can send; ``data-value`` is the name of the file."""
     rows = []
     for what, group in groupby(files, key=lambda file: file.what):
-        buttons = "".join(
-            f'<button type="button" data-action="download" data-value="{escape(file.name)}"'
-            f' aria-label="Download {escape(what.lower())} as {escape(file.suffix)}" title="{escape(file.name)}">'
-            f"{escape(file.suffix)}</button>"
+        buttons = joined(
+            markup(
+                '<button type="button" data-action="download" data-value="{}"'
+                ' aria-label="Download {} as {}" title="{}">'
+                "{}</button>",
+                file.name, what.lower(), file.suffix, file.name, file.suffix,
+            )
             for file in group
         )
-        rows.append(f"<tr><th scope='row'>{escape(what)}</th><td>{buttons}</td></tr>")
-    text = f"<table>{''.join(rows)}</table>" if rows else "<p>There is nothing to download yet.</p>"
-    return f'{STYLE}<div class="sm-project">{text}</div>'
+        rows.append(markup("<tr><th scope='row'>{}</th><td>{}</td></tr>", what, buttons))
+    text = markup("<table>{}</table>", joined(rows)) if rows else markup("<p>There is nothing to download yet.</p>")
+    return markup('{}<div class="sm-project">{}</div>', STYLE, text)
 
 
-def recent_list(projects: list[RecentProject], present: Path) -> str:
+def recent_list(projects: list[RecentProject], present: Path) -> Markup:
     """Return a button for each recent project except the present one; ``data-value`` is its place in the list."""
-    buttons = "".join(
-        f'<button type="button" class="wide" data-action="open" data-value="{number}"'
-        f' aria-label="Open the project {escape(one.name)}">{escape(one.name)}'
-        f"<br><small>{escape(_short(one.folder))}</small></button>"
+    buttons = joined(
+        markup(
+            '<button type="button" class="wide" data-action="open" data-value="{}"'
+            ' aria-label="Open the project {}">{}'
+            "<br><small>{}</small></button>",
+            number, one.name, one.name, _short(one.folder),
+        )
         for number, one in enumerate(projects)
         if one.folder != present
     )
-    return f'{STYLE}<div class="sm-project">{buttons or "<p>No other project was open yet.</p>"}</div>'
+    others = buttons or markup("<p>No other project was open yet.</p>")
+    return markup('{}<div class="sm-project">{}</div>', STYLE, others)
 
 
 def _mesh(project: Project) -> str:

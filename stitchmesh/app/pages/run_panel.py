@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.live_run import AnyRun
+from stitchmesh.markup import Markup, markup
 from stitchmesh.reporting.figures import duration
 
 PAUSE, RESUME = "Pause", "Resume"
@@ -33,7 +34,7 @@ class RunPanel:
         self._step = controls.button("Step", f"Make one step and wait: {step} (key N)", self.step)
         self._stop = controls.button("Stop", "End now and keep the state that is shown", self.stop)
         self._bar = controls.progress_bar()
-        self._status = controls.html("")
+        self._status = controls.html(Markup())
         controls.key("Pause or resume", "Pause the relaxation, or let it go on", "P", None, self.toggle_pause)
         controls.key("Step", "Make one step of the relaxation", "N", None, self.step)
         self.show(None)
@@ -51,7 +52,7 @@ class RunPanel:
             return
         self._pause.label = RESUME if self._run.paused else PAUSE
         self._bar.value = round(100.0 * self._run.done, 1)
-        self._status.content = f'<p role="status" style="margin:0">{self._words(self._run)}</p>'
+        self._status.content = markup('<p role="status" style="margin:0">{}</p>', self._words(self._run))
 
     def toggle_pause(self) -> None:
         """Pause the relaxation, or let it go on."""

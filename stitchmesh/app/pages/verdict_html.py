@@ -5,9 +5,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 
 from stitchmesh.app.controls.html_pieces import BOX, DOUBTFUL, message
+from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.reporting.figures import Figure
 from stitchmesh.reporting.verdict import Verdict
 
@@ -18,7 +18,7 @@ LINK = "all:unset;vertical-align:top;cursor:pointer;text-decoration:underline do
 """Style of a finding that can be clicked."""
 
 
-def verdict_html(verdict: Verdict, good: str, doubtful: str, *, action: str | None = None) -> str:
+def verdict_html(verdict: Verdict, good: str, doubtful: str, *, action: str | None = None) -> Markup:
     """Return a box with a verdict.
 
     Args:
@@ -31,33 +31,40 @@ def verdict_html(verdict: Verdict, good: str, doubtful: str, *, action: str | No
         return message(f"{good}: {verdict.praise}.", "good")
     shown = [_clickable(_sentence(str(found)), number, action) for number, found in enumerate(verdict.findings[:MOST])]
     if len(verdict.findings) > MOST:
-        shown.append(f"And {len(verdict.findings) - MOST} more, which are less important.")
-    items = "".join(f"<li>{item}</li>" for item in shown)
+        shown.append(markup("And {} more, which are less important.", len(verdict.findings) - MOST))
+    items = joined(markup("<li>{}</li>", item) for item in shown)
     style = BOX.format(colour=DOUBTFUL)
-    return f'<div role="status" style="{style}"><b>&#9888; {escape(doubtful)}</b><ul style="{LIST}">{items}</ul></div>'
+    return markup(
+        '<div role="status" style="{}"><b>&#9888; {}</b><ul style="{}">{}</ul></div>',
+        style, doubtful, LIST, items,
+    )
 
 
-def figures_html(figures: Sequence[Figure]) -> str:
+def figures_html(figures: Sequence[Figure]) -> Markup:
     """Return a table of figures; the meaning of each stands under it."""
-    rows = "".join(
-        f'<tr><th scope="row" style="text-align:left;font-weight:600;vertical-align:top">{_mark(figure)}'
-        f"{escape(figure.name)}</th><td style='text-align:right;vertical-align:top'>{escape(figure.value)}</td></tr>"
-        f"<tr><td colspan='2' style='font-size:.82em;padding-bottom:.35em'>{escape(figure.meaning)}</td></tr>"
+    rows = joined(
+        markup(
+            '<tr><th scope="row" style="text-align:left;font-weight:600;vertical-align:top">{}'
+            "{}</th><td style='text-align:right;vertical-align:top'>{}</td></tr>"
+            "<tr><td colspan='2' style='font-size:.82em;padding-bottom:.35em'>{}</td></tr>",
+            _mark(figure), figure.name, figure.value, figure.meaning,
+        )
         for figure in figures
     )
-    return f'<table style="width:100%;border-collapse:collapse">{rows}</table>'
+    return markup('<table style="width:100%;border-collapse:collapse">{}</table>', rows)
 
 
 def _sentence(clause: str) -> str:
     return f"{clause[0].upper()}{clause[1:]}."
 
 
-def _mark(figure: Figure) -> str:
-    return "" if figure.good else f'<span style="color:{DOUBTFUL}" title="not good">&#9888; </span>'
+def _mark(figure: Figure) -> Markup:
+    return Markup() if figure.good else markup('<span style="color:{}" title="not good">&#9888; </span>', DOUBTFUL)
 
 
-def _clickable(text: str, number: int, action: str | None) -> str:
+def _clickable(text: str, number: int, action: str | None) -> Markup:
     if action is None:
-        return escape(text)
-    attributes = f'data-action="{escape(action)}" data-value="{number}"'
-    return f'<button type="button" {attributes} style="{LINK}">{escape(text)}</button>'
+        return markup("{}", text)
+    return markup(
+        '<button type="button" data-action="{}" data-value="{}" style="{}">{}</button>', action, number, LINK, text
+    )

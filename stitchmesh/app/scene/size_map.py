@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.app.scene.drawing import Colour, Colours, Lines, Surface
+from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.face_triangles import FaceTriangles, face_triangles
 from stitchmesh.meshrelax.evenness import Measure, relative_sizes
@@ -70,20 +71,21 @@ def edges(fabric: StitchMesh) -> Lines:
     return Lines(ends + 0.3 * _lift(fabric)[fabric.side_face[one], None], (90, 84, 78), 1.0)
 
 
-def legend_html(small: str = "too many", large: str = "too few") -> str:
+def legend_html(small: str = "too many", large: str = "too few") -> Markup:
     """Return the scale with its numbers, and what both ends mean in words."""
     stops = ", ".join(f"rgb({r} {g} {b})" for r, g, b in DIVERGING.tolist())
     bar = f"height:14px;border-radius:3px;background:linear-gradient(to right, {stops})"
     label = "Colours from blue, stitches that are smaller than the average, to red, stitches that are larger"
     ends = [
-        ("left", f"{1.0 / LARGEST_RATIO:.2f}<br>{small}"), ("center", "1<br>average"),
-        ("right", f"{LARGEST_RATIO:.2f}<br>{large}"),
+        ("left", markup("{}<br>{}", f"{1.0 / LARGEST_RATIO:.2f}", small)), ("center", markup("1<br>average")),
+        ("right", markup("{}<br>{}", f"{LARGEST_RATIO:.2f}", large)),
     ]  # fmt: skip
-    marks = "".join(f'<span style="flex:1;text-align:{side}">{text}</span>' for side, text in ends)
-    return (
-        f'<div role="img" aria-label="{label}"><div style="{bar}"></div>'
-        f'<div style="display:flex;font-size:.82em;line-height:1.3">{marks}</div></div>'
-        '<p style="font-size:.82em;margin:.2em 0 0">Size of a stitch over the average of the fabric</p>'
+    marks = joined(markup('<span style="flex:1;text-align:{}">{}</span>', side, text) for side, text in ends)
+    return markup(
+        '<div role="img" aria-label="{}"><div style="{}"></div>'
+        '<div style="display:flex;font-size:.82em;line-height:1.3">{}</div></div>'
+        '<p style="font-size:.82em;margin:.2em 0 0">Size of a stitch over the average of the fabric</p>',
+        label, bar, marks,
     )
 
 

@@ -13,6 +13,7 @@ from tyro.conf import Positional, UseAppendAction
 
 from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import Overwrite
+from stitchmesh.cli.say import say
 from stitchmesh.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ class Batch:
     workers: Annotated[int | None, help_entry("N", "one for each GPU, or for each core without a GPU")] = None
     """processes on this machine; 0 runs the jobs in this process"""
     scheduler: Annotated[str | None, help_entry("ADDRESS", "processes on this machine")] = None
-    """a standing scheduler of Dask, such as tcp://10.0.0.5:8786, whose workers run the jobs"""
+    """a standing scheduler of Dask, such as tls://10.0.0.5:8786, whose workers run the jobs"""
 
     allow_paths: Annotated[UseAppendAction[tuple[str, ...]], help_entry("DIR", "none")] = ()
     """a further folder with files that the jobs name, besides that of the sweep and the present one"""
@@ -69,9 +70,9 @@ class Batch:
                     overwrite=self.overwrite,
                 )  # fmt: skip
         except JobStopped:
-            print(f"stopped; `stitchmesh batch {self.sweep} -o {folder}` continues the sweep", file=sys.stderr)
+            say(f"stopped; `stitchmesh batch {self.sweep} -o {folder}` continues the sweep", file=sys.stderr)
             return TERMINATED
-        print(_summary(ended, folder), file=sys.stdout if sys.stdout.isatty() else sys.stderr)
+        say(_summary(ended, folder), file=sys.stdout if sys.stdout.isatty() else sys.stderr)
         return ALL_FAILED if ended.all_failed else None
 
     def _report(self) -> None:
@@ -81,7 +82,7 @@ class Batch:
         folder = self.folder or self.output
         if folder is None:
             raise ParameterError("batch report: got no folder; expected that of a sweep: `stitchmesh batch report DIR`")
-        print(f"Wrote {write_report_page(Path(folder))}.")
+        say(f"Wrote {write_report_page(Path(folder))}.")
 
 
 def _summary(ended: FinishedSweep, folder: Path) -> str:

@@ -11,6 +11,7 @@ from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.options import READ_STITCHES, OnSelection, Overwrite
+from stitchmesh.cli.say import say
 
 
 @dataclass(frozen=True)
@@ -41,4 +42,4 @@ class Capture:
         write_pattern(self.output, pattern)
         size = f"{pattern.width} loops x {pattern.height} rows"
         part = f"one repeat of {captured.width} x {captured.height}"
-        print(f"Wrote {self.output}: {size}{'' if pattern == captured else f', {part}'}.")
+        say(f"Wrote {self.output}: {size}{'' if pattern == captured else f', {part}'}.")

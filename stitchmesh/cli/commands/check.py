@@ -11,6 +11,7 @@ from tyro.conf import Positional, arg
 
 from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import FileReading
+from stitchmesh.cli.say import say
 
 
 @dataclass(frozen=True)
@@ -25,4 +26,4 @@ class Check:
         """Read the file, which validates it, and print its kind."""
         from stitchmesh.cli.describe import kind_of
 
-        print(f"{self.file}: valid {kind_of(self.reading.read(self.file))}")
+        say(f"{self.file}: valid {kind_of(self.reading.read(self.file))}")

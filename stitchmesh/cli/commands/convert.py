@@ -11,6 +11,7 @@ from tyro.conf import Positional, arg
 
 from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import FileReading, Overwrite
+from stitchmesh.cli.say import say
 from stitchmesh.errors import ParameterError
 
 
@@ -55,4 +56,4 @@ class Convert:
         else:
             write_mesh(self.output, content)
         repeats = "" if self.tile is None else f", {self.tile[0]} x {self.tile[1]} repeats of it"
-        print(f"Wrote {self.output}: {in_brief(content)}{repeats}.")
+        say(f"Wrote {self.output}: {in_brief(content)}{repeats}.")

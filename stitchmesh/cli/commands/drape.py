@@ -13,6 +13,7 @@ from tyro.conf import Positional, arg
 from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.options import Device, Overwrite, Threads
 from stitchmesh.cli.output_folder import draw_if_possible, output_folder
+from stitchmesh.cli.say import say
 from stitchmesh.cli.serving import Serving
 from stitchmesh.cli.summary import AsJson, files_to_open, print_result
 from stitchmesh.errors import FileError, ParameterError
@@ -53,7 +54,7 @@ class Drape:
     checkpoint_every: Annotated[int | None, help_entry("N", "no checkpoints")] = None
     """write a checkpoint into the output folder every N steps of a motion, or iterations of a static scene"""
     resume: Flag = False
-    """continue from the checkpoint in the output folder; the result has the same bits"""
+    """continue from the checkpoint in the output folder, if there is one; the result has the same bits"""
     device: Device = None
     threads: Threads = None
     no_picture: Flag = False
@@ -149,7 +150,7 @@ def _write_example(path: Path) -> None:
     if is_there(path):
         raise FileError(f"{path}: is there already; choose another name")
     write_text(path, example_scene())
-    print(f"Wrote {path}; stitchmesh drape {path} -o DIR runs it.")
+    say(f"Wrote {path}; stitchmesh drape {path} -o DIR runs it.")
 
 
 def _draw(runs: dict[str, Draped], path: Path) -> None:

@@ -11,6 +11,7 @@ from tyro.conf import Positional, arg
 
 from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, OnSelection, Overwrite
+from stitchmesh.cli.say import say
 from stitchmesh.cli.serving import Serving
 from stitchmesh.errors import ParameterError
 
@@ -55,7 +56,7 @@ class Edit:
         write_stitches(self.output, after)
         if self.log is not None:
             write_log(self.log, [self._edit()])
-        print(f"{before.face_count} stitches before, {after.face_count} after")
+        say(f"{before.face_count} stitches before, {after.face_count} after")
 
     def _open_in_browser(self) -> None:
         from stitchmesh.app.project.opening import project_for

@@ -42,7 +42,7 @@ class Follow:
     output: Annotated[str, help_entry("DIR", short="-o")]
     """output folder for the frames, an animation (USD), a report and a checkpoint"""
     resume: Flag = False
-    """continue from the checkpoint in the output folder; give the same other options as before"""
+    """continue from the checkpoint in the output folder, if there is one; give the same other options as before"""
     frames_per_second: Annotated[float, help_entry("N")] = FRAMES_PER_SECOND
     """frames of a folder for each second; a USD file states its times"""
     body_unit: Annotated[str, help_entry("UNIT")] = DEFAULT_UNIT

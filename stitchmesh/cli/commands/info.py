@@ -11,6 +11,7 @@ from tyro.conf import Positional, arg
 
 from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import FileReading
+from stitchmesh.cli.say import say
 
 
 @dataclass(frozen=True)
@@ -26,4 +27,4 @@ class Info:
         from stitchmesh.cli.describe import description
 
         for line in description(self.reading.read(self.file)):
-            print(line)
+            say(line)

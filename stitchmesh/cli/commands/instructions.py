@@ -11,6 +11,7 @@ from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import READ_STITCHES, Overwrite
+from stitchmesh.cli.say import say
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Instructions:
 
         text = knitting_instructions(read_stitches(self.fabric))
         if self.output is None:
-            print(text, end="")
+            say(text, end="")
         else:
             write_text(self.output, text)
-            print(f"Wrote {self.output}: {len(text.splitlines())} lines.")
+            say(f"Wrote {self.output}: {len(text.splitlines())} lines.")

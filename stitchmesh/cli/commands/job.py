@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
+from stitchmesh.cli.say import say
 from stitchmesh.errors import FileError, ParameterError
 
 
@@ -44,7 +45,7 @@ class Job:
         if self.output is not None:
             raise ParameterError(f"--output: got {self.output} with clean, which writes no file; leave it out")
         made = clean_job(self.source)
-        print(f"Removed {len(made.removed)} stages ({made.freed / 1e6:.1f} MB), kept the {made.kept} of the last run.")
+        say(f"Removed {len(made.removed)} stages ({made.freed / 1e6:.1f} MB), kept the {made.kept} of the last run.")
 
     def _write(self, output: str) -> None:
         import os
@@ -64,4 +65,4 @@ class Job:
         folder = whole_path(output).parent
         source = Path(os.path.relpath(named, folder)).as_posix() if named.suffix else self.source
         write_text(output, example_job(source))
-        print(f"Wrote {output}; `stitchmesh run {output}` runs it.")
+        say(f"Wrote {output}; `stitchmesh run {output}` runs it.")

@@ -47,6 +47,7 @@ from stitchmesh.cli.output_folder import (
     picture_seconds,
     plot_history,
 )
+from stitchmesh.cli.say import say
 from stitchmesh.cli.summary import AsJson, files_to_open, knit_summary, print_result
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
@@ -140,7 +141,7 @@ class Knit:
             if draws:
                 drawn = _draw(made, folder, progress)
             elif not self.no_picture:
-                print(NO_TIME_FOR_PICTURE, file=sys.stderr)
+                say(NO_TIME_FOR_PICTURE, file=sys.stderr)
         yarn = None if recipe.yarn is None else Yarn.named(recipe.yarn)
         lines = knit_summary(made.fabric, made.yarns, made.report, yarn)
         print_result(made.report, [*lines, files_to_open(folder, drawn)], as_json=self.json)

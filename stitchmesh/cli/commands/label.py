@@ -13,6 +13,7 @@ from tyro.conf import Positional, UseAppendAction, arg
 from stitchmesh.cli.arguments import Pair, help_entry, pair, parsed_by
 from stitchmesh.cli.found_rows import FoundPanels, FoundRows
 from stitchmesh.cli.options import Overwrite, Rows, Unit
+from stitchmesh.cli.say import say
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
 
@@ -77,7 +78,7 @@ class Label:
         else:
             write_labeling(self.output, labeling)
         self._draw(labeling)
-        print(_summary(labeling))
+        say(_summary(labeling))
 
     def _found(self, rows: RowsSection) -> PartialLabeling:
         """Find rows of panels on the repaired mesh.
@@ -98,7 +99,7 @@ class Label:
         side = LabelSection(turn_inside_out=self.starts.turn_inside_out)
         mesh, repair = Recipe(mesh=self.mesh, unit=self.unit, rows=rows, label=side).read_mesh()
         for action in repair or ():
-            print(f"Repair: {action.text}: {action.places}.")
+            say(f"Repair: {action.text}: {action.places}.")
         options = rows.options()
         assert options is not None
         made = auto_labels(

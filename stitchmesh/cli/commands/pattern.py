@@ -11,6 +11,7 @@ from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, OnSelection, Overwrite
+from stitchmesh.cli.say import say
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
 
 
@@ -46,6 +47,6 @@ class Pattern:
         faces = None if self.on is None else select(fabric, self.on)
         laid = lay_pattern(fabric, chosen, face=self.face, faces=faces, remainder=remainder)
         write_stitches(self.output, laid.fabric)
-        print(f"{chosen.name}: {laid.faces_laid} of {laid.fabric.face_count} stitches are in the pattern")
+        say(f"{chosen.name}: {laid.faces_laid} of {laid.fabric.face_count} stitches are in the pattern")
         for line in left_out_lines(laid.left_out):
-            print(line)
+            say(line)

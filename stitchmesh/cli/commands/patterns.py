@@ -6,6 +6,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stitchmesh.cli.say import say
+
 
 @dataclass(frozen=True)
 class Patterns:
@@ -17,12 +19,12 @@ class Patterns:
         from stitchmesh.periodic.weave.library import read_weave, weave_names
 
         width = max(map(len, (*pattern_names(), *weave_names())))
-        print(f"{'name':{width}}    size  yarns  title; source")
+        say(f"{'name':{width}}    size  yarns  title; source")
         for name in pattern_names():
             found = read_pattern(name)
             size = f"{found.width} x {found.height}"
-            print(f"{name:{width}}  {size:>7}  {found.yarn_count:5}  {found.name}; {found.source}")
+            say(f"{name:{width}}  {size:>7}  {found.yarn_count:5}  {found.name}; {found.source}")
         for name in weave_names():
             weave = read_weave(name)
             size = f"{len(weave.warps)} x {len(weave.wefts)}"
-            print(f"{name:{width}}  {size:>7}  woven  {weave.name}; {weave.source}")
+            say(f"{name:{width}}  {size:>7}  woven  {weave.name}; {weave.source}")

@@ -11,6 +11,7 @@ from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, MeshRelaxation, Overwrite, Unit
+from stitchmesh.cli.say import say
 from stitchmesh.io.units import DEFAULT_UNIT
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ class RelaxMesh:
             relaxed, report = relax_mesh_with_report(fabric, surface=surface, progress=report_progress, **options)
         write_stitches(self.output, relaxed)
         stretch = f"stretch: rms {report.rms_stretch:.3f}, maximum {report.max_stretch:.3f}"
-        print(f"{report.iterations} iterations, {stretch}")
+        say(f"{report.iterations} iterations, {stretch}")
 
     def _surface(self) -> Mesh:
         """Read the surface; a polygon mesh is repaired, as it is where rows are found on it."""

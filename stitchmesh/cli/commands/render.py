@@ -11,6 +11,7 @@ from tyro.conf import Positional, arg
 
 from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.options import FileReading, Overwrite
+from stitchmesh.cli.say import say
 from stitchmesh.io.units import DEFAULT_UNIT
 
 
@@ -68,7 +69,7 @@ class Render:
             fabric=None if self.stitches is None else read_stitches(self.stitches),
             plies=self.plies, tiles=self.tile, inset=not self.no_inset, occlusion=not self.no_occlusion,
         )  # fmt: skip
-        print(f"wrote {self.output}: {self._seen()} of {self.file}")
+        say(f"wrote {self.output}: {self._seen()} of {self.file}")
 
     def _seen(self) -> str:
         """Return in words what the picture shows."""

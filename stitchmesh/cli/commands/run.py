@@ -14,6 +14,7 @@ from tyro.conf import Positional, UseAppendAction
 from stitchmesh.cli.arguments import Flag, help_entry
 from stitchmesh.cli.budget_options import exit_status, load_of_machine, start_of_command
 from stitchmesh.cli.options import Overwrite, Threads
+from stitchmesh.cli.say import say
 from stitchmesh.cli.stop_signal import TERMINATED, stopped_by_signal
 from stitchmesh.cli.summary import files_to_open, knit_summary, swatch_summary
 
@@ -66,7 +67,7 @@ class Run:
 
 def _print(line: str) -> None:
     """Print a line for a person: beside the lines of JSON, where standard output holds these."""
-    print(line, file=sys.stdout if sys.stdout.isatty() else sys.stderr)
+    say(line, file=sys.stdout if sys.stdout.isatty() else sys.stderr)
 
 
 def _summary(made: FinishedJob) -> list[str]:

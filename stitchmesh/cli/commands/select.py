@@ -12,6 +12,7 @@ from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import READ_STITCHES, Overwrite
+from stitchmesh.cli.say import say
 
 if TYPE_CHECKING:
     from stitchmesh.mesh import IntArray, StitchMesh
@@ -42,7 +43,7 @@ class Select:
             self._write(fabric, chosen, self.output)
         for name, faces in chosen.items():
             rows = fabric.row[faces]
-            print(f"{name}: {len(faces)} of {fabric.face_count} stitches, in rows {rows.min()} to {rows.max()}")
+            say(f"{name}: {len(faces)} of {fabric.face_count} stitches, in rows {rows.min()} to {rows.max()}")
 
     def _write(self, fabric: StitchMesh, chosen: dict[str, IntArray], path: str) -> None:
         import numpy as np

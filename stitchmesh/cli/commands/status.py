@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
+from stitchmesh.cli.say import say
 from stitchmesh.cli.summary import AsJson
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ class Status:
         from stitchmesh.jobs.job_status import read_status
 
         status = read_status(Path(self.folder))
-        print(json.dumps(asdict(status)) if self.json else "\n".join(status_lines(status)))
+        say(json.dumps(asdict(status)) if self.json else "\n".join(status_lines(status)))
 
 
 def status_lines(status: JobStatus) -> list[str]:

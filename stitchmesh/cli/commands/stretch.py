@@ -14,6 +14,7 @@ from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.budget_options import OUT_OF_TIME, TimeOption
 from stitchmesh.cli.options import Device, MaterialOptions, Overwrite, QualityName, SwatchFabric, Threads
 from stitchmesh.cli.output_folder import output_folder
+from stitchmesh.cli.say import say
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.swatch_options import STRETCH_STEPS
 from stitchmesh.quality import DEFAULT_QUALITY
@@ -74,7 +75,7 @@ class Stretch:
             plot_stretch(curve, folder / PLOT)
         if len(curve.points) == self.steps:
             return None
-        print(f"Not good: the time was over after {len(curve.points)} of {self.steps} strains; allow more time.")
+        say(f"Not good: the time was over after {len(curve.points)} of {self.steps} strains; allow more time.")
         return OUT_OF_TIME
 
 
@@ -120,4 +121,4 @@ def _print_state(point: StretchPoint) -> None:
     tension = f"tension {point.course_tension:.4g} dyn/cm along the courses, {point.wale_tension:.4g} along the wales"
     convergence = "" if point.converged else ", not converged"
     size = f"{point.width:.4g} x {point.height:.4g} cm"
-    print(f"{100 * point.strain:g} %: {size}, {tension}{convergence}", flush=True)
+    say(f"{100 * point.strain:g} %: {size}, {tension}{convergence}", flush=True)

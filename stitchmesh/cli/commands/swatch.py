@@ -37,6 +37,7 @@ from stitchmesh.cli.output_folder import (
     output_folder,
     plot_history,
 )
+from stitchmesh.cli.say import say
 from stitchmesh.cli.serving import Serving
 from stitchmesh.cli.summary import AsJson, files_to_open, print_result, swatch_summary
 from stitchmesh.errors import FileError, ParameterError
@@ -152,7 +153,7 @@ class Swatch:
                 progress("picture", 0.0, PICTURE)
                 drawn = draw_if_possible(lambda: render_swatch(made.yarns, folder / PICTURE, tiles))
             elif not self.no_picture:
-                print(NO_TIME_FOR_PICTURE, file=sys.stderr)
+                say(NO_TIME_FOR_PICTURE, file=sys.stderr)
         lines = swatch_summary(made, report["name"], self.fabric.yarn.named())
         print_result(report, [*lines, files_to_open(folder, drawn)], as_json=self.json)
         return exit_status(report)
@@ -328,6 +329,6 @@ def _write_pyp(path: Path, cell: YarnSet) -> None:
     try:
         check_pyp(path, cell)
     except FileError as error:
-        print(f"not written: {error}", file=sys.stderr)
+        say(f"not written: {error}", file=sys.stderr)
         return
     write_yarns(path, cell)

@@ -11,6 +11,7 @@ from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import WRITTEN_STITCHES, Overwrite, StitchCounts, StitchWidth, YarnAndGauge
+from stitchmesh.cli.say import say
 from stitchmesh.tessellate import STITCH_WIDTH, tessellate
 
 
@@ -40,7 +41,7 @@ class Tessellate:
             labeled, stitch_width=width, stitch_height=size.stitch_height, counts=edges.counts, marked=edges.marked
         )
         write_stitches(self.output, fabric)
-        print(", ".join(f"{count} {name}" for name, count in stitch_counts(fabric).items()))
+        say(", ".join(f"{count} {name}" for name, count in stitch_counts(fabric).items()))
         for name, reached in reached_sizes(fabric).items():
             spread = f"{reached['p5']:.3g} to {reached['p95']:.3g} cm from the 5th to the 95th percentile"
-            print(f"stitch {name.removesuffix('_cm')}: {reached['median']:.3g} cm (median), {spread}")
+            say(f"stitch {name.removesuffix('_cm')}: {reached['median']:.3g} cm (median), {spread}")

@@ -19,6 +19,7 @@ from stitchmesh.cli.options import (
     QualityName,
     YarnName,
 )
+from stitchmesh.cli.say import say
 from stitchmesh.quality import DEFAULT_QUALITY
 from stitchmesh.yarn.stitch_size import stitch_size
 from stitchmesh.yarngen.finish import YarnFinish
@@ -63,4 +64,4 @@ class Yarns:
                 quality=self.quality, **asdict(self.finish),
             )  # fmt: skip
         write_yarns(self.output, yarns)
-        print(f"{yarns.yarn_count} yarns, {len(yarns.points)} control points, {yarns.lengths.sum():.1f} cm")
+        say(f"{yarns.yarn_count} yarns, {len(yarns.points)} control points, {yarns.lengths.sum():.1f} cm")

@@ -45,6 +45,8 @@ TRIANGLES, STRIP, FAN = 4, 5, 6
 """Modes of primitives that are surfaces."""
 BYTES = 24, 300
 """Memory that is counted for a point and for a triangle, of which lists are made [bytes]."""
+DEEPEST = 256
+"""Largest number of nodes within each other; skeletons of characters have tens of them."""
 COMPRESSIONS = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"}
 """Extensions by which positions lie in the file in another form."""
 
@@ -226,16 +228,18 @@ def _placed_meshes(head: _Head) -> Iterator[tuple[int, FloatArray]]:
     else:
         inner = {child for node in head.nodes for child in node.children}
         roots = [number for number in range(len(head.nodes)) if number not in inner]
-    left, seen = [(number, np.eye(4)) for number in reversed(roots)], set()
+    left, seen = [(number, np.eye(4), 1) for number in reversed(roots)], set()
     while left:
-        number, outer = left.pop()
+        number, outer, depth = left.pop()
         node = _item(head.nodes, number, "node")
         if number in seen:
             raise ValueError(f"node {number} lies in itself, or in two nodes")
+        if depth > DEEPEST:
+            raise ValueError(f"node {number} lies in {depth - 1} others; expected less than {DEEPEST}, join them")
         seen.add(number)
         with np.errstate(all="ignore"):  # Numbers that overflow are not finite, which is checked.
             transform = outer @ _transform(node)
-        left += [(child, transform) for child in reversed(node.children)]
+        left += [(child, transform, depth + 1) for child in reversed(node.children)]
         if node.mesh is not None:
             yield node.mesh, transform
 

@@ -8,8 +8,8 @@ nothing is loaded from other hosts.
 
 from __future__ import annotations
 
-import html
 import json
+import re
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from stitchmesh.io.atomic import write_text
 from stitchmesh.io.path_kind import whole_path
 from stitchmesh.jobs.sweep.result_table import JOB, KEY, read_table
 from stitchmesh.jobs.sweep.row import ERROR, PICTURE, YARNS
+from stitchmesh.markup import Markup, joined, markup
 
 PAGE, SCRIPT = "report.html", "plotly.min.js"
 MOST_ROWS = 20_000
@@ -52,12 +53,14 @@ def write_report_page(folder: Path) -> Path:
     }  # fmt: skip
     left_out = "" if len(shown) == count else f" The page shows {len(shown)} of them, at even distances."
     template = files(__package__).joinpath("page.html").read_text(encoding="utf-8")
-    page = template.replace("{{title}}", html.escape(whole_path(folder).name))
-    page = page.replace("{{summary}}", html.escape(f"{count} jobs, {failed} failed.{left_out}"))
-    page = page.replace("{{same}}", "".join(map(_same_row, same.items())))
-    page = page.replace("{{content}}", json.dumps(content, separators=(",", ":")).replace("<", "\\u003c"))
+    parts = {
+        "title": markup("{}", whole_path(folder).name),
+        "summary": markup("{}", f"{count} jobs, {failed} failed.{left_out}"),
+        "same": joined(map(_same_row, same.items())),
+        "content": json.dumps(content, separators=(",", ":")).replace("<", "\\u003c"),
+    }
     write_text(folder / SCRIPT, get_plotlyjs())
-    write_text(folder / PAGE, page)
+    write_text(folder / PAGE, re.sub(r"\{\{(\w+)\}\}", lambda place: parts[place[1]], template))
     return folder / PAGE
 
 
@@ -66,10 +69,9 @@ def _is_constant(name: str, values: list[Any], count: int) -> bool:
     return name != JOB and (count > 1 or values[0] is None) and all(value == values[0] for value in values)
 
 
-def _same_row(pair: tuple[str, Any]) -> str:
+def _same_row(pair: tuple[str, Any]) -> Markup:
     name, value = pair
-    shown = "" if value is None else html.escape(str(_shortened(value)))
-    return f"<tr><th scope='row'>{html.escape(name)}</th><td>{shown}</td></tr>"
+    return markup("<tr><th scope='row'>{}</th><td>{}</td></tr>", name, "" if value is None else _shortened(value))
 
 
 def _shortened(value: Any) -> Any:

@@ -7,12 +7,14 @@ Finished tasks are files, so a sweep that was interrupted continues where it was
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from stitchmesh.compute.threads import core_count
 from stitchmesh.errors import FileError, ParameterError
@@ -29,12 +31,19 @@ from stitchmesh.jobs.sweep.scheduling import Ended, Waiting, work_with
 from stitchmesh.jobs.sweep.sweep import Sweep
 from stitchmesh.jobs.sweep.task import SweptJob, Task, jobs_of, tasks_of
 from stitchmesh.jobs.sweep.work import FAULTS, GARMENTS, PICTURES, YARN_FILES, error_row, work
-from stitchmesh.jobs.sweep.workers import local_workers, offers_gpu, standing_workers
+from stitchmesh.jobs.sweep.workers import TLS, address_of, local_workers, offers_gpu, standing_workers
 from stitchmesh.memory_need import BASE_MEMORY, check_memory
+
+if TYPE_CHECKING:
+    from distributed.deploy.cluster import Cluster
+
+logger = logging.getLogger(__name__)
 
 STAGE = "sweep"
 DIED = "the processes that worked on it died; it may need more memory than a worker has"
 """Error of a job of which several workers died."""
+OPEN = "{address}: takes code from everyone who reaches it; give it certificates (tls://, docs/how-to/sweeps.md)"
+"""Warning about a scheduler that needs no certificate."""
 TABLE_SECONDS = 60.0
 """Time between two writes of the table while tasks are done [s]."""
 
@@ -59,8 +68,9 @@ class FinishedSweep:
 
 
 def run_sweep(
-    sweep: Sweep, folder: str | PathLike[str], *, workers: int | None = None, scheduler: str | None = None,
-    stop: StopRequest | None = None, listener: Listener = lambda _: None, overwrite: bool = False,
+    sweep: Sweep, folder: str | PathLike[str], *, workers: int | None = None,
+    scheduler: str | Cluster | None = None, stop: StopRequest | None = None, listener: Listener = lambda _: None,
+    overwrite: bool = False,
 ) -> FinishedSweep:  # fmt: skip
     """Do all jobs of a sweep, and write their table.
 
@@ -72,7 +82,8 @@ def run_sweep(
         folder: folder of the sweep, which only one run may use at a time and all workers share.
         workers: number of processes on this machine; 0 works in this process, and None takes one for each GPU, or one
             for each core of a machine without a GPU.
-        scheduler: address of a standing scheduler of Dask, whose workers do the jobs.
+        scheduler: a standing scheduler of Dask, whose workers do the jobs: its address, or the object of Dask that
+            started it, which knows its certificates.
         stop: a wish to stop, which may be uttered in a signal handler or in another thread.
         listener: called with each report of the progress.
         overwrite: whether files in the folder may be replaced that StitchMesh did not write, or that were changed
@@ -108,11 +119,15 @@ Do = Callable[[list[Task], StopRequest], Iterator[Ended | Waiting]]
 
 
 @contextmanager
-def _doing(folder: Path, workers: int | None, scheduler: str | None, sweep: Sweep) -> Iterator[tuple[str, Do]]:
+def _doing(
+    folder: Path, workers: int | None, scheduler: str | Cluster | None, sweep: Sweep
+) -> Iterator[tuple[str, Do]]:
     """Provide the device of jobs that name none, and a function that has tasks done."""
     from stitchmesh.compute.device import CPU, FIRST_GPU, device_named, device_names
 
     if scheduler is not None:
+        if not (address := address_of(scheduler)).startswith(TLS):
+            logger.warning(OPEN.format(address=address))
         with standing_workers(scheduler) as client:
             device = FIRST_GPU if offers_gpu(client) else CPU
         yield device, lambda tasks, stop: work_with(lambda: standing_workers(scheduler), tasks, folder, stop)

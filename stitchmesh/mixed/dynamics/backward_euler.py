@@ -159,17 +159,21 @@ class Dynamics:
 
     def energies(self) -> dict[str, float]:
         """Energy of each term and kinetic energy [erg] by name."""
-        product = self.positions.like()
-        self.system.set_mass_product(self.velocities, product)
-        return {**self.system.energies(self.positions), "kinetic": 0.5 * self.system.dot(self.velocities, product)}
+        kinetic = 0.5 * self.system.dot(self.velocities, self._mass_times_velocities())
+        return {**self.system.energies(self.positions), "kinetic": kinetic}
 
     def momentum(self) -> NDArray[np.float64]:
         """Momentum of vertices and nodes [g cm/s], shape (3,)."""
-        product = self.positions.like()
-        self.system.set_mass_product(self.velocities, product)
-        vertices, nodes, _ = product.numpy()
+        vertices, nodes, _ = self._mass_times_velocities().numpy()
         total: NDArray[np.float64] = vertices.sum(axis=0) + nodes.sum(axis=0)
         return total
+
+    def _mass_times_velocities(self) -> MixedVector:
+        """With the masses at the present positions: a step that begins or a resumed run finds them anew, too."""
+        product = self.positions.like()
+        self.system.update_masses(self.positions)
+        self.system.set_mass_product(self.velocities, product)
+        return product
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """All that the rest of the run depends on, by name, for stopping and resuming."""

@@ -55,10 +55,11 @@ def open_chart(path: FilePath) -> Image:
         raise FileError(f"{name}: has {image.width} x {image.height} pixels; expected sides of {LONGEST_SIDE} at most")
     with _damages(name):
         image.load()
+        opaque = image.convert("RGBA").getchannel("A").getextrema() == (255, 255)
     held = len(image.getpalette("RGB") or []) // 3
     if image.mode == "P" and int(np.asarray(image).max()) >= held:
         raise FileError(f"{name}: has pixels without a colour, the palette holds {held}; write it again as PNG")
-    if image.convert("RGBA").getchannel("A").getextrema() != (255, 255):
+    if not opaque:
         raise FileError(f"{name}: has transparent pixels; fill every stitch with a colour")
     return image
 

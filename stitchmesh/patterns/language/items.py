@@ -83,12 +83,15 @@ class ItemParser:
         first = self.token
         pieces: list[WordStitches] = []
         bars: list[tuple[int, Token]] = []
+        length = 0
         while self.token.text != END:
             if self.token.text == BAR:
                 bars.append((len(pieces), self.take()))
-            else:
-                pieces += self.parse_item(0)
-            _check_length(pieces, first)
+                continue
+            item = self.parse_item(0)
+            pieces += item
+            length += _length(item)
+            _check_length(length, first)
         if not any(piece.cells for piece in pieces):
             raise first.unexpected("stitches, such as k2 p2")
         if len(bars) not in (0, 2):
@@ -114,7 +117,7 @@ class ItemParser:
             return pieces
         self.take()
         times = self.parse_number("the number of repeats", MAX_STITCHES, least=1)
-        _check_length(pieces, token, times)
+        _check_length(times * _length(pieces), token)
         return pieces * times
 
     def parse_group(self, depth: int) -> list[WordStitches]:
@@ -123,11 +126,14 @@ class ItemParser:
         if depth == MAX_DEPTH:
             raise opening.unexpected(f"at most {MAX_DEPTH} nested brackets")
         pieces: list[WordStitches] = []
+        length = 0
         while self.token.text != "]":
             if self.token.text == END:
                 raise opening.place.error("got '[' without its partner; expected ']' on the same row")
-            pieces += self.parse_item(depth + 1)
-            _check_length(pieces, opening)
+            item = self.parse_item(depth + 1)
+            pieces += item
+            length += _length(item)
+            _check_length(length, opening)
         self.take()
         return pieces
 
@@ -208,6 +214,11 @@ class ItemParser:
         return cable(cells, target, layers, [loop.twist for loop in below])
 
 
-def _check_length(pieces: list[WordStitches], token: Token, times: int = 1) -> None:
-    if times * sum(max(len(piece.cells), 1) for piece in pieces) > MAX_STITCHES:
+def _length(pieces: list[WordStitches]) -> int:
+    """Return the number of stitches of pieces; a piece without stitches counts as one."""
+    return sum(max(len(piece.cells), 1) for piece in pieces)
+
+
+def _check_length(length: int, token: Token) -> None:
+    if length > MAX_STITCHES:
         raise token.place.error(f"got more than {MAX_STITCHES} stitches in a row; expected fewer")

@@ -27,7 +27,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from stitchmesh.errors import ParameterError, SolverError
+from stitchmesh.errors import OverloadError, ParameterError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.relaxation.continuation import size_of
@@ -119,7 +119,7 @@ def tearing(options: SwatchOptions) -> Iterator[None]:
     """
     try:
         yield
-    except SolverError as error:
+    except OverloadError as error:
         if options.blocked is None:
             raise
         found = f"blocked: {options.blocked:g} dyn/cm press yarns into one another ({str(error).partition(':')[0]})"

@@ -14,6 +14,7 @@ from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry, energy_terms
 from stitchmesh.mesh import FloatArray
+from stitchmesh.render.plots.own_settings import own_settings
 from stitchmesh.yarn.colours import DYES
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ CLOSEST_TICKS = 0.04
 """Smallest distance of two ticks of time, divided by the width of the plot."""
 
 
+@own_settings()
 def plot_convergence(history: Sequence[HistoryEntry], path: FilePath, *, tolerance: float | None = None) -> None:
     """Draw the residual and the energies of a relaxation against its iterations, with seconds on a second axis.
 

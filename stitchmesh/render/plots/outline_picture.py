@@ -17,6 +17,7 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.meshrelax.free.free_shape import FreeShape
 from stitchmesh.render.colour_scale import DIVERGING, ColourScale
 from stitchmesh.render.plots.convergence_plot import DOTS_PER_INCH, INK, PALE_INK
+from stitchmesh.render.plots.own_settings import own_settings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,6 +30,7 @@ LEAST_LINES = 20_000
 """Number of stitches from which their sides are not drawn; they would cover the colours."""
 
 
+@own_settings()
 def plot_outline(shape: FreeShape, path: FilePath, title: str = "") -> None:
     """Draw the natural outline of a fabric.
 
@@ -66,7 +68,7 @@ def draw_outline(axes: Axes, shape: FreeShape, title: str) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(PALE_INK)
     words = [line for line in (title, *summary(shape).split("; ")) if line]
-    axes.set_title("\n".join(words), loc="left", fontsize=10, color=INK)
+    axes.set_title("\n".join(words), loc="left", fontsize=10, color=INK, parse_math=False)  # A name is no formula.
 
 
 def summary(shape: FreeShape) -> str:

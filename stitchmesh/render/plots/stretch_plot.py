@@ -12,6 +12,7 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.stretch import NEWTONS_PER_METRE, StretchCurve
 from stitchmesh.render.plots.convergence_plot import DOTS_PER_INCH, GRID, INK, PALE_INK
+from stitchmesh.render.plots.own_settings import own_settings
 from stitchmesh.yarn.colours import DYES
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ ALONG = {"course": "along the courses", "wale": "along the wales"}
 """Names of the directions in labels."""
 
 
+@own_settings()
 def plot_stretch(curve: StretchCurve, path: FilePath) -> None:
     """Draw the tensions of a stretch curve, and the transverse size if it is free.
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mesh.palette import colour_text, linear_colour
 from stitchmesh.mesh.stitch import SIDE_COUNTS, Stitch
@@ -58,7 +59,7 @@ class _Stroke:
 
 
 @lru_cache(maxsize=128)
-def draw_stitch(stitch: Stitch, size: int = 40) -> str:
+def draw_stitch(stitch: Stitch, size: int = 40) -> Markup:
     """Return a drawing of a stitch as the text of an SVG element, on a ground of the colour of the stitch.
 
     Args:
@@ -77,11 +78,12 @@ def draw_stitch(stitch: Stitch, size: int = 40) -> str:
     extent = max(widest + 2 * BESIDE, STITCH_HEIGHT + BELOW + ABOVE)
     left, upper = widest / 2 - extent / 2, -(STITCH_HEIGHT + ABOVE - BELOW + extent) / 2
     x, y, side = (round(UNIT * value) for value in (left, upper, extent))
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{size}" height="{size}" viewBox="{x} {y} {side} {side}">'
-        f'<rect x="{x}" y="{y}" width="{side}" height="{side}" fill="{ground}"/>'
-        f'<g fill="none" stroke-linejoin="round" stroke-linecap="round" stroke-width="{UNIT * THICKNESS:.0f}">'
-        f"{_lines(_strokes(stitch, low, high), ground, other)}</g></svg>"
+    return markup(
+        '<svg xmlns="http://www.w3.org/2000/svg" width="{}" height="{}" viewBox="{} {} {} {}">'
+        '<rect x="{}" y="{}" width="{}" height="{}" fill="{}"/>'
+        '<g fill="none" stroke-linejoin="round" stroke-linecap="round" stroke-width="{}">{}</g></svg>',
+        size, size, x, y, side, side, x, y, side, side, ground,
+        f"{UNIT * THICKNESS:.0f}", _lines(_strokes(stitch, low, high), ground, other),
     )
 
 
@@ -112,7 +114,7 @@ def _cut(part: Part, offset: FloatArray, is_own: bool) -> list[_Stroke]:
     return [_Stroke(points[first : first + 3], is_own) for first in range(0, 2 * count, 2)]
 
 
-def _lines(strokes: list[_Stroke], ground: str, other: str) -> str:
+def _lines(strokes: list[_Stroke], ground: str, other: str) -> Markup:
     """Return the lines of all strokes, from the rearmost one to the foremost one."""
     height = np.array([stroke.points[:, 2].mean() for stroke in strokes])
     over = _lies_over(strokes, height)
@@ -120,10 +122,10 @@ def _lines(strokes: list[_Stroke], ground: str, other: str) -> str:
     for number in np.argsort(height, kind="stable").tolist():
         if over[number]:
             stroke = strokes[number]
-            margin = f'stroke="{ground}" stroke-width="{UNIT * (THICKNESS + 2 * MARGIN):.0f}" stroke-linecap="butt"'
-            lines.append(f'<path d="{_path(stroke.points)}" {margin}/>')
+            margin = '<path d="{}" stroke="{}" stroke-width="{}" stroke-linecap="butt"/>'
+            lines.append(markup(margin, _path(stroke.points), ground, f"{UNIT * (THICKNESS + 2 * MARGIN):.0f}"))
             lines.append(_core(stroke.points, OWN if stroke.is_own else other))
-    return "".join(lines)
+    return joined(lines)
 
 
 def _lies_over(strokes: list[_Stroke], height: FloatArray) -> NDArray[np.bool_]:
@@ -147,8 +149,8 @@ def _runs(strokes: list[_Stroke], chosen: NDArray[np.bool_]) -> list[tuple[list[
     return runs
 
 
-def _core(points: FloatArray, ink: str) -> str:
-    return f'<path d="{_path(points)}" stroke="{ink}"/>'
+def _core(points: FloatArray, ink: str) -> Markup:
+    return markup('<path d="{}" stroke="{}"/>', _path(points), ink)
 
 
 def _path(points: FloatArray) -> str:

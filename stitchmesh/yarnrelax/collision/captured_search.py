@@ -364,7 +364,8 @@ class ContactSearch:
 
         The table omits an image if, with shrunk periods, its distance along one axis exceeds the contact range by
         2 * SPREAD radii. Growth of the cells reduces this distance. A shear c reduces the distance by c times the
-        extent along the other axis, which is at most that of the box plus the same range.
+        extent along the other axis, which is at most that of the box plus the same range. No table suits a cell whose
+        points are not finite, which ``too_close`` refuses.
         """
         assert self._table is not None
         box, periods, radius = self._table.box, self._table.periods, float(self.model.radius.max())
@@ -376,7 +377,8 @@ class ContactSearch:
         along = np.einsum("cd,cd->c", now[:, 1] - periods[:, 1], periods[:, 0])
         shear = np.abs(along) / np.linalg.norm(np.cross(periods[:, 0], periods[:, 1]), axis=1)
         taken = growth + shear * (size + (3 + 2 * SPREAD) * radius) / SHRINKAGE
-        return ~((taken <= SPREAD * radius) & (strain.max(axis=1) <= LARGEST_STRAIN))
+        taken, strain = np.where(np.isfinite(taken), taken, 0.0), strain.max(axis=1)
+        return (taken > SPREAD * radius) | (strain > LARGEST_STRAIN)
 
 
 def _relative_change(periods: NDArray[np.float64], before: NDArray[np.float64]) -> NDArray[np.float64]:

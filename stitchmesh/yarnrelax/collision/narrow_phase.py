@@ -34,6 +34,12 @@ from stitchmesh.yarnrelax.collision.broad_phase import (
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import cell_of, image_of, shifted_by
 
+NARROWEST_MARGIN = 0.3
+"""Margin of the candidate lists where motion is slow, in mean radii."""
+MARGIN_CHANGE = 1.5
+"""Factor by which the margin becomes narrower or wider."""
+SHORT_LIFE, LONG_LIFE = 10, 40
+"""Iterations: lists that last no longer get a wider margin, lists that last longer get a narrower margin."""
 WIDEST_MARGIN = 0.6
 """Margin of candidate lists at the start of a relaxation, the widest one, in mean radii."""
 
@@ -108,3 +114,15 @@ def narrow_launch(model: Model, samples: wp.array[Any], candidates: Candidates, 
     inputs = [model.constants, model.number(candidates.margin), model.segment_count, samples, near.centre, near.extent,
               near.count, near.lists]  # fmt: skip
     return launcher(list_samples, model.sample_count, inputs, [candidates.count, candidates.lists])
+
+
+def fitting_margin(margin: float, age: int) -> float:
+    """The margin that follows one of candidate lists [units]: wider where lists do not last, narrower where they do.
+
+    Args:
+        margin: the margin of the lists.
+        age: iterations that they have lasted.
+    """
+    if age <= SHORT_LIFE:
+        return min(margin * MARGIN_CHANGE, WIDEST_MARGIN)
+    return max(margin / MARGIN_CHANGE, NARROWEST_MARGIN) if age > LONG_LIFE else margin

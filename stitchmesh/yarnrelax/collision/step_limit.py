@@ -50,6 +50,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import minima_over
+from stitchmesh.quality import MORE_DIGITS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision.budget import (
     LARGEST_STRAIN_STEP,
@@ -310,7 +311,7 @@ def _too_close(model: Model, state: State, candidates: Candidates, sample: int) 
     count = int(np.diff(model.sample_start)[segment])
     reach = float(slack.numpy()[sample, 0])
     if not np.isfinite(reach):
-        return f"{place}: its control points are not finite; the last good state was kept"
+        return f"{place}: its control points are not finite; {MORE_DIGITS}"
     if 2.0 * (model.radius[model.yarns.segment_yarn[segment]] - reach) + candidates.margin < SMALLEST_CLEARANCE:
         found = f"{2 * reach * count:.3g} yarn radii between control points, too many for {count} contact samples"
         return f"{place}: {found}; give it longer rest lengths, or {FINER}"

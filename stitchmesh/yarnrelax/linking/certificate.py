@@ -9,8 +9,9 @@ The linking number of two closed curves is half the sum of the signs of their cr
 It cannot change unless one curve passes through the other. The yarns are replaced by polylines with integer
 coordinates (``projection``), whose crossings and signs are decided without rounding (``crossings``). The numbers are
 therefore exact for these polylines, which differ from the curves by a few hundredths of a radius. A changed number
-proves that a yarn passed through another. Unchanged numbers do not prove that none did, because two passes in opposite
-senses cancel.
+proves that a yarn passed through another, unless the yarns are closer than that: yarns that are nearly pressed together
+are therefore compared once more with far shorter edges before a change is believed. Unchanged numbers do not prove that
+none did, because two passes in opposite senses cancel.
 
 Open yarns are closed artificially, far away from all yarns (``open_yarns``). An artificial closure is not a yarn, and
 other yarns may move through it. The linking number of an open yarn therefore describes how the yarn lies. Only the
@@ -44,7 +45,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.linking.crossing_codes import decoded
 from stitchmesh.yarnrelax.linking.crossings import edge_crossings
 from stitchmesh.yarnrelax.linking.open_yarns import open_yarn_crossings
-from stitchmesh.yarnrelax.linking.projection import project_yarns
+from stitchmesh.yarnrelax.linking.projection import FINE, SAMPLES, project_yarns
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +111,12 @@ def linkings_together(sets: Sequence[YarnSet], *, device: str | None = None) -> 
     Raises:
         ParameterError: as for ``linking_certificate``.
     """
-    projection = project_yarns(sets, device_named(device))
+    return _linkings(sets, device, SAMPLES)
+
+
+def _linkings(sets: Sequence[YarnSet], device: str | None, edges: int) -> list[DoubledLinking]:
+    """The sums of ``linkings_together``, of polylines with ``edges`` in a segment."""
+    projection = project_yarns(sets, device_named(device), edges)
     codes = edge_crossings(projection)
     arcs, arc_signs = np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64)
     yarns = sets[0]
@@ -149,8 +155,7 @@ def refuse_pull_through(drawn: YarnSet, relaxed: YarnSet, device: str | None = N
     Raises:
         SolverError: the linking of two yarns changed; it names them.
     """
-    changed = changed_pairs(doubled_linking(drawn, device=device), doubled_linking(relaxed, device=device))
-    refuse_changed_linking(drawn, changed)
+    refuse_changed_linking(drawn, relaxed, doubled_linking(drawn, device=device), device)
 
 
 @alone()
@@ -163,22 +168,40 @@ def pull_throughs_together(
     errors = list[SolverError | None]()
     for drawn, relaxed in pairs:
         try:
-            refuse_changed_linking(drawn, changed_pairs(linking[id(drawn)], linking[id(relaxed)]))
+            changed = changed_pairs(linking[id(drawn)], linking[id(relaxed)])
+            _refuse(drawn, relaxed, changed, device)
             errors.append(None)
         except SolverError as error:
             errors.append(error)
     return errors
 
 
-def refuse_changed_linking(yarns: YarnSet, changed: IntArray) -> None:
+@alone()
+def refuse_changed_linking(
+    drawn: YarnSet, relaxed: YarnSet, before: DoubledLinking, device: str | None = None
+) -> None:  # fmt: skip
+    """Check as ``refuse_pull_through``, with the linking of the drawn yarns, ``before``."""
+    _refuse(drawn, relaxed, changed_pairs(before, doubled_linking(relaxed, device=device)), device)
+
+
+def _refuse(drawn: YarnSet, relaxed: YarnSet, changed: IntArray, device: str | None) -> None:
     """Refuse pairs of closed yarns with changed linking; that of open yarns may change, as others pass their ends.
+
+    Args:
+        drawn: the yarns before.
+        relaxed: the same yarns later.
+        changed: the pairs whose linking seems to have changed (``changed_pairs``), shape (n, 2).
+        device: as for ``linking_certificate``.
 
     Raises:
         SolverError: the linking of two closed yarns changed; it names them and their stitch faces.
     """
-    for first, second in changed:
-        if yarns.closed[first] and yarns.closed[second]:
-            faces = [sorted(set(yarns.face[yarns.start[y] : yarns.start[y + 1]].tolist()))[:3] for y in (first, second)]
+    if not drawn.closed[changed].all(axis=1).any():
+        return
+    fine = [_linkings([yarns], device, FINE)[0] for yarns in (drawn, relaxed)]
+    for first, second in changed_pairs(*fine):
+        if drawn.closed[first] and drawn.closed[second]:
+            faces = [sorted(set(drawn.face[drawn.start[y] : drawn.start[y + 1]].tolist()))[:3] for y in (first, second)]
             where = f"yarns {first} and {second} (stitch faces {faces[0]} ... and {faces[1]} ...)"
             raise SolverError(f"{where}: their linking number changed; report this with the yarns, it must not happen")
 

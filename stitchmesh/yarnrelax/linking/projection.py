@@ -10,11 +10,11 @@ with right-handed axes. Without a lattice the axes are orthonormal, and no mesh 
 projection. On a lattice e_0 and e_1 have the directions of the periods and e_2 is slightly inclined to the normal, so
 that a copy of a yarn is the yarn displaced along x and y only.
 
-Each segment becomes SAMPLES edges, and more where the segment is longer than the others. Vertices are rounded to whole
-units, a unit being some millionths of the longest edge, and a period is a whole number of units. Every question about
-these polylines can therefore be answered without rounding. Several sets of yarns are projected together, each in units
-and cells of its own, and no cell holds edges of two sets. The polylines lie a few hundredths of a yarn radius from the
-curves; nearly all of this distance is the sag of the chords.
+Each segment becomes ``SAMPLES`` edges, and more where the segment is longer than the others. Vertices are rounded to
+whole units, a unit being some millionths of the longest edge, and a period is a whole number of units. Every question
+about these polylines can therefore be answered without rounding. Several sets of yarns are projected together, each in
+units and cells of its own, and no cell holds edges of two sets. The polylines lie a few hundredths of a yarn radius
+from the curves; nearly all of this distance is the sag of the chords.
 """
 
 from __future__ import annotations
@@ -34,6 +34,10 @@ from stitchmesh.yarnrelax.linking.polylines import Curves, end_yarns, measure_se
 
 SAMPLES = 4
 """Edges of a segment of usual length; their chords stay within a few hundredths of a radius of the curve."""
+FINE = 64
+"""Edges of a segment of yarns that are nearly pressed together. A chord sags by at most 1 / (8 FINE^2) of the largest
+difference of two legs between control points. For differences up to 16 radii two chords then stay apart at the smallest
+clearance of a relaxation, a thousandth of a radius."""
 LONG = 2.0
 """Size over the mean size above which a segment is divided into more edges, so that one grid suits all edges."""
 EDGE = 2**19
@@ -124,15 +128,15 @@ class _Seen:
         return np.zeros(2) if self.periods is None else np.ceil(self.room[:2] / self.periods) + 2
 
 
-def project_yarns(sets: Sequence[YarnSet], device: wp.Device) -> Projection:
-    """The projections of sets of yarns in their current positions."""
+def project_yarns(sets: Sequence[YarnSet], device: wp.Device, edges: int = SAMPLES) -> Projection:
+    """The projections of sets of yarns in their current positions, with ``edges`` in a segment of usual length."""
     seen = [_Seen.of(yarns) for yarns in sets]
     curves = _put_curves(seen, device)
     segment_start = _starts([len(yarns.rest_length) for yarns in sets])
     size = _measured(curves, int(segment_start[-1]), device)
     pieces, grids, scales, cells = [], list[Any](), [], 0
     for own, first, last in zip(seen, segment_start[:-1], segment_start[1:], strict=True):
-        count, longest = _cut(size[first:last], own.periods)
+        count, longest = _cut(size[first:last], own.periods, edges)
         grid, scale = _fit(longest, own.room, own.periods)
         grid.first = wp.int64(cells)
         cells += int(grid.columns) * int(grid.rows)
@@ -219,12 +223,12 @@ def _measured(curves: Any, count: int, device: wp.Device) -> FloatArray:
     return size.numpy()
 
 
-def _cut(size: FloatArray, periods: FloatArray | None) -> tuple[IntArray, float]:
+def _cut(size: FloatArray, periods: FloatArray | None, edges: int) -> tuple[IntArray, float]:
     """Number of edges of each segment, and a bound of their extent along an axis [cm]."""
     usual = LONG * float(size.mean())
     if periods is not None:
-        usual = min(usual, SAMPLES / 2 * float(periods.min()))  # no edge longer than half a period
-    pieces = SAMPLES * np.maximum(np.ceil(size / usual if usual > 0.0 else size), 1.0)
+        usual = min(usual, edges / 2 * float(periods.min()))  # no edge longer than half a period
+    pieces = edges * np.maximum(np.ceil(size / usual if usual > 0.0 else size), 1.0)
     return pieces.astype(np.int64), float((size / pieces).max())
 
 

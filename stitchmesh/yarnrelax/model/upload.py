@@ -107,8 +107,8 @@ def _refuse_stiffness(materials: Sequence[YarnMaterial], scalar: Any) -> None:
 def _refuse_slender(counts: NDArray[np.int64]) -> None:
     """Refuse segments that are too long for their radius."""
     if counts.max() > MOST_SAMPLES:
-        found = f"segment {int(counts.argmax())}: is so long that it needs {int(counts.max())} contact samples"
-        raise ParameterError(f"{found}; expected at most {MOST_SAMPLES}: take thicker or shorter yarn")
+        found = f"segment {int(counts.argmax())}: is so long that it needs more than {MOST_SAMPLES} contact samples"
+        raise ParameterError(f"{found}; take thicker or shorter yarn, or more control points")
 
 
 def join_yarns(sets: Sequence[YarnSet]) -> YarnSet:
@@ -175,10 +175,11 @@ def sample_places(most: int) -> NDArray[np.float64]:
 
 
 def sample_counts(yarns: YarnSet, contact_samples: int) -> NDArray[np.int64]:
-    """Contact samples of each segment, at least ``contact_samples``, shape (S,)."""
+    """Contact samples of each segment, at least ``contact_samples`` and at most one too many, shape (S,)."""
     corners = yarns.points[yarns.segment_points]
     if yarns.point_shift is not None:
         corners = corners + yarns.point_shift
     leg = np.linalg.norm(np.diff(corners, axis=1), axis=2).max(axis=1)
     reach = np.maximum(leg, yarns.rest_length) / (2 * yarns.radius[yarns.segment_yarn])
-    return np.maximum(contact_samples, np.ceil(reach / LARGEST_REACH)).astype(np.int64)
+    counts = np.maximum(contact_samples, np.ceil(reach / LARGEST_REACH))
+    return np.minimum(counts, MOST_SAMPLES + 1).astype(np.int64)  # More may not fit into an integer.

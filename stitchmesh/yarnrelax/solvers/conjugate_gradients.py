@@ -47,12 +47,15 @@ SMALLEST_CURVATURE = wp.constant(wp.float64(1.0e-3))
 FORCING = wp.constant(wp.float64(1.0e-2))
 """Part of the residual, in the norm of the preconditioner, at which the iteration ends."""
 
-(STEP_SCALE, ACTIVE, DONE, NEGATIVE, PRODUCTS, RZ, RZ0, ALPHA, NEXT_RZ, RATIO, FACTOR, SQUARE, WORK,
- STRAIN) = range(14)  # fmt: skip
-RECORD = 14
-"""Columns of the record of a cell: scale of the limits; whether the cell takes part; whether its iteration has ended,
-and whether at a negative curvature; products so far; r . z, and the first one; a; r . z of the next direction; length
-over the limits; factor of the step; square of x; work F . x; largest strain of the step."""
+(STEP_SCALE, ACTIVE, DONE, NEGATIVE, PRODUCTS, RZ, RZ0, ALPHA, NEXT_RZ, RATIO, FACTOR, SQUARE, WORK, STRAIN,
+ MOST) = range(15)  # fmt: skip
+RECORD = 15
+"""Columns of the record of a cell: scale of the limits; whether the cell takes part; whether its iteration has ended
+(``ENDED``, ``CUT_SHORT``), and whether at a negative curvature; products so far; r . z, and the first one; a; r . z of
+the next direction; length over the limits; factor of the step; square of x; work F . x; largest strain of the step;
+largest number of products."""
+ENDED, CUT_SHORT = wp.constant(wp.float64(1.0)), wp.constant(wp.float64(2.0))
+"""An iteration that has ended, and one that only its number of products has ended."""
 
 
 @wp.struct
@@ -261,10 +264,10 @@ def sum_residuals(
 
 
 @wp.func
-def ends_at(
-    cells: CellRanges, blocks: EntryBlocks, most_products: wp.float64, cell: int, rz: wp.float64, solve: Any
-) -> bool:
-    """Whether the iteration of a cell ends; note the length and the factor of its step."""
+def end_at(
+    cells: CellRanges, blocks: EntryBlocks, cell: int, rz: wp.float64, solve: Any
+) -> wp.float64:  # fmt: skip
+    """Whether and how the iteration of a cell ends, 0 if it goes on; note the length and the factor of its step."""
     one = wp.float64(1.0)
     count = wp.float64(cells.points[cell + 1] - cells.points[cell])
     powers, strain = sum_of_blocks(blocks, cell, 1, solve.sums), sum_of_blocks(blocks, cell, 4, solve.sums)
@@ -274,7 +277,9 @@ def ends_at(
     solve.record[cell, SQUARE] = sum_of_blocks(blocks, cell, 2, solve.sums)
     solve.record[cell, WORK] = sum_of_blocks(blocks, cell, 3, solve.sums)
     small = rz <= FORCING * FORCING * solve.record[cell, RZ0] or solve.record[cell, NEGATIVE] != wp.float64(0.0)
-    return small or ratio > REACH or solve.record[cell, PRODUCTS] >= most_products
+    if small or ratio > REACH:
+        return ENDED
+    return wp.where(solve.record[cell, PRODUCTS] >= solve.record[cell, MOST], CUT_SHORT, wp.float64(0.0))
 
 
 @kernel
@@ -282,7 +287,6 @@ def find_direction(
     # model
     cells: CellRanges,
     blocks: EntryBlocks,
-    most_products: wp.float64,
     # state in and out
     solve: Any,
     # state out
@@ -300,8 +304,9 @@ def find_direction(
         solve.p[i] = z + solve.p[i] * type(z[0])(beta)
     if keeps_record(blocks, block, lane):
         solve.record[cell, NEXT_RZ] = rz
-        if ends_at(cells, blocks, most_products, cell, rz, solve):
-            solve.record[cell, DONE] = wp.float64(1.0)
+        end = end_at(cells, blocks, cell, rz, solve)
+        if end != wp.float64(0.0):
+            solve.record[cell, DONE] = end
             resting[cell] = 1
 
 

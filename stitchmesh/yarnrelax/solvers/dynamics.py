@@ -132,6 +132,7 @@ class Dynamics(Solver):
     """
 
     needs_blocks = False
+    stops_by_itself = False
     allowed_rise = 0.05
 
     def __init__(self, model: Model, further: NDArray[np.float64], strains: int = 0, *, alone: bool = True) -> None:

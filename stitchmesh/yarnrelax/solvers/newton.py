@@ -41,8 +41,10 @@ from stitchmesh.yarnrelax.solvers.coarse_motions import suits_coarse_space
 from stitchmesh.yarnrelax.solvers.coarse_space import CoarseSpace
 from stitchmesh.yarnrelax.solvers.conjugate_gradients import (
     ACTIVE,
+    CUT_SHORT,
     DONE,
     FACTOR,
+    MOST,
     NEGATIVE,
     PRODUCTS,
     RATIO,
@@ -273,9 +275,15 @@ class Newton:
             self._last = self.solve.record.numpy().copy()
         return self._last
 
+    @property
+    def cut_short(self) -> NDArray[np.bool_]:
+        """Whether the last step of each cell was ended by a limit of its products that was asked for, shape (C,)."""
+        return (self.record[:, DONE] == float(CUT_SHORT)) & (self.record[:, MOST] < MOST_PRODUCTS)
+
     def step(
-        self, inputs: SolverInputs, forces: list[Any], cells: NDArray[np.bool_], step_scale: NDArray[np.float64]
-    ) -> NDArray[np.int64]:
+        self, inputs: SolverInputs, forces: list[Any], cells: NDArray[np.bool_], step_scale: NDArray[np.float64],
+        most: NDArray[np.int64] | None = None,
+    ) -> NDArray[np.int64]:  # fmt: skip
         """Do one step of some cells.
 
         Args:
@@ -283,6 +291,7 @@ class Newton:
             forces: the launches that find the forces.
             cells: the cells that move, shape (C,).
             step_scale: scale of the limits of moves, shape (C,).
+            most: largest number of products for each cell, shape (C,); ``MOST_PRODUCTS`` where it is larger.
 
         Returns:
             The number of products with the Hessian for each cell, 0 where it did not move, shape (C,).
@@ -292,6 +301,7 @@ class Newton:
         assert self._hessian is not None
         record = self.record.copy()
         record[:, ACTIVE], record[:, STEP_SCALE] = cells, step_scale
+        record[:, MOST] = MOST_PRODUCTS if most is None else np.minimum(most, MOST_PRODUCTS)
         self.solve.record.assign(record)
         with only_in(self.model, cells):
             self._minimise(self._hessian, cells)
@@ -431,7 +441,7 @@ class Newton:
             tiled(sum_curvature, blocks, solve),
             tiled(advance_iterate, model.point_count, blocks, *give, solve),
             *precondition,
-            tiled(find_direction, self.cells, blocks, wp.float64(MOST_PRODUCTS), solve, resting),
+            tiled(find_direction, self.cells, blocks, solve, resting),
         ]
         finish = [tiled(propose_steps, blocks, solve)]
         for constraint in inputs.constraints:
@@ -451,7 +461,7 @@ class Newton:
     def _note(self, record: NDArray[np.float64], cells: NDArray[np.bool_]) -> None:
         """Note the step of the cells that moved, and how far the model of their next step can be trusted."""
         negative = record[:, NEGATIVE] > 0.0
-        whole = (record[:, RATIO] < WHOLE) & ~negative
+        whole = (record[:, RATIO] < WHOLE) & ~negative & ~self.cut_short
         length = np.where(whole, np.sqrt(record[:, SQUARE]), 0.0)
         ratio = np.divide(length, self.length, out=np.ones_like(length), where=(self.length > 0.0) & whole)
         falls = whole & (self.wait == 0)

@@ -22,6 +22,8 @@ from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain
 
 ASSESSMENT_INTERVAL = wp.constant(20)
 """Iterations between two assessments."""
+UNLIMITED = np.iinfo(np.int64).max
+"""Limit of iterations where there is none."""
 PATIENCE = 5
 """Iterations for which cells wait for the cells that still move before there are new candidate lists for all."""
 
@@ -70,6 +72,8 @@ class Solver(ABC):
 
     needs_blocks: bool
     """Whether it reads ``state.sample_block`` and ``state.segment_block``."""
+    stops_by_itself: bool = True
+    """Whether a launch of several iterations ends at those that ``begin`` was asked for."""
     allowed_rise: float
     """Largest rise of the energy between two assessments, over its size, that is accepted."""
 

@@ -24,9 +24,17 @@ from stitchmesh.yarnrelax.model.constants import Model
 
 def stiffness_row_sums(model: Model) -> NDArray[np.float64]:
     """Row sums of the stiffness of stretch, length and bending at each control point [erg / unit^2], shape (N,)."""
+    return _at_points(model, stretch_row_sums(model) + bend_row_sums(model))
+
+
+def bend_stiffness(model: Model) -> NDArray[np.float64]:
+    """Row sums of the stiffness of bending at each control point [erg / unit^2], shape (N,)."""
+    return _at_points(model, bend_row_sums(model))
+
+
+def _at_points(model: Model, rows: NDArray[np.float64]) -> NDArray[np.float64]:
     points = model.yarns.segment_points.ravel()
-    rows = (stretch_row_sums(model) + bend_row_sums(model)).ravel()
-    return np.bincount(points, weights=rows, minlength=model.point_count).astype(np.float64)
+    return np.bincount(points, weights=rows.ravel(), minlength=model.point_count).astype(np.float64)
 
 
 def stretch_row_sums(model: Model) -> NDArray[np.float64]:

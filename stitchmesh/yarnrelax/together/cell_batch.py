@@ -24,7 +24,7 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality
 from stitchmesh.time_limit import OutOfTime, without_limit
 from stitchmesh.yarn import YarnSet, segment_lengths
-from stitchmesh.yarnrelax.convergence import rest_text
+from stitchmesh.yarnrelax.convergence import hidden_by_rounding, rest_text
 from stitchmesh.yarnrelax.energies.confinement import CellConfinements, Confinement, height_of_middle
 from stitchmesh.yarnrelax.model.cells import PeriodicCell
 from stitchmesh.yarnrelax.model.material import YarnMaterial
@@ -53,9 +53,9 @@ class RelaxedCell:
     """The yarns at rest, or in their last accepted state."""
     report: dict[str, Any]
     """iterations, tenth_iterations (iterations to a tenth of the first gradient, None where it was never reached),
-    gradient (the last gradient over the first), converged, residual, remaining_change (as in ``Relaxation.report``),
-    energy [erg], energies [erg], max_strain, min_distance_over_radius, and error, None or why the cell could not go
-    on."""
+    gradient (the last gradient over the first), converged, residual, hidden_by_rounding and remaining_change (as in
+    ``Relaxation.report``), energy [erg], energies [erg], max_strain, min_distance_over_radius, and error, None or why
+    the cell could not go on."""
     history: list[HistoryEntry]
     """The result of each assessment in which the cell took part."""
 
@@ -172,7 +172,8 @@ class _Run:
     def __init__(self, simulation: YarnSimulation, batch: CellBatch) -> None:
         """Assess the cells as they are given."""
         self.simulation, self.batch = simulation, batch
-        self.loop = RelaxationLoop(simulation, batch.quality.tolerance, batch.quality.largest_change)
+        quality = batch.quality
+        self.loop = RelaxationLoop(simulation, quality.tolerance, quality.largest_change, most=batch.most)
         self.loop.start()
         begun = batch.begun or [None] * len(batch.given)
         teach(self.loop, [None if own is None else own.learned for own in begun])
@@ -232,6 +233,7 @@ class _Run:
         assert isinstance(solver, LBFGS)
         tenth, gradient = solver.gradients()
         last, at_rest, left = self.loop.last, self.loop.at_rest, self.loop.remaining
+        hidden = hidden_by_rounding(last, at_rest, self.loop.stalled)
         distance, strain = self.simulation.smallest_distances(), self._largest_strains()
         return {
             cell: RelaxedCell(yarns[cell], {
@@ -240,6 +242,7 @@ class _Run:
                 "gradient": gradient[cell],
                 "converged": bool(at_rest[cell]),
                 "residual": last[cell].residual,
+                "hidden_by_rounding": bool(hidden[cell]),
                 "remaining_change": None if left[cell] is None else asdict(left[cell]),
                 "energy": last[cell].energy,
                 "energies": last[cell].energies,

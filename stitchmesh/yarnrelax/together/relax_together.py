@@ -136,8 +136,8 @@ def _relaxation(
     own = cell.report
     if not own["converged"]:
         logger.warning("yarns are not at rest: %s", rest_text(own))
-    names = ("iterations", "converged", "residual", "remaining_change", "energy", "energies", "max_strain",
-             "min_distance_over_radius")  # fmt: skip
+    names = ("iterations", "converged", "residual", "hidden_by_rounding", "remaining_change", "energy", "energies",
+             "max_strain", "min_distance_over_radius")  # fmt: skip
     report = {
         "seconds": seconds, **{name: own[name] for name in names}, "stopped": False,
         "out_of_time": out_of_time and not own["converged"], "pull_throughs": 0, "certificate": "unchanged",

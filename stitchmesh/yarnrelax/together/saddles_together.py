@@ -64,7 +64,7 @@ def leave_saddles(batch: CellBatch) -> list[YarnSet | None]:
         for some in _parts(order, sizes):
             chosen = np.isin(np.arange(len(sizes)), some)
             part = batch.part(chosen)
-            found = threads.map(_moved_down, part.given, _matrices(part), _free(part))
+            found = threads.map(_moved_down, part.given, _balances(part), _free(part))
             for number, yarns in zip(np.flatnonzero(chosen).tolist(), found, strict=True):
                 moved[number] = yarns
     return moved
@@ -81,8 +81,10 @@ def _parts(order: NDArray[np.int64], sizes: NDArray[np.int64]) -> list[NDArray[n
     return parts
 
 
-def _moved_down(given: tuple[YarnSet, Any], matrix: FloatArray, free: NDArray[np.bool_]) -> YarnSet | None:
-    return moved_down(given[0], matrix, free)
+def _moved_down(
+    given: tuple[YarnSet, Any], balance: tuple[FloatArray, FloatArray], free: NDArray[np.bool_]
+) -> YarnSet | None:  # fmt: skip
+    return moved_down(given[0], balance[0], free, balance[1])
 
 
 def _free(batch: CellBatch) -> list[NDArray[np.bool_]]:
@@ -95,11 +97,12 @@ def _free(batch: CellBatch) -> list[NDArray[np.bool_]]:
     return result
 
 
-def _matrices(batch: CellBatch) -> Iterator[FloatArray]:
-    """The exact Hessian of the free coordinates of each cell, as ``saddle.hessian_matrix``."""
+def _balances(batch: CellBatch) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """For each cell the Hessian of its free coordinates, as ``saddle.hessian_matrix``, and how far it may move."""
     simulation = batch.simulation()
     model, point_start = simulation.model, simulation.model.point_start
     strains = 0 if simulation.strain is None else model.cell_count
+    budget = simulation.state.budget.numpy().astype(np.float64)
     columns = _columns(simulation, 3 * int(np.diff(point_start).max() + (strains > 0)), strains)
     for cell, free in enumerate(_free(batch)):
         own = [columns[:, point_start[cell] : point_start[cell + 1]]]
@@ -108,7 +111,10 @@ def _matrices(batch: CellBatch) -> Iterator[FloatArray]:
         chosen = np.flatnonzero(free.ravel()[:count])
         whole = np.concatenate([part[:count] for part in own], axis=1).reshape(count, count)
         matrix = whole[np.ix_(chosen, chosen)].astype(np.float64)
-        yield (matrix + matrix.T) / 2.0
+        entries = np.arange(point_start[cell], point_start[cell + 1])
+        if strains:
+            entries = np.append(entries, model.point_count + cell)
+        yield (matrix + matrix.T) / 2.0, budget[entries]
 
 
 def _columns(simulation: YarnSimulation, count: int, strains: int) -> NDArray[Any]:

@@ -8,6 +8,7 @@ import pytest
 
 from stitchmesh.app.controls.null_controls import NullControls
 from stitchmesh.errors import ParameterError
+from stitchmesh.markup import markup
 
 
 def test_controls_are_pressed_set_and_read_by_their_labels():
@@ -15,7 +16,8 @@ def test_controls_are_pressed_set_and_read_by_their_labels():
     controls.button("Label all", "Labels all rows.", lambda: calls.append("all"))
     controls.number("Width", "Wale spacing.", 0.8, calls.append, least=0.1, most=5.0, step=0.1)
     controls.buttons("Tool", "What a click does.", ["paint", "fill"], calls.append)
-    controls.html('<button data-action="stitch" data-value="purl">p</button>', lambda *both: calls.append(both))
+    purl = markup('<button data-action="stitch" data-value="purl">p</button>')
+    controls.html(purl, lambda *both: calls.append(both))
     controls.press("Label all")
     controls.set("Width", 1.2)
     controls.press("Tool", "fill")

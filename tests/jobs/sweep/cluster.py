@@ -11,7 +11,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from tests.gallery import ROOT
@@ -25,11 +25,17 @@ DEADLINE = 120.0
 class Cluster:
     """A scheduler and its workers."""
 
-    def __init__(self, folder: Path, *, preload: Path | None = None, memory: str = "0", deaths: int = 3) -> None:
+    def __init__(
+        self, folder: Path, *, preload: Path | None = None, memory: str = "0", deaths: int = 3,
+        settings: Mapping[str, str] | None = None,
+    ) -> None:  # fmt: skip
         """Start a scheduler that gives a task up when more workers than ``deaths`` have died of it.
 
-        Workers load the script ``preload`` first, and may use some memory.
+        Workers load the script ``preload`` first, and may use some memory. Settings of Dask with certificates
+        (``certificates``) are those of all processes.
         """
+        self._settings = {f"DASK_{name}": value for name, value in (settings or {}).items()}
+        self._protocol = "tls" if settings else "tcp"
         self.folder, self._preload, self._memory, self._deaths = folder, preload, memory, deaths
         self._processes: list[subprocess.Popen[bytes]] = []
         self.workers: list[subprocess.Popen[bytes]] = []
@@ -39,7 +45,7 @@ class Cluster:
     @property
     def address(self) -> str:
         """Address of the scheduler."""
-        return f"tcp://127.0.0.1:{self.port}"
+        return f"{self._protocol}://127.0.0.1:{self.port}"
 
     def start_scheduler(self) -> None:
         """Start the scheduler, at its former port if it had one."""
@@ -47,7 +53,7 @@ class Cluster:
         file.unlink(missing_ok=True)
         self.scheduler = self._start(
             "dask_scheduler", "--host", "127.0.0.1", "--port", str(self.port), "--no-dashboard",
-            "--dashboard-address", "127.0.0.1:0", "--scheduler-file", str(file),
+            "--protocol", self._protocol, "--dashboard-address", "127.0.0.1:0", "--scheduler-file", str(file),
         )  # fmt: skip
         wait_until(lambda: file.exists() and file.read_text().endswith("}"))
         self.port = int(json.loads(file.read_text())["address"].rpartition(":")[2])
@@ -60,8 +66,8 @@ class Cluster:
         preload = [] if self._preload is None else ["--preload", str(self._preload)]
         worker = self._start(
             "dask_worker", self.address, "--host", "127.0.0.1", "--nthreads", "1", "--no-dashboard",
-            "--memory-limit", self._memory, "--local-directory", str(self.folder), "--death-timeout", "60", *preload,
-            again=True,
+            "--protocol", self._protocol, "--memory-limit", self._memory, "--local-directory", str(self.folder),
+            "--death-timeout", "60", *preload, again=True,
         )  # fmt: skip
         self.workers.append(worker)
         return worker
@@ -79,15 +85,29 @@ class Cluster:
 
     def _start(self, program: str, *words: str, again: bool = False) -> subprocess.Popen[bytes]:
         log = (self.folder / f"{program}.log").open("ab")
-        environment = os.environ | {"STITCHMESH_THREADS": "1", "PYTHONPATH": str(ROOT), DEATHS: str(self._deaths)}
+        own = {"STITCHMESH_THREADS": "1", "PYTHONPATH": str(ROOT), DEATHS: str(self._deaths)}
         command = [sys.executable, "-m", f"distributed.cli.{program}", *words]
         process = subprocess.Popen(
             ["sh", "-c", f"while :; do {shlex.join(command)}; done"] if again else command,
-            stdout=log, stderr=log, env=environment, start_new_session=True, cwd=self.folder,
+            stdout=log, stderr=log, env=os.environ | own | self._settings, start_new_session=True, cwd=self.folder,
         )  # fmt: skip
         log.close()
         self._processes.append(process)
         return process
+
+
+def certificates(folder: Path) -> dict[str, str]:
+    """Write a key and a certificate, and return the settings of Dask that name them, as ends of variables."""
+    from distributed.security import Security
+
+    made = Security.temporary()
+    certificate, key = folder / "cert.pem", folder / "key.pem"
+    certificate.write_text(made.tls_ca_file)
+    key.write_text(made.tls_client_key)
+    settings = {"REQUIRE_ENCRYPTION": "True", "TLS__CA_FILE": str(certificate)}
+    for role in ("SCHEDULER", "WORKER", "CLIENT"):
+        settings |= {f"TLS__{role}__CERT": str(certificate), f"TLS__{role}__KEY": str(key)}
+    return {f"DISTRIBUTED__COMM__{name}": value for name, value in settings.items()}
 
 
 def wait_until(holds: Callable[[], object]) -> None:

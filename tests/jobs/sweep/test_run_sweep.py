@@ -7,16 +7,20 @@ from __future__ import annotations
 import json
 import os
 import signal
+import socket
+import ssl
 import subprocess
 import sys
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 
+import dask
 import numpy as np
 import psutil
 import pytest
+from distributed import Security
 
 import stitchmesh as sm
 from stitchmesh.cli.main import main
@@ -30,7 +34,7 @@ from stitchmesh.jobs.sweep.sweep import Kept, Sweep
 from stitchmesh.jobs.sweep.sweep_file import read_sweep
 from stitchmesh.jobs.sweep.workers import local_workers, offers_gpu
 from tests.gallery import tube
-from tests.jobs.sweep.cluster import Cluster, wait_until
+from tests.jobs.sweep.cluster import Cluster, certificates, wait_until
 from tests.jobs.sweep.quick_worker import FILLS, KILLS, SWALLOWS
 
 QUICK = Path(__file__).with_name("quick_worker.py")
@@ -144,15 +148,64 @@ def test_workers_of_this_machine_have_the_results_of_a_serial_run_and_a_second_r
     assert {path: path.stat().st_mtime_ns for path in tmp_path.glob(f"{TASKS}/*")} == before
 
 
+def listening(*, but: frozenset[tuple[str, int]] = frozenset()) -> set[tuple[str, int]]:
+    """Return the addresses at which this process and its children listen."""
+    own = psutil.Process()
+    found = [one for process in (own, *own.children(recursive=True)) for one in process.net_connections("inet")]
+    return {tuple(one.laddr) for one in found if one.status == psutil.CONN_LISTEN} - but
+
+
+def answer_to_a_page(place: tuple[str, int], *, context: ssl.SSLContext | None = None) -> bytes:
+    """Return what a server answers to one who asks for a page; nothing if it ends the connection."""
+    with suppress(OSError), socket.create_connection(place, timeout=10) as plain:
+        with nullcontext(plain) if context is None else context.wrap_socket(plain) as connection:
+            connection.sendall(b"GET / HTTP/1.0\r\n\r\n")
+            return connection.recv(9)
+    return b""
+
+
 def test_each_gpu_has_one_worker_that_sees_no_other_and_all_processes_listen_on_the_loopback_address_only():
+    before = frozenset(listening())
     with local_workers(4, 2) as client:
-        own = psutil.Process()
-        found = [one for process in (own, *own.children(recursive=True)) for one in process.net_connections("inet")]
+        found = listening(but=before)
         seen = client.run(os.getenv, "CUDA_VISIBLE_DEVICES")
         threads = client.nthreads()
         assert offers_gpu(client)
-    assert {one.laddr.ip for one in found if one.status == psutil.CONN_LISTEN} == {"127.0.0.1"}
+    assert {ip for ip, _ in found} == {"127.0.0.1"}
     assert sorted(seen.values()) == ["0", "1"] and list(threads.values()) == [1, 1]
+
+
+def test_the_processes_of_a_sweep_speak_to_nobody_without_its_certificate():
+    stranger = Security.temporary().get_connection_args("client")["ssl_context"]
+    trusting = ssl.create_default_context()
+    trusting.check_hostname, trusting.verify_mode = False, ssl.CERT_NONE
+    before = frozenset(listening())
+    with local_workers(1, 0) as client:
+        assert client.submit(os.getpid).result() != os.getpid()
+        found = listening(but=before)
+        clients = (None, trusting, stranger)
+        answers = [answer_to_a_page(place, context=context) for place in found for context in clients]
+        secrets = client.run(lambda: "PRIVATE KEY" in "".join([*sys.argv, *os.environ.values()]))
+    assert len(found) == 3 and set(answers) == {b""}  # The scheduler, the worker and the process that watches it.
+    assert set(secrets.values()) == {False}
+
+
+def test_a_standing_scheduler_with_certificates_is_reached_by_those_of_the_configuration(tmp_path, caplog):
+    settings = certificates(tmp_path)
+    cluster = Cluster(tmp_path, preload=QUICK, settings=settings)
+    try:
+        with pytest.raises(ParameterError, match="holds no certificate; set certificates") as caught:
+            run_sweep(quick_sweep([2.0]), tmp_path / "sweep", scheduler=cluster.address)
+        assert "\n" not in str(caught.value)
+        cluster.start_worker()
+        with dask.config.set({name.lower().replace("__", "."): value for name, value in settings.items()}):
+            assert run_sweep(quick_sweep([2.0]), tmp_path / "sweep", scheduler=cluster.address).failed == 0
+            with pytest.raises(ParameterError, match="requires encryption; set certificates"):
+                run_sweep(quick_sweep([2.0]), tmp_path / "sweep", scheduler=cluster.address.replace("tls", "tcp"))
+    finally:
+        cluster.close()
+    (warning,) = caplog.messages
+    assert warning.startswith("tcp://127.0.0.1") and "takes code from everyone who reaches it" in warning
 
 
 def test_jobs_of_which_workers_die_are_rows_with_an_error_and_the_jobs_beside_them_are_done(quick, tmp_path):

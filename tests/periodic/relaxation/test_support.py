@@ -101,7 +101,8 @@ def test_a_size_that_is_given_stays_while_the_other_one_is_blocked() -> None:
 
 
 @pytest.mark.parametrize(
-    ("tension", "message"), [(1e6, "it tears at 30 %"), (4e4, "blocked: 40000 dyn/cm (strain|press)")]
+    ("tension", "message"),
+    [(1e6, "it tears at 30 %"), (4e4, "blocked: 40000 dyn/cm (strain|press)"), (6e4, "strain the yarn by [5-6]")],
 )
 def test_a_tension_that_tears_is_refused_in_one_line(tension: float, message: str) -> None:
     with pytest.raises(ParameterError, match=message) as caught:

@@ -10,12 +10,17 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.lattice import Lattice
-from stitchmesh.yarn import YarnSet
+from stitchmesh.yarn import YarnSet, basis
 from stitchmesh.yarnrelax import linking_certificate
 from stitchmesh.yarnrelax.linking import projection
-from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking, linkings_together
+from stitchmesh.yarnrelax.linking.certificate import (
+    changed_pairs,
+    doubled_linking,
+    linkings_together,
+    refuse_pull_through,
+)
 from stitchmesh.yarnrelax.linking.open_yarns import _interleaved
 from tests.meshrelax.fabrics import rotation
 from tests.shaking import shaken
@@ -405,3 +410,27 @@ def test_the_linking_of_many_sets_of_yarns_is_that_of_each() -> None:
         assert found.yarn_count == alone.yarn_count
         for name in ("yarns", "image", "doubled"):
             np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
+
+
+def test_yarns_closer_than_the_sag_of_a_chord_have_not_passed_through_one_another() -> None:
+    """A small ring around a large one, whose curve its inner side nearly touches; short of it, or beyond."""
+
+    def point(yarns: YarnSet, segment: int, s: float) -> np.ndarray:
+        return basis(np.array([s]))[0] @ yarns.points[yarns.segment_points[segment]]
+
+    wide = closed(ring((0, 0, 0), 2, 4))
+    curve, chord = point(wide, 0, 0.125), (point(wide, 0, 0.0) + point(wide, 0, 0.25)) / 2
+    outward = curve / np.linalg.norm(curve)
+    angle = np.arange(8)[:, None] * np.pi / 4
+    round_it = np.cos(angle) * outward + np.sin(angle) * np.array([0.0, 0.0, 1.0])
+    inner = point(closed(round_it), 3, 0.0)  # the knot at the fifth control point
+
+    def around(place: np.ndarray) -> YarnSet:
+        """Both rings, with the inner side of the small one at a place."""
+        return closed(ring((0, 0, 0), 2, 4), round_it - inner + place)
+
+    apart, touching = around(0.5 * curve), around((curve + chord) / 2)
+    assert changed_pairs(doubled_linking(apart), doubled_linking(touching)).tolist() == [[0, 1]]
+    refuse_pull_through(apart, touching)
+    with pytest.raises(SolverError, match=r"yarns 0 and 1 .*: their linking number changed"):
+        refuse_pull_through(apart, around(1.05 * curve))

@@ -24,6 +24,7 @@ from stitchmesh.app.pages.drape.typed_numbers import as_text, three_numbers, typ
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
+from stitchmesh.markup import Markup
 from stitchmesh.mixed.scene.motion_section import STILL, BodySection
 
 SUFFIXES = (".obj", ".ply", ".off", ".stl")
@@ -40,7 +41,7 @@ class BodiesPanel:
         self._session = session
         self._chosen: int | None = None
         with controls.group("Bodies", opened=False) as self._group:
-            self._list = controls.html("", self._act)
+            self._list = controls.html(Markup(), self._act)
             self._unit = controls.choice("Unit of meshes", "Unit of the mesh that is added next.", tuple(CENTIMETRES),
                                          DEFAULT_UNIT, lambda _: None)  # fmt: skip
             controls.upload("Add a mesh", "A closed mesh that the cloth cannot enter.", SUFFIXES, self._receive)

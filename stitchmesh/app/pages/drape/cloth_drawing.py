@@ -16,6 +16,7 @@ from stitchmesh.app.pages.view.clip_box import Box
 from stitchmesh.app.scene.drawing import Colour, Colours, Lines, Surface
 from stitchmesh.app.scene.point_marks import point_marks
 from stitchmesh.app.scene.scene import Scene
+from stitchmesh.markup import Markup
 from stitchmesh.mesh import IntArray, Mesh
 from stitchmesh.mesh.face_triangles import face_triangles
 from stitchmesh.mixed.enrichment.region import HYBRID, TRIANGLES, YARNS
@@ -155,7 +156,7 @@ def region_colours(opened: OpenedScene) -> np.ndarray:
     return colours
 
 
-def legend_of(opened: OpenedScene, colour: ClothColour) -> str:
+def legend_of(opened: OpenedScene, colour: ClothColour) -> Markup:
     """Return the legend of the colours as HTML."""
     if colour == "Alpha":
         return colour_bar(ALPHA_SCALE.table(9), ("0 triangles", "0.5", "1 yarns"), "Alpha")

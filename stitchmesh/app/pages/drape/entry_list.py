@@ -5,7 +5,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from html import escape
+
+from stitchmesh.markup import Markup, joined, markup
 
 STYLE = "list-style:none;margin:0;padding:0;font-size:.82em"
 BUTTON = (
@@ -17,7 +18,7 @@ CHOSEN = "border-left:4px solid #1f5673;padding-left:.4em;"
 
 def entry_list(
     kind: str, entries: Iterable[str], *, chosen: int | None = None, choose: bool = False, rest: str = ""
-) -> str:
+) -> Markup:
     """Return the entries as a list; an empty text without any.
 
     The actions are ``drop-`` and ``choose-`` with the kind, and the number of the entry as their value.
@@ -32,15 +33,23 @@ def entry_list(
     items = []
     for number, text in enumerate(entries):
         is_chosen = number == chosen
-        button = f'<button type="button" data-value="{number}" style="{BUTTON}" '
-        buttons = f'{button} data-action="drop-{kind}" aria-label="Remove the {escape(text)}">Remove</button>'
+        button = markup('<button type="button" data-value="{}" style="{}" ', number, BUTTON)
+        buttons = markup(
+            '{} data-action="drop-{}" aria-label="Remove the {}">Remove</button>',
+            button, kind, text,
+        )
         if choose:
-            pressed = f'aria-pressed="{str(is_chosen).lower()}" aria-label="Change the {escape(text)}"'
-            buttons = f'{button} data-action="choose-{kind}" {pressed}>Change</button>{buttons}'
+            buttons = markup(
+                '{} data-action="choose-{}" aria-pressed="{}" aria-label="Change the {}">Change</button>{}',
+                button, kind, str(is_chosen).lower(), text, buttons,
+            )
         items.append(
-            f'<li style="display:flex;gap:4px;align-items:center;margin:.2em 0;{CHOSEN if is_chosen else ""}">'
-            f'<span style="flex:1 1 auto">{escape(text)}</span>{buttons}</li>'
+            markup(
+                '<li style="display:flex;gap:4px;align-items:center;margin:.2em 0;{}">'
+                '<span style="flex:1 1 auto">{}</span>{}</li>',
+                CHOSEN if is_chosen else "", text, buttons,
+            )
         )
     if rest:
-        items.append(f"<li>{escape(rest)}</li>")
-    return f'<ul style="{STYLE}">{"".join(items)}</ul>' if items else ""
+        items.append(markup("<li>{}</li>", rest))
+    return markup('<ul style="{}">{}</ul>', STYLE, joined(items)) if items else Markup()

@@ -18,6 +18,7 @@ from stitchmesh.io.atomic import write_bytes, write_text
 from stitchmesh.io.contents import read_bytes
 from stitchmesh.io.outputs import guarded_outputs, plan_outputs
 from stitchmesh.io.stitches import write_stitches
+from stitchmesh.markup import Markup
 from stitchmesh.mixed.drape import REPORT, SCENE_FILE, Draped, output_names
 from stitchmesh.mixed.output.files import ANIMATION, MAPS, SURFACE, YARNS
 from stitchmesh.mixed.scene.scene import YARN_FORMATS
@@ -49,7 +50,7 @@ class FilesPanel:
             self._folder = controls.text("Folder", "A folder on the computer of StitchMesh.", "", lambda _: None)
             controls.button("Save there", "Write the scene, and the result if there is one, into the folder.",
                             self._save)  # fmt: skip
-            self._downloads = controls.html("", self._send)
+            self._downloads = controls.html(Markup(), self._send)
 
     def refresh(self) -> None:
         """Show which files there are."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.drape.drape_session import DrapeSession
 from stitchmesh.app.pages.drape.entry_list import entry_list
 from stitchmesh.app.pages.drape.held_parts import (
@@ -19,6 +20,7 @@ from stitchmesh.app.pages.drape.held_parts import (
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
 from stitchmesh.app.pages.drape.typed_numbers import as_text, three_numbers
 from stitchmesh.errors import ParameterError
+from stitchmesh.markup import Markup
 from stitchmesh.mesh import IntArray
 from stitchmesh.mixed.scene.motion_section import STILL, AttachmentSection
 
@@ -39,8 +41,8 @@ class HeldPanel:
         self._session = session
         self._chosen: int | None = None
         with controls.group("What is held", opened=False) as self._group:
-            controls.markdown(HOW)
-            self._list = controls.html("", self._act)
+            controls.html(paragraph(HOW))
+            self._list = controls.html(Markup(), self._act)
             self._new = controls.button(
                 "Begin a new part", "What is painted next is a part of its own, which can move by itself.",
                 lambda: self._choose(None),

@@ -26,6 +26,7 @@ from stitchmesh.app.pages.view.pieces import legend_of as legend_of_colours
 from stitchmesh.app.pages.view.run_figures import report_html
 from stitchmesh.app.pages.view.settings import DRAPED_COLOURS
 from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke
+from stitchmesh.markup import Markup
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.run_control import Snapshot
 
@@ -62,8 +63,8 @@ class DrapePage(Page):
     def build(self) -> None:
         """Make the controls, and draw."""
         controls, session = self.app.controls, self.session
-        self._counts = controls.html("")
-        self._end = controls.html("")
+        self._counts = controls.html(Markup())
+        self._end = controls.html(Markup())
         self._continue = controls.button(CONTINUE, "Go on where the run was stopped.", self.resume, main=True)
         self._start = controls.button(RUN, "Simulate yarns in the region, and triangles elsewhere.", self.start,
                                       main=True)  # fmt: skip
@@ -76,7 +77,7 @@ class DrapePage(Page):
         self._bodies = BodiesPanel(session, controls)
         self._scene_panel = ScenePanel(session, controls, self._scene())
         self._files.build_save(controls)
-        self._report = controls.html("")
+        self._report = controls.html(Markup())
         for label, key, modifier, act in (
             ("Undo", "Z", "ctrl", session.undo), ("Redo", "Y", "ctrl", session.redo),
             ("Redo also", "Z", "ctrl+shift", session.redo),
@@ -102,7 +103,7 @@ class DrapePage(Page):
         """Show the scene or the run, and what can be done."""
         opened, live = self.session.opened, self.run.live
         self._counts.content = no_scene_html(self.app.project) if opened is None else counts_html(opened)
-        self._end.content = "" if live is not None else end_html(self.run.result, current=self.run.is_current)
+        self._end.content = Markup() if live is not None else end_html(self.run.result, current=self.run.is_current)
         self._panel.show(live)
         can_continue, idle = self.run.can_continue, live is None and opened is not None
         self._start.label = RUN_AGAIN if can_continue or self.run.result is not None else RUN
@@ -150,7 +151,7 @@ class DrapePage(Page):
             self._run_colour, self._set_run_colour,
         )  # fmt: skip
         self._frames = FramePanel(controls, self._frame_chosen)
-        self._legend = controls.html("")
+        self._legend = controls.html(Markup())
         self._follow = controls.button("Look on the page View", "The run with all tools of that page.", self._to_view)
 
     def _begin(self, *, resume: bool) -> None:
@@ -200,7 +201,7 @@ class DrapePage(Page):
         self._show_choice.visible = self._follow.visible = draped is not None or self.run.live is not None
         self._colour_choice.visible = not shows_run and opened is not None
         self._run_colour_choice.visible = shows_run
-        self._report.content = ""
+        self._report.content = Markup()
         if shows_run and draped is not None:
             self._draw_run(draped)
             return

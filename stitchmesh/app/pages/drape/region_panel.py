@@ -20,6 +20,7 @@ from stitchmesh.app.pages.drape.paint_tool import PaintTool
 from stitchmesh.app.pages.drape.typed_numbers import three_numbers
 from stitchmesh.app.pages.view.clip_box import Box
 from stitchmesh.errors import ParameterError
+from stitchmesh.markup import Markup
 from stitchmesh.mesh import IntArray
 from stitchmesh.mixed.scene.painted_region import with_triangles, without_triangles
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
@@ -103,7 +104,7 @@ class RegionPanel:
                              ("Add box", "Take out", "Hold", "Hide"), self._use_box)  # fmt: skip
             self._words = controls.text("By words", WORDS, "", lambda _: None)
             controls.buttons("These", "The triangles that the words name.", ("Add", "Remove", "Only"), self._use_words)
-            self._list = controls.html("", self._drop_box)
+            self._list = controls.html(Markup(), self._drop_box)
 
     def refresh(self) -> None:
         """Show the region of the scene."""
@@ -248,7 +249,7 @@ class RegionPanel:
         self._change(lambda section: replace(section, boxes=kept))
 
 
-def box_list(section: RegionSection) -> str:
+def box_list(section: RegionSection) -> Markup:
     """Return the boxes as a list, each with a button that removes it, and the number of single triangles."""
     single = f"{len(section.faces):,} single triangles" if section.faces else ""
     return entry_list("box", (str(box) for box in section.boxes), rest=single)

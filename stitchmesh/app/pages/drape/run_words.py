@@ -8,13 +8,14 @@ from stitchmesh.app.controls.html_pieces import figures, message
 from stitchmesh.app.live_run import AnyRun
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
 from stitchmesh.app.project.project import Project
+from stitchmesh.markup import Markup
 from stitchmesh.mixed.drape import Draped
 from stitchmesh.reporting.figures import duration
 
 NO_SCENE = "There is no scene yet. Open a scene file, or a cloth: panels, a mesh or stitches."
 
 
-def no_scene_html(project: Project) -> str:
+def no_scene_html(project: Project) -> Markup:
     """Return what can be opened where there is no scene: the garment of the project among it, if there is one."""
     if project.fabric is not None:
         return message(f"{NO_SCENE} The stitches of the garment of this project are a cloth too.", "info")
@@ -23,7 +24,7 @@ def no_scene_html(project: Project) -> str:
     return message(NO_SCENE, "info")
 
 
-def counts_html(opened: OpenedScene) -> str:
+def counts_html(opened: OpenedScene) -> Markup:
     """Return the numbers of nodes and vertices of a scene, and the memory that it needs."""
     counts, free = opened.counts, opened.free_memory()
     rows = [
@@ -35,7 +36,7 @@ def counts_html(opened: OpenedScene) -> str:
         ("Triangles", f"{counts['triangles']:,}"),
         ("Memory, about", f"{1e-6 * opened.memory:,.0f} of {1e-6 * free:,.0f} MB that are free"),
     ]
-    trouble = message(opened.trouble, "doubtful") if opened.trouble else ""
+    trouble = message(opened.trouble, "doubtful") if opened.trouble else Markup()
     if not trouble and opened.memory > free:
         trouble = message("The run needs more memory than is free; make the region smaller.", "doubtful")
     if not trouble and opened.scene.region.yarns == "automatic":
@@ -57,7 +58,7 @@ def run_words(run: AnyRun) -> str:
     return f"{state}: {time:.4g} s of the scene, {work}, {duration(now.seconds)}.{remaining}"
 
 
-def end_html(draped: Draped | None, *, current: bool) -> str:
+def end_html(draped: Draped | None, *, current: bool) -> Markup:
     """Return how a run ended; an empty text without one.
 
     Args:
@@ -66,7 +67,7 @@ def end_html(draped: Draped | None, *, current: bool) -> str:
     """
     mixed = {} if draped is None else draped.report.get("mixed", {})
     if not mixed:
-        return ""
+        return Markup()
     if not current:
         return message("The scene has changed since the run, which shows it as it was.", "info")
     unit = "dyn" if mixed["mode"] == "static" else "cm/s"

@@ -5,12 +5,12 @@
 from __future__ import annotations
 
 from functools import partial
-from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stitchmesh.app.controls.controls import Control
+from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.edit.crossing import CrossCables
 from stitchmesh.app.pages.edit.edit_session import NO_FACES, EditSession
 from stitchmesh.app.pages.edit.laying import LayPatterns
@@ -27,6 +27,7 @@ from stitchmesh.app.scene.face_colours import ColourBy
 from stitchmesh.app.scene.pointer import visible_faces
 from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke, ViewName
 from stitchmesh.errors import ParameterError
+from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import SIDE_COUNTS, VOCABULARY, Stitch
 
@@ -44,7 +45,7 @@ VIEWS: dict[str, ViewName] = {"Front": "front", "Back": "back", "Left": "left", 
 """Views by the words of the page."""
 NEXT_PAGE = "Even out"
 """Page that follows."""
-TOOL_STYLE = """<style>
+TOOL_STYLE = markup("""<style>
 .sm-tools{display:grid;grid-template-columns:1fr 1fr 1fr;gap:4px;margin:0 0 .4em}
 .sm-tools button{font:inherit;font-size:.8em;line-height:1.2;padding:.45em .2em;border-radius:6px;cursor:pointer;
  border:1px solid var(--mantine-color-default-border);background:var(--mantine-color-default);
@@ -52,7 +53,7 @@ TOOL_STYLE = """<style>
 .sm-tools button[aria-pressed=true]{background:#1f5673;border-color:#1f5673;color:#fff;font-weight:600}
 .sm-tools button:disabled{opacity:.45;cursor:default}
 .sm-tools button:focus-visible{outline:3px solid #e08a1e;outline-offset:1px}
-</style>"""
+</style>""")
 
 
 class EditPage(Page):
@@ -82,14 +83,14 @@ class EditPage(Page):
         """Make the controls, and draw the fabric."""
         self.session.view.forget()
         controls = self.app.controls
-        self._history = controls.html("", lambda action, _: self.undo() if action == "undo" else self.redo())
-        self._bar = controls.html("", lambda _, name: self.take_up(name))
-        self._words = controls.markdown("")
+        self._history = controls.html(Markup(), lambda action, _: self.undo() if action == "undo" else self.redo())
+        self._bar = controls.html(Markup(), lambda _, name: self.take_up(name))
+        self._words = controls.html(Markup())
         for tool in self.tools.values():
             with controls.group(tool.name) as group:
                 self._groups[tool.name] = group
                 tool.build(controls)
-        self._status = controls.html("")
+        self._status = controls.html(Markup())
         self._selection = SelectionPanel(self.session, controls)
         self._build_view()
         controls.button("Go on: even out the stitches", "Open the next page", partial(self.app.open_page, NEXT_PAGE),
@@ -180,7 +181,7 @@ class EditPage(Page):
         for name, group in self._groups.items():
             group.visible = name == tool.name and tool.name != LookAround.name
         self._bar.content = _tool_bar(tool.name)
-        self._words.content = tool.hint
+        self._words.content = paragraph(tool.hint)
         self._palettes.show_for(tool.name)
         tool.taken_up()
 
@@ -234,7 +235,7 @@ class EditPage(Page):
         """Show what can be undone, and the counts."""
         project, fabric = self.app.project, self.session.fabric
         self._history.content = _history_row(project.can_undo, project.can_redo)
-        last = f"last edit: {escape(project.edits[-1].name.replace('_', ' '))}" if project.edits else "no edits yet"
+        last = f"last edit: {project.edits[-1].name.replace('_', ' ')}" if project.edits else "no edits yet"
         counts = f"{fabric.face_count} stitches in {len(np.unique(fabric.row))} rows, {len(project.edits)} edits"
         self._status.content = _status(f"{counts}; {last}")
         self._selection.show()
@@ -245,39 +246,45 @@ class EditPage(Page):
         self._status.content = _status(_face_words(self.session.fabric, face))
 
 
-def _status(words: str) -> str:
-    return f'<p style="margin:0;font-size:.82em" role="status">{words}</p>'
+def _status(words: str) -> Markup:
+    return markup('<p style="margin:0;font-size:.82em" role="status">{}</p>', words)
 
 
-def _face_words(fabric: StitchMesh, face: int) -> str:
+def _face_words(fabric: StitchMesh, face: int) -> Markup:
     stitch = fabric.stitch_type(int(fabric.stitch[face]))
     name = "panel" if stitch == Stitch.PANEL else "bind-off" if stitch == Stitch.BIND_OFF else name_of(stitch)
     loops = f"{fabric.n_bottom[face]} below, {fabric.n_top[face]} above"
     sides = int(fabric.n_bottom[face]), int(fabric.n_top[face])
     fitting = [making.code for each, making in VOCABULARY.items() if SIDE_COUNTS[each] == sides]
-    fits = f"<br>Stitches with these loops: {escape(', '.join(fitting))}" if fitting else ""
+    fits = markup("<br>Stitches with these loops: {}", ", ".join(fitting)) if fitting else Markup()
     place = f"row {fabric.row[face]}, loops {loops}, yarn {fabric.yarn[face]}"
-    return f"Stitch {face}: <b>{escape(name)}</b>, {place}{fits}"
+    return markup("Stitch {}: <b>{}</b>, {}{}", face, name, place, fits)
 
 
-def _history_row(can_undo: bool, can_redo: bool) -> str:
-    buttons = "".join(
-        f'<button type="button" data-action="{action}" data-value="" title="{hint}"{"" if possible else " disabled"}>'
-        f"{words}</button>"
+def _history_row(can_undo: bool, can_redo: bool) -> Markup:
+    buttons = joined(
+        markup(
+            '<button type="button" data-action="{}" data-value="" title="{}"{}>{}</button>',
+            action, hint, "" if possible else " disabled", words,
+        )
         for action, words, hint, possible in (
             ("undo", "Undo", "Undo the last edit: Ctrl+Z", can_undo),
             ("redo", "Redo", "Make the edit again that was undone last: Ctrl+Y", can_redo),
         )
     )
     columns = "grid-template-columns:1fr 1fr;margin:0"
-    return f'{TOOL_STYLE}<div class="sm-tools" style="{columns}" role="group" aria-label="History">{buttons}</div>'
+    return markup(
+        '{}<div class="sm-tools" style="{}" role="group" aria-label="History">{}</div>',
+        TOOL_STYLE, columns, buttons,
+    )
 
 
-def _tool_bar(chosen: str) -> str:
-    buttons = "".join(
-        f'<button type="button" data-action="tool" data-value="{escape(tool.name)}" '
-        f'aria-pressed="{"true" if tool.name == chosen else "false"}" title="{escape(tool.hint)} Key {tool.key}.">'
-        f"{escape(tool.name)}</button>"
+def _tool_bar(chosen: str) -> Markup:
+    buttons = joined(
+        markup(
+            '<button type="button" data-action="tool" data-value="{}" aria-pressed="{}" title="{} Key {}.">{}</button>',
+            tool.name, "true" if tool.name == chosen else "false", tool.hint, tool.key, tool.name,
+        )
         for tool in TOOLS
     )
-    return f'{TOOL_STYLE}<div class="sm-tools" role="group" aria-label="Tools">{buttons}</div>'
+    return markup('{}<div class="sm-tools" role="group" aria-label="Tools">{}</div>', TOOL_STYLE, buttons)

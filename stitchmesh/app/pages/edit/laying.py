@@ -11,10 +11,12 @@ from typing import Literal, get_args
 import numpy as np
 
 from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.edit.edit_session import NO_FACES, EditSession
 from stitchmesh.app.pages.edit.tool import Tool
 from stitchmesh.app.scene.scene import Pick
 from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import IntArray
 from stitchmesh.mesh.picking import PickedPlace
 from stitchmesh.patterns.capture.capture import capture_pattern
@@ -75,8 +77,8 @@ class LayPatterns(Tool):
         self._lay = controls.button("Lay the pattern", "Replace the stitches by those of the pattern", self.lay,
                                     main=True)  # fmt: skip
         self._discard = controls.button("Discard the preview", "Show the fabric as it is", self.discard)
-        self._words = controls.markdown("")
-        self._say("")
+        self._words = controls.html(Markup())
+        self._say(Markup())
 
     def taken_up(self) -> None:
         """Show the pattern where it would go."""
@@ -93,7 +95,7 @@ class LayPatterns(Tool):
     def refresh(self) -> None:
         """Forget the preview of a fabric that has changed."""
         self._face, self.laid = None, None
-        self._say("")
+        self._say(Markup())
 
     def choose(self, pattern: str) -> None:
         """Take a pattern of the library, by its name, or a pattern as text."""
@@ -130,7 +132,8 @@ class LayPatterns(Tool):
         self.pattern, self.area, self._face = format_pattern(pattern), "Around a click", None
         self._area.value = self.area
         self.discard()
-        self._say(f"**Captured** {pattern.width} stitches by {pattern.height} rows. Next: {self._missing()}.")
+        captured = markup("<b>Captured</b> {} stitches by {} rows.", pattern.width, pattern.height)
+        self._say(markup("{} Next: {}.", captured, self._missing()))
 
     def clicked(self, place: PickedPlace, pick: Pick) -> None:
         """Show the pattern on the plain stitches around a click."""
@@ -151,7 +154,7 @@ class LayPatterns(Tool):
             raise ParameterError(f"pattern: {self._missing()}")
         arguments: dict[str, object] = {"pattern": self.pattern, **where, "remainder": self.remainder}
         if self.session.edit("paste_pattern", arguments, self._at()):
-            self._say(f"**{self._read().name}** is laid.")
+            self._say(markup("<b>{}</b> is laid.", self._read().name))
 
     def discard(self) -> None:
         """Show the fabric without the pattern."""
@@ -159,7 +162,7 @@ class LayPatterns(Tool):
             self.laid = None
             self.session.view.unmark()
             self.session.show_fabric()
-        self._say("")
+        self._say(Markup())
 
     def _where(self) -> dict[str, object] | None:
         """Return the argument that says where the pattern goes; None if that is not chosen yet."""
@@ -188,7 +191,7 @@ class LayPatterns(Tool):
         where = self._where()
         if not self.pattern or where is None:
             self.discard()
-            self._say(f"Next: {self._missing()}.")
+            self._say(Markup())
             return
         fabric = self.session.fabric
         faces = select(fabric, str(where["on"])) if "on" in where else None
@@ -200,7 +203,7 @@ class LayPatterns(Tool):
         except StitchMeshError as error:
             self.laid = None
             self.session.refuse(self._at(), str(error))
-            self._say("")
+            self._say(Markup())
             return
         self._show(self.laid)
 
@@ -211,17 +214,19 @@ class LayPatterns(Tool):
         view.select(laid.fabric, NO_FACES)
         view.show(laid.fabric)
         view.mark_left_out(laid.fabric, np.flatnonzero(laid.reason >= 0))
-        left_out = "".join(f"\n- {part}" for part in laid.left_out[:MOST_REASONS])
-        more = len(laid.left_out) - MOST_REASONS
-        rest = f"\n- and {more} more groups" if more > 0 else ""
-        title = f"**Preview of {self._read().name}**: {laid.faces_laid} stitches in the pattern."
-        self._say(title + ("\n\nNot in the pattern, marked:\n" + left_out + rest if left_out else ""))
+        left_out, more = [*map(str, laid.left_out[:MOST_REASONS])], len(laid.left_out) - MOST_REASONS
+        left_out += [f"and {more} more groups"] if more > 0 else []
+        items = joined(markup("<li>{}</li>", part) for part in left_out)
+        name, count = self._read().name, laid.faces_laid
+        title = markup("<b>Preview of {}</b>: {} stitches in the pattern.", name, count)
+        rest = markup("<br>Not in the pattern, marked:<ul>{}</ul>", items) if left_out else Markup()
+        self._say(title + rest)
 
     def _read(self) -> Pattern:
         return parse_pattern(self.pattern) if "\n" in self.pattern else read_pattern(self.pattern)
 
-    def _say(self, text: str) -> None:
-        self._words.content = text or f"Next: {self._missing()}."
+    def _say(self, text: Markup) -> None:
+        self._words.content = paragraph(text or f"Next: {self._missing()}.")
         self._lay.disabled = self._discard.disabled = self.laid is None
 
     def _save(self, kind: str) -> None:

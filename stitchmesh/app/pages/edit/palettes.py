@@ -15,6 +15,7 @@ from stitchmesh.app.pages.edit.stitch_palette import chosen_stitch_html, stitch_
 from stitchmesh.app.pages.edit.tool import Tool
 from stitchmesh.app.pages.edit.yarn_palette import yarn_colour, yarn_palette_html
 from stitchmesh.errors import ParameterError
+from stitchmesh.markup import Markup
 from stitchmesh.mesh.palette import check_yarn_number
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.library import pattern_names
@@ -29,9 +30,9 @@ class Palettes:
     ) -> None:  # fmt: skip
         """Make the palettes; the functions are called with what the user takes."""
         self._session, self._take_stitch, self._take_yarn = session, take_stitch, take_yarn
-        self._stitch = controls.html("")
+        self._stitch = controls.html(Markup())
         self._stitches = controls.html(stitch_palette_html(), lambda _, name: self._stitch_taken(name))
-        self._yarns = controls.html("", lambda _, number: self._yarn_taken(number))
+        self._yarns = controls.html(Markup(), lambda _, number: self._yarn_taken(number))
         colour = yarn_colour(session.fabric, session.yarn)
         self._colour = controls.colour("Colour of the yarn", "Colour that the chosen yarn gets", colour,
                                        lambda chosen: None)  # fmt: skip

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Callable
-from html import escape
 
 from stitchmesh.app.controls.controls import Control, Controls
+from stitchmesh.markup import Markup, css_text, joined, markup
 from stitchmesh.patterns.library import pattern_names, read_pattern
 from stitchmesh.render.thumbnails.pattern_thumbnail import pattern_thumbnail
 
@@ -20,7 +20,7 @@ SIZE = 72
 """Width and height of a thumbnail [pixels]."""
 IN_BLOCK = 8
 """Number of patterns in a block of the palette; a block is sent again when its thumbnails are there."""
-STYLE = """<style>
+STYLE = markup("""<style>
 .sm-patterns{display:flex;flex-wrap:wrap;gap:4px}
 .sm-patterns button{width:96px;padding:3px;border:2px solid transparent;border-radius:6px;background:none;
  cursor:pointer;font:inherit;font-size:.7em;line-height:1.2;color:var(--mantine-color-text);overflow-wrap:anywhere}
@@ -28,7 +28,11 @@ STYLE = """<style>
 .sm-patterns button:focus-visible{outline:3px solid #e08a1e;outline-offset:1px}
 .sm-patterns .sm-picture{display:block;width:72px;height:72px;margin:0 auto 2px;border-radius:4px;
  background:#8886}
-</style>"""
+</style>""")
+CHOSEN = (
+    '<style>.sm-patterns button[data-value="{}"]{{border-color:#2f8fc4;background:#2f8fc433}}</style>'
+)
+"""Mark of the button of a pattern."""
 _PICTURES: dict[str, str] = {}
 """Thumbnails that are drawn already, as sources of images, by the name of the pattern."""
 
@@ -69,8 +73,7 @@ class PatternPalette:
 
     def show_chosen(self, name: str) -> None:
         """Mark the button of a pattern."""
-        rule = f'.sm-patterns button[data-value="{name}"]{{border-color:#2f8fc4;background:#2f8fc433}}'
-        self._mark.content = STYLE + (f"<style>{rule}</style>" if name else "")
+        self._mark.content = STYLE + (markup(CHOSEN, css_text(name)) if name else Markup())
 
     def close(self) -> None:
         """Draw no further thumbnails."""
@@ -97,16 +100,20 @@ def _source(name: str) -> str:
     return "data:image/png;base64," + base64.b64encode(pattern_thumbnail(read_pattern(name), SIZE)).decode("ascii")
 
 
-def _block(names: tuple[str, ...]) -> str:
-    return f'<div class="sm-patterns">{"".join(map(_button, names))}</div>'
+def _block(names: tuple[str, ...]) -> Markup:
+    return markup('<div class="sm-patterns">{}</div>', joined(map(_button, names)))
 
 
-def _button(name: str) -> str:
+def _button(name: str) -> Markup:
     source = _PICTURES.get(name)
-    picture = f'<img class="sm-picture" src="{source}" alt="">' if source else '<span class="sm-picture"></span>'
+    picture = (
+        markup('<img class="sm-picture" src="{}" alt="">', source)
+        if source
+        else markup('<span class="sm-picture"></span>')
+    )
     pattern = read_pattern(name)
-    words = escape(f"{pattern.name}, {pattern.width} stitches by {pattern.height} rows")
-    return (
-        f'<button type="button" data-action="pattern" data-value="{escape(name)}" aria-label="{words}" '
-        f'title="{words}">{picture}{escape(name.replace("-", " "))}</button>'
+    words = f"{pattern.name}, {pattern.width} stitches by {pattern.height} rows"
+    return markup(
+        '<button type="button" data-action="pattern" data-value="{}" aria-label="{}" title="{}">{}{}</button>',
+        name, words, words, picture, name.replace("-", " "),
     )

@@ -10,12 +10,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stitchmesh.app.controls.controls import Control, Controls
+from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.edit.edit_session import EditSession
 from stitchmesh.app.pages.edit.nearest_side import nearest_side
 from stitchmesh.app.pages.edit.place_edits import LOOP_EDITS, ROW_EDITS, PlaceEdit, Setting, add_setting, value_of
 from stitchmesh.app.pages.edit.tool import Tool
 from stitchmesh.app.scene.scene import Pick
 from stitchmesh.errors import StitchMeshError
+from stitchmesh.markup import Markup
 from stitchmesh.mesh.picking import PickedPlace
 
 
@@ -39,7 +41,7 @@ class PlaceTool(Tool):
         """Make the choice of the edit, the settings of all edits, and the button for the selection."""
         labels = [edit.label for edit in self.edits]
         controls.choice(f"Edit of {self.what}", "What a click does", labels, self.chosen.label, self._choose)
-        self._words = controls.markdown("")
+        self._words = controls.html(Markup())
         self._shown = {}
         for setting, start in self._values.items():
             self._shown[setting] = add_setting(controls, setting, start, partial(self._set, setting))
@@ -83,7 +85,7 @@ class PlaceTool(Tool):
         self._values[setting] = value
 
     def _show_settings(self) -> None:
-        self._words.content = self.chosen.hint
+        self._words.content = paragraph(self.chosen.hint)
         for setting, control in self._shown.items():
             control.visible = setting in self.chosen.settings
 

@@ -8,12 +8,12 @@ faces when an edit gives them other numbers.
 
 from __future__ import annotations
 
-from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.mesh.renumbering import REMOVED
 from stitchmesh.selection import parse_selection, select
@@ -85,10 +85,11 @@ class SavedSelections:
         if kept != self.texts:
             self._write(kept)
 
-    def html(self) -> str:
+    def html(self) -> Markup:
         """Return the list as HTML; the actions are ``use`` and ``delete`` with the name."""
-        rows = "".join(_row(name, text) for name, text in self.texts.items())
-        return f'<ul style="list-style:none;margin:0;padding:0;font-size:.82em">{rows}</ul>' if rows else ""
+        rows = joined(_row(name, text) for name, text in self.texts.items())
+        frame = '<ul style="list-style:none;margin:0;padding:0;font-size:.82em">{}</ul>'
+        return markup(frame, rows) if rows else Markup()
 
     def _write(self, texts: dict[str, str]) -> None:
         project = self._app.project
@@ -110,14 +111,17 @@ def _followed(text: str, before: StitchMesh, numbers: IntArray) -> str:
     return str(selection_of_faces(after)) if len(after) else ""
 
 
-def _row(name: str, text: str) -> str:
+def _row(name: str, text: str) -> Markup:
     shown = text if len(text) <= LONGEST_SHOWN else f"{text[: LONGEST_SHOWN - 3]}..."
     style = "font:inherit;cursor:pointer;border-radius:6px;padding:.15em .5em;color:var(--mantine-color-text);"
     frame = "border:1px solid var(--mantine-color-default-border);background:var(--mantine-color-default)"
-    buttons = "".join(
-        f'<button type="button" data-action="{action}" data-value="{escape(name)}" style="{style}{frame}" '
-        f'aria-label="{words} {escape(name)}">{words}</button>'
+    buttons = joined(
+        markup(
+            '<button type="button" data-action="{}" data-value="{}" style="{}{}" '
+            'aria-label="{} {}">{}</button>',
+            action, name, style, frame, words, name, words,
+        )
         for action, words in (("use", "Use"), ("delete", "Delete"))
     )
-    words = f'<span style="flex:1 1 auto;overflow-wrap:anywhere"><b>{escape(name)}</b><br>{escape(shown)}</span>'
-    return f'<li style="display:flex;gap:4px;align-items:center;margin:.2em 0">{words}{buttons}</li>'
+    words = markup('<span style="flex:1 1 auto;overflow-wrap:anywhere"><b>{}</b><br>{}</span>', name, shown)
+    return markup('<li style="display:flex;gap:4px;align-items:center;margin:.2em 0">{}{}</li>', words, buttons)

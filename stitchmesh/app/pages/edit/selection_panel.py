@@ -7,7 +7,9 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.edit.edit_session import NO_FACES, EditSession
+from stitchmesh.markup import Markup, markup
 
 WORDS_HINT = "Such as hem 6, rows 10-20, front and stitch p, wale 120; see the documentation of selections"
 
@@ -19,7 +21,7 @@ class SelectionPanel:
         """Make the controls."""
         self._session = session
         with controls.group("Selection"):
-            self._count = controls.markdown("")
+            self._count = controls.html(Markup())
             self._text = controls.text("Select by words", WORDS_HINT, "", lambda text: None)
             controls.button("Select these", "Select the stitches that the words name", self._by_words)
             controls.buttons("Choose", "All stitches, none, or all that are not selected", ("All", "None", "Others"),
@@ -33,7 +35,8 @@ class SelectionPanel:
         """Show how many stitches are selected, and what is saved."""
         count = len(self._session.selection.faces)
         verb = "stitch is" if count == 1 else "stitches are"
-        self._count.content = f"**{count}** {verb} selected." if count else "Nothing is selected."
+        selected = markup("<b>{}</b> {} selected.", count, verb) if count else "Nothing is selected."
+        self._count.content = paragraph(selected)
         self._list.content = self._session.saved.html()
 
     def _by_words(self) -> None:

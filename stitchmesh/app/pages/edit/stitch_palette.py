@@ -5,10 +5,10 @@
 from __future__ import annotations
 
 from functools import cache
-from html import escape
 from urllib.parse import quote
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.markup import Markup, css_text, joined, markup
 from stitchmesh.mesh.own_stitch import OwnStitch, StitchType
 from stitchmesh.mesh.stitch import CODES, VOCABULARY, Stitch
 from stitchmesh.render.thumbnails.stitch_drawing import draw_stitch
@@ -25,7 +25,7 @@ OTHER_NAMES = {Stitch.CAST_ON: "cast-on", Stitch.DRAW_THROUGH: "draw-through"}
 """Names of the stitches without a code."""
 SIZE = 40
 """Width and height of a drawing [pixels]."""
-STYLE = """<style>
+STYLE = markup("""<style>
 .sm-palette{display:flex;flex-wrap:wrap;gap:3px;margin:0 0 .5em}
 .sm-palette button{padding:2px;border:2px solid transparent;border-radius:6px;background:none;cursor:pointer;
  font:inherit;font-size:.68em;line-height:1.15;color:var(--mantine-color-text);min-width:48px}
@@ -33,7 +33,7 @@ STYLE = """<style>
 .sm-palette button:focus-visible{outline:3px solid #e08a1e;outline-offset:1px}
 .sm-palette img{display:block;margin:0 auto 1px;border-radius:4px}
 .sm-palette-title{margin:.1em 0 .15em;font-size:.8em;font-weight:600}
-</style>"""
+</style>""")
 
 
 def name_of(stitch: StitchType) -> str:
@@ -63,35 +63,38 @@ def described(stitch: Stitch) -> str:
 
 
 @cache
-def stitch_palette_html() -> str:
+def stitch_palette_html() -> Markup:
     """Return the palette as HTML; the action is ``stitch`` with the name of the stitch."""
     parts = [STYLE]
     for family, names in FAMILIES.items():
-        buttons = "".join(_button(name) for name in names.split())
-        parts.append(f'<p class="sm-palette-title">{family}</p><div class="sm-palette">{buttons}</div>')
-    return "".join(parts)
+        buttons = joined(_button(name) for name in names.split())
+        parts.append(markup('<p class="sm-palette-title">{}</p><div class="sm-palette">{}</div>', family, buttons))
+    return joined(parts)
 
 
-def chosen_stitch_html(stitch: Stitch) -> str:
+def chosen_stitch_html(stitch: Stitch) -> Markup:
     """Return which stitch is chosen, with a larger drawing, and the mark of its button in the palette."""
-    mark = f'.sm-palette button[data-value="{name_of(stitch)}"]{{border-color:#2f8fc4;background:#2f8fc433}}'
-    words = f"<b>{escape(name_of(stitch))}</b><br>{escape(described(stitch))}"
+    words = markup("<b>{}</b><br>{}", name_of(stitch), described(stitch))
     row = "display:flex;gap:.6em;align-items:center;font-size:.85em;line-height:1.3;margin:0 0 .3em"
-    return f'<style>{mark}</style><div style="{row}" role="status">{picture_of(stitch, 56)}<span>{words}</span></div>'
+    return markup(
+        '<style>.sm-palette button[data-value="{}"]{{border-color:#2f8fc4;background:#2f8fc433}}</style>'
+        '<div style="{}" role="status">{}<span>{}</span></div>',
+        css_text(name_of(stitch)), row, picture_of(stitch, 56), words,
+    )
 
 
 @cache
-def picture_of(stitch: Stitch, size: int) -> str:
+def picture_of(stitch: Stitch, size: int) -> Markup:
     """Return the drawing of a stitch as an image; an image is one node of the page, whatever its lines."""
     data = quote(draw_stitch(stitch), safe="/:=<>' ")
     source = f"data:image/svg+xml,{data}".replace("<", "%3C").replace(">", "%3E")
-    return f'<img src="{source}" width="{size}" height="{size}" alt="">'
+    return markup('<img src="{}" width="{}" height="{}" alt="">', source, size, size)
 
 
-def _button(name: str) -> str:
+def _button(name: str) -> Markup:
     stitch = stitch_named(name)
-    words = escape(f"{name}: {described(stitch)}")
-    return (
-        f'<button type="button" data-action="stitch" data-value="{name}" aria-label="{words}" title="{words}">'
-        f"{picture_of(stitch, SIZE)}{escape(name)}</button>"
+    words = f"{name}: {described(stitch)}"
+    return markup(
+        '<button type="button" data-action="stitch" data-value="{}" aria-label="{}" title="{}">{}{}</button>',
+        name, words, words, picture_of(stitch, SIZE), name,
     )

@@ -7,11 +7,13 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.edit.edit_session import EditSession
 from stitchmesh.app.pages.edit.nearest_side import nearest_side
 from stitchmesh.app.pages.edit.tool import Tool
 from stitchmesh.app.scene.scene import Pick
 from stitchmesh.errors import StitchMeshError
+from stitchmesh.markup import Markup, markup
 from stitchmesh.mesh.picking import PickedPlace
 
 
@@ -31,7 +33,7 @@ class ChangeFabric(Tool):
         """Make the controls."""
         controls.button("Rings to spiral", "Turn stacked rings into one row that climbs around the tube", self.spiral)
         controls.button("Spiral to rings", "Turn each spiral back into rings", self.unspiral)
-        self._words = controls.markdown("")
+        self._words = controls.html(Markup())
         self._say()
 
     def taken_up(self) -> None:
@@ -70,7 +72,7 @@ class ChangeFabric(Tool):
 
     def _say(self) -> None:
         step = "first border" if self._first is None else "second border"
-        self._words.content = f"Graft: click a stitch at the **{step}**."
+        self._words.content = paragraph(markup("Graft: click a stitch at the <b>{}</b>.", step))
 
 
 class LookAround(Tool):

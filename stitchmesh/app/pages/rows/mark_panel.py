@@ -18,6 +18,7 @@ from stitchmesh.app.pages.rows.mesh_borders import AUTOMATIC, MeshBorders
 from stitchmesh.app.pages.rows.rows_session import RowsSession
 from stitchmesh.app.pages.rows.rows_text import mark_list
 from stitchmesh.errors import ParameterError
+from stitchmesh.markup import Markup
 from stitchmesh.shaping.marks import UNTIMED
 
 BORDER_ROLES = (AUTOMATIC, "begin", "end", "row", "side", "plain")
@@ -36,7 +37,7 @@ class MarkPanel:
         self._session = session
         self._borders: MeshBorders | None = None
         self._found: FoundRows | None = None
-        self._list = controls.html("", self._clicked)
+        self._list = controls.html(Markup(), self._clicked)
         self._border_role = controls.choice(
             "Role of the border", "What happens at the chosen border; automatic removes the mark.", BORDER_ROLES,
             AUTOMATIC, self._set_border_role,

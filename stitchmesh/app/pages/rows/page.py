@@ -24,6 +24,7 @@ from stitchmesh.app.project.shaping import Point, Shaping
 from stitchmesh.app.scene.pointer import Pointer
 from stitchmesh.app.scene.scene import Pick, Stroke
 from stitchmesh.errors import ParameterError
+from stitchmesh.markup import Markup
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.picking import picking_table, side_near_ray
 
@@ -95,15 +96,15 @@ class RowsPage(Page):
         )
         self._stop = controls.button("Stop", "End the search for stitches.", self._finder.stop)
         self._again = controls.button("Find the rows", "Find the rows, now that nothing else runs.", self._find_rows)
-        self._status = controls.html("")
+        self._status = controls.html(Markup())
         self._choice = controls.choice(
             "Show", "Whether the rows or the stitches are shown.", (ROWS, STITCHES), self._shown, self._show
         )
-        self._legend = controls.html("")
+        self._legend = controls.html(Markup())
         self._click = controls.choice(
             "A click", "What a click on the mesh does.", tuple(MEANINGS), self._meaning, self._mean
         )
-        self._click_hint = controls.html("")
+        self._click_hint = controls.html(Markup())
         self._finish = controls.button(
             "Finish the line", "Make a mark of the points that were clicked (F).", self._finish_line
         )
@@ -115,7 +116,7 @@ class RowsPage(Page):
         """Make the controls that replace the mouse, and the keys."""
         controls, session = self.app.controls, self._session
         with controls.group("Without the mouse", opened=False):
-            self._borders_list = controls.html("", self._clicked_border)
+            self._borders_list = controls.html(Markup(), self._clicked_border)
             self._place = controls.text("Place", "A place on the mesh, such as 3, 20.5, 8 [cm].", "", lambda _: None)
             controls.button("Act at this place", "Do there what a click does.", self._act_at_typed_place)
         for label, key, modifier, run in (
@@ -295,7 +296,7 @@ class RowsPage(Page):
         self._again.visible = finder.running is None and not blocked and not finder.knows(self._session.shaping)
         self._status.content = self._status_html()
 
-    def _status_html(self) -> str:
+    def _status_html(self) -> Markup:
         finder, shaping = self._finder, self._session.shaping
         if finder.blocked_by is not None:
             return text_line(f"The rows can be found when the program has ended {finder.blocked_by}.")
@@ -319,7 +320,7 @@ class RowsPage(Page):
             self._legend.content = time_legend(self._finder.found)
         else:
             self._view.show_bare()
-            self._legend.content = ""
+            self._legend.content = Markup()
         chosen = None if session.chosen is None else (session.chosen, session.point)
         self._view.show_marks(session.marks, chosen, session.line)
 

@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-from html import escape
-
 from stitchmesh.app.controls.html_pieces import colour_bar, figures
 from stitchmesh.app.controls.legend import LegendEntry, legend
 from stitchmesh.app.pages.label_text import BUTTON, INK
@@ -14,6 +12,7 @@ from stitchmesh.app.pages.rows.mark_edits import Marks
 from stitchmesh.app.pages.rows.mesh_borders import MeshBorders
 from stitchmesh.app.pages.rows.rows_view import ROLE_COLOURS, TIME_COLOURS, lines_every
 from stitchmesh.app.project.shaping import Shaping
+from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.shaping.marks import TimeMark
 from stitchmesh.shaping.report import ShapingReport
 
@@ -28,12 +27,12 @@ PLAIN = "margin:0;font-size:.86em"
 """Style of a line of text."""
 
 
-def text_line(text: str) -> str:
+def text_line(text: str) -> Markup:
     """Return a line of text that a screen reader reads out when it changes."""
-    return f'<p role="status" style="{PLAIN}">{escape(text)}</p>'
+    return markup('<p role="status" style="{}">{}</p>', PLAIN, text)
 
 
-def preview_figures(found: FoundRows, shaping: Shaping) -> str:
+def preview_figures(found: FoundRows, shaping: Shaping) -> Markup:
     """Return the numbers that are known before there are stitches."""
     stitches = found.area / (shaping.stitch_width * shaping.height)
     return figures([
@@ -42,7 +41,7 @@ def preview_figures(found: FoundRows, shaping: Shaping) -> str:
     ])  # fmt: skip
 
 
-def report_figures(report: ShapingReport) -> str:
+def report_figures(report: ShapingReport) -> Markup:
     """Return the figures of stitches that were found."""
     return figures([
         ("Stitches", f"{report.stitches:,} in {report.rows:,} rows"),
@@ -55,7 +54,7 @@ def report_figures(report: ShapingReport) -> str:
     ])  # fmt: skip
 
 
-def time_legend(found: FoundRows) -> str:
+def time_legend(found: FoundRows) -> Markup:
     """Return what the colours and lines of the rows mean."""
     low, high = float(found.time.min()), float(found.time.max())
     marks = [f"{low:.0f} cm", f"{0.5 * (low + high):.0f}", f"{high:.0f} cm"]
@@ -68,24 +67,25 @@ def time_legend(found: FoundRows) -> str:
     return bar + legend(entries)
 
 
-def mark_list(marks: Marks, chosen: int | None, borders: MeshBorders) -> str:
+def mark_list(marks: Marks, chosen: int | None, borders: MeshBorders) -> Markup:
     """Return a button for each mark, which chooses it, and one that removes it."""
     if not marks:
         return text_line("There are no marks: begins and ends are found automatically.")
-    items = "".join(_mark_item(number, mark, number == chosen, borders) for number, mark in enumerate(marks))
-    return f'<ul aria-label="Marks" style="list-style:none;margin:0;padding:0">{items}</ul>'
+    items = joined(_mark_item(number, mark, number == chosen, borders) for number, mark in enumerate(marks))
+    return markup('<ul aria-label="Marks" style="list-style:none;margin:0;padding:0">{}</ul>', items)
 
 
-def _mark_item(number: int, mark: TimeMark, chosen: bool, borders: MeshBorders) -> str:
+def _mark_item(number: int, mark: TimeMark, chosen: bool, borders: MeshBorders) -> Markup:
     words = f"{number}: {mark_words(mark, borders)}"
     colour = "rgb(232,140,20)" if chosen else "var(--mantine-color-default-border)"
-    return (
+    return markup(
         '<li style="display:flex;gap:4px;align-items:stretch">'
-        f'<button type="button" data-action="choose" data-value="{number}" aria-pressed="{str(chosen).lower()}" '
-        f'title="Choose this mark" style="{BUTTON} {colour}">{escape(words)}</button>'
-        f'<button type="button" data-action="remove" data-value="{number}" aria-label="Remove mark {number}" '
-        f'title="Remove this mark" style="{BUTTON} var(--mantine-color-default-border);width:2.2em;flex:none;'
-        'text-align:center">✕</button></li>'
+        '<button type="button" data-action="choose" data-value="{}" aria-pressed="{}" '
+        'title="Choose this mark" style="{} {}">{}</button>'
+        '<button type="button" data-action="remove" data-value="{}" aria-label="Remove mark {}" '
+        'title="Remove this mark" style="{} var(--mantine-color-default-border);width:2.2em;flex:none;'
+        'text-align:center">✕</button></li>',
+        number, str(chosen).lower(), BUTTON, colour, words, number, number, BUTTON,
     )
 
 
@@ -102,15 +102,18 @@ def mark_words(mark: TimeMark, borders: MeshBorders) -> str:
     return f"{mark.role}, {what}{time}{radius}"
 
 
-def border_list(borders: MeshBorders, marks: Marks) -> str:
+def border_list(borders: MeshBorders, marks: Marks) -> Markup:
     """Return a button for each border, which gives it the next role."""
     if not borders.loops:
         return text_line("The mesh has no border.")
-    heading = f'<p style="{PLAIN}">Give a border its next role:</p>'
-    buttons = "".join(
-        f'<button type="button" data-action="border" data-value="{number}" '
-        f'style="{BUTTON} var(--mantine-color-default-border)">'
-        f"{escape(borders.words(number))}: {borders.role_of(marks, number)}</button>"
+    heading = markup('<p style="{}">Give a border its next role:</p>', PLAIN)
+    buttons = joined(
+        markup(
+            '<button type="button" data-action="border" data-value="{}" '
+            'style="{} var(--mantine-color-default-border)">'
+            "{}: {}</button>",
+            number, BUTTON, borders.words(number), borders.role_of(marks, number),
+        )
         for number in range(len(borders.loops))
     )
     return heading + buttons

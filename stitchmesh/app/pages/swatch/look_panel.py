@@ -10,6 +10,7 @@ from dataclasses import replace
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.controls.legend import legend_of_key
 from stitchmesh.app.pages.swatch.state import COLOURINGS, MOST_TILES, Look
+from stitchmesh.markup import Markup, joined
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.swatch_design import SwatchDesign
 from stitchmesh.render.lettering import Colour
@@ -38,7 +39,7 @@ class LookPanel:
                 "Strength", "How much these colours cover those of the yarns; 0 shows the yarns alone", look.blend,
                 lambda part: self._set(blend=part), least=0.0, most=1.0, step=0.05,
             )  # fmt: skip
-            self._legend = controls.html("")
+            self._legend = controls.html(Markup())
         self.show(design, look)
 
     def show_legends(self, legends: Sequence[tuple[str, Sequence[tuple[str, Colour]]]]) -> None:
@@ -48,7 +49,7 @@ class LookPanel:
             legends: name of each variant, with the names and colours of its legend.
         """
         several = len(legends) > 1
-        self._legend.content = "".join(
+        self._legend.content = joined(
             legend_of_key(entries, f"Colours of {name}" if several else "") for name, entries in legends if entries
         )
 

@@ -5,21 +5,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.controls.html_pieces import message
 from stitchmesh.app.pages.swatch.variant import Variant
+from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.periodic.gauge import FabricMeasures
 from stitchmesh.periodic.session.frames import Frame
 
-STYLE = """<style>
+STYLE = markup("""<style>
 .sm-measures{border-collapse:collapse;width:100%;font-size:.86em;font-variant-numeric:tabular-nums}
 .sm-measures th{text-align:left;font-weight:500}
 .sm-measures td,.sm-measures thead th:not(:first-child){text-align:right;padding-left:.8em}
 .sm-measures thead th{font-weight:700;border-bottom:1px solid var(--mantine-color-default-border)}
 .sm-state{margin:.1em 0 .45em;font-size:.86em;line-height:1.35}
-</style>"""
+</style>""")
 MILLIMETRES = 10.0
 """Millimetres in a centimetre."""
 GRAMS_PER_SQUARE_METRE = 1e4
@@ -31,15 +31,15 @@ class MeasuresPanel:
 
     def __init__(self, controls: Controls) -> None:
         """Make the panel; it stays empty until ``show``."""
-        self._html = controls.html("")
+        self._html = controls.html(Markup())
 
     def show(self, variants: Sequence[Variant]) -> None:
         """Show the newest frames."""
         several = len(variants) > 1
-        states = "".join(_state(variant, several) for variant in variants)
+        states = joined(_state(variant, several) for variant in variants)
         shown = [variant for variant in variants if variant.frame is not None]
-        table = _table(shown, several) if shown else ""
-        self._html.content = f"{STYLE}{states}{table}"
+        table = _table(shown, several) if shown else Markup()
+        self._html.content = STYLE + states + table
 
 
 def state_of(variant: Variant) -> tuple[str, bool]:
@@ -74,23 +74,29 @@ def rows_of(measures: FabricMeasures, woven: bool) -> list[tuple[str, str]]:
     ]
 
 
-def _state(variant: Variant, several: bool) -> str:
+def _state(variant: Variant, several: bool) -> Markup:
     text, wrong = state_of(variant)
     named = f"{variant.name}: {text}" if several else text
-    return message(named, "doubtful") if wrong else f'<p class="sm-state" role="status">{escape(named)}</p>'
+    return message(named, "doubtful") if wrong else markup('<p class="sm-state" role="status">{}</p>', named)
 
 
-def _table(variants: Sequence[Variant], several: bool) -> str:
+def _table(variants: Sequence[Variant], several: bool) -> Markup:
     """Return the table; variants of which one is knitted and one woven have the words of the first."""
     frames = [variant.frame for variant in variants if variant.frame is not None]
     columns = [rows_of(frame.measures, frame.fabric is None) for frame in frames]
-    names = "".join(f'<th scope="col">{variant.name}</th>' for variant in variants)
-    head = f'<thead><tr><th scope="col">Fabric</th>{names}</tr></thead>' if several else ""
-    rows = "".join(
-        f'<tr><th scope="row">{escape(row[0][0])}</th>{"".join(f"<td>{escape(value)}</td>" for _, value in row)}</tr>'
+    names = joined(markup('<th scope="col">{}</th>', variant.name) for variant in variants)
+    head = markup('<thead><tr><th scope="col">Fabric</th>{}</tr></thead>', names) if several else Markup()
+    rows = joined(
+        markup(
+            '<tr><th scope="row">{}</th>{}</tr>',
+            row[0][0], joined(markup("<td>{}</td>", value) for _, value in row),
+        )
         for row in zip(*columns, strict=True)
     )
-    return f'<table class="sm-measures" aria-label="Measures of the fabric">{head}<tbody>{rows}</tbody></table>'
+    return markup(
+        '<table class="sm-measures" aria-label="Measures of the fabric">{}<tbody>{}</tbody></table>',
+        head, rows,
+    )
 
 
 def _residual(frame: Frame) -> str:

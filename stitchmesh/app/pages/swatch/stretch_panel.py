@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from stitchmesh.app.controls.html_pieces import message
 from stitchmesh.app.task import Task, TaskControl
+from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.periodic.stretch import NEWTONS_PER_METRE, StretchCurve, StretchPoint, stretch_test
 from stitchmesh.periodic.swatch_design import SwatchDesign
 
@@ -77,7 +78,7 @@ class StretchPanel:
             self._stop = controls.button("Stop the test", "End the test; its points stay in the plot", app.tasks.cancel)
             self._bar = controls.progress_bar()
             self._plot = controls.plot(aspect=1.35)
-            self._snaps = controls.html("")
+            self._snaps = controls.html(Markup())
             self._save = controls.button("Download the curve (CSV)", "A table of strains, tensions, sizes and energies",
                                          self._download)  # fmt: skip
         self._show_running(False)
@@ -91,7 +92,7 @@ class StretchPanel:
             "the stretch test", lambda control: _test(designs, direction, strain, control), self._done, self._failed
         )
         self._task.on_frame = self._show
-        self._snaps.content = ""
+        self._snaps.content = Markup()
         self._show_running(True)
 
     def leave(self) -> None:
@@ -113,7 +114,7 @@ class StretchPanel:
         self._show_running(False)
         self._save.visible = True
         self._show([Curve(name, curve.points, curve.direction) for name, curve in curves])
-        self._snaps.content = "".join(message(text, "doubtful") for text in snap_texts(curves))
+        self._snaps.content = joined(message(text, "doubtful") for text in snap_texts(curves))
 
     def _failed(self, error: Exception | None) -> None:
         if not self._left:
@@ -145,7 +146,7 @@ def stretch_figure(curves: Sequence[Curve]) -> go.Figure:
     figure = go.Figure()
     for number, curve in enumerate(curves):
         figure.add_scatter(
-            x=curve.percent, y=curve.tension, name=curve.name, mode="lines+markers",
+            x=curve.percent, y=curve.tension, name=str(markup("{}", curve.name)), mode="lines+markers",
             line={"color": COLOURS[number], "dash": DASHES[number]}, marker={"symbol": MARKS[number], "size": 7},
         )  # fmt: skip
     along = "courses" if curves[0].direction == "course" else "wales"

@@ -4,27 +4,27 @@
 
 from __future__ import annotations
 
-from html import escape
-
 from stitchmesh.app.controls.html_pieces import SMALL, figures
 from stitchmesh.jobs.job_status import JobStatus
+from stitchmesh.markup import Markup, markup
 
 MOST = 0.99
 """Largest part of a stage that is shown as completed while it runs: yarns whose residual is small may still creep."""
 
 
-def job_html(status: JobStatus | None) -> str:
+def job_html(status: JobStatus | None) -> Markup:
     """Return the state of a job; an empty text for what is no job."""
     if status is None:
-        return ""
+        return Markup()
     rows = [(one.name, "kept" if one.kept else f"{one.seconds:.1f} s") for one in status.stages]
-    title, bar = f"The job {_state(status)} after {status.seconds:,.0f} s", ""
+    title, bar = f"The job {_state(status)} after {status.seconds:,.0f} s", Markup()
     if status.state == "running" and (status.done < 1.0 or status.note):
         done = min(status.done, MOST)
         left = f", about {status.seconds_left:,.0f} s left" if status.seconds_left and done < MOST else ""
         rows.append((status.stage, f"{done:.0%}{left}"))
-        bar = f'<progress value="{done:.3f}" aria-label="{escape(status.stage)}" style="width:100%"></progress>'
-    note = f'<p style="{SMALL};margin:.2em 0">{escape(status.note)}</p>' if status.note else ""
+        frame = '<progress value="{}" aria-label="{}" style="width:100%"></progress>'
+        bar = markup(frame, f"{done:.3f}", status.stage)
+    note = markup('<p style="{};margin:.2em 0">{}</p>', SMALL, status.note) if status.note else Markup()
     return figures(rows, title) + bar + note
 
 

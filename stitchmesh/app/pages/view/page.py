@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,6 +38,7 @@ from stitchmesh.app.pages.view.viewed import SUFFIXES, Thing, Viewed, project_re
 from stitchmesh.app.scene.drawing import Surface
 from stitchmesh.app.scene.scene import Pick, ViewName
 from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.markup import Markup, markup
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.face_triangles import face_triangles
 from stitchmesh.mixed.drape import Draped
@@ -142,7 +142,7 @@ class ViewPage(Page):
 
     def _make_sources(self) -> None:
         controls = self.app.controls
-        self._list = controls.html("", lambda _, name: self._chosen(name))
+        self._list = controls.html(Markup(), lambda _, name: self._chosen(name))
         with controls.group("Open", opened=not self._sources()):
             controls.upload("Open a file", "Open a file that StitchMesh wrote, or any mesh.", SUFFIXES, self._uploaded)
             self._path = controls.text(
@@ -154,8 +154,8 @@ class ViewPage(Page):
                 "Open a body", "Open the mesh of a body, from which distances are measured.", SUFFIXES,
                 self._body_received,
             )  # fmt: skip
-        self._job = controls.html("")
-        self._picture = controls.html("")
+        self._job = controls.html(Markup())
+        self._picture = controls.html(Markup())
 
     def _make_colours(self) -> None:
         controls, kept = self.app.controls, self._settings
@@ -175,8 +175,8 @@ class ViewPage(Page):
             "Colour", "The colour of everything.", kept["one colour"], lambda word: self._recolour("one colour", word)
         )
         self._frame_panel = FramePanel(controls, self._frame_chosen)
-        self._legend = controls.html("")
-        self._status = controls.html("")
+        self._legend = controls.html(Markup())
+        self._status = controls.html(Markup())
 
     def _make_tools(self) -> None:
         controls = self.app.controls
@@ -203,7 +203,7 @@ class ViewPage(Page):
         controls.toggle("Frame rate", "Show how fluently this browser draws.", False, self._show_frames)
         self._frames = controls.html(FRAMES)
         self._frames.visible = False
-        self._report = controls.html("")
+        self._report = controls.html(Markup())
         self._plot = controls.plot(None)
 
     # ---- what is shown -----------------------------------------------------------------------------------------------
@@ -271,10 +271,10 @@ class ViewPage(Page):
         viewed = self._viewed
         rows = [] if self._view is None else self._view.figures()
         title = "" if viewed is None else viewed.name
-        self._facts = figures(rows, title) if rows else f"<strong>{escape(title)}</strong>"
+        self._facts = figures(rows, title) if rows else markup("<strong>{}</strong>", title)
         self._say("" if viewed is None or self._view is None else viewed.text)
-        self._job.content = "" if viewed is None else job_html(viewed.job)
-        self._picture.content = "" if viewed is None else shown_in_panel(viewed)
+        self._job.content = Markup() if viewed is None else job_html(viewed.job)
+        self._picture.content = Markup() if viewed is None else shown_in_panel(viewed)
         report = viewed.thing.report if viewed is not None and isinstance(viewed.thing, Draped) else {}
         self._report.content = report_html(report)
         self._plot.figure = residual_figure(viewed.history) if viewed is not None and viewed.history else None
@@ -286,7 +286,7 @@ class ViewPage(Page):
     def _colour(self) -> None:
         """Find the colours, at once or as a task, and draw."""
         if self._view is None or self._viewed is None:
-            self._legend.content = ""
+            self._legend.content = Markup()
             return
         view, word, fabric, body = self._view, self._colour_word(), self._viewed.fabric, self._body
         if not view.is_slow(word):

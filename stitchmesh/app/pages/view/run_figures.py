@@ -8,13 +8,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from stitchmesh.app.controls.html_pieces import figures
+from stitchmesh.markup import Markup
 
 
-def report_html(report: Mapping[str, Any]) -> str:
+def report_html(report: Mapping[str, Any]) -> Markup:
     """Return the numbers of a report; an empty text for a report without an entry ``mixed``."""
     mixed = report.get("mixed")
     if not isinstance(mixed, dict):
-        return ""
+        return Markup()
     unit = "dyn" if mixed.get("mode") == "static" else "cm/s"
     rows = [
         ("Converged", "yes" if mixed.get("converged") else "no"),

@@ -7,11 +7,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.yarns.settings import YarnSettings, body_path
 from stitchmesh.app.pages.yarns.yarn_view import YarnView
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.io import read_mesh
 from stitchmesh.io.atomic import atomic_path
+from stitchmesh.markup import Markup
 from stitchmesh.yarnrelax.energies.body import Body
 
 if TYPE_CHECKING:
@@ -39,7 +41,7 @@ class BodyPanel:
         self._app, self._view, self._settings, self._changed = app, view, settings, changed
         controls = app.controls
         with controls.group("Body", opened=False):
-            self._text = controls.markdown("")
+            self._text = controls.html(Markup())
             controls.upload("Choose a body", HINT, SUFFIXES, self._receive)
             self._remove = controls.button("Remove the body", "Relax without a body", lambda: self._set(""))
         self._show()
@@ -61,7 +63,7 @@ class BodyPanel:
 
     def _show(self) -> None:
         settings = self._settings()
-        self._text.content = f"Body: {settings.body or 'none'}"
+        self._text.content = paragraph(f"Body: {settings.body or 'none'}")
         self._remove.visible = bool(settings.body)
         path = body_path(self._app.project.folder, settings.body)
         if settings.body and not path.exists():  # The folder of the project was changed by hand.

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 import plotly.graph_objects as go
 
+from stitchmesh.markup import markup
+
 MOST_POINTS = 400
 """Most points of a curve; more cannot be seen, and each costs time at every update."""
 COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
@@ -51,7 +53,7 @@ def energy_plot(assessed: Sequence[Assessed], tolerance: float) -> go.Figure | N
     for number, name in enumerate(names):
         energies = [_microjoules(entry, name, logarithmic=positive) for entry in chosen]
         line = {"color": COLOURS[number % len(COLOURS)], "dash": DASHES[number % len(DASHES)], "width": 2}
-        figure.add_scatter(x=iterations, y=energies, mode="lines", name=name, line=line)
+        figure.add_scatter(x=iterations, y=energies, mode="lines", name=str(markup("{}", name)), line=line)
     below = {"mode": "lines", "yaxis": "y2", "showlegend": False}
     residuals = [max(entry.residual, 1e-12) for entry in chosen]
     figure.add_scatter(x=iterations, y=residuals, name="residual", line={"color": RESIDUAL, "width": 2}, **below)

@@ -22,6 +22,7 @@ from stitchmesh.app.pages.yarns.settings import YarnSettings, decisive_choices, 
 from stitchmesh.app.pages.yarns.yarn_view import COLOURINGS, YarnView
 from stitchmesh.app.scene.scene import Pick, ScreenBox
 from stitchmesh.errors import ParameterError
+from stitchmesh.markup import Markup, markup
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.pipeline.yarn_relaxation import relax_with_options
 from stitchmesh.progress import Progress
@@ -95,14 +96,14 @@ class YarnsPage(Page):
         self._continue = controls.button(CONTINUE, "Go on from the last checkpoint", self.resume, main=True)
         self._relax = controls.button(RELAX, "Let the yarns move until they are at rest", self.relax, main=True)
         self._panel = RunPanel(controls, "20 iterations")
-        self._verdict = controls.html("")
+        self._verdict = controls.html(Markup())
         self._plot = controls.plot(None, aspect=1.15)
         self._colouring = controls.choice(
             "Colours show", "What the colours of the yarns mean", list(COLOURINGS), self._view.colouring, self._recolour
         )
-        self._legend = controls.html("")
+        self._legend = controls.html(Markup())
         with controls.group("Figures", opened=False) as self._figure_group:
-            self._figures = controls.html("")
+            self._figures = controls.html(Markup())
         self._choices = Choices(controls, self.settings, self._set)
         self._choices.yarn_group()
         self._choices.force_group()
@@ -196,7 +197,7 @@ class YarnsPage(Page):
         )  # fmt: skip
         self._run.on_snapshot = self._show_snapshot
         self._keep(**{INTERRUPTED: decisive_choices(settings), "tolerance": quality.tolerance})
-        self._verdict.content, self._figures.content = "", ""
+        self._verdict.content = self._figures.content = Markup()
         self._plot.figure = None
         self.refresh()
 
@@ -238,7 +239,7 @@ class YarnsPage(Page):
         self._colouring.visible = yarns is not None
         self._verdict.content = self._verdict_content()
         if yarns is None:
-            self._legend.content = ""
+            self._legend.content = Markup()
             return
         first = self._view.yarns is None
         self._view.show(yarns, self.fabric)
@@ -254,7 +255,7 @@ class YarnsPage(Page):
         else:
             self._plot.figure = None
 
-    def _verdict_content(self) -> str:
+    def _verdict_content(self) -> Markup:
         project = self.app.project
         if project.yarns is None:
             return message("There are no yarns yet. Generate them above.", "info")
@@ -265,13 +266,13 @@ class YarnsPage(Page):
         evened = project.settings("Even out").get("report")
         verdict = relaxation_verdict(project.report, mesh_converged=evened is None or bool(evened["converged"]))
         box = verdict_html(verdict, "Good", "Not good yet")
-        return f'{self._changed_note()}{box}<p style="font-size:.86em;margin:.3em 0 0">{amount}</p>'
+        return markup('{}{}<p style="font-size:.86em;margin:.3em 0 0">{}</p>', self._changed_note(), box, amount)
 
-    def _changed_note(self) -> str:
+    def _changed_note(self) -> Markup:
         """Return a box that says that the yarns do not have the present settings; nothing if they have."""
         made = self.app.project.yarn_settings
         if made is None or made == self.settings.generation():
-            return ""
+            return Markup()
         return message(OTHER_SETTINGS, "doubtful")
 
     def _amount(self, yarns: YarnSet) -> str:

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.yarns.settings import YarnSettings
 from stitchmesh.app.pages.yarns.yarn_view import YarnView
 from stitchmesh.app.scene.scene import Pick, ScreenBox
 from stitchmesh.errors import ParameterError
+from stitchmesh.markup import Markup
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.picking import pick_yarn, yarn_picking_table
 
@@ -39,7 +41,7 @@ class PinPanel:
         self._view, self._settings, self._changed = view, settings, changed
         controls = app.controls
         with controls.group("Pins", opened=False):
-            self._text = controls.markdown("")
+            self._text = controls.html(Markup())
             self._by_click = controls.toggle("Pin by clicking", HINT, False, lambda pinning: None)
             self._remove = controls.button("Remove all pins", "No stitch is held", lambda: self._set([]))
         self._show()
@@ -75,7 +77,7 @@ class PinPanel:
 
     def _show(self) -> None:
         pins = self._settings().pins
-        self._text.content = f"{len(pins)} stitch{'' if len(pins) == 1 else 'es'} held"
+        self._text.content = paragraph(f"{len(pins)} stitch{'' if len(pins) == 1 else 'es'} held")
         self._remove.visible = bool(pins)
         self._view.show_pins(pins)
 

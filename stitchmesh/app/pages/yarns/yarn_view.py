@@ -15,6 +15,7 @@ from stitchmesh.app.pages.view.thing_view import SLOW_COLOURS
 from stitchmesh.app.scene.drawing import Colour, Surface, YarnTubes
 from stitchmesh.app.scene.point_marks import point_marks
 from stitchmesh.app.scene.scene import Scene
+from stitchmesh.markup import Markup
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.mesh.face_triangles import face_triangles
 from stitchmesh.render.colouring import Coloured, colour_yarns
@@ -91,10 +92,10 @@ class YarnView:
             self.colouring, self._coloured = colouring, coloured
             self._scene.show("yarns", YarnTubes(self._blocks, self._yarns.points, coloured.points))
 
-    def legend(self) -> str:
+    def legend(self) -> Markup:
         """Return the legend of the colours as HTML; nothing if they need none."""
         if self._coloured is None or not self._coloured.key:
-            return ""
+            return Markup()
         return legend([LegendEntry(text, (colour,)) for text, colour in self._coloured.key])
 
     def show_pins(self, faces: Sequence[int]) -> None:

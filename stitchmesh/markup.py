@@ -1,0 +1,68 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The one place in which text becomes HTML.
+
+Names in files, and messages about them, may hold HTML that would run as a script in the page. Controls of the
+application therefore show nothing but ``Markup``. Only templates of the program become that, and each text that is put
+into one is escaped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from html import escape
+
+
+class Markup(str):
+    """HTML that is safe to show; ``Markup()`` is nothing.
+
+    The sum of two of them is one too. All else that is made from it, such as an f-string, is a plain text again.
+    """
+
+    def __add__(self, other: Markup) -> Markup:  # type: ignore[override]
+        """Return this and what follows.
+
+        Raises:
+            TypeError: what follows is a plain text.
+        """
+        return Markup(str.__add__(self, checked(other)))
+
+
+def markup(template: str, *parts: object) -> Markup:
+    """Return HTML from a template that the program holds, with a part in the place of each ``{}``.
+
+    A part that is ``Markup`` is put in as it is. All others are put in as texts, which also stay within the quotes of
+    an attribute. A template without parts is taken as it is, with its braces.
+    """
+    escaped = [part if isinstance(part, Markup) else escape(_text(part)) for part in parts]
+    return Markup(template.format(*escaped) if parts else template)
+
+
+def _text(part: object) -> str:
+    """Return a part as a text that UTF-8 can hold, which the name of a file need not be."""
+    return str(part).encode("utf-8", "replace").decode("utf-8")
+
+
+def joined(parts: Iterable[Markup]) -> Markup:
+    """Return pieces one after another.
+
+    Raises:
+        TypeError: one of them is a plain text.
+    """
+    return Markup("".join(map(checked, parts)))
+
+
+def checked(content: str) -> Markup:
+    """Return what is to be shown.
+
+    Raises:
+        TypeError: it is a plain text.
+    """
+    if not isinstance(content, Markup):
+        raise TypeError(f"got the plain text {content[:40]!r} where HTML is shown; expected what `markup` returns")
+    return content
+
+
+def css_text(text: str) -> Markup:
+    """Return a text for a string of a style sheet: all but letters and digits of ASCII as their numbers."""
+    return Markup("".join(sign if sign.isascii() and sign.isalnum() else f"\\{ord(sign):x} " for sign in text))
