@@ -21,6 +21,7 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.io.disk_refusal import refusal
 from stitchmesh.io.outputs import check_output, note_output
 from stitchmesh.io.part_folder import PartFolder
+from stitchmesh.io.path_kind import is_folder
 
 
 @contextmanager
@@ -35,6 +36,8 @@ def atomic_path(path: FilePath) -> Iterator[Path]:
             refuses the file.
     """
     target = Path(path)
+    if is_folder(target):  # Also raises the error of a name that no file can have.
+        raise FileError(f"{target}: is a folder; expected the name of a file to write")
     check_output(target)
     part = _begin_part(target)
     temporary = part.path / target.name
@@ -64,9 +67,14 @@ def write_text(path: FilePath, text: str) -> None:
     """Write a text file atomically, in UTF-8 with plain newlines.
 
     Raises:
-        FileError: as for ``atomic_path``.
+        FileError: as for ``atomic_path``, or a name in the text is that of a file that is no text.
     """
-    write_bytes(path, text.encode("utf-8"))
+    try:
+        content = text.encode("utf-8")
+    except UnicodeEncodeError as error:
+        found = f"a name in it is not UTF-8 ({text[max(0, error.start - 20) : error.end]!r})"
+        raise FileError(f"{fspath(path)}: cannot be written: {found}; rename the file of this name") from error
+    write_bytes(path, content)
 
 
 def write_json(path: FilePath, content: Mapping[str, object]) -> None:
@@ -81,8 +89,6 @@ def write_json(path: FilePath, content: Mapping[str, object]) -> None:
 def _begin_part(target: Path) -> PartFolder:
     """Make the folder in which a file is written before it replaces the target."""
     try:
-        if target.is_dir():
-            raise FileError(f"{target}: is a folder; expected the name of a file to write")
         return PartFolder(target.parent)
     except (FileExistsError, NotADirectoryError) as error:
         raise FileError(f"{target}: the name of its folder is the name of a file; choose another folder") from error

@@ -82,6 +82,14 @@ def test_a_folder_that_cannot_be_made_gives_a_message_of_one_line(tmp_path):
         write_text("/proc/nowhere/a.txt", "")
 
 
+def test_names_that_no_file_can_have_and_texts_that_are_none_are_one_line(tmp_path):
+    with pytest.raises(FileError, match="cannot be looked at"):
+        write_text(tmp_path / "a\0.txt", "")
+    with pytest.raises(FileError, match=r"a\.txt: cannot be written: a name in it is not UTF-8"):
+        write_text(tmp_path / "a.txt", os.fsdecode(b"mesh = '\xff.obj'"))
+    assert names(tmp_path) == []
+
+
 def test_a_folder_is_not_overwritten(tmp_path):
     (tmp_path / "a.txt").mkdir()
     with pytest.raises(FileError, match="is a folder; expected the name of a file"):
