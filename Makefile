@@ -22,7 +22,8 @@ test-kernels: setup
 		OPENBLAS_CORETYPE=$$kernel $(RUN) -m pytest -m decides -n auto --dist worksteal || exit 1; \
 	done
 
-# what takes minutes: the fuzzers of all readers, for 20 minutes on two cores, with another seed each day
+# what takes minutes: the fuzzers of all readers (20 minutes on two cores, with another seed each day), and every command in
+# a folder of traps and with hostile words
 SEED ?= $(shell date +%Y%m%d)
 test-nightly: setup
 	STITCHMESH_SEED=$(SEED) $(RUN) -m pytest -m nightly -n 2 --dist worksteal
