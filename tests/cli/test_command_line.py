@@ -327,7 +327,7 @@ def test_a_moebius_strip_gives_a_message_of_one_line(tmp_path, capsys):
         (["--stitch-width", "1", "--yarn-radius", "0"], "positive"),
         (["--yarn", "worstad"], "yarn: got 'worstad'; expected worsted"),
         (["--gauge", "wide"], "gauge: got 'wide'; expected stitches in 10 cm such as 22"),
-        (["--gauge", "22x0"], "gauge: got 0 rows in 10 cm"),
+        (["--gauge", "22x0"], "gauge: got 0.0 rows in 10 cm"),
         (["--gauge", "22", "--stitch-width", "1"], "give one of the two"),
         (["--device", "tpu"], "expected one of"),
         (["--quality", "best"], "expected one of draft, standard, reference"),

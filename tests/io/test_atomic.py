@@ -90,6 +90,15 @@ def test_names_that_no_file_can_have_and_texts_that_are_none_are_one_line(tmp_pa
     assert names(tmp_path) == []
 
 
+def test_a_pipe_and_a_device_are_not_replaced(tmp_path):
+    os.mkfifo(tmp_path / "pipe.txt")
+    (tmp_path / "null.txt").symlink_to("/dev/null")
+    for name in ("pipe.txt", "null.txt"):
+        with pytest.raises(FileError, match="is a device or a pipe, whose place no file can take"):
+            write_text(tmp_path / name, "")
+    assert stat.S_ISFIFO((tmp_path / "pipe.txt").stat().st_mode) and (tmp_path / "null.txt").is_symlink()
+
+
 def test_a_folder_is_not_overwritten(tmp_path):
     (tmp_path / "a.txt").mkdir()
     with pytest.raises(FileError, match="is a folder; expected the name of a file"):

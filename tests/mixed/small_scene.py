@@ -1,14 +1,16 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A scene that runs in a fraction of a second: a small cloth that swings from its upper side."""
+"""A scene that runs in a fraction of a second: a small cloth that swings from its upper side; and how a run is stopped."""
 
 from __future__ import annotations
 
+from stitchmesh.mixed.drape import Draped
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
 from stitchmesh.mixed.scene.scene import OutputSection, Scene, SolverSection
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
+from stitchmesh.run_control import RunControl, Snapshot
 
 MIDDLE = BoxSection(low=(1.0, 1.0, -1.0), high=(2.0, 2.0, 1.0))
 SWINGING = Scene(
@@ -24,3 +26,15 @@ SWINGING = Scene(
     output=OutputSection(picture=False, frames_per_second=100.0),
 )
 """Three frames: at 0, 0.01 and 0.02 s."""
+
+
+def stopping_after(steps: int) -> RunControl[Draped]:
+    """A control that stops a run after a number of steps; a pause shows its state, however fast the steps are."""
+
+    def watch(snapshot: Snapshot[Draped]) -> None:
+        if snapshot.iteration >= steps:
+            control.stop()
+
+    control: RunControl[Draped] = RunControl(watch, seconds=0.0)
+    control.step(steps - 1)  # the first step needs no leave
+    return control

@@ -27,7 +27,7 @@ from stitchmesh.mixed.scene.scene import ContactSection, OutputSection, Scene, S
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare, with_region
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.simulation import DynamicSimulation, StaticSimulation, begin_simulation
-from stitchmesh.run_control import RunControl, Snapshot
+from tests.mixed.small_scene import stopping_after
 
 CPU = device_named("cpu")
 SIDE = 3.0
@@ -203,20 +203,8 @@ def test_the_memory_is_that_of_the_largest_region(monkeypatch: pytest.MonkeyPatc
     everywhere = estimate_memory(prepared.region, contact=False, may_grow_to=10**9)
     assert everywhere.total < estimate_memory(prepared.region, contact=True).total + 10**4 * everywhere.each_node
     monkeypatch.setattr("stitchmesh.mixed.drape.available_memory", lambda device: 0.5 * (begins + most.total))
-    with pytest.raises(ParameterError, match="for 90 yarn nodes"):
+    with pytest.raises(ParameterError, match="the scene with 90 yarn nodes needs"):
         drape(SWINGING)
-
-
-def stopping_after(steps: int) -> RunControl[Draped]:
-    """A control that stops a run after a number of steps; a pause shows its state, however fast the steps are."""
-
-    def watch(snapshot: Snapshot[Draped]) -> None:
-        if snapshot.iteration >= steps:
-            control.stop()
-
-    control: RunControl[Draped] = RunControl(watch, seconds=0.0)
-    control.step(steps - 1)  # the first step needs no leave
-    return control
 
 
 def test_a_run_that_changes_its_region_resumes_to_the_same_bits(tmp_path: Path) -> None:

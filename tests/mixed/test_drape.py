@@ -35,6 +35,7 @@ from stitchmesh.run_control import RunControl
 from stitchmesh.tessellate import tessellate
 from stitchmesh.time_limit import TimeLimit, limited_to
 from tests.gallery import grid
+from tests.mixed.small_scene import stopping_after
 
 FORMS = ("none", "chosen", "all")
 STARTS: tuple[Literal["layout", "triangles"], ...] = ("layout", "triangles")
@@ -154,10 +155,8 @@ def test_a_run_that_is_resumed_after_its_last_step_has_the_kinetic_energy_of_one
     changes = {"mode": "dynamic", "duration": 0.006, "largest_step": 0.002, "gravity": (0.0, -981.0, 700.0)}
     scene = form("chosen", solver=replace(HANGING.solver, velocity_tolerance=1.0), **changes)
     whole = drape(scene, tmp_path / "whole").report["mixed"]
-    control: RunControl[Draped] = RunControl(
-        lambda seen: control.stop() if seen.iteration == whole["steps"] else None, seconds=0.0
-    )
-    assert not drape(scene, tmp_path / "cut", control=control).report["mixed"]["converged"]
+    cut = drape(scene, tmp_path / "cut", control=stopping_after(whole["steps"])).report["mixed"]
+    assert not cut["converged"]
     again = drape(scene, tmp_path / "cut", resume=True).report["mixed"]
     assert again["energies"] == whole["energies"] and whole["energies"]["kinetic"] > 0.0
 

@@ -248,7 +248,7 @@ def test_invalid_coefficients_are_refused(mu: float | tuple[float, float]) -> No
 
 
 def test_a_slip_length_of_zero_is_refused() -> None:
-    with pytest.raises(ParameterError, match="friction: got a slip length of 0"):
+    with pytest.raises(ParameterError, match="friction: slip length: got 0"):
         Friction(0.3, slip_length=0.0)
 
 

@@ -176,7 +176,7 @@ def test_a_fabric_is_pressed_flat() -> None:
 
 @pytest.mark.parametrize(
     ("values", "message"),
-    [((-0.1, 1.0), "half thickness of -0.1"), ((np.nan, 1.0), "half thickness"), ((0.1, 0.0), "stiffness of 0")],
+    [((-0.1, 1.0), "half thickness of -0.1"), ((np.nan, 1.0), "half thickness"), ((0.1, 0.0), "stiffness: got 0")],
 )
 def test_impossible_planes_are_refused(values: tuple[float, float], message: str) -> None:
     with pytest.raises(ParameterError, match=message):

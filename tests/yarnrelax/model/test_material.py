@@ -47,5 +47,5 @@ def test_unknown_names_and_bad_values_are_refused():
         YarnMaterial.named("leaff")
     with pytest.raises(ParameterError, match="stiffness 'bend': is no value of a material; expected k_bend"):
         YarnMaterial.named("leaf", {"bend": 1.0})
-    with pytest.raises(ParameterError, match=r"k_bend is -1\.0; expected a finite number of at least 0"):
+    with pytest.raises(ParameterError, match=r"k_bend is -1; expected a number from 0"):
         YarnMaterial.named("leaf", {"k_bend": -1.0})
