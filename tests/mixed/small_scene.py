@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A scene that runs in a fraction of a second: a small cloth that swings from its upper side; and how a run is stopped."""
+"""A scene that runs in a fraction of a second, a small cloth that swings from its upper side, and a stop of its run."""
 
 from __future__ import annotations
 
