@@ -22,7 +22,9 @@ from stitchmesh.cli.main import COMMANDS
 from stitchmesh.io.folder_lock import NAME as LOCK
 from stitchmesh.io.own_files import RECORD
 from stitchmesh.io.part_folder import PARTS
+from stitchmesh.mixed.scene.scene_file import write_scene
 from tests.gallery import tube
+from tests.mixed.small_scene import SWINGING
 
 MODULES = ("sitecustomize", "usercustomize", "numpy", "multiprocessing", "json", "warp", "h5py", "matplotlib", "runpy")
 PACKAGES = ("vtkmodules", "pxr", "distributed", "pyvista", "dask", "stitchmesh")
@@ -32,11 +34,13 @@ INPUTS = {
     "tessellate": ["labeled.h5", "-o", "{out}.h5"],
     "pattern": ["stitches.h5", "rib1x1", "-o", "{out}.h5"],
     "capture": ["stitches.h5", "--on", "row 1", "-o", "{out}.knit"],
-    "edit": ["stitches.h5", "--apply", "retype", "--on", "row 1", "--set", "stitch=p", "-o", "{out}.h5"],
+    "edit": ["stitches.h5", "yarn=1", "--apply", "stripe", "--on", "row 1", "-o", "{out}.h5"],
     "relax-mesh": ["stitches.h5", "--surface", "labeled.h5", "-o", "{out}.h5"],
     "yarns": ["stitches.h5", "-o", "{out}.h5"],
     "relax": ["yarns.h5", "--quality", "draft", "--max-iterations", "1", "-o", "{out}.h5"],
-    "relax-edited": ["yarns.h5", "stitches.h5", "stitches.h5", "--quality", "draft", "-o", "{out}.h5"],
+    "relax-edited": [
+        "yarns.h5", "--before", "stitches.h5", "--after", "stitches.h5", "--max-iterations", "1", "-o", "{out}.h5",
+    ],
     "outline": ["rib1x1", "--columns", "2", "--rows", "2", "-o", "{out}"],
     "knit": ["tube.obj", "--quality", "draft", "--max-iterations", "1", "--no-picture", "-o", "{out}"],
     "swatch": ["stockinette", "--quality", "draft", "--max-iterations", "1", "--no-picture", "-o", "{out}"],
@@ -54,7 +58,7 @@ INPUTS = {
     "instructions": ["stitches.h5", "-o", "{out}.txt"],
     "convert": ["yarns.usda", "{out}.bcc"],
     "render": ["yarns.h5", "--size", "80", "60", "-o", "{out}.png"],
-}
+}  # fmt: skip
 """Words of each command that ends by itself, in the folder of traps."""
 SERVERS = {"view", "app"}
 """Commands that serve the application until they are interrupted."""
@@ -85,9 +89,7 @@ def inputs(tmp_path_factory) -> Path:
     (folder / "walk").mkdir()
     for number in range(2):
         sm.write_mesh(folder / "walk" / f"{number}.obj", tube(8, 3, radius=1.0, height=1.2))
-    (folder / "scene.toml").write_text(
-        "load_steps = 1\n[cloth]\n[[cloth.panels]]\noutline = [[0, 0], [2, 0], [2, 1], [0, 1]]\nedge_length = 1\n"
-    )
+    write_scene(folder / "scene.toml", SWINGING)
     (folder / "job.toml").write_text('quality = "draft"\nrender = []\n[swatch]\npattern = "stockinette"\n')
     (folder / "sweep.toml").write_text('[job]\nquality = "draft"\n[job.swatch]\npattern = "stockinette"\n')
     return folder
