@@ -17,6 +17,7 @@ from stitchmesh.io.disk_refusal import refusal
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.io.outputs import plan_outputs
 from stitchmesh.io.part_folder import PartFolder, remove_stale_parts
+from stitchmesh.io.path_kind import is_there
 from stitchmesh.quality import Quality, quality_named
 
 if TYPE_CHECKING:
@@ -39,9 +40,9 @@ def output_folder(name: str, outputs: Iterable[str] = ()) -> Iterator[Path]:
             or another program removes it while the block runs.
     """
     folder = Path(name)
+    made = not is_there(folder)  # Also raises the error of a name that no folder can have.
     plan_outputs([folder / output for output in outputs], folder=folder)
     try:
-        made = not folder.exists()
         folder.mkdir(parents=True, exist_ok=True)
         remove_stale_parts(folder)
         PartFolder(folder).remove()

@@ -17,6 +17,7 @@ from typing import IO
 from stitchmesh.errors import FileError
 from stitchmesh.io.disk_refusal import refusal
 from stitchmesh.io.own_files import open_own
+from stitchmesh.io.path_kind import is_there
 
 try:
     import fcntl
@@ -44,6 +45,7 @@ class FolderLock:
         """
         self._path = folder / NAME
         self._file: IO[str] | None = None
+        is_there(folder)  # Raises the error of a name that no folder can have.
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._was_there = os.path.lexists(self._path)

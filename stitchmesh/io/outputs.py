@@ -24,7 +24,7 @@ from pathlib import Path
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.own_files import is_marked, is_own, mark_folder, note_file
-from stitchmesh.io.path_kind import entries_of, is_folder
+from stitchmesh.io.path_kind import entries_of, is_folder, is_there
 
 Identity = tuple[int, int]
 """Device and number of a file."""
@@ -76,12 +76,12 @@ def plan_outputs(paths: Iterable[Path], *, folder: Path | None = None) -> None:
         folder: an output folder; what it holds of the program's own may be read and replaced.
 
     Raises:
-        FileError: one of the files may not be replaced.
+        FileError: one of the files may not be replaced, or no folder can have the name.
     """
     guard = _present.get()
     if guard is None:
         return
-    if folder is not None:
+    if folder is not None and is_there(folder):
         guard.folders.append(Path(os.path.realpath(folder)))
     for path in paths:
         guard.planned.append(path)
@@ -94,11 +94,8 @@ def note_input(path: str | os.PathLike[str]) -> None:
     Raises:
         FileError: it is one of the outputs that the command has named.
     """
-    guard = _present.get()
-    if guard is None or _place(Path(path)) in guard.written:
-        return
-    found = _identity(path)
-    if found is None:
+    guard, found = _present.get(), _identity(path)
+    if guard is None or found is None or _place(Path(path)) in guard.written:
         return
     if any(_identity(output) == found for output in guard.planned):
         raise _is_input(path)
