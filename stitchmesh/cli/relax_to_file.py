@@ -27,7 +27,15 @@ T = TypeVar("T", "Relaxation", "RelaxedAgain")
 
 
 def checkpoint_folder(output: str) -> Path:
-    """Return the folder of checkpoints: it is beside the output file and has the name of that file."""
+    """Return the folder of checkpoints: it is beside the output file and has the name of that file.
+
+    Raises:
+        FileError: the output has no suffix of a format of yarns.
+    """
+    from stitchmesh.io.contents import suffix_of
+    from stitchmesh.io.yarns import FORMATS
+
+    suffix_of(output, FORMATS)
     return Path(output).with_suffix(".checkpoints")
 
 
