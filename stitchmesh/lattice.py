@@ -14,10 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stitchmesh.errors import MeshError
+from stitchmesh.errors import MeshError, SolverError
 
 LARGEST_LENGTH = 1e60
 """Largest length or coordinate [cm]; areas and their squares are then finite numbers too."""
+MOST_IMAGES = 1_000_000
+"""Images of a cell that are searched at most. A weave with a spacing of 1/12 of the yarn radius has 150,000; a cell
+that yarns can fill has some hundreds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,12 +69,13 @@ class Lattice:
         Args:
             points: positions [cm], shape (n, 3).
             reach: distance up to which two points are near each other [cm].
+
+        Raises:
+            SolverError: as for ``images_up_to``.
         """
         places = np.asarray(points, dtype=np.float64)
         span = np.ptp(places @ self._dual.T, axis=0) + reach * np.linalg.norm(self._dual, axis=1)
-        most = np.ceil(span).astype(np.int64)
-        a, b = np.meshgrid(np.arange(-most[0], most[0] + 1), np.arange(-most[1], most[1] + 1), indexing="ij")
-        images = np.stack([a.ravel(), b.ravel()], axis=1)
+        images = images_up_to(np.ceil(span))
         near: NDArray[np.int64] = images[(np.abs(self.shift(images)) <= np.ptp(places, axis=0) + reach).all(axis=1)]
         return near
 
@@ -79,6 +83,21 @@ class Lattice:
     def _dual(self) -> NDArray[np.float64]:
         """Dual basis [1/cm], shape (2, 3): row k times a displacement is the number of periods k that it spans."""
         return np.asarray(np.linalg.pinv(self.periods).T, dtype=np.float64)
+
+
+def images_up_to(most: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the images (a, b) with a and b from minus a whole number up to it, shape (n, 2).
+
+    Raises:
+        SolverError: they are more than ``MOST_IMAGES``: the cell is far smaller than its yarns.
+    """
+    if (count := float(np.prod(2.0 * most + 1.0))) > MOST_IMAGES:
+        raise SolverError(
+            f"images of the cell: {count:.3g} copies of the cell may touch it; expected at most {MOST_IMAGES:,}; the "
+            "cell is too small for its yarns: take a larger spacing or loop length, or thinner yarn"
+        )
+    a, b = (np.arange(-largest, largest + 1) for largest in most.astype(np.int64))
+    return np.stack(np.meshgrid(a, b, indexing="ij"), axis=2).reshape(-1, 2)
 
 
 def lattice_frame(periods: NDArray[np.float64]) -> NDArray[np.float64]:

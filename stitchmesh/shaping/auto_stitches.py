@@ -22,7 +22,7 @@ from stitchmesh.errors import MeshError, ParameterError, TessellationError, chec
 from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_FOUND_STITCH, check_memory
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.progress import Progress, shown_stages
-from stitchmesh.shaping.counts import SMALLEST_TIP, StitchSize
+from stitchmesh.shaping.counts import SMALLEST_TIP, StitchSize, rounded_count
 from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.finer_than_stitches import knitted_surface
 from stitchmesh.shaping.level_lines import LevelLines, level_lines, without_small_tips
@@ -190,8 +190,8 @@ def levels_of_part(
     """Return the lines of all courses of a connected surface, the time of each vertex in courses, and the ends.
 
     Raises:
-        TessellationError: the surface is too small for a row.
-        ParameterError: as for ``marked_ends``.
+        TessellationError: the surface is too small for a row, or its stitches are too many.
+        ParameterError: as for ``marked_ends`` and for ``check_memory``.
     """
     ends = marked_ends(part, marks, up)
     courses, ends = knitting_time(part, ends, size.height, lambda done: report(SHARE_OF_TIME * done, "time"))
@@ -203,6 +203,9 @@ def levels_of_part(
             f"near {place} cm: a part of {extent:.3g} cm is too small for a row of stitches {size.width:g} cm wide; "
             "choose a smaller stitch, or leave the part out"
         )
+    if size.multiple > 1:
+        count = sum(rounded_count(line, line.length / size.width, size) for line in levels.lines)
+        _check_memory(f"rounds of a multiple of {size.multiple}", count, "a smaller multiple")
     return levels, courses, ends
 
 
@@ -275,20 +278,22 @@ def _first_numbers(counts: Sequence[int]) -> list[int]:
     return [0, *np.cumsum(counts).tolist()]
 
 
-def _check_memory(area: float, size: StitchSize) -> None:
-    """Check that stitches on an area [cm^2] are not too many, and fit into the memory.
+def _check_memory(found: str, count: float, remedy: str) -> None:
+    """Check that a number of stitches is not too large, and fits into the memory.
+
+    Args:
+        found: where the stitches are, for the message.
+        count: how many they are.
+        remedy: what to ask for instead.
 
     Raises:
         TessellationError: they are too many.
         ParameterError: as for ``check_memory``.
     """
-    count = area / (size.width * size.height)
-    found = f"the surface of {area:.4g} cm^2 with {count:.3g} stitches"
+    found = f"{found} with {count:.3g} stitches"
     if count > MOST_STITCHES:
-        raise TessellationError(
-            f"{found}: at most {MOST_STITCHES:,} are made; choose a larger stitch, and check the unit"
-        )
-    check_memory(found, BASE_MEMORY + BYTES_PER_FOUND_STITCH * count, "a larger stitch; check the unit")
+        raise TessellationError(f"{found}: at most {MOST_STITCHES:,} are made; choose {remedy}")
+    check_memory(found, BASE_MEMORY + BYTES_PER_FOUND_STITCH * count, remedy)
 
 
 def _checked(mesh: Mesh, size: StitchSize, up: ArrayLike) -> FloatArray:
@@ -307,5 +312,7 @@ def _checked(mesh: Mesh, size: StitchSize, up: ArrayLike) -> FloatArray:
         raise ParameterError(f"up: got {up!r}; expected three numbers that are not all zero")
     if mesh.lattice is not None:
         raise MeshError("auto_stitches: got a mesh on a lattice; make periodic stitch meshes from charts instead")
-    _check_memory(float(np.linalg.norm(mesh.face_vector_area, axis=1).sum()), size)
+    area = float(np.linalg.norm(mesh.face_vector_area, axis=1).sum())
+    count, remedy = area / (size.width * size.height), "a larger stitch, and check the unit"
+    _check_memory(f"the surface of {area:.4g} cm^2", count, remedy)
     return direction / np.linalg.norm(direction)

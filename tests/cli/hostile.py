@@ -16,8 +16,10 @@ import pkgutil
 import resource
 import subprocess
 import sys
+import threading
 import traceback
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, is_dataclass
 from pathlib import Path
 from types import NoneType
@@ -41,8 +43,8 @@ BASE: dict[str, list[list[str]]] = {
     "label": [["tube.obj", "-o", "out.h5"], ["tube.obj", "-o", "out.h5", "--auto"]],
     "tessellate": [["labeled.h5", "-o", "out.h5"]],
     "pattern": [["stitches.h5", "rib1x1", "-o", "out.h5"]],
-    "capture": [["stitches.h5", "-o", "out.knit"]],
-    "edit": [["stitches.h5", "face=3", "--apply", "insert_wale", "-o", "out.h5"]],
+    "capture": [["stitches.h5", "-o", "out.knit", "--on", "row 2"]],
+    "edit": [["stitches.h5", "side=61", "courses=2", "--apply", "insert_wale", "-o", "out.h5"]],
     "relax-mesh": [["stitches.h5", "--surface", "labeled.h5", "-o", "out.h5"]],
     "yarns": [["stitches.h5", "-o", "out.h5"]],
     "relax": [["yarns.h5", "-o", "out.h5"]],
@@ -52,7 +54,7 @@ BASE: dict[str, list[list[str]]] = {
                ["stockinette", "-o", "out", "--no-picture", "--relaxation", "dry"]],
     "stretch": [["stockinette", "-o", "out", "--course", "0:4%", "--steps", "2"]],
     "drape": [["scene.toml", "-o", "out", "--no-picture"]],
-    "follow": [["yarns.h5", "frames", "-o", "out"]],
+    "follow": [["rest.h5", "frames", "-o", "out"]],
     "run": [["job.toml", "-o", "out"]],
     "job": [["init", "tube.obj", "-o", "out.toml"]],
     "status": [["job"]],
@@ -142,12 +144,17 @@ def cases(name: str, values: Sequence[str], *, texts: Sequence[str] = ()) -> Ite
             )
 
 
+def without_hostile_words(name: str) -> Iterator[list[str]]:
+    """Yield the words with which a command does its work, quickly."""
+    quick = quick_words(list(options_of(command_named(name))), "")
+    yield from ([name, *base, *quick] for base in BASE[name])
+
+
 def with_path(name: str, hostile: Callable[[str], Iterator[str]]) -> Iterator[list[str]]:
     """Yield the words of a command with a hostile path in the place of each of its paths."""
-    quick = quick_words(list(options_of(command_named(name))), "")
-    for place, word in enumerate(base := BASE[name][0]):
+    for place, word in enumerate(words := next(without_hostile_words(name))):
         if ("." in word and "=" not in word) or word in ("out", "job", "frames"):
-            yield from ([name, *base[:place], path, *base[place + 1 :], *quick] for path in hostile(word))
+            yield from ([*words[:place], path, *words[place + 1 :]] for path in hostile(word))
 
 
 def hostile_paths(path: str) -> Iterator[str]:
@@ -193,7 +200,8 @@ class Runner:
         )  # fmt: skip
 
     def run(
-        self, words: Sequence[str], folder: Path, *, memory: float = 4e9, seconds: int = 60, unprivileged: bool = False
+        self, words: Sequence[str], folder: Path, *, memory: float = 4e9, seconds: int = 60, unprivileged: bool = False,
+        read_only: bool = False,
     ) -> Ended:
         """Run a command in a folder.
 
@@ -203,9 +211,10 @@ class Runner:
             memory: additional address space [bytes].
             seconds: processor time [s].
             unprivileged: whether the child may only what the modes of files permit to their owner.
+            read_only: whether the folder is on a file system that is mounted read-only, which only root can ask for.
         """
         assert self._process.stdin is not None and self._process.stdout is not None
-        asked = [list(words), os.fspath(folder), memory, seconds, unprivileged]
+        asked = [list(words), os.fspath(folder), memory, seconds, unprivileged, read_only]
         self._process.stdin.write(json.dumps(asked) + "\n")
         self._process.stdin.flush()
         status, number = json.loads(self._process.stdout.readline())
@@ -222,7 +231,7 @@ def serve() -> None:
     for module in pkgutil.walk_packages(stitchmesh.__path__, "stitchmesh."):
         if not module.name.endswith("__main__"):
             importlib.import_module(module.name)
-    app_run._wait_for_end = lambda: None
+    app_run._asked_to_end = _ends_at_once
     cli_progress.LINE_SECONDS = float("inf")  # lines that depend on the clock
     for line in sys.stdin:
         child = os.fork()
@@ -233,9 +242,21 @@ def serve() -> None:
         print(json.dumps([ended, os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0]), flush=True)
 
 
-def _limited(words: list[str], folder: str, memory: float, seconds: int, unprivileged: bool) -> None:
+@contextmanager
+def _ends_at_once() -> Iterator[threading.Event]:
+    """Stand for ``_asked_to_end`` of the application: the wish to end is there before the server waits for it."""
+    end = threading.Event()
+    end.set()
+    yield end
+
+
+def _limited(
+    words: list[str], folder: str, memory: float, seconds: int, unprivileged: bool, read_only: bool
+) -> None:  # fmt: skip
     status = 99
     try:
+        if read_only:
+            _mount_read_only(folder)
         os.chdir(folder)
         os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
         for suffix, number in ((".out", 1), (".err", 2)):
@@ -265,6 +286,17 @@ def _drop_capabilities() -> None:
     header, none = (ctypes.c_uint32 * 2)(0x20080522, 0), (ctypes.c_uint32 * 6)()
     if ctypes.CDLL(None, use_errno=True).capset(header, none):
         raise OSError(ctypes.get_errno(), "capset")
+
+
+def _mount_read_only(folder: str) -> None:
+    """Mount a folder on itself, read-only, for this process alone (unshare and mount of Linux)."""
+    new_mounts, private, bind, read_only = 0x20000, 0x44000, 0x1000, 0x1021
+    library, path = ctypes.CDLL(None, use_errno=True), os.fsencode(folder)
+    if (
+        library.unshare(new_mounts) or library.mount(b"none", b"/", None, private, None)
+        or library.mount(path, path, None, bind, None) or library.mount(b"none", path, None, read_only, None)
+    ):  # fmt: skip
+        raise OSError(ctypes.get_errno(), "mount")
 
 
 if __name__ == "__main__":

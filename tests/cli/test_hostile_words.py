@@ -14,7 +14,17 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.cli.main import main
-from tests.cli.hostile import BASE, NUMBERS, TEXTS, Ended, Runner, cases, hostile_paths, with_path
+from tests.cli.hostile import (
+    BASE,
+    NUMBERS,
+    TEXTS,
+    Ended,
+    Runner,
+    cases,
+    hostile_paths,
+    with_path,
+    without_hostile_words,
+)
 from tests.gallery import tube
 
 KEPT_STATES = ("SolverError", "OverloadError")
@@ -41,7 +51,9 @@ def inputs(tmp_path_factory) -> Path:
     sm.write_mesh(folder / "tube.obj", mesh)
     sm.write_stitches(folder / "labeled.h5", labeled)
     sm.write_stitches(folder / "stitches.h5", fabric)
-    sm.write_yarns(folder / "yarns.h5", sm.generate_yarns(fabric, quality="draft"))
+    yarns = sm.generate_yarns(fabric, quality="draft")
+    sm.write_yarns(folder / "yarns.h5", yarns)
+    sm.write_yarns(folder / "rest.h5", sm.relax_yarns(yarns, quality="draft", device="cpu").yarns)
     sm.write_yarns(folder / "cell.h5", sm.swatch("stockinette", quality="draft", device="cpu").yarns)
     for frame in range(3):
         sm.write_mesh(folder / "frames" / f"b.{frame:04d}.obj", mesh)
@@ -103,6 +115,7 @@ def fault_of(ended: Ended, left: list[str]) -> str:
 
 
 SWATCH = ["swatch", "stockinette", "-o", "out", "--no-picture", "--quality", "draft", "--device", "cpu"]
+PLAIN = ["swatch", "plain", *SWATCH[2:]]
 REFUSED = [
     ([*SWATCH, "--columns", HUGE], "memory: a cell of 1000000000 x 1 repeats with"),
     ([*SWATCH, "--tile", HUGE, "1"], "memory: a piece of 1000000000 x 1 tiles"),
@@ -119,6 +132,8 @@ REFUSED = [
     (["batch", "sweep.toml", "-o", "out", "--workers", HUGE], "memory: a sweep with 1,000,000,000 workers"),
     (["relax", "yarns.h5", "-o", "out.h5", "--loop-length", TINY], "loop length: got 1e-300; expected 1e-06 to 1e+06"),
     (["edit", "stitches.h5", "--replay", "deep.jsonl", "-o", "out.h5"], "line 1: is nested too deeply; expected at mo"),
+    ([*PLAIN, "--spacing", "1e-6"], "images of the cell: 1.47e+13 copies of the cell may touch it"),
+    (["label", "tube.obj", "-o", "out.h5", "--auto", "--multiple", HUGE], "rounds of a multiple of 1000000000 with"),
     (["label", "pinched.obj", "-o", "out.h5", "--auto", "--stitch-width", "1.5", "--up", "x"], "cm: the mesh is pinch"),
 ]
 """Commands that ended with a traceback, or took the memory of the machine, and their messages."""
@@ -139,11 +154,32 @@ PINCHED = "v 0 0 0\nv 5 5 0\nv 5 0 0\nv 0 5 0\nv 2 2 5\nf 1 2 5\nf 3 4 5\nf 1 3 
 @pytest.mark.nightly
 @pytest.mark.parametrize("name", BASE)
 def test_every_option_takes_or_refuses_every_number_and_text(runner, inputs, tmp_path, name):
+    for words in without_hostile_words(name):
+        ended, _ = run_in_copy(runner, inputs, tmp_path / "here", words)
+        assert ended.status == 0, "the command does its work without a hostile word"
     found = {}
     for words in cases(name, NUMBERS, texts=TEXTS):
         if fault := fault_of(*run_in_copy(runner, inputs, tmp_path / "here", words)):
             found[" ".join(words)[:300]] = fault
     assert not found, "\n".join(f"{words!r}: {fault}" for words, fault in found.items())
+
+
+WITHOUT_OUTPUT = ("info", "check", "patterns", "view", "status")
+"""Commands that write nothing, or nothing that is asked for."""
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can mount a folder")
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name == "convert" else pytest.mark.nightly) for name in BASE]
+)
+def test_a_file_system_that_is_read_only_is_refused_in_one_line(runner, inputs, tmp_path, name):
+    here = shutil.copytree(inputs, tmp_path / "here")
+    for words in BASE[name]:
+        ended = runner.run([name, *words], here, read_only=True)
+        if name in WITHOUT_OUTPUT:
+            assert ended.status == 0, ended
+        else:
+            assert ended.status == 2 and "Read-only file system" in ended.errors and not fault_of(ended, []), ended
 
 
 @pytest.mark.parametrize("name", ["info", "job", "status", "instructions", "convert"])

@@ -18,7 +18,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.errors import SolverError
-from stitchmesh.lattice import lattice_frame
+from stitchmesh.lattice import images_up_to, lattice_frame
 
 if TYPE_CHECKING:
     from stitchmesh.yarnrelax.model.constants import Model
@@ -79,19 +79,19 @@ def _put_table(model: Model, images: Any, corners: Corners) -> None:
 
 def _distinct(images: NDArray[np.int64]) -> NDArray[np.int64]:
     """Images without repetition in ascending order, but (0, 0) first."""
-    most = int(np.abs(images).max())
-    there = np.zeros((2 * most + 1, 2 * most + 1), dtype=bool)
-    there[images[:, 0] + most, images[:, 1] + most] = True
-    there[most, most] = False
+    most = np.abs(images).max(axis=0)
+    there = np.zeros(2 * most + 1, dtype=bool)
+    there[tuple((images + most).T)] = True
+    there[tuple(most)] = False
     return np.concatenate([[[0, 0]], np.argwhere(there) - most])
 
 
 def _numbers(images: NDArray[Any], table: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Place of each image in a table, and whether it is there."""
-    most = int(np.abs(np.concatenate([images, table])).max())
-    place = np.full((2 * most + 1, 2 * most + 1), -1)
-    place[table[:, 0] + most, table[:, 1] + most] = np.arange(len(table))
-    number = place[images[:, 0] + most, images[:, 1] + most]
+    most = np.abs(np.concatenate([images, table])).max(axis=0)
+    place = np.full(2 * most + 1, -1)
+    place[tuple((table + most).T)] = np.arange(len(table))
+    number = place[tuple((images + most).T)]
     return number, number >= 0
 
 
@@ -145,9 +145,8 @@ def near_images(corners: Corners, reach: float, shrinkage: float = 1.0) -> NDArr
     turns = corners.turns + within * np.linalg.norm(corners.dual, axis=2)
     if not np.isfinite(turns).all():
         raise SolverError("images of the cell: a place of the yarns is not finite; take softer yarns or smaller loads")
-    most = np.ceil(turns / shrinkage).astype(np.int64)
-    a, b = (np.arange(-largest, largest + 1) for largest in most.max(axis=0))
-    images = np.stack(np.meshgrid(a, b, indexing="ij"), axis=2).reshape(-1, 2)
+    most = np.ceil(turns / shrinkage)
+    images = images_up_to(most.max(axis=0))
     shift = np.einsum("ia,cad->cid", images, corners.periods * shrinkage)
     clear = np.abs(shift) > (corners.box + within)[:, None, :]
     near = ~clear.any(axis=2) & (np.abs(images)[None] <= most[:, None, :]).all(axis=2)
