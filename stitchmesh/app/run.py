@@ -19,7 +19,7 @@ from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.recent import projects_folder, remember
 from stitchmesh.app.server import OpenServer, open_server
 from stitchmesh.app.viser_front import ViserFront
-from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.errors import FileError, StitchMeshError
 
 NO_TOKEN = "no token: every user of this machine, and whoever else reaches the port, can read and write files as you"
 """What it means that the server asks for no token."""
@@ -42,23 +42,26 @@ class RunOptions:
 
 
 def run_app(
-    project: Project, options: RunOptions, *, page: str | None = None, say: Callable[[str], object] = print
-) -> None:
+    open_project: Callable[[], Project], options: RunOptions, *, page: str | None = None,
+    say: Callable[[str], object] = print,
+) -> None:  # fmt: skip
     """Run the application on a project until it is interrupted or terminated; then save the project.
 
     Args:
-        project: the project.
+        open_project: opens or makes the project, once the application can listen.
         options: where the application listens.
         page: page that is opened first; None for the one on which the project was left.
         say: called with each line for the user.
 
     Raises:
         ParameterError: as for ``open_server``; or there is no such page.
+        StitchMeshError: the project cannot be opened.
     """
+    opened = open_server(options.host, options.port, options.token, needs_token=options.needs_token)
     try:
-        opened = open_server(options.host, options.port, options.token, needs_token=options.needs_token)
-    except ParameterError:
-        project.close()
+        project = open_project()
+    except StitchMeshError:
+        opened.stop()
         raise
     app = App(project, ViserFront(opened.server))
     remember(project)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
@@ -33,7 +34,7 @@ class Serving:
     no_browser: Flag = False
     """print the address only, and open no browser"""
 
-    def run(self, project: Project, page: str | None = None) -> None:
+    def run(self, open_project: Callable[[], Project], page: str | None = None) -> None:
         """Run the application on a project until it is interrupted."""
         from stitchmesh.app.run import RunOptions, run_app
 
@@ -43,4 +44,4 @@ class Serving:
         options = RunOptions(
             host=self.host, port=self.port, token=token, needs_token=not self.no_token, browser=not self.no_browser
         )
-        run_app(project, options, page=page)
+        run_app(open_project, options, page=page)

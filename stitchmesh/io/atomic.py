@@ -21,7 +21,7 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.io.disk_refusal import refusal
 from stitchmesh.io.outputs import check_output, note_output
 from stitchmesh.io.part_folder import PartFolder
-from stitchmesh.io.path_kind import is_file, is_folder, is_there
+from stitchmesh.io.path_kind import is_file, is_there, refuse_folder
 
 
 @contextmanager
@@ -36,8 +36,7 @@ def atomic_path(path: FilePath) -> Iterator[Path]:
             refuses the file.
     """
     target = Path(path)
-    if is_folder(target):  # Also raises the error of a name that no file can have.
-        raise FileError(f"{target}: is a folder; expected the name of a file to write")
+    refuse_folder(target)
     if is_there(target) and not is_file(target):
         raise FileError(f"{target}: is a device or a pipe, whose place no file can take; choose another name")
     check_output(target)

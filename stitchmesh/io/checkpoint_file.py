@@ -35,6 +35,7 @@ from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.checked import check_value, parse_json
 from stitchmesh.io.contents import FilePath, read_bytes
 from stitchmesh.io.outputs import check_output, note_output
+from stitchmesh.io.path_kind import is_file
 
 T = TypeVar("T")
 
@@ -68,7 +69,7 @@ class CheckpointFile:
 def previous_path(path: FilePath) -> Path:
     """Return the path of the previous checkpoint that is kept beside a checkpoint."""
     path = Path(path)
-    return path.with_name(f"{path.stem}.previous{path.suffix}")
+    return path.parent / f"{path.stem}.previous{path.suffix}"
 
 
 def write_checkpoint(path: FilePath, content: CheckpointFile) -> None:
@@ -87,7 +88,7 @@ def write_checkpoint(path: FilePath, content: CheckpointFile) -> None:
 
 def was_written(path: FilePath) -> bool:
     """Return whether there is a checkpoint at a path, or the previous one beside it."""
-    return Path(path).is_file() or previous_path(path).is_file()
+    return is_file(path) or is_file(previous_path(path))
 
 
 def read_checkpoint(path: FilePath) -> CheckpointFile:

@@ -24,7 +24,7 @@ from pathlib import Path
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.own_files import is_marked, is_own, mark_folder, note_file
-from stitchmesh.io.path_kind import entries_of, is_folder, is_there
+from stitchmesh.io.path_kind import entries_of, is_folder, is_there, refuse_folder
 
 Identity = tuple[int, int]
 """Device and number of a file."""
@@ -76,7 +76,7 @@ def plan_outputs(paths: Iterable[Path], *, folder: Path | None = None) -> None:
         folder: an output folder; what it holds of the program's own may be read and replaced.
 
     Raises:
-        FileError: one of the files may not be replaced, or no folder can have the name.
+        FileError: one of the files may not be replaced or is a folder, or no file or folder can have the name.
     """
     guard = _present.get()
     if guard is None:
@@ -84,6 +84,7 @@ def plan_outputs(paths: Iterable[Path], *, folder: Path | None = None) -> None:
     if folder is not None and is_there(folder):
         guard.folders.append(Path(os.path.realpath(folder)))
     for path in paths:
+        refuse_folder(path)
         guard.planned.append(path)
         _check(guard, path)
 

@@ -46,6 +46,16 @@ def is_folder(path: FilePath) -> bool:
     return mode is not None and stat.S_ISDIR(mode)
 
 
+def refuse_folder(path: FilePath) -> None:
+    """Check that a file can be written at a path, as far as its name tells.
+
+    Raises:
+        FileError: a folder stands there, or no file can have the name.
+    """
+    if is_folder(path):
+        raise FileError(f"{Path(path)}: is a folder; expected the name of a file to write")
+
+
 def entries_of(folder: FilePath) -> list[Path]:
     """Return the paths of all that stands in a folder, sorted.
 

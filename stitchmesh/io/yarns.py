@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from stitchmesh.errors import FileError, ParameterError, YarnError, check_kind, check_positive
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.hdf5 import read_dataclass, write_dataclass
-from stitchmesh.io.path_kind import is_folder
+from stitchmesh.io.path_kind import refuse_folder
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
 from stitchmesh.io.yarn_formats import bcc
 from stitchmesh.io.yarn_formats.gltf import tubes_error, write_glb
@@ -142,8 +142,7 @@ def check_writable(path: FilePath, yarns: YarnSet) -> None:
     """
     if suffix_of(path, FORMATS) == ".pyp":
         check_pyp(path, yarns)
-    if is_folder(path):
-        raise FileError(f"{fspath(path)}: is a folder; expected the name of a file to write")
+    refuse_folder(path)
 
 
 def _read_hdf5(path: FilePath, scale: float, radius: float | None) -> YarnSet:

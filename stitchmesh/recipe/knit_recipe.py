@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from stitchmesh.budget.budget import Budget
+from stitchmesh.io.checkpoint_file import read_checkpoint
 from stitchmesh.io.contents import FilePath
 from stitchmesh.pipeline.knit import Knitted, knit
 from stitchmesh.progress import Progress
@@ -47,6 +48,8 @@ def knit_recipe(
     Raises:
         StitchMeshError: the recipe cannot be carried out; nothing is written if the error is in the recipe.
     """
+    if resume is not None:
+        read_checkpoint(resume)  # One that cannot be read is refused before the garment is made.
     options = recipe_options(recipe)
     options = replace(options, relaxation=replace(options.relaxation, checkpoint=checkpoint, resume=resume))
     mesh, repair = recipe.read_mesh()

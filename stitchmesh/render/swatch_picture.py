@@ -16,7 +16,7 @@ from stitchmesh.render.options import DEFAULTS, PICTURE_SIZE, PictureOptions
 from stitchmesh.render.picture import detail_for, yarn_tubes
 from stitchmesh.render.stage import add_tubes, dim_colours, look, picture, shade_hollows
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.tiling import tile_yarns
+from stitchmesh.yarn.tiling import check_tiled_memory, tile_yarns
 
 LONGER_SIDE = 1400
 """Pixels along the longer side of a picture."""
@@ -45,9 +45,11 @@ def render_swatch(
     Raises:
         DisplayError: this machine cannot draw pictures.
         FileError: the suffix is not ``.png``, or the file cannot be written.
-        ParameterError: a number of tiles is not a positive integer, or the colour is unknown.
+        ParameterError: a number of tiles is not a positive integer or too large for the memory, or the colour is
+            unknown.
         YarnError: the yarns have no lattice.
     """
+    check_tiled_memory(len(yarns.points), *tiles)
     around = tile_yarns(yarns, tiles[0] + 2, tiles[1] + 2)
     assert yarns.lattice is not None  # tile_yarns has checked this.
     corner = yarns.lattice.shift(np.array([1, 1]))

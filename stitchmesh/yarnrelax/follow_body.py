@@ -12,8 +12,6 @@ from os import fspath
 from pathlib import Path
 from typing import Any, Literal, TypedDict
 
-import numpy as np
-
 from stitchmesh import __version__
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.errors import ParameterError, check_kind
@@ -34,7 +32,7 @@ from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.fingerprint import fingerprint, refuse_other_inputs
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
-from stitchmesh.yarnrelax.motion.follow_defaults import DRAG
+from stitchmesh.yarnrelax.motion.follow_defaults import DRAG, MOST_DRAG
 from stitchmesh.yarnrelax.motion.moving_body import MovingBody
 from stitchmesh.yarnrelax.motion.self_cuts import refuse_self_cuts
 
@@ -111,8 +109,8 @@ def follow_body(
         FileError: a checkpoint cannot be written or read.
         SolverError: yarns are too close to each other or too deep in the body; the message names the frame.
     """
-    if not (np.isfinite(drag) and drag >= 0.0):
-        raise ParameterError(f"follow_body: got a drag of {drag}; expected a number of at least 0 [1/s]")
+    if not 0.0 <= drag <= MOST_DRAG:
+        raise ParameterError(f"follow_body: got a drag of {drag}; expected a number from 0 to {MOST_DRAG:g} [1/s]")
     if resume and checkpoint is None:
         raise ParameterError("follow_body: got a run to resume without its checkpoint; name the folder")
     own = _with_drag(yarns, material, drag), replace(quality_named(quality), solver="dynamics")

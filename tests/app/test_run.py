@@ -13,6 +13,7 @@ import stat
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from urllib.parse import urlsplit
 from urllib.request import url2pathname
@@ -46,7 +47,7 @@ def run(tmp_path, monkeypatch) -> Callable[..., list[str]]:
                 signal.raise_signal(signal.SIGTERM)
 
         monkeypatch.setattr("webbrowser.open", open_and_end)
-        run_app(Project.create(tmp_path / "project"), RunOptions(port=0, **options), say=say)
+        run_app(partial(Project.create, tmp_path / "project"), RunOptions(port=0, **options), say=say)
         return lines
 
     return run

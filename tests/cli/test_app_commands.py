@@ -24,7 +24,8 @@ def started(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     found = []
 
-    def run_app(project, options, *, page=None):
+    def run_app(open_project, options, *, page=None):
+        project = open_project()
         found.append((project, options, page))
         project.close()
 

@@ -134,6 +134,12 @@ REFUSED = [
     (["edit", "stitches.h5", "--replay", "deep.jsonl", "-o", "out.h5"], "line 1: is nested too deeply; expected at mo"),
     ([*PLAIN, "--spacing", "1e-6"], "images of the cell: 1.47e+13 copies of the cell may touch it"),
     (["label", "tube.obj", "-o", "out.h5", "--auto", "--multiple", HUGE], "rounds of a multiple of 1000000000 with"),
+    (["edit", *BASE["edit"][0], "--log", "x" * 300], "cannot be looked at (File name too long); choose a shorter name"),
+    (["app", *BASE["app"][0], "--host", "1e9"], "host: cannot listen on '1e9' port"),
+    (["knit", *BASE["knit"][0], "--resume", "gone.smc"], "gone.smc: there is no such file; check the path"),
+    (["relax", *BASE["relax"][0], "--resume", ""], ": there is no such file; check the path"),
+    (["follow", *BASE["follow"][0], "--drag", "1e9"], "got a drag of 1000000000.0; expected a number from 0 to 100000"),
+    (["render", "cell.h5", "-o", "out.png", "--tile", "1", "0"], "tiles: got 0 rows; expected a whole number from 1"),
     (["label", "pinched.obj", "-o", "out.h5", "--auto", "--stitch-width", "1.5", "--up", "x"], "cm: the mesh is pinch"),
 ]
 """Commands that ended with a traceback, or took the memory of the machine, and their messages."""

@@ -172,7 +172,7 @@ def test_a_body_that_passes_into_yarn_is_an_error_that_names_the_frame() -> None
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"drag": -1.0}, "got a drag of -1.0; expected a number of at least 0"),
+        ({"drag": -1.0}, "got a drag of -1.0; expected a number from 0 to 100000"),
         ({"resume": True}, "got a run to resume without its checkpoint; name the folder"),
     ],
 )

@@ -12,7 +12,7 @@ from stitchmesh.app.project.recent import new_project_folder, projects_folder, r
 from stitchmesh.app.project.source import source_of
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.contents import FilePath, read_bytes
-from stitchmesh.io.path_kind import is_folder
+from stitchmesh.io.path_kind import is_folder, is_there
 from stitchmesh.io.units import DEFAULT_UNIT
 
 FIRST_NAME = "Garment"
@@ -52,7 +52,7 @@ def title_of(name: str) -> str:
 
 def _in_folder(folder: Path, file: FilePath | None, unit: str) -> Project:
     source = None if file is None else source_of(Path(file).name, read_bytes(file), unit)
-    if not (folder / TABLE_NAME).exists():
+    if not is_there(folder / TABLE_NAME):
         return Project.create(folder, source=source)
     project = Project.open(folder)
     if source is None:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Annotated
 
 from tyro.conf import Positional, arg
@@ -30,4 +31,4 @@ class App:
         """Open the project, and run the application until it is interrupted."""
         from stitchmesh.app.project.opening import project_for
 
-        self.serving.run(project_for(self.file, self.project, self.unit))
+        self.serving.run(partial(project_for, self.file, self.project, self.unit))

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -80,7 +81,7 @@ class Drape:
         if self.view:
             from stitchmesh.app.starts import DRAPE, drape_project
 
-            self.serving.run(drape_project(Path(self.scene)), DRAPE)
+            self.serving.run(partial(drape_project, Path(self.scene)), DRAPE)
             return None
         if self.output is None:
             message = "drape: needs -o DIR for its files, --view for the browser, or --init for an example scene"

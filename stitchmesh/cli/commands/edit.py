@@ -5,6 +5,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
@@ -45,12 +47,14 @@ class Edit:
         """
         from stitchmesh.editing.log import write_log
         from stitchmesh.io import read_stitches, write_stitches
+        from stitchmesh.io.outputs import plan_outputs
 
         if self == replace(Edit(self.fabric), serving=self.serving):
             self._open_in_browser()
             return
         if self.output is None or (self.apply is None) == (self.replay is None):
             raise ParameterError("edit: needs one edit or one log, and -o FILE; give --apply EDIT or --replay LOG")
+        plan_outputs(Path(path) for path in (self.output, self.log) if path is not None)
         before = read_stitches(self.fabric)
         after = self._edited(before)
         write_stitches(self.output, after)
@@ -62,7 +66,7 @@ class Edit:
         from stitchmesh.app.project.opening import project_for
         from stitchmesh.app.starts import EDIT
 
-        self.serving.run(project_for(self.fabric), EDIT)
+        self.serving.run(partial(project_for, self.fabric), EDIT)
 
     def _edited(self, before: StitchMesh) -> StitchMesh:
         """Return the stitch mesh after the edit or the log."""

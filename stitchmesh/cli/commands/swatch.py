@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -186,7 +187,7 @@ class Swatch:
     def _open_in_browser(self) -> None:
         from stitchmesh.app.starts import SWATCH, swatch_project
 
-        self.serving.run(swatch_project(self.pattern, self.fabric.gamma), SWATCH)
+        self.serving.run(partial(swatch_project, self.pattern, self.fabric.gamma), SWATCH)
 
     def _source(self) -> Pattern | Weave:
         """Return the pattern or the weave, with the colours of the options."""

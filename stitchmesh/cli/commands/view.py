@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Annotated
 
 from tyro.conf import Positional, arg
@@ -25,4 +26,4 @@ class View:
         """Open the application at the page View, and run it until it is interrupted."""
         from stitchmesh.app.starts import VIEW, view_project
 
-        self.serving.run(view_project(self.file), VIEW)
+        self.serving.run(partial(view_project, self.file), VIEW)
