@@ -25,7 +25,6 @@ from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.energies.twist import Twist
 from stitchmesh.yarnrelax.friction.friction import Friction
-from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 
@@ -34,7 +33,7 @@ HAT = Path(__file__).resolve().parent.parent / "assets" / "meshes" / "hat.obj"
 
 def term_forces(yarns: sm.YarnSet, choice: TermChoice, device: str) -> np.ndarray:
     """Return the force of one optional term on slightly perturbed yarns, in float64 and the units of the solver."""
-    material = sm.YarnMaterial.named("stitchmesh").scaled(yarns.radius[0] / REFERENCE_RADIUS)
+    material = sm.YarnMaterial.named("stitchmesh").of_radius(yarns.radius[0])
     scene = YarnSimulation.start(yarns, material, quality_named("reference"), device_named(device), [choice])
     shake = np.random.default_rng(5).normal(scale=0.01, size=yarns.points.shape)
     scene.state.points.assign(scene.state.points.numpy() + shake)
@@ -48,7 +47,7 @@ def term_forces(yarns: sm.YarnSet, choice: TermChoice, device: str) -> np.ndarra
 
 def results(yarns: sm.YarnSet, fabric: sm.StitchMesh, device: str) -> dict[str, np.ndarray]:
     """Return the forces in both precisions [dyn] and the relaxed control points [cm], which must repeat exactly."""
-    material = sm.YarnMaterial.named("stitchmesh").scaled(yarns.radius[0] / REFERENCE_RADIUS)
+    material = sm.YarnMaterial.named("stitchmesh").of_radius(yarns.radius[0])
     found = {name: sm.yarn_forces(yarns, material, precision=name, device=device) for name in ("float64", "float32")}
     body = Body(sm.read_mesh(HAT))
     choices = {"gravity": Gravity(), "friction": Friction(0.3), "twist": Twist(5.0, 3.0), "body": body}

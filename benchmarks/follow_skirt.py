@@ -25,7 +25,6 @@ from walking_body import walking
 import stitchmesh as sm
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import REFERENCE_RADIUS
 
 COLUMNS, SIZE, MOST = 12, (200, 260), 60
 """Pictures in a row of the sheet, their size [pixels], and their largest number."""
@@ -54,7 +53,7 @@ def skirt_at_rest(given: argparse.Namespace, body: sm.Mesh, folder: Path) -> tup
 
 def material_of(given: argparse.Namespace, yarns: YarnSet) -> sm.YarnMaterial:
     """The usual material for the radius of the yarns, with contacts as stiff as asked for."""
-    usual = sm.YarnMaterial.named().scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
+    usual = sm.YarnMaterial.named().of_radius(float(yarns.radius.mean()))
     return replace(usual, k_contact=given.contact * usual.k_contact)
 
 

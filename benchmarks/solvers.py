@@ -29,7 +29,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.linking.certificate import doubled_linking
-from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.relax import Relaxation, relax_yarns
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
@@ -81,7 +81,7 @@ class GradientRecordingSimulation(YarnSimulation):
 
 def leaf_iterations(yarns: YarnSet, fabric: StitchMesh | None, quality: Quality, device: str | None) -> int | None:
     """Iterations of ``dynamics`` until L's convergence test (eq 5) holds; None if it never holds within the limit."""
-    material = YarnMaterial.named("stitchmesh").scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
+    material = YarnMaterial.named("stitchmesh").of_radius(float(yarns.radius.mean()))
     terms = [] if fabric is None else [KeepShape(fabric)]
     constraints = [] if fabric is None else [KeepBorders(fabric)]
     simulation = GradientRecordingSimulation.start(yarns, material, quality, device_named(device), terms, constraints)

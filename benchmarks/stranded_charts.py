@@ -35,7 +35,7 @@ from stitchmesh.periodic.sampling.contact_samples import close_contacts
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 
@@ -118,7 +118,7 @@ def written(chart: Chart) -> str:
 def relaxed_batch(drawn: dict[int, YarnSet], cell: str, quality: Quality, device: str | None) -> dict[int, Any]:
     """Relax the drawn charts in one kind of cell, and return the outcome of each by its number."""
     free = CELLS[cell]
-    material = YarnMaterial.named().scaled(SwatchOptions.yarn_radius / REFERENCE_RADIUS)
+    material = YarnMaterial.named().of_radius(SwatchOptions.yarn_radius)
     cells = relax_cells(
         list(drawn.values()), materials=[material] * len(drawn), free=None if free is None else [free] * len(drawn),
         quality=quality, device=device, progress=False,

@@ -30,7 +30,7 @@ from tradeoff_scenes import PLAIN, RIB, Scene, cell, garment, tube, yarn_file
 from stitchmesh.errors import SolverError
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.relax import relax_yarns
 
 SWEEPS: dict[str, tuple[Any, ...]] = {
@@ -73,7 +73,7 @@ class Yardstick:
     @classmethod
     def of(cls, scene: Scene, yarns: YarnSet, report: dict[str, Any], device: str | None) -> Yardstick:
         """Make the reference from a relaxed state."""
-        material = YarnMaterial.named("stitchmesh").scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
+        material = YarnMaterial.named("stitchmesh").of_radius(float(yarns.radius.mean()))
         start = scene.make(PRESETS["reference"].control_points_per_stitch)
         gauge, places = scene.gauge(places_of(start, scene.per_run)), places_of(yarns, scene.per_run)
         return cls(yarns, report, material, gauge, places, energy_of(yarns, material, device))

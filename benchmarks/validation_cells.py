@@ -24,7 +24,7 @@ from stitchmesh.io.yarn_formats.pyp import read_pyp
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.cell_stress import cell_stress
 
 CELLS = ("stockinette", "basket")
@@ -189,7 +189,7 @@ def held(cell: Cell) -> YarnMaterial:
 
 def published_material(cell: Cell) -> YarnMaterial:
     """Return the published simulation material, scaled to the radius of the yarns."""
-    return YarnMaterial.named("kaldor-simulation").scaled(float(cell.yarns.radius[0]) / REFERENCE_RADIUS)
+    return YarnMaterial.named("kaldor-simulation").of_radius(float(cell.yarns.radius[0]))
 
 
 def tension(yarns: YarnSet, material: YarnMaterial, quality: Quality = QUALITY) -> np.ndarray:

@@ -29,19 +29,19 @@ OPENED = "Opened file"
 """Entry of the page View for what was opened."""
 
 
-def swatch_project(pattern: str, gamma: float = 1.0) -> Project:
+def swatch_project(pattern: str, **dials: float) -> Project:
     """Open a project whose page Swatch shows a pattern: one that holds just this design, or a new one.
 
     Args:
         pattern: name of a pattern or of a weave, or the path of a file.
-        gamma: tightness.
+        dials: values of dials of the design (``SwatchDials``).
 
     Raises:
-        StitchMeshError: the pattern cannot be read, or the tightness is out of bounds.
+        StitchMeshError: the pattern cannot be read, or a value is out of bounds.
     """
     source = resolve_pattern(pattern)
     design = SwatchDesign(source)
-    wanted = SwatchState((design.turned(gamma=gamma),), look=Look().fitted(source))
+    wanted = SwatchState((design.turned(**dials),), look=Look().fitted(source))
     name = title_of(source.name)
     for path in sorted(projects_folder().glob(f"*/{TABLE_NAME}")):
         project = _holding(path.parent, wanted)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from numpy.typing import ArrayLike
 from tyro.conf import UseAppendAction, arg
 
 from stitchmesh.cli.arguments import Flag, OneOrTwo, Pair, help_entry
@@ -37,6 +38,7 @@ from stitchmesh.yarnrelax.model.material import (
     NAMED,
     REFERENCE_RADIUS,
     YarnMaterial,
+    check_one_mass,
 )
 
 if TYPE_CHECKING:
@@ -205,13 +207,19 @@ class MaterialOptions:
         """Return the section of a recipe."""
         return MaterialSection(name=self.material, stiffness=self.stiffness)
 
-    def yarn_material(self, yarn_radius: float) -> YarnMaterial:
-        """Return the material of a yarn of some radius [cm].
+    def yarn_material(self, yarn_radius: float, mass_per_length: ArrayLike | None) -> YarnMaterial:
+        """Return the material of a yarn.
+
+        Args:
+            yarn_radius: radius of the yarn [cm].
+            mass_per_length: mass of a length that the yarn states [g/cm], as for ``check_one_mass``.
 
         Raises:
-            ParameterError: the material or a value is unknown, or a value is out of bounds.
+            ParameterError: the material or a value is unknown, a value is out of bounds, or the yarn has two masses.
         """
-        return YarnMaterial.named(self.material, self.section().values()).scaled(yarn_radius / REFERENCE_RADIUS)
+        stiffness = self.section().values()
+        check_one_mass(stiffness, mass_per_length)
+        return YarnMaterial.named(self.material, stiffness).of_radius(yarn_radius)
 
 
 @dataclass(frozen=True)
@@ -383,6 +391,7 @@ class SwatchFabric:
         return {
             "yarn_radius": SwatchOptions.yarn_radius if size.yarn_radius is None else size.yarn_radius,
             "drawn_radius": self.drawn_radius if woven else size.drawn_radius,
+            "mass_per_length": size.mass_per_length,
             "loop_length": None if woven and only_yarn else size.loop_length,
             "spacing": self._spacing(),
             "gamma": self.gamma,

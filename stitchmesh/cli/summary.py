@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 from tyro.conf import arg
 
 from stitchmesh.cli.say import say
@@ -107,7 +108,7 @@ def swatch_summary(made: Swatch, name: str, yarn: Yarn | None) -> list[str]:
     else:
         repeat = f"{report['wales']} stitches x {report['courses']} rows"
         spacing = f"Gauge: {gauge}"
-    weight = "" if made.fabric is None else _weight(made.yarns, yarn, gauge)
+    weight = "" if made.fabric is None and yarn is None else _weight(made.yarns, yarn, gauge)
     return [
         f"Relaxed one repeat of {name}: {repeat}, {size}.",
         f"{spacing}. Yarn: {_length(made.yarns)}{weight}.",
@@ -134,10 +135,11 @@ def _length(yarns: YarnSet) -> str:
 
 
 def _weight(yarns: YarnSet, yarn: Yarn | None, gauge: Gauge) -> str:
-    """Return the weight of all yarn; without a named yarn, that of the yarn that is usual at the gauge."""
+    """Return the weight of all yarn; without a name or a stated mass, that of the yarn that is usual at the gauge."""
     known = yarn or yarn_for_gauge(gauge)
-    grams = float(f"{yarns.lengths.sum() / 100.0 * known.grams_per_metre:.2g}")  # Two digits, for the yarn is typical.
-    return f" of {known.name}, about {grams:,g} g" if yarn else f", about {grams:,g} g if it is {known.name}"
+    grams = float(f"{yarns.mass(known.mass_per_length):.2g}")  # Two digits, for the yarn is typical.
+    typical = f" if it is {known.name}" if yarn is None and np.isnan(yarns.mass_per_length).any() else ""
+    return f"{f' of {known.name}' if yarn else ''}, about {grams:,g} g{typical}"
 
 
 def state_of(report: Mapping[str, Any], *, mesh_converged: bool = True) -> str:

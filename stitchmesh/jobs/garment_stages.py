@@ -80,7 +80,8 @@ def make_garment(run: JobRun) -> tuple[StitchMesh, Relaxation]:
         fabric, device,
     )  # fmt: skip
     sampling = quality.control_points_per_stitch
-    key = stage_key("generate_yarns", fabric, options.yarn_radius, options.drawn_radius, options.finish, sampling)
+    yarn = options.yarn_radius, options.drawn_radius, options.mass_per_length
+    key = stage_key("generate_yarns", fabric, *yarn, options.finish, sampling)
     yarns = run.run(
         yarns_stage("generate_yarns", key),
         lambda report: yarn_stage(fabric, options, quality, report, run.progress, run.report.get("shape")),

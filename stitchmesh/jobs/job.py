@@ -156,6 +156,7 @@ def recipe_of(job: Job) -> Recipe:
         stitch_width=size.stitch_width,
         yarn_radius=yarns.yarn_radius,
         drawn_radius=yarns.drawn_radius,
+        mass_per_length=yarns.mass_per_length,
         quality=job.quality or DEFAULT_QUALITY,
         device=job.device,
         spiral=job.make_spiral,

@@ -31,6 +31,7 @@ UNSET = {
     "yarn_radius": "0.1", "drawn_radius": "0.17", "aspect": "0.77", "loop_length": "2.0", "gravity": "[0, -981, 0]",
     "friction": "0.2", "twist": "0.1", "body": '"body.obj"', "solver": '"dynamics"', "max_iterations": "20000",
     "view": '"back"', "colour": '"strain"', "spacing": "0.6", "blocked": "50.0", "relaxation": '"wet"',
+    "mass_per_length": "0.004",
 }  # fmt: skip
 """Example of each key that is not set by default."""
 COMMENTS = {
@@ -58,6 +59,7 @@ COMMENTS = {
     "factors": "KEY=FACTOR, of stitches, rows and yarns",
     "stiffness": "NAME=VALUE",
     "gravity": "[cm/s^2]",
+    "mass_per_length": "[g/cm]",
     "checkpoint_every": "iterations",
     "pattern": "name of the library or path of a chart",
     "gamma": "tightness",

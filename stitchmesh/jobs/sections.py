@@ -21,8 +21,8 @@ from stitchmesh.yarn.rest_length import parse_rest_lengths
 from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarnrelax.model.material import (
     DEFAULT_MATERIAL,
-    REFERENCE_RADIUS,
     YarnMaterial,
+    check_one_mass,
     parse_stiffnesses,
 )
 
@@ -102,6 +102,8 @@ class GenerateYarnsTable:
     """Yarn radius [cm]; None for an eighth of the stitch width."""
     drawn_radius: float | None = None
     """Radius of the yarn in pictures and files for renderers [cm]; None for 1.7 yarn radii."""
+    mass_per_length: float | None = None
+    """Mass of a length of yarn [g/cm]; None for that of the material."""
     bind_off: str = YarnFinish.bind_off
     """``drawn`` or ``chain``."""
     cast_on: str = YarnFinish.cast_on
@@ -152,6 +154,8 @@ class SwatchTable:
     """Yarn radius [cm]."""
     drawn_radius: float | None = None
     """Radius of the yarn in pictures and files for renderers [cm]."""
+    mass_per_length: float | None = None
+    """Mass of a length of yarn [g/cm]; None for that of the material."""
     loop_length: float | None = None
     """Yarn length of a plain stitch [cm]."""
     spacing: float | tuple[float, float] | None = None
@@ -204,10 +208,11 @@ class SwatchTable:
         """Return the material of the yarn.
 
         Raises:
-            ParameterError: the material or a value is unknown, or a value is out of bounds.
+            ParameterError: the material or a value is unknown, a value is out of bounds, or the yarn has two masses.
         """
-        named = YarnMaterial.named(self.material, parse_stiffnesses(self.stiffness))
-        return named.scaled(self.yarn_radius / REFERENCE_RADIUS)
+        stiffness = parse_stiffnesses(self.stiffness)
+        check_one_mass(stiffness, self.mass_per_length)
+        return YarnMaterial.named(self.material, stiffness).of_radius(self.yarn_radius)
 
     def quality(self, preset: str) -> Quality:
         """Return the preset with the limit of iterations."""

@@ -23,12 +23,11 @@ from stitchmesh.jobs.stage_files import swatch_stage
 from stitchmesh.jobs.stage_run import JobRun, cut_short
 from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
-from stitchmesh.periodic.swatch import Swatch, relax_prepared, scale_yarns
+from stitchmesh.periodic.swatch import Swatch, in_fabric, relax_prepared
 from stitchmesh.periodic.swatch_budget import plan_swatch
 from stitchmesh.progress import relaxing_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.time_limit import seconds_left
-from stitchmesh.yarn import YarnSet
 
 
 def relax_swatch(run: JobRun, table: SwatchTable) -> Swatch:
@@ -83,8 +82,8 @@ def _relaxed(run: JobRun, table: SwatchTable, source: Source, quality: Quality, 
         with run.continued(before) if before else nullcontext():
             preparation = prepare_swatch.asking(source, material=material, quality=quality, device=device, **arguments)
             prepared = answer_alone(preparation, relaxations.do)
-            saver = StateSaver(run.folder, run.report, _of_its_size(prepared.yarns, table))
-            saving = replace(relaxations, on_state=lambda state: saver.keep(_of_its_size(state, table)))
+            saver = StateSaver(run.folder, run.report, in_fabric(prepared.yarns, prepared.options))
+            saving = replace(relaxations, on_state=lambda state: saver.keep(in_fabric(state, prepared.options)))
             made = answer_alone(relax_prepared.asking(prepared, prepared.yarns, show), saving.do)
             late = seconds_left() <= 0.0  # starts of the search for the lowest state may be left out
         own = {"seconds": before + time.perf_counter() - began, "search_out_of_time": late}
@@ -98,6 +97,3 @@ def _relaxed(run: JobRun, table: SwatchTable, source: Source, quality: Quality, 
     return made
 
 
-def _of_its_size(yarns: YarnSet, table: SwatchTable) -> YarnSet:
-    """Return yarns of a repeat that is relaxed at gamma times its size at the size that they will have."""
-    return scale_yarns(yarns, 1.0 / table.gamma)

@@ -59,7 +59,7 @@ def measure_fabric(yarns: YarnSet, fabric: StitchMesh | None, mass_per_length: f
     Args:
         yarns: the yarns, on their lattice.
         fabric: the stitch mesh from which the yarns were generated; None for a weave.
-        mass_per_length: mass of a length of yarn [g/cm].
+        mass_per_length: mass of a length of the yarns that state no mass [g/cm].
     """
     assert yarns.lattice is not None
     width, height = size_of(yarns.lattice)
@@ -73,7 +73,7 @@ def measure_fabric(yarns: YarnSet, fabric: StitchMesh | None, mass_per_length: f
         gauge=Gauge.of_stitch(width / wales, height / courses),
         loop_length=length / stitches,
         thickness=thickness_of(yarns),
-        areal_density=mass_per_length * length / (width * height),
+        areal_density=yarns.mass(mass_per_length) / (width * height),
     )  # fmt: skip
 
 

@@ -31,7 +31,7 @@ from stitchmesh.periodic.relaxation.way_to_rest import relax_along
 from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
 from stitchmesh.periodic.swatch_budget import plan_swatch
-from stitchmesh.periodic.swatch_options import KnitState
+from stitchmesh.periodic.swatch_options import KnitState, SwatchOptions
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
@@ -159,7 +159,7 @@ def relax_prepared(
     if own.copies > 1:
         like = prepared.drawn_with(prepared.quality)
         drawn, relaxed = own.repeated(drawn, like), whole_repeat(relaxed, own, like)
-    result = scale_yarns(relaxed.yarns, 1.0 / chosen.gamma)
+    result = in_fabric(relaxed.yarns, chosen)
     measures = yield from swatch_report.asking(
         result, prepared.fabric, prepared.material, prepared.quality, relaxed.report["energy"], device
     )
@@ -187,11 +187,17 @@ def whole_repeat(relaxed: Relaxation, smallest: SmallestCell, like: YarnSet) -> 
     return Relaxation(smallest.repeated(relaxed.yarns, like), relaxed.report | report, history)
 
 
+def in_fabric(yarns: YarnSet, options: SwatchOptions) -> YarnSet:
+    """Return yarns that are relaxed at gamma times their size with the size and the stated mass that the fabric has."""
+    fabric = scale_yarns(yarns, 1.0 / options.gamma)
+    return replace(fabric, mass_per_length=options.stated_masses(fabric.radius))
+
+
 def scale_yarns(yarns: YarnSet, factor: float) -> YarnSet:
-    """Multiply all lengths of yarns on a lattice by a factor."""
+    """Multiply all lengths of yarns on a lattice by a factor; the mass of the yarns stays the same."""
     assert yarns.lattice is not None
     return replace(
         yarns.with_radius(yarns.radius * factor), points=yarns.points * factor,
         rest_length=yarns.rest_length * factor, natural_curvature=yarns.natural_curvature / factor,
-        lattice=Lattice(yarns.lattice.periods * factor),
+        lattice=Lattice(yarns.lattice.periods * factor), mass_per_length=yarns.mass_per_length / factor,
     )  # fmt: skip

@@ -22,7 +22,7 @@ from stitchmesh.periodic.weave.text import format_weave, parse_weave
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn.rest_length import HOLDING, SLIPS, RestLengths
-from stitchmesh.yarnrelax import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax import YarnMaterial
 
 STIFFNESSES = ("k_len", "k_length", "k_bend", "k_contact")
 """Dials that are fields of ``YarnMaterial``, as factors of the default material."""
@@ -37,6 +37,8 @@ BOUNDS: dict[str, tuple[float, float]] = {
     **dict.fromkeys(STIFFNESSES, STIFFNESS_FACTORS),
 }  # fmt: skip
 """Smallest and largest value of each dial."""
+HUNDRED_METRES = 10_000.0
+"""Length of yarn for which the dial of the mass holds [cm]."""
 LONGEST_DESIGN_FLOAT = 40
 """Number of stitches behind which a yarn may float in a design. A designer sees a long float in the fabric, so that
 only floats which no knitter would make are refused."""
@@ -127,6 +129,7 @@ class SwatchDesign:
         return {
             "material": self._material(),
             "yarn_radius": dials.yarn_radius,
+            "mass_per_length": dials.mass / HUNDRED_METRES,
             "loop_length": dials.loop_length if "loop_length" in used else None,
             "spacing": (dials.warp_spacing, dials.weft_spacing) if "warp_spacing" in used else None,
             "rest_lengths": RestLengths(**{name: getattr(dials, name) for name in FACTORS if name in used}),
@@ -138,9 +141,8 @@ class SwatchDesign:
         }
 
     def _material(self) -> YarnMaterial:
-        material = YarnMaterial.named().scaled(self.dials.yarn_radius / REFERENCE_RADIUS)
-        stiffness = {name: getattr(material, name) * getattr(self.dials, name) for name in STIFFNESSES}
-        return replace(material, mass_per_length=self.dials.mass / 10_000.0, **stiffness)
+        material = YarnMaterial.named().of_radius(self.dials.yarn_radius)
+        return replace(material, **{name: getattr(material, name) * getattr(self.dials, name) for name in STIFFNESSES})
 
 
 @dataclass(frozen=True, kw_only=True)

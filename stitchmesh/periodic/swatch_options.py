@@ -4,13 +4,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
 from stitchmesh.errors import ParameterError, check_positive
+from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn.rest_length import RestLengths
+from stitchmesh.yarnrelax.model.material import YarnMaterial
 
 YARN_RADIUS = 0.125
 """Default radius of the yarn [cm], the radius of the published materials."""
@@ -38,8 +40,8 @@ class SwatchOptions:
     """Options of a swatch.
 
     Raises:
-        ParameterError: a length, gamma or the tension is not a positive number, or gamma or the longest float is out of
-            bounds.
+        ParameterError: a length, the mass, gamma or the tension is not a positive number, or gamma or the longest float
+            is out of bounds.
     """
 
     yarn_radius: float = YARN_RADIUS
@@ -47,6 +49,9 @@ class SwatchOptions:
     drawn_radius: float | None = None
     """Apparent radius of the yarn in pictures and files for renderers [cm]; by default ``APPARENT_OVER_CONTACT``
     contact radii for a knitted swatch, and the contact radius for a weave, whose yarns are spun firmly."""
+    mass_per_length: float | None = None
+    """Mass of a length of yarn of that radius [g/cm], which the yarns of the swatch then state; by default that of the
+    material. Threads of a weave that are thicker or thinner are as dense."""
     loop_length: float | None = None
     """Yarn length of a plain stitch of a knitted swatch [cm]; by default ``COMPACT_LOOP`` yarn diameters."""
     spacing: float | tuple[float, float] | None = None
@@ -75,6 +80,8 @@ class SwatchOptions:
         for name, value in lengths.items():
             if value is not None:
                 check_positive(name, value, "cm")
+        if self.mass_per_length is not None:
+            check_positive("mass per length", self.mass_per_length, "g/cm")
         if not (np.isfinite(self.gamma) and GAMMAS[0] <= self.gamma <= GAMMAS[1]):
             raise ParameterError(f"gamma: got {self.gamma}; expected {GAMMAS[0]:g} to {GAMMAS[1]:g}")
         if self.blocked is not None and not (np.isfinite(self.blocked) and self.blocked > 0.0):
@@ -88,6 +95,18 @@ class SwatchOptions:
     def plain_loop(self) -> float:
         """Yarn length of a plain stitch [cm]."""
         return self.loop_length or 2 * COMPACT_LOOP * self.yarn_radius
+
+    def yarn_material(self, given: YarnMaterial | None) -> YarnMaterial:
+        """Return the material of the yarn: the given one, or the default material, with the mass of the options."""
+        material = YarnMaterial.named().of_radius(self.yarn_radius) if given is None else given
+        mass = self.mass_per_length
+        return material if mass is None else replace(material, mass_per_length=mass)
+
+    def stated_masses(self, radius: FloatArray) -> FloatArray:
+        """Return the mass of a length of yarns of some contact radii [cm] that they state [g/cm], shape (Y,)."""
+        mass = np.nan if self.mass_per_length is None else self.mass_per_length
+        stated: FloatArray = mass * (radius / self.yarn_radius) ** 2
+        return stated
 
     def drawn_over_contact(self, default: float) -> float:
         """Apparent radius over contact radius; ``default`` if no apparent radius is given."""

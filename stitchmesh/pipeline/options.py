@@ -18,12 +18,13 @@ from stitchmesh.shaping.options import ShapingOptions
 from stitchmesh.shaping.panels.options import PanelOptions
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 from stitchmesh.tessellate.counts import EdgeName
+from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarngen import YarnFinish
-from stitchmesh.yarnrelax import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
-from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL
+from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, check_one_mass
 
 OF_LABELED_MESHES = {
     "borders": "start border", "seeds": "start edge", "flip": "flip", "counts": "count", "marked": "mark",
@@ -57,9 +58,15 @@ class RelaxOptions:
     def __post_init__(self) -> None:
         YarnMaterial.named(self.material, self.stiffness)
 
-    def yarn_material(self, yarn_radius: float) -> YarnMaterial:
-        """Return the material of a yarn of some radius [cm]."""
-        return YarnMaterial.named(self.material, self.stiffness).scaled(yarn_radius / REFERENCE_RADIUS)
+    def yarn_material(self, yarns: YarnSet) -> YarnMaterial:
+        """Return the material of yarns, for their mean radius.
+
+        Raises:
+            ParameterError: as for ``check_one_mass``.
+        """
+        check_one_mass(self.stiffness, yarns.mass_per_length)
+        yarn_radius = float(yarns.radius.mean())
+        return YarnMaterial.named(self.material, self.stiffness).of_radius(yarn_radius)
 
 
 @dataclass(frozen=True)
@@ -85,6 +92,8 @@ class KnitOptions:
     """Yarn radius [cm]; by default an eighth of the stitch width."""
     drawn_radius: float | None = None
     """Radius of the yarn in pictures and files for renderers [cm]; by default 1.7 yarn radii (``generate_yarns``)."""
+    mass_per_length: float | None = None
+    """Mass of a length of yarn [g/cm]; by default that of the material."""
     quality: str | Quality = DEFAULT_QUALITY
     """Name of a preset of ``quality.py``, or a ``Quality``."""
     device: str | None = None

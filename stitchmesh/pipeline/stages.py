@@ -205,8 +205,8 @@ def yarn_stage(
     progress("yarngen", 0.0, f"{fabric.face_count} stitches")
     try:
         yarns = generate_yarns(
-            fabric, yarn_radius=options.yarn_radius, drawn_radius=options.drawn_radius, quality=quality,
-            **asdict(options.finish),
+            fabric, yarn_radius=options.yarn_radius, drawn_radius=options.drawn_radius,
+            mass_per_length=options.mass_per_length, quality=quality, **asdict(options.finish),
         )  # fmt: skip
         if options.panels is not None:
             check_loops(fabric, yarns, finish=options.finish)

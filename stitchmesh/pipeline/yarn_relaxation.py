@@ -57,7 +57,7 @@ def relax_with_options(
     return relax_yarns(
         apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric),
         start=start,
-        material=options.yarn_material(float(yarns.radius.mean())),
+        material=options.yarn_material(yarns),
         quality=quality,
         device=device,
         keep_shape=fabric if keep_shape else None,

@@ -96,6 +96,8 @@ class Recipe:
     """Yarn radius [cm]."""
     drawn_radius: float | None = None
     """Radius of the yarn in pictures and files for renderers [cm]."""
+    mass_per_length: float | None = None
+    """Mass of a length of yarn [g/cm]."""
     quality: str = DEFAULT_QUALITY
     """Preset of accuracy and cost."""
     device: str | None = None
@@ -130,7 +132,7 @@ class Recipe:
         """
         return stitch_size(
             self.yarn, self.gauge, stitch_width=self.stitch_width, stitch_height=self.stitches.course_height,
-            yarn_radius=self.yarn_radius, drawn_radius=self.drawn_radius,
+            yarn_radius=self.yarn_radius, drawn_radius=self.drawn_radius, mass_per_length=self.mass_per_length,
         )  # fmt: skip
 
     def read_mesh(self) -> tuple[Mesh | PanelMesh, tuple[RepairAction, ...] | None]:
@@ -174,6 +176,7 @@ def recipe_options(recipe: Recipe) -> KnitOptions:
         mesh_relaxation=recipe.mesh_relaxation,
         yarn_radius=size.yarn_radius,
         drawn_radius=size.drawn_radius,
+        mass_per_length=size.mass_per_length,
         quality=recipe.solver.quality(recipe.quality),
         device=recipe.device,
         borders=recipe.label.start_borders,

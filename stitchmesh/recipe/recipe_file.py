@@ -35,6 +35,7 @@ COMMENTS = {
     "stitch_width": "wale spacing [cm]",
     "yarn_radius": "[cm]",
     "drawn_radius": "[cm]",
+    "mass_per_length": "[g/cm]",
     "gauge": "stitches and rows in 10 cm",
     "unit": "of a mesh file that states none",
     "quality": "draft, standard or reference",

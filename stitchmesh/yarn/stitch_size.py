@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The sizes of stitches and of their yarn that follow from the name of a yarn, a gauge, and single lengths."""
+"""The sizes of stitches, and the sizes and the mass of their yarn, by the name of a yarn, a gauge and single values."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stitchmesh.yarn.yarn_presets import GAUGE_LENGTH, WIDTH_OVER_CORE, Gauge, Y
 
 @dataclass(frozen=True, kw_only=True)
 class StitchSize:
-    """Sizes of a stitch and of its yarn [cm]; None where nothing determines a size."""
+    """Sizes of a stitch and of its yarn [cm], and the mass of the yarn; None where nothing determines a value."""
 
     stitch_width: float | None = None
     """Wale spacing."""
@@ -24,14 +24,16 @@ class StitchSize:
     """Radius of the yarn in pictures."""
     loop_length: float | None = None
     """Yarn length of a plain stitch."""
+    mass_per_length: float | None = None
+    """Mass of a length of the yarn [g/cm]."""
 
 
 def stitch_size(
     yarn: str | Yarn | None = None, gauge: str | Gauge | None = None, *, stitch_width: float | None = None,
     stitch_height: float | None = None, yarn_radius: float | None = None, drawn_radius: float | None = None,
-    loop_length: float | None = None,
+    loop_length: float | None = None, mass_per_length: float | None = None,
 ) -> StitchSize:  # fmt: skip
-    """Return the sizes of a stitch and of its yarn.
+    """Return the sizes of a stitch and of its yarn, and the mass of the yarn.
 
     A given length is returned unchanged. The other sizes follow from the yarn and the gauge; the gauge is that of the
     yarn if it is not given. A stitch width without a gauge replaces the gauge of the yarn, in the proportions of
@@ -45,6 +47,7 @@ def stitch_size(
         yarn_radius: radius of the core of the yarn [cm].
         drawn_radius: radius of the yarn in pictures [cm].
         loop_length: yarn length of a plain stitch [cm].
+        mass_per_length: mass of a length of yarn [g/cm].
 
     Raises:
         ParameterError: the yarn is unknown, the gauge is malformed, or a gauge and a stitch size are both given.
@@ -54,18 +57,21 @@ def stitch_size(
     if knitted is None:
         return StitchSize(
             stitch_width=stitch_width, stitch_height=stitch_height, yarn_radius=yarn_radius,
-            drawn_radius=drawn_radius, loop_length=loop_length,
+            drawn_radius=drawn_radius, loop_length=loop_length, mass_per_length=mass_per_length,
         )  # fmt: skip
     if yarn_radius is None:
         yarn_radius = knitted.stitch_width / WIDTH_OVER_CORE if known is None else known.core_radius
     if drawn_radius is None and known is not None:
         drawn_radius = max(known.apparent_radius, yarn_radius)
+    if mass_per_length is None and known is not None:
+        mass_per_length = known.mass_per_length
     return StitchSize(
         stitch_width=knitted.stitch_width,
         stitch_height=knitted.stitch_height if stitch_height is None else stitch_height,
         yarn_radius=yarn_radius,
         drawn_radius=drawn_radius,
         loop_length=knitted.loop_length if loop_length is None else loop_length,
+        mass_per_length=mass_per_length,
     )
 
 

@@ -36,6 +36,7 @@ LOOP_OVER_WIDTH = 4.06
 WIDTH_OVER_CORE = 8.0
 """Stitch width over the radius of the core of the yarn."""
 CENTIMETRES_PER_INCH = 2.54
+CENTIMETRES_PER_METRE = 100.0
 
 
 @dataclass(frozen=True)
@@ -138,6 +139,11 @@ class Yarn:
             near = difflib.get_close_matches(plain, _NAMED, n=1)
             raise ParameterError(f"yarn: got {name!r}; expected {near[0] if near else ', '.join(_NAMED)}")
         return _NAMED[plain]
+
+    @property
+    def mass_per_length(self) -> float:
+        """Mass of a length of yarn [g/cm]."""
+        return self.grams_per_metre / CENTIMETRES_PER_METRE
 
     @property
     def stitch_width(self) -> float:

@@ -73,8 +73,8 @@ class YarnSet:
 
     Raises:
         YarnError: a coordinate or a natural curvature is not finite, a radius or rest length is not positive and
-            finite, a colour is negative, a yarn has too few control points (fewer than 3 if closed, 4 if open), the
-            palette is not an array of bytes, or an array has the wrong shape.
+            finite, a stated mass is not positive and finite, a colour is negative, a yarn has too few control points
+            (fewer than 3 if closed, 4 if open), the palette is not an array of bytes, or an array has the wrong shape.
     """
 
     points: FloatArray
@@ -112,6 +112,10 @@ class YarnSet:
     """Apparent radius of each yarn [cm], shape (Y,); ``radius`` by default.
 
     Pictures and files for renderers draw yarns with it. The relaxation never reads it."""
+    mass_per_length: FloatArray = field(default_factory=_no_numbers)
+    """Mass of a length of each yarn [g/cm], shape (Y,); not a number where a yarn states no mass, as by default.
+
+    A stated mass goes before the mass of the material."""
 
     def __post_init__(self) -> None:
         kinds = {"points": np.float64, "start": np.int64, "closed": np.bool_, "radius": np.float64,
@@ -127,6 +131,9 @@ class YarnSet:
         object.__setattr__(self, "natural_curvature", natural)
         drawn = np.asarray(self.drawn_radius)
         object.__setattr__(self, "drawn_radius", frozen_array(drawn if drawn.size else self.radius, np.float64))
+        mass = np.asarray(self.mass_per_length)
+        mass = frozen_array(mass if mass.size else np.full(self.yarn_count, np.nan), np.float64)
+        object.__setattr__(self, "mass_per_length", mass)
         object.__setattr__(self, "palette", checked_palette(self.palette, YarnError))
         self._check_shapes()
         self._check_values()
@@ -189,6 +196,14 @@ class YarnSet:
         """
         new = np.broadcast_to(np.asarray(radius, dtype=np.float64), self.radius.shape)
         return dataclasses.replace(self, radius=new, drawn_radius=self.drawn_radius * (new / self.radius))
+
+    def masses_per_length(self, unstated: float) -> FloatArray:
+        """Return the mass of a length of each yarn [g/cm], shape (Y,); ``unstated`` for yarns that state no mass."""
+        return np.where(np.isnan(self.mass_per_length), unstated, self.mass_per_length)
+
+    def mass(self, unstated: float) -> float:
+        """Return the mass of all yarn [g]; ``unstated`` is that of a length of yarns that state no mass [g/cm]."""
+        return float(self.masses_per_length(unstated)[self.segment_yarn] @ self.lengths)
 
     @property
     def yarn_count(self) -> int:
@@ -266,7 +281,7 @@ class YarnSet:
         expected = {"radius": self.yarn_count, "row": len(self.points), "face": len(self.points),
                     "part": len(self.points), "rest_length": int(self.segment_start[-1]),
                     "colour": self.yarn_count, "natural_curvature": len(self.points),
-                    "drawn_radius": self.yarn_count}  # fmt: skip
+                    "drawn_radius": self.yarn_count, "mass_per_length": self.yarn_count}  # fmt: skip
         for name, count in expected.items():
             if getattr(self, name).shape != (count,):
                 raise YarnError(f"{name}: got shape {getattr(self, name).shape}; expected ({count},)")
@@ -286,6 +301,10 @@ class YarnSet:
             bad = np.flatnonzero(~((values <= LARGEST_LENGTH) & (values > 0.0)))
             if len(bad):
                 raise YarnError(f"{name} {first_few(bad)}: got {values[bad[0]]}; expected a positive number of cm")
+        bad = np.flatnonzero((self.mass_per_length <= 0.0) | np.isinf(self.mass_per_length))
+        if len(bad):
+            found = f"got {self.mass_per_length[bad[0]]} g/cm"
+            raise YarnError(f"mass_per_length {first_few(bad)}: {found}; expected a positive number, or nan for none")
         bad = np.flatnonzero(~(np.abs(self.natural_curvature) <= LARGEST_LENGTH))
         if len(bad):
             found = self.natural_curvature[bad[0]]

@@ -56,8 +56,9 @@ class YarnRoutes:
 
 def generate_yarns(
     fabric: StitchMesh, *, yarn_radius: float | None = None, drawn_radius: float | None = None,
-    quality: str | Quality = DEFAULT_QUALITY, bind_off: str = YarnFinish.bind_off,
-    cast_on: str = YarnFinish.cast_on, longest_float: int = YarnFinish.longest_float,
+    mass_per_length: float | None = None, quality: str | Quality = DEFAULT_QUALITY,
+    bind_off: str = YarnFinish.bind_off, cast_on: str = YarnFinish.cast_on,
+    longest_float: int = YarnFinish.longest_float,
 ) -> YarnSet:  # fmt: skip
     """Generate the yarn curves of a stitch mesh. Each yarn is one path, and the yarns interlock as the stitches define.
 
@@ -71,6 +72,7 @@ def generate_yarns(
         yarn_radius: contact radius of the yarn [cm]; an eighth of the mean stitch width if not given.
         drawn_radius: apparent radius of the yarn in pictures and files for renderers [cm];
             ``APPARENT_OVER_CONTACT`` contact radii if not given.
+        mass_per_length: mass of a length of yarn [g/cm] that the yarns state (``YarnSet``); none if not given.
         quality: its ``control_points_per_stitch`` is the number of control points of a plain stitch.
         bind_off: ``drawn``, a yarn through the last loops, or ``chain``: each loop is knitted, and the loop before it
             is passed over it.
@@ -85,7 +87,8 @@ def generate_yarns(
         the last row.
 
     Raises:
-        ParameterError: a radius is not positive or too large for the stitches, or an option is unknown.
+        ParameterError: a radius or the mass is not positive, a radius is too large for the stitches, or an option is
+            unknown.
         YarnError: a face is a panel or has no template, two yarns start closer than a quarter of the radius, or a
             fabric on a lattice has borders.
 
@@ -107,7 +110,13 @@ def generate_yarns(
     routes = trace_yarn_routes(fabric, radius, quality_named(quality).control_points_per_stitch, finish)
     result = yarns_along_routes(routes, radius)
     _check_clearance(result, radius)
-    return replace(result, drawn_radius=np.full(result.yarn_count, drawn))
+    mass = np.nan
+    if mass_per_length is not None:
+        check_positive("mass per length", mass_per_length, "g/cm")
+        mass = mass_per_length
+    return replace(
+        result, drawn_radius=np.full(result.yarn_count, drawn), mass_per_length=np.full(result.yarn_count, mass)
+    )
 
 
 def trace_yarn_routes(

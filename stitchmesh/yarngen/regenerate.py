@@ -48,7 +48,8 @@ class WarmStart:
     """Yarns of an edited fabric, and the positions from which their relaxation starts."""
 
     generated: YarnSet
-    """The yarns as generated, with the rest lengths and natural curvatures of the relaxed yarns before the edit."""
+    """The yarns as generated, with the rest lengths, natural curvatures and mass of the relaxed yarns before
+    the edit."""
     start: YarnSet | None
     """The same yarns with all unchanged stitches at their relaxed positions; None if hardly any stitch is unchanged."""
     warm: float
@@ -126,7 +127,10 @@ def warm_start(
     old_number = unchanged_points(old, _as_edited(new, after, evened, quality, options), within)
     # generated yarn is straight without load
     natural = np.where(old_number >= 0, relaxed.natural_curvature[old_number], 0.0)
-    new = replace(new, rest_length=_rest_lengths(relaxed, old, new, old_number), natural_curvature=natural)
+    new = replace(
+        new, rest_length=_rest_lengths(relaxed, old, new, old_number), natural_curvature=natural,
+        mass_per_length=np.full(new.yarn_count, relaxed.mass_per_length[0]),
+    )  # fmt: skip
     known, moved = np.flatnonzero(old_number >= 0), np.flatnonzero(old_number < 0)
     if len(known) < NEIGHBOURS:
         return WarmStart(new, None, 0.0)

@@ -39,7 +39,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.assessment import Assessment
 from stitchmesh.yarnrelax.ended_step import EndedStep, StepFigures, ended_steps, step_arrays, step_figures
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
-from stitchmesh.yarnrelax.fingerprint import fingerprint, refuse_other_inputs
+from stitchmesh.yarnrelax.fingerprint import fingerprint, refuse_other_inputs, yarn_fingerprint
 from stitchmesh.yarnrelax.load_position import AT_ONCE, LoadPosition
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
@@ -49,6 +49,8 @@ NAME = "checkpoint.smc"
 """Name of the newest checkpoint in its folder."""
 LOAD, START = "load.", ("points", "periods")
 """Beginning of the names of arrays at which a step of the load starts, and their names in ``LoadPosition``."""
+MASSES = ("yarns.mass_per_length", "material.mass_per_length")
+"""Inputs that older checkpoints hold even where nothing reads the mass."""
 
 
 @dataclass(frozen=True)
@@ -155,19 +157,22 @@ def input_fingerprint(
     constraints: Sequence[ConstraintChoice],
     cell: RelaxCell | None,
 ) -> dict[str, str]:
-    """The inputs of a relaxation as short strings.
+    """The inputs of a relaxation as short strings, without masses that nothing reads.
 
     Raises:
         ParameterError: a term or a constraint has a value that cannot be compared.
     """
     found = {"stitchmesh": __version__, "device": "cuda" if device.is_cuda else "cpu"}
-    found |= fingerprint("yarns", yarns, without=("palette", "drawn_radius")) | fingerprint("material", material)
+    yarn = yarn_fingerprint(yarns) | fingerprint("material", material)
+    found |= {key: value for key, value in yarn.items() if key not in MASSES}
     found |= fingerprint("quality", quality, without=("tolerance", "largest_change", "max_iterations"))
     found |= {"cell": "kept"} if cell is None else fingerprint("cell", cell)
     for kind, choices in (("term", terms), ("constraint", constraints)):
         for number, choice in enumerate(choices):
             name = f"{kind} {number}"
             found |= {name: type(choice).__name__} | fingerprint(f"{name} ({type(choice).__name__})", choice)
+    if quality.solver == "dynamics" or any(term.reads_mass for term in terms):
+        found |= {key: yarn[key] for key in MASSES if key in yarn}
     return found
 
 
@@ -210,7 +215,8 @@ def read_state(path: FilePath, inputs: Mapping[str, str]) -> CheckpointState:
     """
     content = read_checkpoint(path)
     header: dict[str, Any] = {**checked_header(path, content, _Header)}
-    refuse_other_inputs(fspath(path), header.pop("inputs"), inputs)
+    written = {key: value for key, value in header.pop("inputs").items() if key in inputs or key not in MASSES}
+    refuse_other_inputs(fspath(path), written, inputs)
     starts: dict[str, Any] = {name: content.arrays.get(f"{LOAD}{name}") for name in START}
     arrays = {name: array for name, array in content.arrays.items() if not name.startswith(LOAD)}
     position = replace(AT_ONCE, **header["position"], **starts)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.yarn import YarnSet
 
 DIGITS = 16
 """Hexadecimal digits of a checksum that are kept: two different values have the same digits once in 2^64 cases."""
@@ -30,6 +31,12 @@ def fingerprint(name: str, value: Any, *, without: tuple[str, ...] = ()) -> dict
     """
     names = [field.name for field in fields(value) if field.name not in without]
     return {f"{name}.{field}": _text_of(f"{name}.{field}", getattr(value, field)) for field in names}
+
+
+def yarn_fingerprint(yarns: YarnSet) -> dict[str, str]:
+    """The fields of yarns that decide a run; a mass that no yarn states is left out, as if the field did not exist."""
+    unstated = ("mass_per_length",) if np.isnan(yarns.mass_per_length).all() else ()
+    return fingerprint("yarns", yarns, without=("palette", "drawn_radius", *unstated))
 
 
 def refuse_other_inputs(name: str, written: Mapping[str, str], inputs: Mapping[str, str]) -> None:

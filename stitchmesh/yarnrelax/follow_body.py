@@ -29,9 +29,9 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.body_follower import BodyFollower, FollowInputs
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies.term import TermChoice
-from stitchmesh.yarnrelax.fingerprint import fingerprint, refuse_other_inputs
+from stitchmesh.yarnrelax.fingerprint import fingerprint, refuse_other_inputs, yarn_fingerprint
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
-from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.motion.follow_defaults import DRAG, MOST_DRAG
 from stitchmesh.yarnrelax.motion.moving_body import MovingBody
 from stitchmesh.yarnrelax.motion.self_cuts import refuse_self_cuts
@@ -132,8 +132,9 @@ def follow_body(
 def _with_drag(yarns: YarnSet, material: YarnMaterial | None, drag: float) -> YarnMaterial:
     """The material with the global damping that slows a uniform motion down at the rate of the drag."""
     check_kind("follow_body", yarns, YarnSet)
-    chosen = material or YarnMaterial.named().scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
-    return replace(chosen, k_global=0.5 * drag * chosen.mass_per_length * float(yarns.rest_length.mean()))
+    chosen = material or YarnMaterial.named().of_radius(float(yarns.radius.mean()))
+    mass = yarns.masses_per_length(chosen.mass_per_length)[yarns.segment_yarn] * yarns.rest_length
+    return replace(chosen, k_global=0.5 * drag * float(mass.mean()))
 
 
 def _frames(
@@ -174,7 +175,7 @@ def _resume(follower: BodyFollower, path: Path, written: dict[str, str]) -> None
 def _fingerprints(inputs: FollowInputs) -> dict[str, str]:
     """Return everything that decides a run, as short strings."""
     found = {"stitchmesh": __version__, "device": "cuda" if inputs.device.is_cuda else "cpu"}
-    found |= fingerprint("yarns", inputs.yarns, without=("palette", "drawn_radius"))
+    found |= yarn_fingerprint(inputs.yarns)
     found |= fingerprint("material", inputs.material)
     found |= fingerprint("quality", inputs.quality, without=("tolerance", "largest_change", "max_iterations"))
     found |= fingerprint("body", inputs.body)

@@ -35,7 +35,7 @@ from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.load_position import LoadPosition
-from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
@@ -146,7 +146,7 @@ class LoadPath:
     def _first_material(self) -> YarnMaterial:
         """Stiffnesses at share 0."""
         own = self.asked.material
-        usual = YarnMaterial.named().scaled(float(self.asked.yarns.radius.mean()) / REFERENCE_RADIUS)
+        usual = YarnMaterial.named().of_radius(float(self.asked.yarns.radius.mean()))
         level = own.k_length / usual.k_length if own.k_length > 0.0 else own.k_len / usual.k_len
         k_bend, k_contact = min(own.k_bend, level * usual.k_bend), max(own.k_contact, level * usual.k_contact)
         return replace(own, k_bend=k_bend, k_contact=k_contact)

@@ -27,7 +27,7 @@ from stitchmesh.yarnrelax.linking.certificate import doubled_linking, refuse_cha
 from stitchmesh.yarnrelax.load_path import LoadPath, StepInputs
 from stitchmesh.yarnrelax.load_position import AT_ONCE
 from stitchmesh.yarnrelax.loading import Loading
-from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.observer import Observer, Progress, report_entries
 from stitchmesh.yarnrelax.relaxation_result import Relaxation, relaxation_report, unrest_text
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
@@ -99,7 +99,7 @@ def relax_yarns(
     quality, kind = quality_named(quality), device_named(device)
     check_relaxation_memory(f"a relaxation of {len(yarns.points):,} control points", len(yarns.points), quality, device)
     if material is None:
-        material = YarnMaterial.named().scaled(float(yarns.radius.mean()) / REFERENCE_RADIUS)
+        material = YarnMaterial.named().of_radius(float(yarns.radius.mean()))
     check_kind("relax_yarns, material", material, YarnMaterial)
     if keep_shape is not None:
         check_kind("relax_yarns, keep_shape", keep_shape, StitchMesh)

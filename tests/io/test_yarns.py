@@ -33,6 +33,14 @@ def test_hdf5_keeps_every_field(tmp_path):
     assert_same(read_yarns(tmp_path / "y.h5"), yarns)
 
 
+def test_hdf5_without_a_mass_holds_yarns_that_state_none(tmp_path):
+    """Files of before yarns could state a mass have no such dataset."""
+    write_yarns(tmp_path / "y.h5", awkward_yarns())
+    with h5py.File(tmp_path / "y.h5", "r+") as file:
+        del file["mass_per_length"]
+    assert np.isnan(read_yarns(tmp_path / "y.h5").mass_per_length).all()
+
+
 def test_hdf5_keeps_a_lattice(tmp_path):
     step = np.array([[1, 0], [0, -2], [0, 0], [3, 1]])
     yarns = dataclasses.replace(awkward_yarns(), lattice=Lattice([[1, 0, 0], [0.1, 2, 0]]), lattice_step=step)

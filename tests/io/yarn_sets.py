@@ -26,6 +26,7 @@ def awkward_yarns() -> YarnSet:
         face=np.arange(count) - 1,
         part=np.arange(count) % 5,
         natural_curvature=rng.standard_normal(count),
+        mass_per_length=[0.01 / 7, np.nan, 0.1, np.nan],
     )
 
 

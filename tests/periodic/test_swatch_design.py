@@ -52,11 +52,13 @@ def test_every_dial_can_be_turned_for_every_pattern(name):
 
 
 def test_settings_of_the_first_design_are_the_defaults_of_a_swatch():
-    """Except for the mass of the yarn, which no scale of the material changes here, and longer floats."""
+    """Except for the mass of the yarn, which is that of the material and which a design states, and longer floats."""
     options = SwatchDesign(sm.resolve_pattern("stockinette")).options()
-    given = {name: value for name, value in options.items() if name not in ("material", "longest_float", "loop_length")}
+    own = ("material", "longest_float", "loop_length", "mass_per_length")
+    given = {name: value for name, value in options.items() if name not in own}
     assert SwatchOptions(**given) == SwatchOptions()
     assert options["material"] == sm.YarnMaterial.named()
+    assert options["mass_per_length"] == options["material"].mass_per_length
     plain = draw_swatch(sm.resolve_pattern("stockinette"), SwatchOptions(), PRESETS["draft"])[1]
     same = draw_swatch(
         sm.resolve_pattern("stockinette"), SwatchOptions(loop_length=options["loop_length"]), PRESETS["draft"]

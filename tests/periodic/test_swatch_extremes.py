@@ -27,7 +27,7 @@ from stitchmesh.periodic.weave.weave import Thread, Weave
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, parse_rest_lengths, segment_faces
-from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial, yarn_energies
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, yarn_energies
 from stitchmesh.yarnrelax.saddle import relax_to_minimum
 
 pytestmark = pytest.mark.usefixtures("first_state")
@@ -171,7 +171,7 @@ def test_gamma_is_an_exact_similarity(name, gamma, tolerance):
     exact. Other factors are rounded, and iterations amplify the error along soft directions, up to what the residual
     of 1e-4 allows."""
     quality = replace(quality_named("draft"), precision="float64", tolerance=1e-4)
-    material = YarnMaterial.named("stitchmesh").scaled(RADIUS / REFERENCE_RADIUS)
+    material = YarnMaterial.named("stitchmesh").of_radius(RADIUS)
     made = swatch(name, gamma=gamma, material=material, quality=quality, device="cpu", relax_cell=True)
     source, cell = resolve_pattern(name), RelaxCell(shear=False)
     fabric, generated = draw_swatch(source, SwatchOptions(), GENERATED)

@@ -8,6 +8,8 @@ is a cantilever of length L: by symmetry the yarn stays horizontal at the pin, a
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -95,6 +97,16 @@ def test_the_forces_sum_to_the_weight(precision: str, accuracy: float) -> None:
     weight = YarnMaterial.named("leaf").mass_per_length * yarns.rest_length.sum() * FALL
     # accuracy: rounding of the masses and of a sum of a dozen terms
     np.testing.assert_allclose(force.sum(axis=0), [0.0, -weight, 0.0], rtol=accuracy)
+
+
+def test_a_stated_mass_goes_before_that_of_the_material() -> None:
+    """The first yarn states three times the mass of the material, the second one states none."""
+    yarns, usual = wavy_yarns(), YarnMaterial.named("leaf").mass_per_length
+    yarns = replace(yarns, radius=[0.01, 0.03], mass_per_length=[3.0 * usual, np.nan])
+    mass = point_masses(on_device(yarns))
+    own = np.bincount(yarns.segment_yarn, yarns.rest_length) * [3.0 * usual, usual]
+    # rounding of a sum of a dozen terms
+    assert np.bincount(yarns.point_yarn, mass) == pytest.approx(own, rel=1e-14)
 
 
 def test_an_inner_control_point_has_the_mass_of_one_segment() -> None:

@@ -133,9 +133,10 @@ def test_sizes_follow_from_the_yarn_unless_they_are_given():
     assert stitch_size() == StitchSize()
     assert stitch_size("dk") == StitchSize(
         stitch_width=dk.stitch_width, stitch_height=dk.stitch_height, yarn_radius=dk.core_radius,
-        drawn_radius=dk.apparent_radius, loop_length=dk.loop_length,
+        drawn_radius=dk.apparent_radius, loop_length=dk.loop_length, mass_per_length=dk.grams_per_metre / 100,
     )  # fmt: skip
     given = {"stitch_width": 0.6, "stitch_height": 0.5, "yarn_radius": 0.07, "loop_length": 2.0}
+    given |= {"mass_per_length": 0.001}
     assert stitch_size(**given) == StitchSize(**given)
     assert stitch_size(dk, **given) == StitchSize(**given, drawn_radius=dk.apparent_radius)
 

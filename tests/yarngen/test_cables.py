@@ -23,7 +23,7 @@ from stitchmesh.yarngen.bridges import crossing_number
 from stitchmesh.yarngen.cables import REST_LENGTH_RATIO, open_corners
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.generate import trace_yarn_routes
-from stitchmesh.yarnrelax import REFERENCE_RADIUS, YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from tests.gallery import tube
 from tests.yarngen.samplers import sampler
 
@@ -287,7 +287,7 @@ def test_a_relaxed_rope_keeps_its_front():
     """Two loops cross two others on a purl ground: the right ones lie in front, from lower right to upper left."""
     fabric = crossed(plain(8, 7, purled=2), 4, 2, turned(2, 2, "right"))
     yarns = generate_yarns(fabric, yarn_radius=RADIUS, quality="draft")
-    material = YarnMaterial.named("stitchmesh").scaled(RADIUS / REFERENCE_RADIUS)
+    material = YarnMaterial.named("stitchmesh").of_radius(RADIUS)
     relaxed = relax_yarns(yarns, material=material, quality="draft", device="cpu", keep_shape=fabric)
     assert relaxed.report["converged"] and relaxed.report["pull_throughs"] == 0
     is_leg = yarns.rest_length < (1.0 - 1e-6) * yarns.lengths

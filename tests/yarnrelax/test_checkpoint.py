@@ -292,6 +292,26 @@ def test_a_checkpoint_whose_arrays_were_exchanged_is_refused(folder, tmp_path, n
         relaxed(resume=tmp_path / "other.smc")
 
 
+def test_an_older_checkpoint_with_masses_that_nothing_read_is_resumed(tmp_path):
+    """Materials of other radii once had another mass; it decides nothing at rest without gravity."""
+    few = replace(QUALITY, max_iterations=20)
+    relaxed(few, checkpoint=Checkpoints(tmp_path, every=20))
+    content = read_checkpoint(tmp_path / "checkpoint.smc")
+    assert not [key for key in content.header["inputs"] if key.endswith("mass_per_length")]
+    inputs = content.header["inputs"] | {"material.mass_per_length": "0.015"}
+    write_checkpoint(tmp_path / "old.smc", CheckpointFile(content.header | {"inputs": inputs}, content.arrays))
+    assert same(relaxed(few, resume=tmp_path / "old.smc"), relaxed(few))
+
+
+@pytest.mark.parametrize("options", [{"terms": [Gravity()]}, {"quality": replace(QUALITY, solver="dynamics")}])
+def test_a_checkpoint_with_another_mass_is_refused_where_the_mass_decides(tmp_path, options):
+    quality = replace(options.pop("quality", QUALITY), max_iterations=20)
+    relaxed(quality, checkpoint=Checkpoints(tmp_path, every=20), **options)
+    heavy = replace(tube(ROWS, STITCHES), mass_per_length=np.full(tube(ROWS, STITCHES).yarn_count, 0.01))
+    with pytest.raises(ParameterError, match=r"yarns.mass_per_length is .* and was absent"):
+        relax_yarns(heavy, quality=quality, device="cpu", resume=tmp_path / "checkpoint.smc", **options)
+
+
 def test_a_missing_checkpoint_is_refused(tmp_path):
     with pytest.raises(FileError, match="there is no such file"):
         relaxed(resume=tmp_path / "checkpoint.smc")

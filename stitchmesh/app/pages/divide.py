@@ -29,6 +29,7 @@ from stitchmesh.yarn.yarn_presets import Yarn, yarn_names
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
+    from stitchmesh.app.project.project import Project
 
 OWN_SIZE = "own size"
 """Choice of the yarn if the sizes are the user's own."""
@@ -40,6 +41,12 @@ MOST_COUNT = 10_000
 """Largest number of stitches on one edge."""
 MESH, STITCHES = "mesh", "stitches"
 """What can be shown."""
+
+
+def chosen_yarn(project: Project) -> str | None:
+    """Return the name of the hand-knitting yarn that was chosen for the stitches of a project; None for own sizes."""
+    name: str = project.settings(DividePage.name).get("yarn", OWN_SIZE)
+    return None if name == OWN_SIZE else name
 
 
 class DividePage(Page):

@@ -87,11 +87,12 @@ class Follow:
         yarns = read_yarns(self.yarns, unit=self.unit, radius=self.yarn_radius)
         moving = read_moving_mesh(self.body, unit=self.body_unit, frames_per_second=self.frames_per_second)
         body = MovingBody(moving, friction=self.body_friction, thickness=self.body_thickness)
+        material = self.material.yarn_material(float(yarns.radius.mean()), yarns.mass_per_length)
         with output_folder(self.output, (ANIMATION, REPORT)) as folder, show_progress() as progress:
             frames = follow_body(
-                yarns, body, material=self.material.yarn_material(float(yarns.radius.mean())), quality=self.quality,
-                device=self.device, terms=[Gravity(self.gravity)], carried=self._carried(), drag=self.drag,
-                checkpoint=folder, resume=self.resume, progress=progress,
+                yarns, body, material=material, quality=self.quality, device=self.device,
+                terms=[Gravity(self.gravity)], carried=self._carried(), drag=self.drag, checkpoint=folder,
+                resume=self.resume, progress=progress,
             )  # fmt: skip
             files = FollowFiles(folder, yarns, moving)
             for frame in frames:

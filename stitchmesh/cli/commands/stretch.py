@@ -65,7 +65,7 @@ class Stretch:
 
         pattern = resolve_pattern(self.pattern)
         options = self.fabric.options(woven=isinstance(pattern, Weave))
-        material = self.material.yarn_material(options["yarn_radius"])
+        material = self.material.yarn_material(options["yarn_radius"], options["mass_per_length"])
         with output_folder(self.output, (TABLE, PLOT)) as folder:
             curve = stretch_test(
                 pattern, **directions, steps=self.steps, quality=self.quality, device=self.device, material=material,

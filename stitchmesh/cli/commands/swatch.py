@@ -107,7 +107,7 @@ class Swatch:
     """do not write preview.png"""
     json: AsJson = False
     view: Flag = False
-    """design the swatch in the browser, from this pattern and --gamma; nothing is written"""
+    """design the swatch in the browser, from this pattern, yarn, gauge and --gamma; nothing is written"""
     serving: Annotated[Serving, arg(name="")] = field(default_factory=Serving)
     overwrite: Overwrite = False
 
@@ -174,8 +174,8 @@ class Swatch:
         given = {name: getattr(options, name) for name in options.__dataclass_fields__}
         with output_folder(self.output, RESTS) as folder, show_progress() as progress:
             found = explore(
-                source, starts, material=self.material.yarn_material(options.yarn_radius), quality=quality,
-                device=self.device, progress=False,
+                source, starts, material=self.material.yarn_material(options.yarn_radius, options.mass_per_length),
+                quality=quality, device=self.device, progress=False,
                 on_start=lambda start: progress("yarnrelax", start / (starts + 1), f"start {start} of {starts}"),
                 **given,
             )  # fmt: skip
@@ -187,7 +187,16 @@ class Swatch:
     def _open_in_browser(self) -> None:
         from stitchmesh.app.starts import SWATCH, swatch_project
 
-        self.serving.run(partial(swatch_project, self.pattern, self.fabric.gamma), SWATCH)
+        self.serving.run(partial(swatch_project, self.pattern, **self.design_dials()), SWATCH)
+
+    def design_dials(self) -> dict[str, float]:
+        """Return the dials of a design that the options of the fabric set."""
+        from stitchmesh.periodic.swatch_design import HUNDRED_METRES
+
+        options = SwatchOptions(**self.fabric.options(woven=False))
+        dials = {name: getattr(options, name) for name in ("gamma", "yarn_radius", "columns", "rows")}
+        mass = {} if options.mass_per_length is None else {"mass": options.mass_per_length * HUNDRED_METRES}
+        return dials | {"loop_length": options.plain_loop} | mass
 
     def _source(self) -> Pattern | Weave:
         """Return the pattern or the weave, with the colours of the options."""
@@ -254,7 +263,7 @@ class Swatch:
         from stitchmesh.progress import relaxing_progress
 
         quality = self._quality
-        material = self.material.yarn_material(options.yarn_radius)
+        material = self.material.yarn_material(options.yarn_radius, options.mass_per_length)
         given = {name: getattr(options, name) for name in options.__dataclass_fields__}
         report_progress = relaxing_progress(
             "yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations,

@@ -61,7 +61,7 @@ class Yarns:
         else:
             yarns = generate_yarns(
                 read_stitches(self.fabric), yarn_radius=size.yarn_radius, drawn_radius=size.drawn_radius,
-                quality=self.quality, **asdict(self.finish),
+                mass_per_length=size.mass_per_length, quality=self.quality, **asdict(self.finish),
             )  # fmt: skip
         write_yarns(self.output, yarns)
         say(f"{yarns.yarn_count} yarns, {len(yarns.points)} control points, {yarns.lengths.sum():.1f} cm")

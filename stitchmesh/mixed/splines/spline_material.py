@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, REFERENCE_RADIUS, YarnMaterial
+from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, YarnMaterial
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class SplineMaterial:
         Raises:
             ParameterError: there is no material of that name, or the radius is not positive.
         """
-        return SplineMaterial(YarnMaterial.named(name).scaled(radius / REFERENCE_RADIUS))
+        return SplineMaterial(YarnMaterial.named(name).of_radius(radius))
 
     @property
     def density(self) -> float:

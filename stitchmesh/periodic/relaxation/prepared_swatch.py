@@ -38,7 +38,7 @@ from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import PRESETS, Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import apply_rest_lengths
-from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.energies.term import TermChoice
 
 SIZES = (0.1, 10.0)
@@ -127,9 +127,9 @@ def prepare_swatch(
     chosen, quality = SwatchOptions(**options), quality_named(quality)
     release = chosen_release(relaxation, friction, relax_cell, chosen)
     relax_cell = relax_cell or release is not None
-    if material is None:
-        material = YarnMaterial.named().scaled(chosen.yarn_radius / REFERENCE_RADIUS)
-    check_kind("swatch, material", material, YarnMaterial)
+    if material is not None:
+        check_kind("swatch, material", material, YarnMaterial)
+    material = chosen.yarn_material(material)
     source = resolve_pattern(pattern)
     if release is not None and isinstance(source, Weave):
         raise ParameterError("relaxation: got one for a weave, which comes off no needles; leave it out")

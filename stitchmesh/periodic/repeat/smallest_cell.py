@@ -95,6 +95,7 @@ class SmallestCell:
             closed=yarns.closed[self.kept], radius=yarns.radius[self.kept], rest_length=yarns.rest_length[segments],
             row=yarns.row[points], face=yarns.face[points], part=yarns.part[points], colour=yarns.colour[self.kept],
             natural_curvature=yarns.natural_curvature[points], drawn_radius=yarns.drawn_radius[self.kept],
+            mass_per_length=yarns.mass_per_length[self.kept],
             lattice=Lattice(np.stack([u, (self.aside * u + v) / self.copies])),
             lattice_step=np.stack([step[:, 0] - self.aside * step[:, 1], self.copies * step[:, 1]], axis=1),
         )  # fmt: skip
@@ -142,6 +143,7 @@ class SmallestCell:
         return replace(
             like, points=np.concatenate(points), rest_length=np.concatenate(rest), lattice=lattice,
             radius=yarns.radius[self.origin], drawn_radius=yarns.drawn_radius[self.origin],
+            mass_per_length=yarns.mass_per_length[self.origin],
         )  # fmt: skip
 
 

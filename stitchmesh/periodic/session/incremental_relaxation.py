@@ -282,7 +282,7 @@ class LiveSwatch:
         relaxed = target.smallest.repeated(self._state_now().in_fabric, self.generated.yarns)
         yarns = replace(
             relaxed, colour=target.colour, palette=target.palette,
-            drawn_radius=relaxed.radius * target.drawn_over_contact,
+            drawn_radius=relaxed.radius * target.drawn_over_contact, mass_per_length=target.mass_per_length,
         )  # fmt: skip
         material = target.material.scaled(1.0 / target.gamma)
         return Frame(self.number, yarns, self.generated.fabric, report, material, self.error)

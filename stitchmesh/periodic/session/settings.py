@@ -13,7 +13,7 @@ from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.sampling.sampling import path_to
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import Quality, quality_named
-from stitchmesh.yarnrelax import REFERENCE_RADIUS, RelaxCell, YarnMaterial
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.solvers import solver_named
 
 
@@ -72,6 +72,4 @@ class SwatchSettings:
     @property
     def yarn_material(self) -> YarnMaterial:
         """The material of the yarn, the default material included."""
-        if self.material is not None:
-            return self.material
-        return YarnMaterial.named().scaled(self.options.yarn_radius / REFERENCE_RADIUS)
+        return self.options.yarn_material(self.material)

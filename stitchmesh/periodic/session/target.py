@@ -99,6 +99,8 @@ class Target:
     """Colour of each colour number (sRGB), shape (P, 3)."""
     drawn_over_contact: FloatArray
     """Apparent radius over contact radius of each yarn of the repeat."""
+    mass_per_length: FloatArray
+    """Mass of a length that each yarn of the repeat states in the fabric [g/cm]; not a number if it states none."""
 
 
 def generate_repeat(settings: SwatchSettings) -> GeneratedRepeat:
@@ -150,6 +152,7 @@ def make_target(settings: SwatchSettings, generated: GeneratedRepeat) -> Target:
         colour=yarns.colour,
         palette=yarns.palette,
         drawn_over_contact=yarns.drawn_radius / yarns.radius,
+        mass_per_length=options.stated_masses(yarns.radius * full),
     )
 
 

@@ -63,11 +63,13 @@ def weight_energies(
 
 @dataclass(frozen=True)
 class Gravity(TermChoice):
-    """The weight of the yarns, from ``YarnMaterial.mass_per_length``; on a lattice that of one cell.
+    """The weight of the yarns, from ``point_masses``; on a lattice that of one cell.
 
     Raises:
         ParameterError: the acceleration is not three finite numbers.
     """
+
+    reads_mass = True
 
     acceleration: tuple[float, float, float] = STANDARD
     """Acceleration [cm / s^2]; y points up."""
@@ -80,10 +82,8 @@ class Gravity(TermChoice):
         """The weight of a model's yarns.
 
         Raises:
-            ParameterError: the material has no mass.
+            ParameterError: a yarn has no mass.
         """
-        if model.material.mass_per_length == 0.0:
-            raise ParameterError("gravity: got a material of mass_per_length 0; expected a mass [g/cm]")
         return _Weight(model, self.acceleration)
 
 

@@ -78,6 +78,8 @@ class TermChoice(ABC):
 
     in_free_cells: bool = False
     """Whether the term acts on the strains of a cell that relaxes, or has no force along the periods."""
+    reads_mass: bool = False
+    """Whether the term depends on the mass of the yarns; a checkpoint then holds for this mass only."""
 
     @abstractmethod
     def on(self, model: Model) -> Term:

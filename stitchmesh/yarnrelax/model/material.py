@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The material of yarns: stiffnesses of Kaldor 2008 and Leaf 2018 (L) in CGS units, and the mass of control points.
 
-A yarn has the mass m per length of rest. Over a segment the four basis functions have the integrals
-(1, 11, 11, 1) / 24, which are the row sums of its mass matrix over m l (L, appendix B). A control point has the mass
+A yarn has the mass m per length of rest: the mass that the yarn states (``YarnSet.mass_per_length``), or else that of
+its material. Over a segment the four basis functions have the integrals (1, 11, 11, 1) / 24, which are the row sums of
+its mass matrix over m l (L, appendix B). A control point has the mass
 
     m_j = sum over its segments of  m l (1, 11, 11, 1)_slot / 24        [g]
 
@@ -18,7 +19,7 @@ from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import ParameterError, check_positive
 
@@ -71,8 +72,8 @@ class YarnMaterial:
 
         Args:
             name: name of the material.
-            stiffness: new values of single fields, by name, for a yarn of ``REFERENCE_RADIUS``; ``scaled`` then scales
-                them together with the others.
+            stiffness: new values of single fields, by name, for a yarn of ``REFERENCE_RADIUS``; ``of_radius`` then
+                changes them together with the others.
 
         Raises:
             ParameterError: there is no material or no field of that name, or a value is negative, not finite, or above
@@ -88,11 +89,24 @@ class YarnMaterial:
                 raise ParameterError(f"material: {field} is {value:g}; expected a number from 0 to {most:g}")
         return replace(NAMED[name], **dict(stiffness or {}))
 
+    def of_radius(self, radius: float) -> YarnMaterial:
+        """The material of yarn of a radius [cm], where this material describes yarn of ``REFERENCE_RADIUS``.
+
+        Stiffnesses and damping follow the similarity of ``scaled``. The yarn is as dense as that of this material, so
+        its mass per length is proportional to the square of the radius.
+
+        Raises:
+            ParameterError: the radius is not a positive finite number.
+        """
+        check_positive("material: yarn radius", radius, "cm")
+        thicker = radius / REFERENCE_RADIUS
+        return replace(self.scaled(thicker), mass_per_length=self.mass_per_length * thicker**2)
+
     def scaled(self, gamma: float) -> YarnMaterial:
-        """The material with the same behaviour when every length is multiplied by ``gamma``.
+        """The material of the same yarn when every length is multiplied by ``gamma``, as by a change of the unit.
 
         This similarity is exact (L section 6.2, eq 4): all energies keep their values. The mass of a yarn stays the
-        same too, so the mass per length is divided by gamma.
+        same too, so the mass per length is divided by gamma. ``of_radius`` is the material of another yarn.
 
         Raises:
             ParameterError: gamma is not a positive finite number.
@@ -120,6 +134,22 @@ NAMED: dict[str, YarnMaterial] = {
 }
 """Materials by name: three published ones and ``stitchmesh``, which is L's material with the stiffest length penalty
 for which L reports no smaller steps (L section 3.1). It limits the strain of a garment's yarn to a few percent."""
+
+
+def check_one_mass(stiffness: Mapping[str, float], stated: ArrayLike | None) -> None:
+    """Refuse a mass among the values of a material that a user gives where the yarns state their own.
+
+    Args:
+        stiffness: values by name.
+        stated: mass of a length of the yarns [g/cm], not a number where a yarn states none; None if none does.
+
+    Raises:
+        ParameterError: both are given.
+    """
+    masses = np.atleast_1d(np.nan if stated is None else stated)
+    if "mass_per_length" in stiffness and not np.isnan(masses).all():
+        found = f"got one, and yarn that states a mass of {np.nanmean(masses):.3g} g/cm"
+        raise ParameterError(f"stiffness mass_per_length: {found}; leave it out, or take yarn without a name")
 
 
 def parse_stiffnesses(words: Iterable[str]) -> dict[str, float]:
@@ -159,8 +189,17 @@ SHARES = np.array([1.0, 11.0, 11.0, 1.0]) / 24.0
 
 
 def point_masses(model: Model) -> NDArray[np.float64]:
-    """Mass of each control point [g], shape (N,)."""
-    return model.material.mass_per_length * carried_lengths(model)
+    """Mass of each control point [g], shape (N,).
+
+    Raises:
+        ParameterError: a yarn states no mass, and its material has none.
+    """
+    mass = np.concatenate(
+        [cell.yarns.masses_per_length(cell.material.mass_per_length / cell.unit) * cell.unit for cell in model.cells]
+    )
+    if not mass.all():
+        raise ParameterError("material: mass_per_length is 0; expected a mass [g/cm] for gravity and for dynamics")
+    return mass[model.yarns.point_yarn] * carried_lengths(model)
 
 
 def carried_lengths(model: Model) -> NDArray[np.float64]:

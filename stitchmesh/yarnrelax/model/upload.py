@@ -114,7 +114,7 @@ def _refuse_slender(counts: NDArray[np.int64]) -> None:
 def join_yarns(sets: Sequence[YarnSet]) -> YarnSet:
     """The yarns of several sets in one set, without lattices."""
     names = ("points", "closed", "radius", "rest_length", "row", "face", "part", "colour", "natural_curvature",
-             "drawn_radius")  # fmt: skip
+             "drawn_radius", "mass_per_length")  # fmt: skip
     joined: dict[str, Any] = {name: np.concatenate([getattr(yarns, name) for yarns in sets]) for name in names}
     return YarnSet(**joined, start=starts_of(np.concatenate([np.diff(yarns.start) for yarns in sets]).tolist()))
 

@@ -128,7 +128,7 @@ class Dynamics(Solver):
     """Motion of yarns with mass.
 
     Raises:
-        ParameterError: the material has no mass, or a cell is to relax.
+        ParameterError: a yarn has no mass, or a cell is to relax.
     """
 
     needs_blocks = False
@@ -141,8 +141,6 @@ class Dynamics(Solver):
             raise ParameterError("dynamics: cells move in one time; relax them one by one, or quasistatically")
         if strains:
             raise ParameterError("dynamics: a cell has no mass to relax with; use the solver quasistatic")
-        if model.material.mass_per_length == 0.0:
-            raise ParameterError("dynamics: got a material of mass_per_length 0; expected a mass [g/cm] to move")
         count = model.point_count
         self.model = model
         self.mass = model.upload(point_masses(model) * model.unit**2)

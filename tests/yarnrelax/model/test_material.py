@@ -4,13 +4,13 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax import YarnMaterial
-from stitchmesh.yarnrelax.model.material import parse_stiffnesses
+from stitchmesh.yarnrelax.model.material import REFERENCE_RADIUS, parse_stiffnesses
 
 
 def test_a_changed_value_scales_as_the_value_of_the_material_does():
@@ -21,6 +21,17 @@ def test_a_changed_value_scales_as_the_value_of_the_material_does():
         assert getattr(soft, field.name) == ratio * getattr(plain, field.name)
         before, after = (getattr(material.scaled(0.5), field.name) for material in (plain, soft))
         assert after == ratio * before  # The factors 0.5 are exact.
+
+
+def test_yarn_of_another_radius_is_as_dense_and_as_stiff_for_its_size():
+    """Twice the radius: four times the mass of a length, and the stiffnesses of the similarity (L section 6.2)."""
+    plain = YarnMaterial.named()
+    thick = plain.of_radius(2.0 * REFERENCE_RADIUS)
+    assert thick.mass_per_length == 4.0 * plain.mass_per_length  # exact powers of two
+    assert replace(thick, mass_per_length=0.0) == replace(plain.scaled(2.0), mass_per_length=0.0)
+    assert plain.of_radius(REFERENCE_RADIUS) == plain
+    with pytest.raises(ParameterError, match="material: yarn radius: got -1"):
+        plain.of_radius(-1.0)
 
 
 def test_values_are_parsed_as_a_user_writes_them():

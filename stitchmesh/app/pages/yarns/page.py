@@ -9,8 +9,11 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
+
 from stitchmesh.app.controls.html_pieces import message
 from stitchmesh.app.live_run import LiveRun
+from stitchmesh.app.pages.divide import chosen_yarn
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.run_panel import RunPanel
 from stitchmesh.app.pages.verdict_html import figures_html, verdict_html
@@ -136,7 +139,7 @@ class YarnsPage(Page):
     def generate(self) -> None:
         """Generate yarns from the stitches."""
         project, settings, fabric = self.app.project, self.settings, self._even_fabric()
-        arguments = settings.generation()
+        arguments = settings.generation(chosen_yarn(project))
 
         def done(yarns: YarnSet) -> None:
             if self._is_wanted(project, self.app.project is project and self.fabric is fabric):
@@ -271,7 +274,7 @@ class YarnsPage(Page):
     def _changed_note(self) -> Markup:
         """Return a box that says that the yarns do not have the present settings; nothing if they have."""
         made = self.app.project.yarn_settings
-        if made is None or made == self.settings.generation():
+        if made is None or made == self.settings.generation(chosen_yarn(self.app.project)):
             return Markup()
         return message(OTHER_SETTINGS, "doubtful")
 
@@ -279,11 +282,12 @@ class YarnsPage(Page):
         """Return how much yarn there is, as a sentence."""
         metres = float(yarns.lengths.sum()) / 100.0
         known = yarn_for_gauge(fabric_gauge(self._even_fabric()))
-        grams = metres * known.grams_per_metre
+        grams = yarns.mass(known.mass_per_length)
+        typical = f" if it is {known.name}" if np.isnan(yarns.mass_per_length).any() else ""
         count = f"{yarns.yarn_count:,} yarn{'' if yarns.yarn_count == 1 else 's'}"
         return (
             f"{count}, {len(yarns.points):,} control points, {metres:,.4g} m; "
-            f"about {grams:,.{0 if grams >= 10.0 else 1}f} g if it is {known.name}."
+            f"about {grams:,.{0 if grams >= 10.0 else 1}f} g{typical}."
         )
 
     def _show_snapshot(self, snapshot: Snapshot[YarnSet]) -> None:

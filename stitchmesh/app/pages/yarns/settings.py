@@ -15,6 +15,7 @@ from stitchmesh.io.checked import check_table
 from stitchmesh.pipeline.options import RelaxOptions
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named, quality_with
 from stitchmesh.yarn.rest_length import RestLengths
+from stitchmesh.yarn.stitch_size import stitch_size
 from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.constraints.pins import Pins
@@ -69,11 +70,17 @@ class YarnSettings:
     """Iterations after which the relaxation ends."""
     device: str = AUTOMATIC
 
-    def generation(self) -> dict[str, Any]:
-        """Return the arguments of ``generate_yarns``."""
+    def generation(self, yarn: str | None) -> dict[str, Any]:
+        """Return the arguments of ``generate_yarns``.
+
+        Args:
+            yarn: name of the hand-knitting yarn that was chosen for the stitches; None for stitches of the user's size.
+        """
+        size = stitch_size(yarn, yarn_radius=self.yarn_radius or None)
+        own = {"drawn_radius": size.drawn_radius, "mass_per_length": size.mass_per_length}
         return {
-            "quality": self.quality, "yarn_radius": self.yarn_radius or None, "bind_off": self.bind_off,
-            "cast_on": self.cast_on,
+            "quality": self.quality, "yarn_radius": size.yarn_radius, "bind_off": self.bind_off,
+            "cast_on": self.cast_on, **({} if yarn is None else own),
         }  # fmt: skip
 
     def solver_quality(self) -> Quality:
