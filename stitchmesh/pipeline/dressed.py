@@ -109,7 +109,7 @@ def _cloth_at_rest(fabric: StitchMesh) -> Cloth:
     triangles = fabric.face_vertex[stitch_triangles(fabric)]
     return Cloth(
         vertices=fabric.vertices, triangles=triangles, rest=_flat(fabric.vertices[triangles]),
-        panel=np.zeros(len(triangles)), panel_names=("fabric",),
+        panel=np.zeros(len(triangles), dtype=np.int64), panel_names=("fabric",),
     )  # fmt: skip
 
 
