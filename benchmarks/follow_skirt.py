@@ -41,8 +41,9 @@ def skirt_at_rest(given: argparse.Namespace, body: sm.Mesh, folder: Path) -> tup
     fabric = sm.tessellate(sm.label(mesh), stitch_width=given.stitch_width)
     fabric = sm.relax_mesh(fabric, surface=mesh, device=given.device)
     yarns = sm.generate_yarns(fabric, yarn_radius=given.stitch_width / 8.0)
+    worn = sm.dressed(yarns, fabric, [sm.Body(body)], device=given.device)
     relaxed = sm.relax_yarns(
-        yarns, quality=given.quality, keep_shape=fabric, terms=[sm.Body(body)], device=given.device,
+        worn.yarns, quality=given.quality, keep_shape=worn.fabric, terms=[sm.Body(body)], device=given.device,
         material=material_of(given, yarns),
     )  # fmt: skip
     print(f"at rest: {relaxed.report['seconds']:.3g} s, residual {relaxed.report['residual']:.2g}")

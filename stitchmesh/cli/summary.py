@@ -55,6 +55,7 @@ def knit_summary(fabric: StitchMesh, yarns: YarnSet, report: Mapping[str, Any], 
         f"Knitted {fabric.face_count:,} stitches in {int(fabric.row.max()) + 1:,} rows, {extent(yarns.points)}.",
         f"Gauge: {gauge}. Yarn: {_length(yarns)}{_weight(yarns, yarn, gauge)}.",
         state_of(report["yarnrelax"], mesh_converged=report["meshrelax"]["converged"]),
+        *dressed_lines(report["yarnrelax"]),
         *_pattern_lines(report),
         *(f"Repair: {entry['text']}." for entry in report.get("repair", ())),
         *shape_lines(report),
@@ -119,7 +120,17 @@ def swatch_summary(made: Swatch, name: str, yarn: Yarn | None) -> list[str]:
 def relax_summary(yarns: YarnSet, report: Mapping[str, Any]) -> list[str]:
     """Return the lines about relaxed yarns: the yarns, and their state."""
     count = f"{yarns.yarn_count:,} yarn{'s' if yarns.yarn_count > 1 else ''}"
-    return [f"Relaxed {count}, {_length(yarns)}, {extent(yarns.points)}.", state_of(report)]
+    line = f"Relaxed {count}, {_length(yarns)}, {extent(yarns.points)}."
+    return [line, state_of(report), *dressed_lines(report)]
+
+
+def dressed_lines(report: Mapping[str, Any]) -> list[str]:
+    """Return one line on yarns that were moved out of a body before their relaxation; none if none were in it."""
+    if "dressed" not in report:
+        return []
+    moved = report["dressed"]
+    return [f"Body: the yarns were {moved['depth_cm']:.2g} cm inside, and were moved by up to "
+            f"{moved['farthest_cm']:.2g} cm before their relaxation."]  # fmt: skip
 
 
 def files_to_open(folder: Path, drawn: bool) -> str:

@@ -12,6 +12,7 @@ from stitchmesh.budget.budget import Budget
 from stitchmesh.budget.expectation import BudgetScene
 from stitchmesh.budget.plan import limit_of, make_plan
 from stitchmesh.mesh import StitchMesh
+from stitchmesh.pipeline.dressed import dressed
 from stitchmesh.pipeline.options import RelaxOptions
 from stitchmesh.progress import Progress, no_progress, relaxing_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
@@ -20,6 +21,7 @@ from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import apply_rest_lengths
 from stitchmesh.yarnrelax import Relaxation, relax_yarns
+from stitchmesh.yarnrelax.energies.body import Body
 
 POINTS_OF_STITCH = 20
 """Control points of a plain stitch, for the number of stitches of yarns that name no stitches."""
@@ -31,7 +33,10 @@ def relax_with_options(
     progress: Progress = no_progress, on_state: Callable[[YarnSet], None] | None = None, seconds_after: float = 0.0,
     load_steps: bool = True, control: RunControl[YarnSet] | None = None,
 ) -> Relaxation:  # fmt: skip
-    """Change the rest lengths of yarns, and relax the yarns.
+    """Change the rest lengths of yarns, put them on the bodies among the terms, and relax them.
+
+    Yarns of a known fabric that are in a body are moved out of it first (``dressed``); the relaxation keeps borders and
+    shape as they are then, and the report has an entry ``dressed``.
 
     Args:
         yarns: the yarns.
@@ -54,8 +59,14 @@ def relax_with_options(
     report_progress = relaxing_progress(
         "yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations, seconds_after=seconds_after
     )
-    return relax_yarns(
-        apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric),
+    yarns, moved = apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric), {}
+    bodies = [term for term in options.terms if isinstance(term, Body)]
+    if fabric is not None and bodies:
+        worn = dressed(yarns, fabric, bodies, device=device)
+        yarns, fabric = worn.yarns, worn.fabric
+        moved = {"dressed": {"depth_cm": worn.depth, "farthest_cm": worn.farthest}} if worn.depth else {}
+    relaxed = relax_yarns(
+        yarns,
         start=start,
         material=options.yarn_material(yarns),
         quality=quality,
@@ -70,6 +81,7 @@ def relax_with_options(
         load_steps=load_steps,
         control=control,
     )
+    return replace(relaxed, report=relaxed.report | moved)
 
 
 def relax_within_budget(

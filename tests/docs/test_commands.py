@@ -18,14 +18,15 @@ from tests.docs.pages import PAGES, blocks, name_of, prose
 from tests.gallery import ROOT
 
 
-def lines(page):
-    """Yield the command lines of a page; continued lines are joined, and comments are left out."""
-    for block in blocks(page, "sh"):
-        for line in block.replace("\\\n", " ").splitlines():
-            yield shlex.split(line, comments=True)
+def command_words(block):
+    """Return the words of each command of a block; continued lines are joined, and comments are left out."""
+    lines = block.replace("\\\n", " ").splitlines()
+    return [words for words in (shlex.split(line, comments=True) for line in lines) if words]
 
 
-COMMAND_LINES = [(name_of(page), words) for page in PAGES for words in lines(page) if words]
+COMMAND_LINES = [
+    (name_of(page), words) for page in PAGES for block in blocks(page, "sh") for words in command_words(block)
+]
 PYTHON = [(name_of(page), block) for page in PAGES for block in blocks(page, "python")]
 
 

@@ -108,7 +108,8 @@ class EvenOutPage(Page):
     def start(self) -> None:
         """Start the mesh relaxation."""
         project, arguments = self.app.project, mesh_arguments(self.app.project)
-        fabric, surface = project.fabric, project.mesh or project.fabric
+        fabric = project.fabric
+        surface = (project.mesh if project.shaping is None else project.surface) or fabric
         assert fabric is not None and surface is not None
 
         def relax(control: RunControl[StitchMesh], progress: Progress) -> Evened:

@@ -94,8 +94,9 @@ class ProjectPage(Page):
         title = title_of(name)
         project = Project.create(new_project_folder(title), title, source_of(name, content, self._unit))
         self._change_to(project)
+        self._say_repairs()
         self.app.notice(f"{project.name} is a new project; the project before is saved.")
-        self.app.open_page(next_page(project))
+        self._go_on()
 
     def _make_start(self) -> None:
         controls = self.app.controls
@@ -116,7 +117,13 @@ class ProjectPage(Page):
         project.import_mesh(name, content, self._unit)
         if project.name == project.folder.name:
             project.rename(title_of(name))
-        self.app.open_page(next_page(project))
+        self._say_repairs()
+        self._go_on()
+
+    def _say_repairs(self) -> None:
+        if self.app.project.repairs:
+            changes = " ".join(f"{action.text}." for action in self.app.project.repairs)
+            self.app.notice(f"{changes} The page Rows knits the repaired mesh.", title="Repaired")
 
     def _take_example(self) -> None:
         unit, self._unit = self._unit, DEFAULT_UNIT

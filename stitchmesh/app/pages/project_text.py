@@ -51,6 +51,8 @@ def stage_lines(project: Project) -> list[tuple[str, str]]:
     """Return the name of each stage, and in words what it holds."""
     return [
         ("Mesh", _mesh(project)),
+        *([("Repaired", " ".join(f"{action.text}: {action.places}." for action in project.repairs))]
+          if project.repairs else []),
         ("Rows", _rows(project)),
         ("Stitches", _stitches(project)),
         ("Edits", str(len(project.edits)) if project.edits else NOT_YET),

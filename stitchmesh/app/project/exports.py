@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -20,6 +19,7 @@ from stitchmesh.io.meshes import FORMATS as MESH_FORMATS
 from stitchmesh.io.meshes import write_mesh
 from stitchmesh.io.stitches import WRITABLE as STITCH_SUFFIXES
 from stitchmesh.io.stitches import write_stitches
+from stitchmesh.io.temporary_file import temporary_file
 from stitchmesh.io.yarns import FORMATS as YARN_FORMATS
 from stitchmesh.io.yarns import write_yarns
 from stitchmesh.labeling import write_labeling
@@ -52,8 +52,7 @@ class Export:
         Raises:
             StitchMeshError: the format cannot hold the value.
         """
-        with tempfile.TemporaryDirectory(prefix="stitchmesh-") as folder:
-            path = Path(folder) / self.name
+        with temporary_file(self.name) as path:
             self.write(path)
             return path.read_bytes()
 

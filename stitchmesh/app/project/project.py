@@ -45,6 +45,7 @@ from stitchmesh.labeling import PartialLabeling
 from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.change import Change
+from stitchmesh.mesh.repair import RepairAction
 from stitchmesh.yarn import YarnSet
 
 OPEN_ELSEWHERE = "the project is open in another stitchmesh app; use that one, or close it first"
@@ -151,6 +152,16 @@ class Project:
     def mesh(self) -> Mesh | None:
         """The polygon mesh; None if none is imported, or if the imported file holds stitches."""
         return None if self.labeling is None else self.labeling.mesh
+
+    @property
+    def surface(self) -> Mesh | None:
+        """The mesh, repaired as rows that are found on it need; None as for ``mesh``."""
+        return self._values.surface
+
+    @property
+    def repairs(self) -> tuple[RepairAction, ...]:
+        """What the repair has changed in the surface."""
+        return self._values.repairs
 
     @property
     def labeling(self) -> PartialLabeling | None:
@@ -300,8 +311,8 @@ class Project:
         Raises:
             StitchMeshError: there is no mesh, or no stitches can be found so.
         """
-        if fabric is None and self.mesh is not None:
-            fabric = shaping.shape(self.mesh).fabric
+        if fabric is None and self.surface is not None:
+            fabric = shaping.shape(self.surface).fabric
         if fabric is None:
             raise ParameterError("rows: there is no mesh to find rows on; import a polygon mesh first")
         state = with_shaped(self._state, ShapedStitches(shaping, fabric))

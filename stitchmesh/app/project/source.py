@@ -4,19 +4,22 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.errors import FileError, MeshError, ParameterError
 from stitchmesh.io.any_file import read_any
-from stitchmesh.io.atomic import write_bytes
+from stitchmesh.io.meshes import FORMATS as MESH_FORMATS
+from stitchmesh.io.meshes import read_repaired_mesh
+from stitchmesh.io.temporary_file import temporary_file
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.labeling import PartialLabeling, read_labeling, start_labeling
+from stitchmesh.labeling.faults import triangles_message
 from stitchmesh.labeling.labeling_file import holds_labeling
 from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh.repair import RepairAction, Repaired, repair_mesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarn import YarnSet
 
@@ -46,6 +49,10 @@ class Start:
     """The labeling; None if the file holds stitches."""
     fabric: StitchMesh | None
     """The stitches; None if the file holds a mesh that is not divided."""
+    surface: Mesh | None = None
+    """The repaired mesh, on which rows are found; None if the file holds stitches."""
+    repairs: tuple[RepairAction, ...] = ()
+    """What was changed in it."""
 
     @property
     def mesh(self) -> Mesh | None:
@@ -56,35 +63,51 @@ class Start:
 def read_source(source: Source) -> Start:
     """Read an imported file: a polygon mesh, a labeled or partly labeled mesh, or stitches.
 
+    A polygon mesh is repaired for the search for rows, as ``stitchmesh knit --auto`` does. Quads that form a surface
+    are labeled as they are in the file.
+
     Raises:
         StitchMeshError: the file cannot be read, or it holds yarns.
     """
-    with tempfile.TemporaryDirectory(prefix="stitchmesh-") as folder:
-        path = Path(folder) / source.name
-        write_bytes(path, source.content)
-        try:
-            return _start(path, source)
-        except FileError as error:  # The message names the file of the user and not the temporary folder.
-            raise FileError(str(error).replace(f"{folder}/", "")) from error
+    with temporary_file(source.name, source.content) as path:
+        return _start(path, source)
 
 
 def _start(path: Path, source: Source) -> Start:
     if holds_labeling(path):
-        return Start(read_labeling(path), None)
-    found = read_any(path, unit=source.unit)
+        return _start_of_mesh(read_labeling(path))
+    try:
+        found = read_any(path, unit=source.unit)
+    except (FileError, MeshError):
+        if path.suffix.lower() not in MESH_FORMATS:
+            raise
+        return _start_of_repaired(read_repaired_mesh(path, unit=source.unit))
     if not isinstance(found, Mesh):
         kind = "yarns" if isinstance(found, YarnSet) else "faces that are no stitches"
         expected = "expected a mesh or stitches; look at yarns on the page View"
         raise ParameterError(f"{source.name}: holds {kind}; {expected}")
     if isinstance(found, StitchMesh):
         return _start_of_stitches(found, source.name)
-    return Start(start_labeling(found), None)
+    return _start_of_repaired(_repaired(found)) if triangles_message(found) else _start_of_mesh(start_labeling(found))
+
+
+def _start_of_repaired(repaired: Repaired) -> Start:
+    return Start(start_labeling(repaired.mesh), None, repaired.mesh, repaired.actions)
+
+
+def _start_of_mesh(labeling: PartialLabeling) -> Start:
+    repaired = _repaired(labeling.mesh)
+    return Start(labeling, None, repaired.mesh if repaired.actions else labeling.mesh, repaired.actions)
+
+
+def _repaired(mesh: Mesh) -> Repaired:
+    return repair_mesh(mesh.vertices, [face.tolist() for face in np.split(mesh.face_vertex, mesh.face_start[1:-1])])
 
 
 def _start_of_stitches(fabric: StitchMesh, name: str) -> Start:
     panels = fabric.stitch == Stitch.PANEL
     if panels.all():
-        return Start(PartialLabeling.of_rows(fabric), None)
+        return _start_of_mesh(PartialLabeling.of_rows(fabric))
     if panels.any():
         face = np.flatnonzero(panels)[0]
         raise ParameterError(f"{name}: face {face} is a panel among stitches; divide the labeled mesh anew")

@@ -17,8 +17,9 @@ from stitchmesh.editing.edit import Edit, Edited, apply_changes, apply_edit
 from stitchmesh.errors import ParameterError
 from stitchmesh.labeling import PartialLabeling
 from stitchmesh.labeling.steps import LabelStep, apply_label_step
-from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.change import Change
+from stitchmesh.mesh.repair import RepairAction
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -29,6 +30,10 @@ class StageValues:
     """The labeling before the first step and after each step; empty if there is no mesh."""
     labeled: StitchMesh | None = None
     """The labeled mesh; None until every face has a row."""
+    surface: Mesh | None = None
+    """The repaired mesh, on which rows are found; None if there is no mesh."""
+    repairs: tuple[RepairAction, ...] = ()
+    """What was changed in it."""
     fabric: StitchMesh | None = None
     """The fabric with all edits; None until the mesh is divided."""
     inverses: tuple[tuple[Change, ...], ...] = ()
@@ -55,7 +60,9 @@ class StageValues:
         """Return the values of an imported file."""
         if start.labeling is None:
             return cls(fabric=start.fabric)
-        return cls(labelings=(start.labeling,), labeled=_labeled(start.labeling))
+        return cls(
+            labelings=(start.labeling,), labeled=_labeled(start.labeling), surface=start.surface, repairs=start.repairs
+        )  # fmt: skip
 
     @property
     def labeling(self) -> PartialLabeling | None:
@@ -71,11 +78,11 @@ class StageValues:
         if self.labeling is None:
             raise ParameterError(f"step {step.name}: there is no mesh to label; import a polygon mesh first")
         labeling = apply_label_step(self.labeling, step)
-        return StageValues(labelings=(*self.labelings, labeling), labeled=_labeled(labeling))
+        return self._labeled_as((*self.labelings, labeling))
 
     def without_label_step(self) -> StageValues:
         """Return the values before the last step of the labeling."""
-        return StageValues(labelings=self.labelings[:-1], labeled=_labeled(self.labelings[-2]))
+        return self._labeled_as(self.labelings[:-1])
 
     def divided_as(self, state: ProjectState) -> StageValues:
         """Return the values with the stitches and the edits of a state; the labeling must be that of the state.
@@ -125,6 +132,10 @@ class StageValues:
         """Return the values before the last edit."""
         assert self.fabric is not None
         return replace(self._of(apply_changes(self.fabric, self.inverses[-1])), inverses=self.inverses[:-1])
+
+    def _labeled_as(self, labelings: tuple[PartialLabeling, ...]) -> StageValues:
+        labeled = _labeled(labelings[-1])
+        return StageValues(labelings=labelings, labeled=labeled, surface=self.surface, repairs=self.repairs)
 
     def _of(self, edited: Edited) -> StageValues:
         return replace(self, fabric=edited.fabric, last_changes=edited.changes)

@@ -5,12 +5,11 @@
 from __future__ import annotations
 
 import re
-import tempfile
 from pathlib import Path
 
 import numpy as np
 
-from stitchmesh.errors import FileError, PatternError
+from stitchmesh.io.temporary_file import temporary_file
 from stitchmesh.mesh.palette import filled_palette
 from stitchmesh.patterns import Pattern
 from stitchmesh.patterns.charts.chart_image import png_of_numbers
@@ -92,13 +91,8 @@ def read_chart(name: str, content: bytes) -> ChartText:
     held = picture_text(own, content)
     if held is not None:
         return parse_chart(held, own)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / own
-        path.write_bytes(content)
-        try:
-            return write_chart(chart_of(resolve_pattern(path)))
-        except (FileError, PatternError) as error:
-            raise type(error)(str(error).replace(f"{folder}/", "")) from None
+    with temporary_file(own, content) as path:
+        return write_chart(chart_of(resolve_pattern(path)))
 
 
 def chart_image(chart: Chart) -> tuple[str, bytes]:

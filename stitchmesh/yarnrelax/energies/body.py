@@ -258,7 +258,8 @@ class _Collision(Term):
         place = yarn_place(model.yarns, int(model.yarns.segment_points[segment, 1]))
         reach = float(model.radius[model.yarns.segment_yarn[segment]] + self.thickness) * model.unit
         depth, most = -float(gap[sample]) * reach, DEPTH * reach
-        return f"{place}: {depth:.3g} cm inside the body; expected at most {most:.3g}; move the yarns out of it"
+        found = f"{place}: {depth:.3g} cm inside the body; expected at most {most:.3g}"
+        return f"{found}; give the fabric of the yarns, with which they are moved out first, or move the body"
 
 
 def allocate_triangle_lists(model: Model) -> wp.array[Any]:

@@ -19,6 +19,8 @@ from stitchmesh.app.project.recent import new_project_folder, recent_projects
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.any_file import read_any
 from tests.app.project.projects import LABEL_ALL, divided_project, mesh_bytes, relaxed_project, same
+from tests.app.project.test_source import with_a_button
+from tests.gallery import tube
 
 
 class Other(Page):
@@ -78,6 +80,14 @@ def test_a_broken_file_changes_nothing(opened, tmp_path):
     with pytest.raises(FileError, match=r"^broken\.obj"):
         app.controls.send("Import a mesh", "broken.obj", b"f 1 2 3\n")
     assert app.project.folder == tmp_path / "one" and not (tmp_path / "projects" / "broken").exists()
+
+
+def test_the_page_says_what_was_repaired(opened, tmp_path):
+    app = opened(Project.create(tmp_path / "one"))
+    app.controls.send("Import a mesh", "shirt.obj", with_a_button(tube(8, 4)))
+    assert "1 edge with more than two faces was split" in app.front.notices[-1][1]
+    app.open_page("Project")
+    assert "1 edge with more than two faces was split: edge" in app.controls.text_shown()
 
 
 def test_an_example_is_taken(opened, tmp_path):

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 from typing import Literal, get_args
 
@@ -16,6 +15,7 @@ from stitchmesh.app.pages.edit.edit_session import NO_FACES, EditSession
 from stitchmesh.app.pages.edit.tool import Tool
 from stitchmesh.app.scene.scene import Pick
 from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.io.temporary_file import temporary_file
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import IntArray
 from stitchmesh.mesh.picking import PickedPlace
@@ -111,9 +111,7 @@ class LayPatterns(Tool):
         if len(content) > LARGEST_FILE:
             limit = f"at most {LARGEST_FILE / 1e6:.0f} MB"
             raise ParameterError(f"{Path(name).name}: got {len(content) / 1e6:.1f} MB; expected {limit}")
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / Path(name.replace("\\", "/")).name
-            path.write_bytes(content)
+        with temporary_file(name, content) as path:
             self.choose(format_pattern(read_pattern(path)))
 
     def capture(self) -> None:

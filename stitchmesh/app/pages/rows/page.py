@@ -128,8 +128,8 @@ class RowsPage(Page):
             controls.key(label, f"{label} of the marks and sizes.", key, modifier, run)
 
     def refresh(self) -> None:
-        """Show the rows of the project's mesh."""
-        mesh = self.app.project.mesh
+        """Show the rows of the project's mesh, as it is after the repair."""
+        mesh = self.app.project.surface
         if mesh is None:
             return
         self._finder.take_mesh(mesh)
@@ -240,7 +240,7 @@ class RowsPage(Page):
 
     def _take_found(self, new_stitches: bool) -> None:
         """Show what was found, if the page is still open on its project."""
-        if self.app.page is self and self.app.project.mesh is self._finder.mesh:
+        if self.app.page is self and self.app.project.surface is self._finder.mesh:
             self._shown = STITCHES if new_stitches else self._shown
             self._show_all()
 

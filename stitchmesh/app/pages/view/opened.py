@@ -4,15 +4,15 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 from stitchmesh.app.pages.view.folder_watch import FolderWatch
 from stitchmesh.app.pages.view.job_folder import WAITING, JobFiles, job_files, read_job
 from stitchmesh.app.pages.view.viewed import Viewed, read_viewed
-from stitchmesh.errors import FileError, StitchMeshError
+from stitchmesh.errors import FileError
 from stitchmesh.io.path_kind import is_folder, is_there
+from stitchmesh.io.temporary_file import temporary_file
 
 
 class Opened:
@@ -90,17 +90,10 @@ class Opened:
 
 
 def read_upload(name: str, content: bytes) -> Viewed:
-    """Read an uploaded file by way of a temporary one, which the readers of all formats need.
+    """Read an uploaded file.
 
     Raises:
-        StitchMeshError: the file cannot be read; the message has its name without the temporary folder.
+        StitchMeshError: the file cannot be read.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        try:
-            path = Path(folder) / Path(name.replace("\\", "/")).name
-            path.write_bytes(content)
-            return read_viewed(path)
-        except (OSError, ValueError) as error:
-            raise FileError(f"{name[:40]!r}: cannot be opened ({error.__class__.__name__}); rename it") from error
-        except StitchMeshError as error:
-            raise type(error)(str(error).replace(f"{folder}/", "")) from error
+    with temporary_file(name, content) as path:
+        return read_viewed(path)

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.yarns.settings import YarnSettings, body_path
 from stitchmesh.app.pages.yarns.yarn_view import YarnView
-from stitchmesh.errors import StitchMeshError
 from stitchmesh.io import read_mesh
-from stitchmesh.io.atomic import atomic_path
+from stitchmesh.io.atomic import write_bytes
+from stitchmesh.io.temporary_file import temporary_file
 from stitchmesh.markup import Markup
 from stitchmesh.yarnrelax.energies.body import Body
 
@@ -49,12 +49,9 @@ class BodyPanel:
     def _receive(self, name: str, content: bytes) -> None:
         """Keep the mesh of a body in the project, if it can be one; else a body of the same name stays as it was."""
         path = body_path(self._app.project.folder, name)
-        with atomic_path(path) as temporary:
-            temporary.write_bytes(content)
-            try:
-                Body(read_mesh(temporary, unit=self._settings().body_unit))
-            except StitchMeshError as error:
-                raise type(error)(str(error).replace(f"{temporary.parent}/", "")) from error
+        with temporary_file(name, content) as file:
+            Body(read_mesh(file, unit=self._settings().body_unit))
+        write_bytes(path, content)
         self._set(path.name)
 
     def _set(self, name: str) -> None:
