@@ -32,3 +32,23 @@ def test_the_vector_areas_of_the_triangles_add_up_to_those_of_the_faces():
     area = np.zeros((MESH.face_count, 3))
     np.add.at(area, found.face, 0.5 * np.cross(two - one, three - one))
     np.testing.assert_allclose(area, MESH.face_vector_area, atol=1e-15)  # Sums of a few products near 1.
+
+
+def test_two_quads_that_share_two_sides_form_a_mesh_of_triangles():
+    """A roof over a vertex of two faces. The diagonal between the ends of the common sides is shorter in both."""
+    points = [(-1, 0, 0), (0, 0, 0.4), (1, 0, 0), (0, 2.5, 0.1), (0, -2.5, 0.1)]
+    mesh = Mesh.from_polygons(points, [(0, 1, 2, 3), (2, 1, 0, 4)])
+    triangles = mesh.face_vertex[face_triangles(mesh).corners]
+    assert Mesh.from_polygons(points, triangles.tolist()).face_count == 4
+    found = {frozenset(triangle) for triangle in triangles.tolist()}
+    assert found == {frozenset(three) for three in ((0, 1, 3), (1, 2, 3), (1, 2, 4), (0, 1, 4))}
+
+
+def test_the_triangles_are_the_same_for_every_first_corner():
+    polygons = np.split(MESH.face_vertex, MESH.face_start[1:-1])
+    found = set()
+    for turn in range(5):
+        mesh = Mesh.from_polygons(MESH.vertices, [np.roll(polygon, turn).tolist() for polygon in polygons])
+        triangles = mesh.face_vertex[face_triangles(mesh).corners]
+        found.add(frozenset(frozenset(triangle) for triangle in triangles.tolist()))
+    assert len(found) == 1

@@ -16,7 +16,7 @@ from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.mesh.turns import turn_slits
 from stitchmesh.selection.parts import face_centres
 from stitchmesh.shaping.report import distance_to_surface
-from tests.gallery import ROOT, grid, tube
+from tests.gallery import ROOT, grid, shared, tube
 from tests.shaking import shaken
 from tests.shaping.surfaces import closed_ball, in_triangles, ring_torus
 
@@ -34,6 +34,14 @@ def turns(mesh: Mesh) -> int:
 
 def garment(name: str) -> Mesh:
     return in_triangles(sm.read_mesh(MESHES / f"{name}.obj"))
+
+
+@pytest.mark.decides
+def test_polygons_with_straight_corners_give_the_same_stitches_for_every_first_corner():
+    case = "cases/field/02-square-tube-straight-corners"
+    found = [sm.auto_stitches(sm.read_mesh(shared(f"{case}{end}.obj")), stitch_width=1.6) for end in ("", "-turned")]
+    assert [len(fabric.face_start) for fabric in found] == 2 * [len(found[0].face_start)]
+    assert found[0].face_count == pytest.approx(380, rel=0.02)  # 48 cm around over 1.6 cm, times 16 cm of rows.
 
 
 def sizes_of_rounds(fabric: StitchMesh) -> list[int]:

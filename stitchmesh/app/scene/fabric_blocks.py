@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from stitchmesh.app.scene.drawing import Colour, Colours, Lines, Surface
 from stitchmesh.app.scene.scene import Scene
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
-from stitchmesh.mesh.face_triangles import face_triangles
+from stitchmesh.mesh.face_triangles import FaceTriangles, face_triangles
 
 BLOCK = 2048
 """Number of faces of a block: about 150 kB of triangles."""
@@ -48,6 +48,7 @@ class FabricBlocks:
         self._scene, self._name = scene, name
         self._blocks: list[_Block] = []
         self._fabric: StitchMesh | None = None
+        self._found: FaceTriangles | None = None
         self._height = 0.0
 
     def show(self, fabric: StitchMesh, colours: Colours, *, edges: bool, takes_strokes: bool) -> None:
@@ -100,8 +101,9 @@ class FabricBlocks:
 
     def _shapes(self, fabric: StitchMesh, old: list[_Block], count: int) -> list[tuple[FloatArray, IntArray]]:
         """Return the points of the triangles, and the face of each triangle, block by block."""
-        found = face_triangles(fabric)
         same = self._fabric is not None and _same_shape(self._fabric, fabric)
+        found = self._found if same and self._found is not None else face_triangles(fabric)
+        self._found = found
         limits = np.searchsorted(found.face, BLOCK * np.arange(count + 1))
         shapes = []
         for number in range(count):

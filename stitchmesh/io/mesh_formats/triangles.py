@@ -1,9 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Division of polygons into triangles, for formats that limit the number of corners of a face.
-
-VTK divides the polygons, because VTK also divides concave polygons correctly.
-"""
+"""Triangles of strips, as files hold them, and of polygons, for formats that limit the number of corners of a face."""
 
 from __future__ import annotations
 
@@ -14,9 +11,20 @@ import numpy as np
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath
-from stitchmesh.mesh import FloatArray
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh.ears import clip_ears
 
 logger = logging.getLogger(__name__)
+
+
+def strip_triangles(corners: IntArray) -> IntArray:
+    """Return the triangles of a strip, shape (n - 2, 3): each three corners in succession, every other one turned over.
+
+    Args:
+        corners: points of the strip, shape (n,).
+    """
+    first = np.arange(max(0, len(corners) - 2))
+    return corners[np.stack([first, first + 1 + first % 2, first + 2 - first % 2], axis=1)]
 
 
 def divide_large_faces(
@@ -41,27 +49,12 @@ def divide_large_faces(
         return faces
     kind = "triangles" if most_corners == 3 else "triangles and quads"
     logger.warning("%s: the format holds %s; %d larger faces are divided", fspath(path), kind, len(large))
-    made: list[list[int]] = []
-    parts = _triangles(path, vertices, [faces[number] for number in large])
-    of_face = dict(zip(large, parts, strict=True))
-    for number, face in enumerate(faces):
-        made += of_face.get(number, [face])
-    return made
-
-
-def _triangles(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> list[list[list[int]]]:
-    """Return the triangles of each face, as vertices counted from 0."""
-    import pyvista
-
-    data = pyvista.PolyData(vertices, faces=np.concatenate([[len(face), *face] for face in faces]))
-    data.cell_data["face"] = np.arange(len(faces))
-    cut = data.triangulate()
-    corners, face = cut.regular_faces, cut.cell_data["face"]
-    parts: list[list[list[int]]] = [[] for _ in faces]
-    for number, triangle in zip(face.tolist(), corners.tolist(), strict=True):
-        parts[number].append(triangle)
-    for polygon, part in zip(faces, parts, strict=True):
-        if len(part) != len(polygon) - 2:
-            name = f"face with the vertices {polygon[:6]}"
-            raise FileError(f"{fspath(path)}: the {name} cannot be divided into triangles; write .obj, .off or .ply")
-    return parts
+    corners = np.concatenate([faces[number] for number in large])
+    size = np.array([len(faces[number]) for number in large])
+    ears = clip_ears(vertices[corners], corners, size)
+    if not ears.whole.all():
+        name = f"face with the vertices {faces[large[int(np.argmin(ears.whole))]][:6]}"
+        raise FileError(f"{fspath(path)}: the {name} cannot be divided into triangles; write .obj, .off or .ply")
+    parts = np.split(corners[ears.triangles], np.cumsum(size - 2)[:-1])
+    made = dict(zip(large, (part.tolist() for part in parts), strict=True))
+    return [part for number, face in enumerate(faces) for part in made.get(number, [face])]

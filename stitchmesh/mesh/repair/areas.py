@@ -33,8 +33,9 @@ def remove_faces_without_area(soup: Soup, log: ActionLog) -> Soup:
 
 
 def _parts(soup: Soup, corners: list[int]) -> list[list[int]]:
-    """Triangles around one corner that all have an area, or none."""
-    for turn in range(len(corners) if len(corners) > 3 else 0):
+    """Triangles around the corner with the lowest vertex for which they all have an area, or none."""
+    by_vertex = sorted(range(len(corners)), key=lambda place: int(soup.vertex[corners[place]]))
+    for turn in by_vertex if len(corners) > 3 else []:
         first, *others = corners[turn:] + corners[:turn]
         triangles = [[first, *pair] for pair in pairwise(others)]
         if all(_has_area(soup, triangle) for triangle in triangles):

@@ -44,7 +44,7 @@ def join_junctions(soup: Soup, distance: float, log: ActionLog) -> Soup:
     log.add("T-junctions", sorted({int(soup.source[place]) for place in corner.values()}))
     faces = sorted({int(soup.side_face[side]) for side in inserted})
     rows = {side: [corner[vertex] for vertex in row] for side, row in inserted.items()}
-    return soup.replaced({face: _divided(soup.corners_of(face), rows) for face in faces})
+    return soup.replaced({face: _divided(soup, soup.corners_of(face), rows) for face in faces})
 
 
 def _candidates(soup: Soup, sides: IntArray, distance: float) -> Insertions:
@@ -132,27 +132,13 @@ def _edge(start: int, end: int) -> tuple[int, int]:
     return min(start, end), max(start, end)
 
 
-def _divided(corners: list[int], rows: Insertions) -> list[list[int]]:
+def _divided(soup: Soup, corners: list[int], rows: Insertions) -> list[list[int]]:
     """Polygons that cover a face whose sides are divided.
 
     Args:
+        soup: the faces.
         corners: corners of the face, which are also its sides.
         rows: corners at the vertices that divide each side.
     """
-    if len(corners) == 3:
-        return _triangles(corners, [rows.get(side, []) for side in corners])
-    return [[corner for side in corners for corner in [side, *rows.get(side, [])]]]
-
-
-def _triangles(corners: list[int], rows: list[list[int]]) -> list[list[int]]:
-    """Triangles that cover a triangle whose sides are divided; each divided side is joined to the opposite corner."""
-    turn = next((place for place in range(3) if rows[place]), None)
-    if turn is None:
-        return [corners]
-    a, b, c = corners[turn:] + corners[:turn]
-    row, after, before = rows[turn:] + rows[:turn]
-    chain = [a, *row, b]
-    parts = [[start, end, c] for start, end in pairwise(chain)]
-    first = _triangles(parts[0], [[], [], before])
-    last = _triangles(parts[-1], [[], after, []])
-    return [*first, *parts[1:-1], *last]
+    polygon = [corner for side in corners for corner in [side, *rows.get(side, [])]]
+    return soup.ears_of(polygon).triangles.tolist() if len(corners) == 3 else [polygon]

@@ -13,7 +13,6 @@ import numpy as np
 
 from stitchmesh.mesh.polygon_mesh import IntArray
 from stitchmesh.mesh.repair.action import ActionLog
-from stitchmesh.mesh.repair.ears import clip_ears
 from stitchmesh.mesh.repair.soup import Soup
 
 
@@ -45,9 +44,9 @@ def _simple_polygons(soup: Soup, corners: list[int]) -> list[list[int]]:
         return [corners] if len(corners) >= 3 else []
     sides = set(zip(vertices, vertices[1:] + vertices[:1], strict=True))
     if any((end, start) in sides for start, end in sides):
-        triangles = clip_ears(soup.points[vertices], vertices)
-        if triangles:
-            return [[corners[place] for place in triangle] for triangle in triangles]
+        ears = soup.ears_of(corners)
+        if ears.whole[0]:
+            return ears.triangles.tolist()
     again = next(place for place, vertex in enumerate(vertices) if vertex in vertices[:place])
     first = vertices.index(vertices[again])
     rest = corners[:first] + corners[again:]

@@ -47,7 +47,7 @@ def self_intersections(mesh: Mesh, most: int = 1000) -> IntArray:
     """Find pairs of faces that cross each other and share no vertex.
 
     A side of one face passes through the inside of the other one. Faces that only touch, or lie in one plane, do not
-    cross. Faces with more than three corners are divided into triangles around their first corner. A periodic mesh is
+    cross. Faces with more than three corners are divided into triangles by their ears. A periodic mesh is
     searched within one period.
 
     Args:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from stitchmesh.errors import MeshError, first_few
 from stitchmesh.lattice import LARGEST_LENGTH
 from stitchmesh.mesh.connectivity import next_sides
+from stitchmesh.mesh.ears import Ears, clip_ears
 from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray, ranges
 
 NO_AREA = 1e-12
@@ -91,6 +92,12 @@ class Soup:
     def corners_of(self, face: int) -> list[int]:
         """Return the numbers of the corners of a face."""
         return list(range(int(self.start[face]), int(self.start[face + 1])))
+
+    def ears_of(self, corners: list[int]) -> Ears:
+        """Divide the polygon of some corners, in their order, into triangles of these corners."""
+        vertex = self.vertex[corners]
+        ears = clip_ears(self.points[vertex], vertex, np.array([len(corners)]))
+        return Ears(np.array(corners)[ears.triangles], ears.whole)
 
     def kept(self, faces: IntArray) -> Soup:
         """Return some faces alone.

@@ -3,15 +3,14 @@
 """Wavefront OBJ meshes with texture coordinates, as triangles.
 
 The reader uses ``v``, ``vt`` and ``f`` lines. Every corner of a face needs a texture coordinate, as ``v/vt`` or
-``v/vt/vn``. Polygons are divided into triangles that share their first corner. Texture coordinates with the same
-numbers are one, whatever their indices are.
+``v/vt/vn``. Polygons are divided into triangles by their ears. Texture coordinates with the same numbers are one,
+whatever their indices are.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from itertools import pairwise
 from os import fspath
 
 import numpy as np
@@ -21,6 +20,7 @@ from stitchmesh.io.contents import FilePath, is_coordinate, read_lines, suffix_o
 from stitchmesh.io.obj_elements import element_lines, vertex_index, vertex_position
 from stitchmesh.io.units import centimetres
 from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.mesh.ears import clip_ears
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +48,10 @@ class _Elements:
     path: str
     vertices: list[tuple[float, float, float]] = field(default_factory=list)
     texture: list[tuple[float, float]] = field(default_factory=list)
-    corners: list[tuple[int, int]] = field(default_factory=list)
-    """Vertex and texture coordinate of each corner of each triangle, both from 0."""
+    faces: list[list[tuple[int, int]]] = field(default_factory=list)
+    """Vertex and texture coordinate of each corner of each face, both from 0."""
     line: list[int] = field(default_factory=list)
+    """Line of each face, from 1."""
 
 
 def read_textured_obj(path: FilePath, *, unit: str = "cm") -> TexturedTriangles:
@@ -96,10 +97,8 @@ def _add_face(elements: _Elements, number: int, fields: list[str]) -> None:
     if len(fields) < 4:
         found = f"got a face of {len(fields) - 1} corners"
         raise FileError(f"{elements.path}: line {number}: {found}; expected at least 3")
-    corners = [_corner(elements, number, text) for text in fields[1:]]
-    for second, third in pairwise(corners[1:]):
-        elements.corners += [corners[0], second, third]
-        elements.line.append(number)
+    elements.faces.append([_corner(elements, number, text) for text in fields[1:]])
+    elements.line.append(number)
 
 
 def _corner(elements: _Elements, number: int, text: str) -> tuple[int, int]:
@@ -114,23 +113,27 @@ def _corner(elements: _Elements, number: int, text: str) -> tuple[int, int]:
 
 
 def _triangles(elements: _Elements, scale: float) -> TexturedTriangles:
-    corners = np.array(elements.corners)
-    line = np.array(elements.line)
+    corners = np.array([corner for face in elements.faces for corner in face])
+    size = np.array([len(face) for face in elements.faces])
+    line = np.repeat(elements.line, size)
     for name, column, count in (
         ("vertex", 0, len(elements.vertices)),
         ("texture coordinate", 1, len(elements.texture)),
     ):
         bad = np.flatnonzero(corners[:, column] >= count)
         if len(bad):
-            where = f"{elements.path}: line {line[bad[0] // 3]}: {name} {int(corners[bad[0], column]) + 1}"
+            where = f"{elements.path}: line {line[bad[0]]}: {name} {int(corners[bad[0], column]) + 1}"
             raise FileError(f"{where} does not exist; the file has {count}; perhaps it was cut short")
-    used, vertex = np.unique(corners[:, 0], return_inverse=True)
-    texture, place = np.unique(np.array(elements.texture)[corners[:, 1]], axis=0, return_inverse=True)
+    vertices = np.array(elements.vertices)
+    triangles = clip_ears(vertices[corners[:, 0]], corners[:, 0], size).triangles
+    used, vertex = np.unique(corners[triangles, 0], return_inverse=True)
+    own_texture = np.array(elements.texture)[corners[triangles, 1].ravel()]
+    texture, place = np.unique(own_texture, axis=0, return_inverse=True)
     return TexturedTriangles(
         path=elements.path,
-        vertices=np.array(elements.vertices)[used] * scale,
+        vertices=vertices[used] * scale,
         texture=texture,
         triangles=vertex.reshape(-1, 3),
         texture_corners=place.reshape(-1, 3),
-        line=line,
+        line=line[triangles[:, 0]],
     )

@@ -17,7 +17,7 @@ each triangle around it. If edges and corners are added with the shares
 every point counts once (inclusion and exclusion): -1 and 1, and 0 and 0 at a border. The share of each edge and corner
 is assigned to one of its triangles.
 
-Polygons are divided into triangles that share their first corner. Vertices at one place count as one.
+Polygons are divided into triangles by their ears (``face_triangles``). Vertices at one place count as one.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
+from stitchmesh.mesh.face_triangles import face_triangles
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +48,8 @@ class FeatureTopology:
 
     corner: IntArray
     """Vertices of the mesh at the corners of the triangles, shape (T, 3)."""
+    face: IntArray
+    """Face of the mesh that each triangle covers, shape (T,)."""
     place: IntArray
     """Numbers of the corners, the same for vertices at one place, shape (T, 3)."""
     edge: IntArray
@@ -57,13 +60,15 @@ class FeatureTopology:
 
 def feature_topology(mesh: Mesh) -> FeatureTopology:
     """The triangles into which a mesh is divided, without degenerate ones with two corners at one place."""
-    corner = _fan_triangles(mesh)
+    found = face_triangles(mesh)
+    corner = mesh.face_vertex[found.corners]
     place = np.unique(mesh.vertices[corner].reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3)
     distinct = (place != np.roll(place, 1, axis=1)).all(axis=1)
     corner, place = corner[distinct], place[distinct]
     ends = np.stack([np.roll(place, -1, axis=1), np.roll(place, -2, axis=1)], axis=2)
     key = ends.min(axis=2) * (place.max() + 1) + ends.max(axis=2)
-    return FeatureTopology(corner, place, np.unique(key, return_inverse=True)[1].reshape(key.shape), ends)
+    edge = np.unique(key, return_inverse=True)[1].reshape(key.shape)
+    return FeatureTopology(corner, found.face[distinct], place, edge, ends)
 
 
 def mesh_features(mesh: Mesh) -> MeshFeatures:
@@ -80,16 +85,9 @@ def features_at(topology: FeatureTopology, vertices: FloatArray) -> MeshFeatures
 
 def enclosed_volume(mesh: Mesh) -> float:
     """Volume inside a closed surface [cm^3]; negative where its faces look inwards."""
-    a, b, c = (mesh.vertices - mesh.vertices.mean(axis=0))[_fan_triangles(mesh)].transpose(1, 0, 2)
+    corner = mesh.face_vertex[face_triangles(mesh).corners]
+    a, b, c = (mesh.vertices - mesh.vertices.mean(axis=0))[corner].transpose(1, 0, 2)
     return float(np.einsum("td,td->", a, np.cross(b, c)) / 6)
-
-
-def _fan_triangles(mesh: Mesh) -> IntArray:
-    """Vertices of the triangles, shape (T, 3)."""
-    more = np.diff(mesh.face_start) - 2
-    first = np.repeat(mesh.face_start[:-1], more)
-    turn = np.arange(more.sum()) - np.repeat(np.cumsum(more) - more, more)
-    return mesh.face_vertex[np.stack([first, first + turn + 1, first + turn + 2], axis=1)]
 
 
 def _outward(corners: FloatArray, vertex: IntArray, edge: IntArray, ends: IntArray) -> FloatArray:

@@ -15,7 +15,7 @@ import warp as wp
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.launch import launch
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh import FloatArray, Mesh
+from stitchmesh.mesh import FloatArray
 from stitchmesh.mesh.vertex_motion import MovingMesh
 from stitchmesh.yarnrelax.energies.mesh_features import feature_topology
 
@@ -75,7 +75,6 @@ def refuse_self_cuts(moving: MovingMesh, device: wp.Device) -> None:
         ParameterError: a frame does; it names the frame, its time, two faces, and the place.
     """
     topology = feature_topology(moving.mesh)
-    faces = _faces_of_triangles(moving.mesh, topology.corner)
     for number, vertices in enumerate(moving.motion.vertices):
         cut = _cuts(vertices[topology.corner].reshape(-1, 3), topology.place.ravel(), device)
         found = np.flatnonzero(cut >= 0)
@@ -84,19 +83,9 @@ def refuse_self_cuts(moving: MovingMesh, device: wp.Device) -> None:
         first = int(found[0])
         where = vertices[topology.corner[first]].mean(axis=0)
         at = f"frame {number} ({moving.motion.times[number]:g} s), near {np.round(where, 2).tolist()} cm"
-        pair = f"face {faces[first]} cuts through face {faces[cut[first]]}, and {len(found) - 1} more triangles do"
+        one, other = topology.face[[first, cut[first]]]
+        pair = f"face {one} cuts through face {other}, and {len(found) - 1} more triangles do"
         raise ParameterError(f"moving body: {at}: {pair}; expected a body that does not cut itself; bend it less there")
-
-
-def _faces_of_triangles(mesh: Mesh, corner: Any) -> Any:
-    """The face of the mesh of each triangle: the one that holds all its corners."""
-    more = np.diff(mesh.face_start) - 2
-    first = np.repeat(mesh.face_start[:-1], more)
-    turn = np.arange(more.sum()) - np.repeat(np.cumsum(more) - more, more)
-    fan = mesh.face_vertex[np.stack([first, first + turn + 1, first + turn + 2], axis=1)]
-    face = np.repeat(np.arange(mesh.face_count), more)
-    number = {tuple(triangle): int(own) for triangle, own in zip(fan.tolist(), face, strict=True)}
-    return np.array([number[tuple(triangle)] for triangle in corner.tolist()])
 
 
 def _cuts(corners: FloatArray, place: Any, device: wp.Device) -> Any:

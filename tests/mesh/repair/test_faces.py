@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from stitchmesh.mesh.repair import repair_mesh
-from stitchmesh.mesh.repair.ears import clip_ears
 from tests.mesh.repair.soups import actions, cut, polygons, ring, shape
 
 pytestmark = pytest.mark.decides
@@ -115,21 +114,3 @@ def test_a_surface_exported_with_both_sides_keeps_one():
     vertices, faces = cut(*ring())
     repaired = repair_mesh(vertices, [side for face in faces for side in (face, face[::-1])])
     assert shape(repaired.mesh) == (240, 480, 0, [])
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_ears_cover_a_polygon(seed):
-    """A star around a point, which every corner sees, so that the polygon does not cross itself."""
-    rng = np.random.default_rng(seed)
-    angle, reach = np.sort(rng.uniform(0, 2 * np.pi, 15)), rng.uniform(1.0, 4.0, 15)
-    points = np.stack([reach * np.cos(angle), reach * np.sin(angle), np.zeros(15)], axis=1)
-    found = clip_ears(points, list(range(15)))
-    assert len(found) == 13
-    areas = [area(points, triangle) for triangle in found]
-    whole = 0.5 * np.cross(points, np.roll(points, -1, axis=0))[:, 2].sum()
-    assert min(areas) > 0.0
-    assert sum(areas) == pytest.approx(whole, rel=1e-12)  # Rounding of 13 sums.
-
-
-def test_a_polygon_whose_parts_cancel_has_no_ears():
-    assert clip_ears(SQUARE[[0, 1, 3, 2]], [0, 1, 2, 3]) == []
