@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from os import fspath
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -142,6 +143,12 @@ def _in_centimetres(
     scale = _scale(path, mesh_format, unit)
     vertices, faces = read(path)
     return np.asarray(vertices, dtype=np.float64).reshape(-1, 3) * scale, faces
+
+
+def stated_unit(path: FilePath) -> str | None:
+    """Return the unit that the format of a mesh file fixes; None for another file, whose unit the user states."""
+    mesh_format = FORMATS.get(Path(path).suffix.lower())
+    return None if mesh_format is None else mesh_format.unit
 
 
 def write_mesh(path: FilePath, mesh: Mesh, *, unit: str = DEFAULT_UNIT) -> None:

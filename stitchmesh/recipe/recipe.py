@@ -8,6 +8,7 @@ pipeline.
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
     from stitchmesh.mesh import Mesh
     from stitchmesh.mesh.repair import RepairAction
     from stitchmesh.shaping.panels.panel_mesh import PanelMesh
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,24 +141,32 @@ class Recipe:
     def read_mesh(self) -> tuple[Mesh | PanelMesh, tuple[RepairAction, ...] | None]:
         """Read the mesh; if rows are found on it, make a valid mesh of polygons of any kind, or panels.
 
+        A warning says what the file does not state and was taken.
+
         Returns:
             The mesh or the panels, and what the repair has changed; None if the mesh is not repaired.
 
         Raises:
-            StitchMeshError: as for ``read_mesh``, ``read_repaired_mesh`` or ``read_panels``.
+            StitchMeshError: as for ``read_garment`` or ``read_panels``.
         """
+        from stitchmesh.io.garments import MeshReading, doubt_of_unit, read_garment
+
         if self.panels.knit:
             from stitchmesh.shaping.panels.read_panels import read_panels
 
             panels = read_panels(self.mesh, unit=self.unit)
+            self._warn(doubt_of_unit(self.mesh, panels.mesh, self.unit))
             return panels.turned_inside_out() if self.label.turn_inside_out else panels, None
-        if not self.rows.auto:
-            return self.label.read_mesh(self.mesh, self.unit), None
-        from stitchmesh.io.meshes import read_repaired_mesh
         from stitchmesh.mesh.orientation import turn_inside_out
 
-        repaired = read_repaired_mesh(self.mesh, unit=self.unit)
-        return turn_inside_out(repaired.mesh) if self.label.turn_inside_out else repaired.mesh, repaired.actions
+        found = read_garment(self.mesh, MeshReading(unit=self.unit), repaired=self.rows.auto)
+        self._warn(*found.notes)
+        return turn_inside_out(found.mesh) if self.label.turn_inside_out else found.mesh, found.repairs
+
+    def _warn(self, *notes: str) -> None:
+        """Warn of what the file of the mesh does not state."""
+        for note in filter(None, notes):
+            logger.warning(f"{self.mesh}: {note}")
 
 
 def recipe_options(recipe: Recipe) -> KnitOptions:

@@ -21,7 +21,6 @@ from stitchmesh.yarn.rest_length import RestLengths, parse_rest_lengths
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, parse_stiffnesses
 
 if TYPE_CHECKING:
-    from stitchmesh.mesh import Mesh
     from stitchmesh.tessellate.edge_file import EdgeSettings
     from stitchmesh.yarnrelax.energies.term import TermChoice
 
@@ -38,18 +37,6 @@ class LabelSection:
     """Faces whose rows are reversed."""
     turn_inside_out: bool = False
     """Whether all faces of the mesh are reversed first, so that its other side is outside."""
-
-    def read_mesh(self, path: str, unit: str) -> Mesh:
-        """Read a polygon mesh, and turn it inside out if the section says so.
-
-        Raises:
-            StitchMeshError: as for ``read_mesh`` of ``stitchmesh``.
-        """
-        from stitchmesh.io import read_mesh
-        from stitchmesh.mesh.orientation import turn_inside_out
-
-        mesh = read_mesh(path, unit=unit)
-        return turn_inside_out(mesh) if self.turn_inside_out else mesh
 
 
 @dataclass(frozen=True, kw_only=True)

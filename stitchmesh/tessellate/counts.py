@@ -16,7 +16,7 @@ import numpy as np
 from stitchmesh.errors import ParameterError, TessellationError, check_positive
 from stitchmesh.memory_need import BYTES_PER_STITCH_OF_GARMENT, GIGABYTE, check_memory
 from stitchmesh.mesh import BOTTOM, FloatArray, IntArray, StitchMesh
-from stitchmesh.tessellate.reached_size import doubt_of_size, unit_hint
+from stitchmesh.tessellate.reached_size import doubt_of_size
 
 logger = logging.getLogger(__name__)
 
@@ -112,7 +112,7 @@ def _refuse_too_many(labeled: StitchMesh, counts: np.ndarray, width: float) -> N
         raise TessellationError(
             f"stitch width {width:g} cm: needs about {total:.2g} stitches and {needed / GIGABYTE:.3g} GB "
             f"of memory; at most {MOST_STITCHES:,} stitches are allowed, so use fewer, or a width of at least "
-            f"{width * (total / MOST_STITCHES) ** 0.5:.2g} cm{unit_hint(labeled)}"
+            f"{width * (total / MOST_STITCHES) ** 0.5:.2g} cm"
         )
     check_memory(f"a garment of {total:,.3g} stitches", needed, "wider stitches, or smaller counts of edges")
 

@@ -20,8 +20,6 @@ SMALLEST_RATIO = 0.25
 """Median divided by the size that was asked for, below which the size is refused."""
 DIGITS = 9
 """Decimal digits to which that ratio is rounded, so that no last bit decides."""
-DOLL, HOUSE = 10.0, 1000.0
-"""Largest dimension of a mesh [cm] below and above which its unit is probably wrong."""
 
 
 def reached_sizes(fabric: StitchMesh) -> dict[str, dict[str, float]]:
@@ -47,7 +45,6 @@ def doubt_of_size(labeled: StitchMesh, counts: IntArray, stitch_width: float, st
     Raises:
         TessellationError: the median of the stitches' widths or heights is less than a quarter of what was asked for.
     """
-    hint = unit_hint(labeled)
     wale = labeled.is_wale[labeled.edge_side]
     length = labeled.side_length[labeled.edge_side]
     for name, part, asked in (("width", ~wale, stitch_width), ("height", wale, stitch_height)):
@@ -58,24 +55,14 @@ def doubt_of_size(labeled: StitchMesh, counts: IntArray, stitch_width: float, st
             raise TessellationError(
                 f"stitch {name}: got {asked:g} cm, but each face holds at least one stitch, and faces of this mesh "
                 f"have a {name} of {face:.3g} cm (median); at most {face / (1.0 - ALLOWED_DEVIATION):.2g} cm is "
-                f"possible, so use a smaller size or a mesh with larger faces{hint}"
+                "possible, so use a smaller size or a mesh with larger faces"
             )
         if abs(round(ratio - 1.0, DIGITS)) > ALLOWED_DEVIATION:
             return (
                 f"stitch {name}: asked for {asked:g} cm, reached {median:.3g} cm (median), because each edge of the "
-                f"mesh is divided into whole stitches and faces have a {name} of {face:.3g} cm (median){hint}"
+                f"mesh is divided into whole stitches and faces have a {name} of {face:.3g} cm (median)"
             )
-    return hint.removeprefix("; ")
-
-
-def unit_hint(labeled: StitchMesh) -> str:
-    """Return a sentence that doubts the unit of a mesh of an unlikely size, as the end of a message, or no text."""
-    size = np.ptp(labeled.vertices, axis=0)
-    if DOLL <= size.max() <= HOUSE:
-        return ""
-    kind = "smaller than a doll's" if size.max() < DOLL else "larger than a house"
-    extent = " x ".join(f"{length:.3g}" for length in size)
-    return f"; the garment is {extent} cm, {kind}: check the unit of the mesh"
+    return ""
 
 
 def _percentiles(length: FloatArray) -> dict[str, float]:

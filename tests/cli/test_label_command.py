@@ -196,3 +196,16 @@ def test_a_closed_mesh_names_the_remedy(tmp_path, capsys):
     message = refused(capsys, "label", tmp_path / "torus.obj", "-o", tmp_path / "rows.h5")
     assert "has no border to start from; name an edge of its first row" in message
     run("label", tmp_path / "torus.obj", "--start-edge", "0,1", "-o", tmp_path / "rows.h5")
+
+
+def test_a_mesh_in_another_unit_is_said_by_the_commands_that_knit_it_and_that_describe_it(tmp_path, capsys, caplog):
+    """A tube that is 40 cm wide and high, in metres."""
+    write_mesh(tmp_path / "skirt.obj", tube(8, 4, radius=20.0, height=10.0), unit="m")
+    expected = "is 0.4 x 0.4 x 0.4 cm, too small for a garment; in m 40.0 x 40.0 x 40.0 cm: --unit m"
+    run("label", tmp_path / "skirt.obj", "-o", tmp_path / "rows.h5")
+    assert expected in caplog.text
+    run("info", tmp_path / "skirt.obj")
+    assert expected in capsys.readouterr().out
+    caplog.clear()
+    run("label", tmp_path / "skirt.obj", "--unit", "m", "-o", tmp_path / "rows.h5")
+    assert not caplog.records

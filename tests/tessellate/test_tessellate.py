@@ -241,9 +241,3 @@ def test_a_size_that_the_faces_are_far_too_small_for_is_refused():
     message = "stitch height: got 4.5 cm, but .* have a height of 1 cm"
     with pytest.raises(TessellationError, match=message):
         tessellate(label(grid(30, 30)), stitch_width=1.0, stitch_height=4.5)
-
-
-@pytest.mark.parametrize(("columns", "words"), [(5, "smaller than a doll's"), (1200, "larger than a house")])
-def test_a_garment_of_an_unlikely_size_raises_doubt_about_the_unit(columns, words, caplog):
-    tessellate(label(grid(columns, 2)), stitch_width=1.0)
-    assert words in caplog.text and "check the unit of the mesh" in caplog.text

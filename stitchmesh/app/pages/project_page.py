@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from stitchmesh.app.pages.not_yet import draw_plainly
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.pages.project_text import download_list, project_summary, recent_list
+from stitchmesh.app.pages.project_text import download_list, project_summary, recent_list, unit_offer
 from stitchmesh.app.project.examples import example_names, read_example
 from stitchmesh.app.project.exports import Export, exports
 from stitchmesh.app.project.opening import title_of
@@ -19,6 +19,7 @@ from stitchmesh.app.project.recent import new_project_folder, recent_projects, r
 from stitchmesh.app.project.source import Source, read_source, source_of
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io.meshes import FORMATS as MESH_FORMATS
+from stitchmesh.io.meshes import stated_unit
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
 from stitchmesh.labeling.faults import triangles_message
 from stitchmesh.markup import Markup
@@ -54,6 +55,7 @@ class ProjectPage(Page):
         remember(self.app.project)
         controls = self.app.controls
         self._summary = controls.html(Markup())
+        self._offer = controls.html(Markup(), self._clicked)
         self._next = controls.button("Go on", "Open the page of the next step.", self._go_on, main=True)
         self._restore = controls.button("Bring back", "Return to what the last change dropped.", self._bring_back)
         with controls.group("Start from"):
@@ -72,6 +74,8 @@ class ProjectPage(Page):
         """Show the project."""
         project = self.app.project
         self._summary.content = project_summary(project)
+        self._offer.content = unit_offer(project)
+        self._show_unit()
         self._next.visible = project.source is not None
         self._next.label = f"Go on: {next_page(project)}"
         restored = ", ".join(project.can_restore)
@@ -92,16 +96,17 @@ class ProjectPage(Page):
             self._import_here(name, content)
             return
         title = title_of(name)
-        project = Project.create(new_project_folder(title), title, source_of(name, content, self._unit))
-        self._change_to(project)
+        source = source_of(name, content, self._unit_of(name))
+        self._change_to(Project.create(new_project_folder(title), title, source))
+        project = self.app.project
         self._say_repairs()
         self.app.notice(f"{project.name} is a new project; the project before is saved.")
-        self._go_on()
+        self._open_next()
 
     def _make_start(self) -> None:
         controls = self.app.controls
-        controls.choice(
-            "Unit", "Unit of the coordinates in the file; files that state their unit need cm here.",
+        self._unit_choice = controls.choice(
+            "Unit", "Unit of the coordinates in the file, this one and the next; glTF is always in metres.",
             tuple(CENTIMETRES), self._unit, self._set_unit,
         )  # fmt: skip
         controls.upload("Import a mesh", "Choose a mesh of a garment, or stitches; or drop a file anywhere.", SUFFIXES,
@@ -114,16 +119,21 @@ class ProjectPage(Page):
 
     def _import_here(self, name: str, content: bytes) -> None:
         project = self.app.project
-        project.import_mesh(name, content, self._unit)
+        project.import_mesh(name, content, self._unit_of(name))
         if project.name == project.folder.name:
             project.rename(title_of(name))
         self._say_repairs()
-        self._go_on()
+        self._open_next()
 
     def _say_repairs(self) -> None:
         if self.app.project.repairs:
             changes = " ".join(f"{action.text}." for action in self.app.project.repairs)
             self.app.notice(f"{changes} The page Rows knits the repaired mesh.", title="Repaired")
+
+    def _open_next(self) -> None:
+        """Open the page of the next step; this page, if the mesh may have been read in a wrong unit."""
+        project = self.app.project
+        self.app.open_page(self.name if unit_offer(project) else next_page(project))
 
     def _take_example(self) -> None:
         unit, self._unit = self._unit, DEFAULT_UNIT
@@ -132,8 +142,31 @@ class ProjectPage(Page):
         finally:
             self._unit = unit
 
+    def _unit_of(self, name: str) -> str:
+        """Return the unit in which a file is read: the chosen one, unless its format fixes its unit."""
+        return DEFAULT_UNIT if stated_unit(name) else self._unit
+
     def _set_unit(self, unit: str) -> None:
+        """Choose the unit of the next file, and read the present mesh in it.
+
+        The same project holds it as long as nothing was made of it, otherwise a new project.
+        """
         self._unit = unit
+        project = self.app.project
+        source = project.source
+        if project.mesh is None or source is None or source.unit == self._unit_of(source.name):
+            return
+        if project.label_steps or project.fabric is not None:
+            self.import_file(source.name, source.content)
+        else:
+            project.import_mesh(source.name, source.content, unit)
+            self.app.refresh()
+
+    def _show_unit(self) -> None:
+        """Show the unit in which the present mesh was read."""
+        source = self.app.project.source
+        if source is not None and self.app.project.mesh is not None and not stated_unit(source.name):
+            self._unit = self._unit_choice.value = source.unit
 
     def _set_example(self, name: str) -> None:
         self._example = name
@@ -165,6 +198,8 @@ class ProjectPage(Page):
             self._download(value)
         elif action == "open":
             self._open_recent(value)
+        elif action == "unit" and value in CENTIMETRES:
+            self._set_unit(value)
 
     def _open_recent(self, place: str) -> None:
         projects = recent_projects()

@@ -10,7 +10,11 @@ from pathlib import Path
 from stitchmesh.app.project.exports import Export
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.recent import RecentProject
+from stitchmesh.io.garments import doubt_of_unit
+from stitchmesh.io.meshes import stated_unit
+from stitchmesh.io.units import other_units
 from stitchmesh.markup import Markup, joined, markup
+from stitchmesh.mesh import extent
 
 STYLE = markup("""<style>
 .sm-project{margin:0 .75em;font-size:.86em;line-height:1.4;color:var(--mantine-color-text)}
@@ -62,6 +66,26 @@ def stage_lines(project: Project) -> list[tuple[str, str]]:
     ]
 
 
+def unit_offer(project: Project) -> Markup:
+    """Return what is odd about the size of the mesh, and a button for each unit in which it would be a garment.
+
+    The action is ``unit``, and ``data-value`` is the unit; there is nothing to show for the size of a garment.
+    """
+    mesh, source = project.mesh, project.source
+    doubt = "" if mesh is None or source is None else doubt_of_unit(source.name, mesh, source.unit)
+    if mesh is None or source is None or not doubt:
+        return Markup()
+    others = {} if stated_unit(source.name) else other_units(mesh.vertices, source.unit)
+    buttons = joined(
+        markup('<button type="button" class="wide" data-action="unit" data-value="{}">Read it in {}: {}</button>',
+               unit, unit, size)
+        for unit, size in others.items()
+    )  # fmt: skip
+    # The sentence names the option of the command line for each unit, for which there is a button here.
+    said = doubt.partition(";")[0] if others else doubt
+    return markup('{}<div class="sm-project"><p class="trouble">{}.</p>{}</div>', STYLE, _sentence(said), buttons)
+
+
 def download_list(files: list[Export]) -> Markup:
     """Return a button for each file that the project can send; ``data-value`` is the name of the file."""
     rows = []
@@ -101,7 +125,7 @@ def _mesh(project: Project) -> str:
         return "none yet: import one, or take an example"
     if project.mesh is None:
         return f"{project.source.name}, which holds stitches"
-    return f"{project.source.name}, {project.mesh.face_count:,} faces"
+    return f"{project.source.name}, {project.mesh.face_count:,} faces, {extent(project.mesh.vertices)}"
 
 
 def _rows(project: Project) -> str:
@@ -125,6 +149,11 @@ def _relaxed(project: Project) -> str:
     if report.get("unfinished"):
         return "stopped before rest"
     return "at rest" if report.get("converged", True) else "not at rest"
+
+
+def _sentence(clause: str) -> str:
+    """Return a clause with a capital letter first."""
+    return clause[:1].upper() + clause[1:]
 
 
 def _short(folder: Path) -> str:

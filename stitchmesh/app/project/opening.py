@@ -19,14 +19,14 @@ FIRST_NAME = "Garment"
 """Name of the first project of all."""
 
 
-def project_for(file: FilePath | None = None, folder: FilePath | None = None, unit: str = DEFAULT_UNIT) -> Project:
+def project_for(file: FilePath | None = None, folder: FilePath | None = None, unit: str | None = None) -> Project:
     """Open the project that a user asks for at the start.
 
     Args:
         file: a mesh or stitches, or the folder of a project. A file that a project was started from opens that project
-            again; another file starts a new project.
+            again, unless the project has another unit than the given one; another file starts a new project.
         folder: folder of the project; it is made if it is missing.
-        unit: unit of the coordinates in the file.
+        unit: unit of the coordinates in the file; centimetres, or that of the project of the file, if it is None.
 
     Returns:
         The project; without file and folder, the one that was open last, or an empty one.
@@ -50,8 +50,8 @@ def title_of(name: str) -> str:
     return Path(name.replace("\\", "/")).stem.replace("_", " ").strip()[:40] or FIRST_NAME
 
 
-def _in_folder(folder: Path, file: FilePath | None, unit: str) -> Project:
-    source = None if file is None else source_of(Path(file).name, read_bytes(file), unit)
+def _in_folder(folder: Path, file: FilePath | None, unit: str | None) -> Project:
+    source = None if file is None else source_of(Path(file).name, read_bytes(file), unit or DEFAULT_UNIT)
     if not is_there(folder / TABLE_NAME):
         return Project.create(folder, source=source)
     project = Project.open(folder)
@@ -59,22 +59,26 @@ def _in_folder(folder: Path, file: FilePath | None, unit: str) -> Project:
         return project
     try:
         if project.source is None:
-            project.import_mesh(source.name, source.content, unit)
+            project.import_mesh(source.name, source.content, source.unit)
         elif project.source.content != source.content:
             found = f"holds a project of {project.source.name}"
             raise FileError(f"{folder}: {found}, whose content is another one; give another --project, or no file")
+        elif unit not in (None, project.source.unit):
+            found = f"holds a project of {project.source.name} in {project.source.unit}"
+            raise FileError(f"{folder}: {found}; leave --unit out, or give another --project")
     except StitchMeshError:
         project.close()
         raise
     return project
 
 
-def _of_file(file: Path, unit: str) -> Project:
+def _of_file(file: Path, unit: str | None) -> Project:
     content = read_bytes(file)
     known = [one.folder for one in recent_projects()]
     known += sorted(path.parent for path in projects_folder().glob(f"*/{TABLE_NAME}"))
     for folder in known:
-        if stored_source(folder) == content:
+        stored = stored_source(folder)
+        if stored is not None and stored.content == content and unit in (None, stored.unit):
             return Project.open(folder)
     title = title_of(file.name)
-    return Project.create(new_project_folder(title), title, source_of(file.name, content, unit))
+    return Project.create(new_project_folder(title), title, source_of(file.name, content, unit or DEFAULT_UNIT))

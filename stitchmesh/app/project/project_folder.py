@@ -222,12 +222,11 @@ def _value_of(state: ProjectState, field: str) -> object:
     return getattr(state.results, field)
 
 
-def stored_source(folder: Path) -> bytes | None:
-    """Return the bytes of the file from which the project in a folder was started; None if there are none to read."""
+def stored_source(folder: Path) -> Source | None:
+    """Return the file from which the project in a folder was started; None if there is none to read."""
     store = ProjectFolder(folder)
     try:
-        table = store._table().source
-        return None if table is None else read_bytes(store._path(table.file))
+        return store._read_source(store._table().source)
     except StitchMeshError:
         return None
 

@@ -11,7 +11,6 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import Unit
 from stitchmesh.cli.serving import Serving
 from stitchmesh.io.units import DEFAULT_UNIT
 
@@ -22,7 +21,8 @@ class App:
 
     file: Annotated[Positional[str | None], help_entry("FILE", "the last project")] = None
     """polygon mesh or stitch mesh to start from, or the folder of a project"""
-    unit: Unit = DEFAULT_UNIT
+    unit: Annotated[str | None, help_entry("UNIT", f"that of the project of the file, or {DEFAULT_UNIT}")] = None
+    """unit of a file that states no unit; with another unit than before, a new project of the file is started"""
     project: Annotated[str | None, help_entry("DIR", "a folder in ~/StitchMesh")] = None
     """folder of the project"""
     serving: Annotated[Serving, arg(name="")] = field(default_factory=Serving)

@@ -12,6 +12,7 @@ from tyro.conf import Positional, arg
 from stitchmesh.cli.arguments import help_entry
 from stitchmesh.cli.options import FileReading
 from stitchmesh.cli.say import say
+from stitchmesh.mesh import Mesh
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,10 @@ class Info:
     def run(self) -> None:
         """Print the lines that describe the file."""
         from stitchmesh.cli.describe import description
+        from stitchmesh.io.garments import doubt_of_unit
 
-        for line in description(self.reading.read(self.file)):
+        found = self.reading.read(self.file)
+        for line in description(found):
             say(line)
+        if type(found) is Mesh and (doubt := doubt_of_unit(self.file, found, self.reading.unit)):
+            say(f"if it is a garment: {doubt}")

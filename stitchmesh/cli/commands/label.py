@@ -130,6 +130,8 @@ class Label:
         from stitchmesh.labeling import PartialLabeling, start_labeling
         from stitchmesh.labeling.label import warn_if_inside_out
         from stitchmesh.labeling.labeling_file import holds_labeling, read_labeling
+        from stitchmesh.mesh import Mesh
+        from stitchmesh.recipe.recipe import Recipe
 
         self.panels.refuse()
         if self.mesh.lower().endswith(READABLE):
@@ -138,7 +140,8 @@ class Label:
             if holds_labeling(self.mesh):
                 return read_labeling(self.mesh)
             return PartialLabeling.of_rows(read_stitches(self.mesh))
-        mesh = self.starts.section().read_mesh(self.mesh, self.unit)
+        mesh, _ = Recipe(mesh=self.mesh, unit=self.unit, label=self.starts.section()).read_mesh()
+        assert isinstance(mesh, Mesh)
         warn_if_inside_out(mesh)
         return start_labeling(mesh)
 

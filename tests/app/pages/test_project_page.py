@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import threading
 
+import numpy as np
 import pytest
 
 from stitchmesh.app.application import App
@@ -18,6 +19,8 @@ from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.recent import new_project_folder, recent_projects
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.any_file import read_any
+from stitchmesh.io.meshes import write_mesh
+from stitchmesh.mesh import extent
 from tests.app.project.projects import LABEL_ALL, divided_project, mesh_bytes, relaxed_project, same
 from tests.app.project.test_source import with_a_button
 from tests.gallery import tube
@@ -96,6 +99,49 @@ def test_an_example_is_taken(opened, tmp_path):
     app.controls.set("Example", "sock")
     app.controls.press("Take the example")
     assert app.project.source.name == "sock.obj" and app.project.source.unit == "cm"
+
+
+def test_another_unit_takes_effect_on_the_present_mesh(opened, tmp_path):
+    app = opened(Project.create(tmp_path / "one"))
+    app.controls.send("Import a mesh", "tube.obj", mesh_bytes(tmp_path))
+    app.open_page("Project")
+    before = app.project.mesh.vertices
+    app.controls.set("Unit", "dm")
+    assert app.project.folder == tmp_path / "one" and app.project.source.unit == "dm"
+    np.testing.assert_allclose(app.project.mesh.vertices, 10.0 * before, rtol=1e-15)  # one rounding of the product
+
+
+def test_work_in_another_unit_stays_in_its_project(opened, tmp_path):
+    app = opened(divided_project(tmp_path / "one"))
+    app.controls.set("Unit", "dm")
+    assert app.project.folder == tmp_path / "projects" / "tube" and app.project.source.unit == "dm"
+    before = Project.open(tmp_path / "one")
+    assert before.fabric is not None and before.source.unit == "cm"
+    before.close()
+
+
+def test_a_mesh_of_an_odd_size_is_read_in_another_unit_with_one_click(opened, tmp_path):
+    write_mesh(tmp_path / "skirt.obj", tube(12, 4, radius=20.0, height=10.0))
+    app = opened(Project.create(tmp_path / "one"))
+    app.controls.set("Unit", "m")
+    app.controls.send("Import a mesh", "skirt.obj", (tmp_path / "skirt.obj").read_bytes())
+    size = extent(app.project.mesh.vertices / 100.0)
+    shown = app.controls.text_shown()
+    assert app.page.name == "Project"
+    assert "too large for a garment" in shown and f"Read it in cm: {size}" in shown and "--unit" not in shown
+    app.controls.act("unit", "cm")
+    assert extent(app.project.mesh.vertices) == size and "for a garment" not in app.controls.text_shown()
+
+
+def test_a_file_that_fixes_its_unit_is_read_in_it(opened, tmp_path):
+    write_mesh(tmp_path / "tube.glb", tube(12, 4))
+    app = opened(Project.create(tmp_path / "one"))
+    app.controls.set("Unit", "mm")
+    app.controls.send("Import a mesh", "tube.glb", (tmp_path / "tube.glb").read_bytes())
+    app.open_page("Project")
+    app.controls.set("Unit", "dm")
+    # glTF holds float32
+    np.testing.assert_allclose(np.ptp(app.project.mesh.vertices, axis=0), np.ptp(tube(12, 4).vertices, axis=0), 1e-6)
 
 
 def test_the_next_page_follows_the_stages(tmp_path):

@@ -45,6 +45,11 @@ def test_a_file_starts_a_project_once(tmp_path, tube_file):
     again = project_for(tube_file)
     assert again.folder == project.folder and again.source.unit == "mm"
     again.close()
+    in_metres = project_for(tube_file, unit="m")
+    assert in_metres.folder != project.folder and in_metres.source.unit == "m"
+    in_metres.close()
+    with pytest.raises(FileError, match="obj in mm; leave --unit out"):
+        project_for(tube_file, project.folder, unit="cm")
     tube_file.write_bytes(mesh_bytes(tmp_path, around=8))
     other = project_for(tube_file)
     assert other.folder != project.folder and other.mesh.face_count == 32
