@@ -50,7 +50,7 @@ def surfaces(data: Path) -> Iterator[tuple[str, float, Callable[[], Mesh]]]:
 def stitches_on(mesh: Mesh, width: float) -> StitchMesh:
     """Stitches that are evened out on a mesh, with room for their yarns."""
     shaped = sm.shape_fabric(mesh, stitch_width=width, progress=False)
-    return sm.make_room(sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh, progress=False), quality="draft")
+    return sm.make_room(sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh, progress=False), quality="draft")
 
 
 def main() -> None:

@@ -66,7 +66,7 @@ def measure(scene: Scene, options: argparse.Namespace) -> str:
     shaped = sm.shape_fabric(mesh, stitch_width=width, most_shaping=options.most_shaping)
     seconds = time.perf_counter() - start
     fabric, how = relax_mesh_with_report(
-        shaped.fabric, surface=shaped.surface.mesh, device=options.device, progress=False
+        shaped.fabric, surface=shaped.surface_mesh, device=options.device, progress=False
     )
     fabric = sm.make_room(fabric)
     report = shaping_report(fabric, shaped.given, width, seconds)

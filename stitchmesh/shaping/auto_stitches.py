@@ -25,6 +25,8 @@ from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.shaping.counts import SMALLEST_TIP, StitchSize, rounded_count
 from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.finer_than_stitches import knitted_surface
+from stitchmesh.shaping.flat_pieces import knitted_flat_piece
+from stitchmesh.shaping.found_stitches import faces_of
 from stitchmesh.shaping.level_lines import LevelLines, level_lines, without_small_tips
 from stitchmesh.shaping.marks import TimeMark, marked_ends
 from stitchmesh.shaping.options import UP, check_most_shaping
@@ -57,13 +59,21 @@ class ShapedFabric:
     given: TriangleSurface
     """The triangles of the given surface."""
     surface: TriangleSurface
-    """The same triangles without features finer than a stitch; ``surface.mesh`` is the surface for mesh relaxation."""
+    """The same triangles without features finer than a stitch."""
     time: FloatArray
     """Time of each vertex of the surface in courses, shape (V,)."""
     ends: tuple[Ends, ...]
     """The ends of each connected part."""
     report: ShapingReport
     """Figures."""
+    flat: bool = False
+    """Whether all parts are flat pieces, whose stitches are relaxed on their own faces: a border with steps keeps them.
+    """
+
+    @property
+    def surface_mesh(self) -> Mesh:
+        """The surface for mesh relaxation."""
+        return faces_of(self.fabric) if self.flat else self.surface.mesh
 
 
 def auto_stitches(
@@ -134,7 +144,8 @@ def shape_fabric(
         times[vertices] = part.time
     seconds, tips = time.perf_counter() - start, sum(part.tips for part in shaped)
     report = shaping_report(fabric, given, stitch_width, seconds, tips)
-    return ShapedFabric(fabric, given, surface, times, tuple(part.ends for part in shaped), report)
+    flat = all(part.flat for part in shaped)
+    return ShapedFabric(fabric, given, surface, times, tuple(part.ends for part in shaped), report, flat)
 
 
 PartProgress = Callable[[float, str], None]
@@ -165,13 +176,18 @@ class _ShapedPart:
     ends: Ends
     tips: int
     """Number of borders of the fabric that the surface lacks, at which a yarn is drawn through the loops."""
+    flat: bool = False
+    """Whether it is a flat piece."""
 
 
 def _shape_part(
     part: TriangleSurface, marks: Sequence[TimeMark], up: FloatArray, size: StitchSize, short_rows: bool,
     report: PartProgress,
 ) -> _ShapedPart:  # fmt: skip
-    """Knit a connected surface."""
+    """Knit a connected surface; a flat piece without marks and limits is knitted along one direction."""
+    flat = None if marks or size.most_shaping is not None else knitted_flat_piece(part, up, size)
+    if flat is not None:
+        return _ShapedPart(*flat, tips=0, flat=True)
     levels, courses, ends = levels_of_part(part, marks, up, size, report)
     plain = plain_places(part, marks, size.width)
     fabric = stitches_between(

@@ -152,7 +152,7 @@ def _ends_of_closed(surface: TriangleSurface, up: FloatArray) -> Ends:
 
 def _ends_of_outline(surface: TriangleSurface, outline: IntArray, up: FloatArray) -> Ends | None:
     """The ends of a flat piece with corners: the sides of its outline below and above; None without such sides."""
-    direction = _direction_in_piece(surface, up)
+    direction = direction_in_piece(surface, up)
     pieces = outline_sides(surface, outline)
     facing = [float(outward_of(surface, piece) @ direction) for piece in pieces]
     below = [piece for piece, cosine in zip(pieces, facing, strict=True) if cosine < -FACING]
@@ -164,8 +164,8 @@ def _ends_of_outline(surface: TriangleSurface, outline: IntArray, up: FloatArray
     return Ends((End(begin),), tuple(End(piece) for piece in above if not np.isin(piece, begin).any()))
 
 
-def _direction_in_piece(surface: TriangleSurface, up: FloatArray) -> FloatArray:
-    """The direction of knitting of a piece: upwards, or along its longest axis where it is flat and lies level."""
+def direction_in_piece(surface: TriangleSurface, up: FloatArray) -> FloatArray:
+    """Return the unit vector along which a piece is knitted: upwards, or along its longest axis if it lies level."""
     normal = surface.vector_area.sum(axis=0)
     if np.linalg.norm(normal) < FLAT * surface.area.sum():
         return up

@@ -49,7 +49,7 @@ def found_on_mesh(
     if shaped.report.lost:
         logger.warning(shaped.report.lost)
     entry = {**asdict(shaped.report), "crossing_faces": _crossing_faces(mesh)}
-    return FoundStitches(shaped.fabric, shaped.given, shaped.surface), entry
+    return FoundStitches(shaped.fabric, shaped.given, None if shaped.flat else shaped.surface), entry
 
 
 def found_on_panels(

@@ -20,7 +20,7 @@ class FoundStitches:
     """The triangles of the mesh, from which the distance of the stitches is measured."""
     surface: TriangleSurface | None
     """The triangles for mesh relaxation: those of the mesh without features finer than a stitch. None for stitches on
-    panels, whose own faces are the surface."""
+    panels and flat pieces, whose own faces are the surface."""
 
     @property
     def surface_mesh(self) -> Mesh:

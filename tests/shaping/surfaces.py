@@ -48,3 +48,14 @@ def closed_ball(around: int, rows: int, radius: float = 5.0) -> Mesh:
             a, b = row * around + c, row * around + (c + 1) % around
             faces += [[a, b, b + around], [a, b + around, a + around]]
     return Mesh.from_polygons(points, faces)
+
+
+def sheet(drawing: str, cell: float) -> Mesh:
+    """A flat sheet of triangles in the plane z = 0: a square of some size for each # of a drawing [cm]."""
+    lines = drawing.split()[::-1]
+    corners = [(x, y) for y, line in enumerate(lines) for x, sign in enumerate(line) if sign == "#"]
+    places = sorted({(x + right, y + up) for x, y in corners for right in (0, 1) for up in (0, 1)})
+    number = {place: vertex for vertex, place in enumerate(places)}
+    faces = [[number[x + a, y + b] for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))] for x, y in corners]
+    points = cell * np.array([(x, y, 0.0) for x, y in places])
+    return in_triangles(Mesh.from_polygons(points, faces))

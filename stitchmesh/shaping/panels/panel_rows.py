@@ -19,6 +19,7 @@ from stitchmesh.mesh import FloatArray
 from stitchmesh.shaping.chains import Chain
 from stitchmesh.shaping.counts import SLACK, StitchSize
 from stitchmesh.shaping.level_lines import Band, LevelLine, LevelLines
+from stitchmesh.shaping.panels.hems import Hem
 from stitchmesh.shaping.wales import Wales, join_courses
 from stitchmesh.tessellate.panel import StitchFaces, stitch_for
 
@@ -30,28 +31,6 @@ BESIDE = 0.05
 """Distance from a vertex, in stitch widths, up to which an end of a line counts as beside it."""
 SHORTEST_LINE = 0.75
 """Length of the shortest course, in stitch widths."""
-
-
-@dataclass(frozen=True)
-class HemPart:
-    """Stitches along one piece of the outline at which rows begin or end."""
-
-    piece: int
-    """Number of the piece."""
-    length: float
-    """Its length [cm]."""
-    count: int
-    """Number of its stitches."""
-
-
-@dataclass(frozen=True, eq=False)
-class Hem:
-    """A line at which rows begin or end."""
-
-    points: FloatArray
-    """Points along the line from left to right [cm], shape (n, 3)."""
-    parts: tuple[HemPart, ...]
-    """Its parts from left to right."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +55,12 @@ class _Course:
     chain: Chain
     place: FloatArray
     """Length along the line to each vertex [cm], shape (edges + 1,)."""
+
+    def followed_by(self, other: _Course) -> _Course:
+        """Return the course and another one that starts at its end."""
+        line = LevelLine(self.line.level, np.concatenate([self.line.points, other.line.points[1:]]), closed=False)
+        place = np.concatenate([self.place, self.place[-1] + other.place[1:]])
+        return _Course(line, self.chain.followed_by(other.chain), place)
 
     def vertex_beside(self, point: FloatArray, *, first: bool) -> int:
         """Return the place in the chain of the vertex just outside an end of another line.
@@ -122,23 +107,27 @@ class PanelStitches:
             TessellationError: the panel is narrower than two stitches or lower than a row, a row would be a ring, or
                 two neighbouring rows differ too much.
         """
-        _check_lines(panel, levels, self.size)
+        _check_lines(levels, self.size)
         courses: dict[int, _Course] = {}
         first, wanted = self.rows, _counts_below_hems(levels, hems)
         for band in levels.bands:
             self._make_courses(levels, band, hems, courses, wanted)
-            low = [courses[line] for line in band.below if line in courses]
-            high = [courses[line] for line in band.above if line in courses]
+            low, high = (
+                _end_to_end([courses[line] for line in lines if line in courses], EQUALLY_NEAR * self.size.width)
+                for lines in (band.below, band.above)
+            )
             for joint in _joints(low, high):
                 self._add_row(panel, joint)
         if self.rows == first:
-            raise TessellationError(f"panel {panel}: has no room for one row of stitches; choose a smaller stitch")
+            place = levels.lines[0].points.mean(axis=0).round(1).tolist()
+            raise TessellationError(f"near {place} cm: no room for one row of stitches; choose a smaller stitch")
 
     def _make_courses(
         self, levels: LevelLines, band: Band, hems: Sequence[Hem], courses: dict[int, _Course], wanted: dict[int, int]
     ) -> None:
         """Make the courses of a band that have not been made yet."""
-        for number in [*band.below, *band.above]:
+        # Hems have given numbers of stitches; what is left of the course below belongs to the other lines.
+        for number in sorted([*band.below, *band.above], key=lambda number: number not in levels.borders):
             line = levels.lines[number]
             if number in courses or line.length < SHORTEST_LINE * self.size.width:
                 continue
@@ -146,14 +135,15 @@ class PanelStitches:
             if hem is not None:
                 courses[number] = self._hem_course(line, hem)
             else:
-                below = [courses[other] for other in band.below if other in courses and number in band.above]
-                kept = [wanted[number]] if number in wanted else [len(other.chain.edges) for other in below]
-                courses[number] = self._course(line, kept[0] if len(kept) == 1 else None)
+                below, beside = ([len(courses[one].chain.edges) for one in lines if one in courses]
+                                 for lines in (band.below, band.above))  # fmt: skip
+                left = sum(below) - sum(beside) if number in band.above else 0
+                courses[number] = self._course(line, wanted.get(number, left))
 
-    def _course(self, line: LevelLine, kept: int | None) -> _Course:
+    def _course(self, line: LevelLine, kept: int) -> _Course:
         """Make a course of equally wide stitches, as many as are to be kept if their width permits it."""
         exact = line.length / self.size.width
-        count = kept if kept is not None and abs(exact - kept) <= SLACK else max(1, round(exact))
+        count = kept if kept > 0 and abs(exact - kept) <= SLACK else max(1, round(exact))
         return self._chain_on(line, line.length * np.arange(count + 1) / count)
 
     def _hem_course(self, line: LevelLine, hem: Hem) -> _Course:
@@ -181,7 +171,7 @@ class PanelStitches:
         low, high = joint.low_part, joint.high_part
         if wales is None:
             raise TessellationError(
-                f"panel {panel}: near {self.points[low.vertices[0]].round(1).tolist()} cm {len(high.edges)} stitches "
+                f"near {self.points[low.vertices[0]].round(1).tolist()} cm {len(high.edges)} stitches "
                 f"stand above {len(low.edges)}; a stitch changes the number of loops by at most a factor of 3: choose "
                 "a smaller stitch"
             )
@@ -250,6 +240,32 @@ class _Joint:
         return _Joint(self.low, self.high, self.low_exact, self.high_exact, self.low_exact, self.high_exact)
 
 
+def _end_to_end(courses: list[_Course], near: float) -> list[_Course]:
+    """Join the courses at one side of a band that follow each other from end to end to one.
+
+    Beside a corner of the outline, part of a row is bound off at a hem while the rest of it goes on, or a row begins at
+    a hem beside one that goes on. The row between them is one.
+
+    Args:
+        courses: the courses.
+        near: distance of the end of one from the start of the next up to which they follow each other [cm].
+    """
+    starts = np.array([course.line.points[0] for course in courses]).reshape(-1, 3)
+    after = {}
+    for number, course in enumerate(courses):
+        distance = np.linalg.norm(starts - course.line.points[-1], axis=1)
+        if distance[nearest := int(distance.argmin())] <= near and nearest != number:
+            after[number] = nearest
+    found = []
+    for first in sorted(set(range(len(courses))) - set(after.values())):
+        whole, last = courses[first], first
+        while last in after:
+            last = after[last]
+            whole = whole.followed_by(courses[last])
+        found.append(whole)
+    return found
+
+
 def _joints(low: list[_Course], high: list[_Course]) -> list[_Joint]:
     """Find the parts of the courses below and above a band that lie above each other."""
     exact: dict[tuple[int, int], tuple[tuple[int, int], tuple[int, int]]] = {}
@@ -308,7 +324,7 @@ def _counts_below_hems(levels: LevelLines, hems: Sequence[Hem]) -> dict[int, int
     return counts
 
 
-def _check_lines(panel: int, levels: LevelLines, size: StitchSize) -> None:
+def _check_lines(levels: LevelLines, size: StitchSize) -> None:
     """Check that a panel has room for stitches, and that no row is a ring.
 
     Raises:
@@ -317,13 +333,12 @@ def _check_lines(panel: int, levels: LevelLines, size: StitchSize) -> None:
     longest = max((line.length for line in levels.lines), default=0.0)
     if longest < 2.0 * size.width:
         raise TessellationError(
-            f"panel {panel}: its longest row of {longest:.3g} cm is narrower than 2 stitches of {size.width:g} cm; "
-            "choose a smaller stitch"
+            f"the longest row of {longest:.3g} cm is narrower than 2 stitches of {size.width:g} cm; choose a smaller "
+            "stitch"
         )
     rings = [line for line in levels.lines if line.closed]
     if rings:
         place = rings[0].points.mean(axis=0).round(1).tolist()
         raise TessellationError(
-            f"panel {panel}: a row near {place} cm would be a ring; correct its texture coordinates, or choose another "
-            "direction"
+            f"near {place} cm: a row would be a ring; correct the texture coordinates, or choose another direction"
         )

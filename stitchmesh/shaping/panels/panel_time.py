@@ -86,11 +86,13 @@ def panel_time(
     ends = Ends(tuple(hems[:begins]), tuple(hems[begins:]))
     field = unit_field(surface, refined.texture @ direction)
     if not field.any():
-        raise TessellationError(f"panel {panel}: its texture coordinates do not change along {direction.tolist()}")
+        along = direction.tolist()
+        raise TessellationError(f"the texture coordinates do not change along {along}; choose another direction")
     courses = _solved(surface, refined.texture @ direction, field / height, ends)
     levels = [int(round(float(courses[end.vertices[0]]))) for end in ends.all]
     if begins and len(hems) > begins and max(levels[:begins]) >= max(levels[begins:]):
-        raise TessellationError(f"panel {panel}: is lower than one row of {height:g} cm; choose a smaller stitch")
+        place = surface.vertices.mean(axis=0).round(1).tolist()
+        raise TessellationError(f"near {place} cm: lower than one row of {height:g} cm; choose a smaller stitch")
     return PanelTime(refined, field, height, courses, ends, tuple(tuple(run) for run in runs))
 
 

@@ -8,7 +8,8 @@ Outlines; for each panel its triangles, time, level lines and stitches; then sea
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -21,11 +22,12 @@ from stitchmesh.shaping.auto_stitches import EDGE_OVER_WIDTH, MOST_STITCHES
 from stitchmesh.shaping.counts import StitchSize
 from stitchmesh.shaping.found_stitches import faces_of
 from stitchmesh.shaping.level_lines import LevelLine, level_lines
+from stitchmesh.shaping.panels.hems import hems_of
 from stitchmesh.shaping.panels.opened_folds import opened_folds
 from stitchmesh.shaping.panels.options import PanelName, PanelOptions
-from stitchmesh.shaping.panels.outline_pieces import BEGINS, Piece, outline_pieces
+from stitchmesh.shaping.panels.outline_pieces import outline_pieces
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh
-from stitchmesh.shaping.panels.panel_rows import Hem, HemPart, PanelStitches
+from stitchmesh.shaping.panels.panel_rows import PanelStitches
 from stitchmesh.shaping.panels.panel_time import PanelTime, panel_time
 from stitchmesh.shaping.panels.refined_panel import refined_panel
 from stitchmesh.shaping.panels.seam_gap import drawn_back, gap_at, sides_on_seams
@@ -134,12 +136,14 @@ def _knit(
     for panel in range(panels.panel_count):
         progress("shape", 0.5 * panel / panels.panel_count, f"time of panel {panel}")
         refined = refined_panel(panels, panel, EDGE_OVER_WIDTH * size.width)
-        times.append(panel_time(panel, refined, pieces, direction[panel], size.height))
+        with _named(panel):
+            times.append(panel_time(panel, refined, pieces, direction[panel], size.height))
     times, made = with_equal_seams(times, pieces), PanelStitches(size)
     for panel, found in enumerate(times):
         progress("shape", 0.5 + 0.5 * panel / panels.panel_count, f"stitches of panel {panel}")
-        hems = [_hem(found, number, pieces, size.width) for number in range(len(found.runs))]
-        made.knit(panel, level_lines(found.refined.surface, found.courses, found.ends), hems)
+        with _named(panel):
+            levels = level_lines(found.refined.surface, found.courses, found.ends)
+            made.knit(panel, levels, hems_of(found, pieces, size.width))
     lines = [LevelLine(0, panels.mesh.vertices[piece.vertices], closed=False) for piece in pieces]
     fabric, seams = sewn_fabric(made, pieces, lines, apart)
     face_panel = np.array(made.face_panel)
@@ -151,20 +155,13 @@ def _knit(
     return ShapedPanels(fabric, faces_of(fabric), face_panel, seams, report)
 
 
-def _hem(found: PanelTime, number: int, pieces: list[Piece], width: float) -> Hem:
-    """Return a hem of a panel from left to right, with the number of stitches of each of its pieces."""
-    order = 1 if pieces[found.runs[number][0]].kind == BEGINS else -1
-    points = found.refined.surface.vertices[found.ends.all[number].vertices][::order]
-    parts = [HemPart(piece, pieces[piece].length, _count(pieces, piece, width)) for piece in found.runs[number]]
-    return Hem(points, tuple(parts[::order]))
-
-
-def _count(pieces: list[Piece], number: int, width: float) -> int:
-    """Number of stitches along a piece; the same for the two pieces at a seam, from their mean length."""
-    piece = pieces[number]
-    length = piece.length if piece.partner < 0 else 0.5 * (piece.length + pieces[piece.partner].length)
-    # Rounding is done on a rounded number, so that equal pieces have equal numbers.
-    return max(1, int(np.floor(round(length / width, 6) + 0.5)))
+@contextmanager
+def _named(panel: int) -> Iterator[None]:
+    """Give the errors of a panel its number."""
+    try:
+        yield
+    except TessellationError as error:
+        raise TessellationError(f"panel {panel}: {error}") from error
 
 
 def _report(

@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Flat pieces with re-entrant corners and holes: rows are bound off and cast on beside a corner, without a slit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import stitchmesh as sm
+from stitchmesh.mesh.courses import find_courses
+from stitchmesh.yarngen.loop_check.loop_linking import check_loops
+from tests.gallery import ROOT
+from tests.shaping.surfaces import in_triangles, sheet
+
+WIDTH = 1.0
+CELL = 4.0
+HEIGHT = 0.8
+"""Of a stitch [cm]; 4 cells are 20 rows."""
+FIELD = ROOT.parent / "shared" / "data" / "cases" / "field"
+PIECES = {
+    "L": "##.. ##.. #### ####",
+    "T": "###### ###### ..##.. ..##..",
+    "U": "##..## ##..## ###### ######",
+    "plus": ".##. #### #### .##.",
+    "steps": "#... ##.. ###. ####",
+}
+
+
+def knitted(drawing: str) -> sm.ShapedFabric:
+    return sm.shape_fabric(sheet(drawing, CELL), stitch_width=WIDTH, stitch_height=HEIGHT, progress=False)
+
+
+@pytest.mark.decides
+@pytest.mark.parametrize("name", PIECES)
+def test_a_row_beside_a_corner_is_one_row_and_its_loops_hold(name):
+    shaped = knitted(PIECES[name])
+    fabric = shaped.fabric
+    # Squares of 4 cm are whole numbers of stitches and rows, and no stitch is an increase or a decrease.
+    assert fabric.face_count == PIECES[name].count("#") * round(CELL / WIDTH) * round(CELL / HEIGHT)
+    assert (fabric.n_bottom == 1).all() and (fabric.n_top == 1).all()
+    # A slit beside the corner would be a side of length 0.
+    assert fabric.side_length.min() > 0.5 * HEIGHT
+    assert len(fabric.boundary_loops) == 1
+    relaxed = sm.relax_mesh(fabric, surface=shaped.surface_mesh, progress=False)
+    check_loops(relaxed, sm.generate_yarns(relaxed, quality="draft"))
+
+
+@pytest.mark.parametrize("name", PIECES)
+def test_a_row_begins_at_every_part_of_the_outline_below(name):
+    lines = PIECES[name].split()
+    below = sum(
+        sign == "#" and (row + 1 == len(lines) or lines[row + 1][place] == ".")
+        for row, line in enumerate(lines) for place, sign in enumerate(line)
+    )  # fmt: skip
+    fabric = knitted(PIECES[name]).fabric
+    assert (fabric.stitch == sm.Stitch.CAST_ON).sum() == below * round(CELL / WIDTH)
+
+
+@pytest.mark.decides
+@pytest.mark.parametrize("drawing", ["###### #..#.# #.##.# ######", "##### #.#.# ##### #.#.# #####"])
+def test_limbs_between_holes_join_and_part_in_one_row(drawing):
+    shaped = knitted(drawing)
+    assert len(shaped.fabric.boundary_loops) == len(shaped.surface.borders) and not shaped.report.lost
+    relaxed = sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh, progress=False)
+    check_loops(relaxed, sm.generate_yarns(relaxed, quality="draft"))
+
+
+def test_a_disc_is_knitted_in_rounds():
+    angle = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)
+    disc = sm.Mesh.from_polygons(10.0 * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1), [range(36)])
+    fabric = sm.auto_stitches(in_triangles(disc), stitch_width=WIDTH)
+    assert all(course.closed for course in find_courses(fabric))
+
+
+def test_a_step_piece_of_a_bug_report_is_knitted_to_its_last_row():
+    path = FIELD / "01-flat-step-piece.obj"
+    if not path.exists():
+        pytest.skip("the inputs of bug reports are not there")
+    shaped = sm.shape_fabric(in_triangles(sm.read_mesh(path)), stitch_width=1.2, progress=False)
+    area = 300.0  # 20 x 20 cm without a quarter [cm^2]
+    # The outline takes whole numbers of stitches and rows: up to half a row and half a stitch at each of 4 sides.
+    assert shaped.fabric.face_count == pytest.approx(area / (1.2 * 0.77 * 1.2), rel=0.07)
+    relaxed = sm.relax_mesh(shaped.fabric, surface=shaped.surface_mesh, progress=False)
+    assert np.isfinite(relaxed.vertices).all() and relaxed.side_length.min() > 0.2
