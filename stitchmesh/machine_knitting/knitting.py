@@ -7,18 +7,17 @@ the front bed and its back half on odd needles of the back bed, so that the need
 round passes over the front half from right to left and over the back half from left to right.
 
 Before each row its loops are moved to the needles where the row needs them, with an empty needle for each yarn-over.
-Loops that are worked together are stacked on one needle. Loops of purl stitches are transferred to the other bed
-before the pass of the carrier and back after it.
+Loops that are worked together are stacked on one needle. A purl stitch is made on the other bed, and its loop stays
+there until a stitch needs it on the bed of its half: ribs are transferred once, not in every row.
 
-The cast-on tucks loops on every second needle and then on the needles between. The bind-off is a chain along the edge,
-in which each loop is knit together with the chain before it. Loops through which a yarn would be drawn are also bound
-off.
+The cast-on tucks loops on every second needle and then on the needles between, each on the bed where the next row needs
+it. The bind-off is a chain along the edge, in which each loop is knit together with the chain before it. Loops through
+which a yarn would be drawn are also bound off.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
 
@@ -27,7 +26,7 @@ from stitchmesh.hand_knitting.pieces import Piece, PieceRow, find_pieces
 from stitchmesh.machine_knitting.half import Half
 from stitchmesh.machine_knitting.making import check_makeable, drawn_together
 from stitchmesh.machine_knitting.program import BACK, FRONT, MOST_RACK, Program
-from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.cable_groups import CableGroup, cable_groups
 from stitchmesh.mesh.courses import bottom_sides, top_sides
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
@@ -212,8 +211,14 @@ class _PieceKnitter:
                 face = mine[0].face if mine else 0
                 raise ParameterError(f"face {face}: its row takes loops in an order that differs from the needles")
             half.move(self.program, targets)
-            stacks = [self._stack(stitch) for stitch in mine if len(stitch.below) > 1]
-            half.stack(self.program, [*self._crossings(half), *stacks])
+            crossings = self._crossings(half)
+            stacked = [stitch for stitch in mine if len(stitch.below) > 1]
+            for stitch in stacked:
+                half.bring(self.program, stitch.below[self._order(stitch)[0]], across=False)
+            half.stack(self.program, [*crossings, *(self._stack(stitch) for stitch in stacked)])
+            for stitch in mine:
+                for loop in stitch.below[:1]:  # The loops below a stitch share its needle now.
+                    half.bring(self.program, loop, across=self._is_across(stitch.face))
         self.program.rack_to(0)
 
     def _targets(self, stitch: PlacedStitch) -> dict[int, int]:
@@ -225,7 +230,7 @@ class _PieceKnitter:
 
     def _stack(self, stitch: PlacedStitch) -> list[tuple[int, int]]:
         """Moves that stack the loops of a decrease on the needle of the outermost loop."""
-        return [(stitch.needles[place], stitch.made[0]) for place in self._order(stitch)[1:]]
+        return [(stitch.below[place], stitch.made[0]) for place in self._order(stitch)[1:]]
 
     def _crossings(self, half: Half) -> list[list[tuple[int, int]]]:
         """Moves of the loops of each cable; the loops in front move first."""
@@ -239,7 +244,7 @@ class _PieceKnitter:
                 raise ParameterError(f"face {self.fabric.side_face[side]}: its cable lies on the fold of the tube")
             loops = sorted(range(len(sides)), key=lambda place: (-int(group.layer[place]), place))
             places = [half.loops[loop] for loop in sides]
-            moves = [(places[place], places[int(group.destination[place])]) for place in loops]
+            moves = [(sides[place], places[int(group.destination[place])]) for place in loops]
             found[id(group)] = moves
         return list(found.values())
 
@@ -256,6 +261,7 @@ class _PieceKnitter:
 
     def _move_around_fold(self, half: Half, other: Half, loop: int, right: bool) -> None:
         """Move one loop around a fold to a needle beyond the last loop there, within the range of racking."""
+        half.bring(self.program, loop, across=False)
         needle = half.loops.pop(loop)
         last = list(other.loops.values())[-1 if right else 0] if other.loops else needle + (-1 if right else 1)
         to = max(last + 2, needle - MOST_RACK + 1) if right else min(last - 2, needle + MOST_RACK - 1)
@@ -277,7 +283,7 @@ class _PieceKnitter:
                 yarn = int(self.fabric.yarn[stitch.face])
                 direction = self._direction(stitch.half, right_side=self.piece.in_rounds or number == 0)
                 note = self._note(stitch, place)
-                self.program.stitch("tuck", direction, stitch.half.bed, stitch.made[place], yarn, note)
+                self.program.stitch("tuck", direction, self._bed(stitch, place), stitch.made[place], yarn, note)
 
     def _in_order(self, placed: list[PlacedStitch], right_side: bool) -> list[tuple[PlacedStitch, int]]:
         """All loops of a row in the order of the yarn: on the right side from right to left, as seen from outside."""
@@ -297,36 +303,34 @@ class _PieceKnitter:
 
     def _knit_row(self, placed: list[PlacedStitch], row: PieceRow) -> None:
         """Make the loops of a row, with one pass of the carrier for each yarn."""
-        across = [stitch for stitch in placed if self._is_across(stitch)]
-        for stitch in across:
-            stitch.half.to_other_bed(self.program, self._worked_needle(stitch))
         order = self._in_order(placed, row.right_side)
         for yarn in self._yarns(row):
             own = [(stitch, place) for stitch, place in order if self.fabric.yarn[stitch.face] == yarn]
             for stitch, place in own:
                 self._make_loop(stitch, place, row.right_side, yarn)
             self._move_carrier_to_end(placed, row, own[-1][0].half, yarn)
-        self.program.release()
-        for stitch in across:
-            needle = self._worked_needle(stitch)
-            stitch.half.from_other_bed(self.program, needle, needle)
 
-    def _is_across(self, stitch: PlacedStitch) -> bool:
+    def _is_across(self, face: int) -> bool:
         """Whether a stitch is worked on the other bed: purl stitches, and slipped loops with the yarn in front."""
-        code = self.fabric.stitch[stitch.face]
-        return "p" in stitch.letters or code == Stitch.SLIP_FRONT
+        stitch = Stitch(int(self.fabric.stitch[face]))
+        return stitch == Stitch.SLIP_FRONT or (stitch != Stitch.CAST_ON and "p" in VOCABULARY[stitch].made)
 
-    def _worked_needle(self, stitch: PlacedStitch) -> int:
-        """Needle of the loop on top that is not a yarn-over."""
-        return next(needle for needle, letter in zip(stitch.made, stitch.letters, strict=True) if letter != "y")
+    def _bed(self, stitch: PlacedStitch, place: int) -> str:
+        """Bed on which a loop of a stitch is made; a loop that is cast on, where the stitch above it needs it."""
+        half, across = stitch.half, stitch.letters[place] != "y" and self._is_across(stitch.face)
+        above = int(self.fabric.twin[stitch.above[place]])
+        if self.fabric.stitch[stitch.face] == Stitch.CAST_ON and above != BORDER:
+            face = int(self.fabric.side_face[above])
+            across = self._is_across(face) and len(self._below(face)) == 1
+        return half.other if across else half.bed
 
     def _make_loop(self, stitch: PlacedStitch, place: int, right_side: bool, yarn: int) -> None:
         """Write the operation that makes one loop of a stitch."""
         letter, half = stitch.letters[place], stitch.half
-        bed = half.other if letter != "y" and self._is_across(stitch) else half.bed
         operation = {"k": "knit", "p": "knit", "y": "tuck", "s": "miss"}[letter]
         direction = self._direction(half, right_side)
-        self.program.stitch(operation, direction, bed, stitch.made[place], yarn, self._note(stitch, place))
+        note = self._note(stitch, place)
+        self.program.stitch(operation, direction, self._bed(stitch, place), stitch.made[place], yarn, note)
 
     def _move_carrier_to_end(self, placed: list[PlacedStitch], row: PieceRow, last: Half, yarn: int) -> None:
         """Move the carrier to the end of its row, for a tube around the fold, so that its next row begins there."""
@@ -339,12 +343,12 @@ class _PieceKnitter:
                 self.program.stitch("miss", direction, half.bed, end, yarn)
 
     def _set_loops(self, placed: list[PlacedStitch]) -> None:
-        """Record the needles of the loops of a row that has been made."""
+        """Record the needles and beds of the loops of a row that has been made."""
         for half in self.halves:
-            half.loops = {}
-            for stitch in placed:
-                if stitch.half is half:
-                    half.loops.update(zip(stitch.above, stitch.made, strict=True))
+            mine = [stitch for stitch in placed if stitch.half is half]
+            loops = [(stitch, place) for stitch in mine for place in range(len(stitch.above))]
+            half.loops = {stitch.above[place]: stitch.made[place] for stitch, place in loops}
+            half.across = {stitch.above[place] for stitch, place in loops if self._bed(stitch, place) != half.bed}
 
     def _bind_off(self, yarn: int, right_side: bool) -> None:
         """Bind off all loops in a chain along the edge, from the position of the yarn."""
@@ -353,21 +357,27 @@ class _PieceKnitter:
             first = half.centred(len(half.loops))
             half.move(self.program, {loop: first + half.spacing * k for k, loop in enumerate(half.loops)})
         from_right = self.piece.in_rounds or not right_side
-        chain = [(half, needle) for half in self.halves for needle in self._chain_needles(half, from_right)]
-        for (half, needle), (following, to) in pairwise(chain):
-            self.program.stitch("knit", self._direction(half, from_right), half.bed, needle, yarn, "bind off")
-            if following is half:
-                half.to_other_bed(self.program, needle)
-                half.from_other_bed(self.program, needle, to)
+        loops = [(half, *at) for half in self.halves for at in self._in_chain(half, from_right)]
+        half, bed, needle = loops[0]
+        self.program.stitch("knit", self._direction(half, from_right), bed, needle, yarn, "bind off")
+        for number in range(1, len(loops)):
+            following, other_bed, to = loops[number]
+            same_bed_next = number + 1 < len(loops) and loops[number + 1][1] == other_bed
+            if bed == other_bed:
+                self.program.transfer(bed, needle, needle)
+                self.program.transfer(BACK if bed == FRONT else FRONT, needle, to)
+            elif following is half and same_bed_next and abs(to - needle) == half.spacing:
+                self.program.transfer(other_bed, to, needle)  # The chain stays opposite to the loop after this one.
+                other_bed, to = bed, needle
             else:
-                self.program.transfer(half.bed, needle, to)
-        half, needle = chain[-1]
-        self.program.stitch("knit", self._direction(half, from_right), half.bed, needle, yarn, "bind off")
+                self.program.transfer(bed, needle, to)
+            half, bed, needle = following, other_bed, to
+            self.program.stitch("knit", self._direction(half, from_right), bed, needle, yarn, "bind off")
         for left in list(self.program.position):
             self.program.take_out(left)
-        self.program.drop(half.bed, needle, "end of the chain, whose yarn is cut")
+        self.program.drop(bed, needle, "end of the chain, whose yarn is cut")
 
-    def _chain_needles(self, half: Half, from_right: bool) -> list[int]:
-        """Needles of the loops of a half in the order of the bind-off."""
-        needles = list(half.loops.values())
-        return needles[::-1] if (half.bed == FRONT) == from_right else needles
+    def _in_chain(self, half: Half, from_right: bool) -> list[tuple[str, int]]:
+        """Bed and needle of each loop of a half in the order of the bind-off."""
+        loops = [(half.bed_of(loop), needle) for loop, needle in half.loops.items()]
+        return loops[::-1] if (half.bed == FRONT) == from_right else loops

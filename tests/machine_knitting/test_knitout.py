@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -91,7 +92,8 @@ class Checked:
         assert made.operation == {"k": "knit", "p": "knit", "y": "tuck", "s": "miss"}[letter]
         inside = "b" if outside == "f" else "f"
         front = self.fabric.stitch[face] == Stitch.SLIP_FRONT
-        assert made.bed == (inside if letter == "p" or front else outside)
+        if self.fabric.stitch[face] != Stitch.CAST_ON:  # A cast-on loop is alike on both beds.
+            assert made.bed == (inside if letter == "p" or front else outside)
         if letter == "y":
             return
         below = self.fabric.twin[self.fabric.face_start[face] : self.fabric.right_wale[face]].tolist()
@@ -144,6 +146,23 @@ def test_several_yarns():
     rows, yarns = ["co co co co"] + ["k k p k"] * 5, ["0000", "0000", "1111", "0101", "2200", "0000"]
     Checked(chart_fabric(rows, yarns=yarns)).check()
     Checked(chart_fabric(rows, yarns=yarns, ring=True)).check()
+
+
+@pytest.mark.parametrize("ring", [False, True])
+def test_a_loop_changes_its_bed_only_between_a_knit_and_a_purl_stitch(ring):
+    """Loops of a rib are cast on on their beds and stay there; each change in a wale costs one transfer."""
+    rows = ["k k p p k k p p"] * 3 + ["p k p k p k p k"] * 2 + ["k k k k k k k k"]
+    changes = sum(a != b for low, high in pairwise(rows) for a, b in zip(low.split(), high.split(), strict=True))
+    program = machine_program(chart_fabric(["co co co co co co co co", *rows], ring=ring))
+    Machine().run(program)
+    assert program.partition(";bind off")[0].count("xfer") == changes == 4 + 4
+
+
+def test_a_rib_is_bound_off_with_one_transfer_for_each_loop_on_the_other_bed():
+    """The chain takes 15 further loops by one transfer each, and one more where the first two loops share a bed."""
+    fabric = chart_fabric([" ".join(["co"] * 16), *["k k p p " * 4] * 3])
+    Checked(fabric).check()
+    assert machine_program(fabric).count("xfer") == 15 + 1
 
 
 def crossed(fabric: StitchMesh, first: int, destination: list[int], layers: list[int]) -> StitchMesh:
