@@ -4,19 +4,17 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 
 import pytest
 
+from tests.fuzz import SEED
 from tests.fuzz.readers import READERS
 from tests.gallery import ROOT
 
 SECONDS = "35"
 """Time for each reader [s], so that all of them take 20 minutes on two cores."""
-SEED = os.environ.get("STITCHMESH_SEED", "1")
-"""Seed of the damage."""
 
 
 @pytest.mark.nightly

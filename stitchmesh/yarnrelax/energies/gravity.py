@@ -31,6 +31,8 @@ from stitchmesh.yarnrelax.model.state import State
 
 STANDARD = (0.0, -981.0, 0.0)
 """Acceleration on Earth [cm / s^2]; y points up."""
+MOST_ACCELERATION = 1e6
+"""Largest acceleration along an axis [cm / s^2], a thousand times that on Earth; beyond, time steps become tiny."""
 
 
 @kernel
@@ -66,7 +68,7 @@ class Gravity(TermChoice):
     """The weight of the yarns, from ``point_masses``; on a lattice that of one cell.
 
     Raises:
-        ParameterError: the acceleration is not three finite numbers.
+        ParameterError: the acceleration is not three numbers, or one is above ``MOST_ACCELERATION``.
     """
 
     reads_mass = True
@@ -75,8 +77,9 @@ class Gravity(TermChoice):
     """Acceleration [cm / s^2]; y points up."""
 
     def __post_init__(self) -> None:
-        if np.shape(self.acceleration) != (3,) or not np.isfinite(self.acceleration).all():
-            raise ParameterError(f"gravity: got acceleration {self.acceleration}; expected three finite numbers")
+        if np.shape(self.acceleration) != (3,) or not (np.abs(self.acceleration) <= MOST_ACCELERATION).all():
+            found = f"gravity: got acceleration {self.acceleration}"
+            raise ParameterError(f"{found}; expected three numbers of at most {MOST_ACCELERATION:g} cm/s^2")
 
     def on(self, model: Model) -> Term:
         """The weight of a model's yarns.
