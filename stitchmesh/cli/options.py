@@ -360,8 +360,6 @@ class SwatchFabric:
     yarn: Annotated[YarnAndGauge, arg(name="")] = field(default_factory=YarnAndGauge)
     yarn_radius: Annotated[float | None, help_entry("CM", SWATCH_RADIUS)] = None
     """yarn radius [cm]"""
-    drawn_radius: Annotated[float | None, help_entry("CM", f"{DRAWN_RADIUS}; of a weave its radius")] = None
-    """radius of the yarn in pictures and files for renderers [cm]"""
     loop_length: Annotated[float | None, help_entry("CM", SWATCH_LOOP)] = None
     """yarn length of a plain stitch [cm]"""
     spacing: Annotated[tuple[float, ...] | None, help_entry("CM [CM]", f"{SPACING} diameters")] = None
@@ -375,22 +373,21 @@ class SwatchFabric:
     longest_float: Annotated[int, help_entry("N")] = SwatchOptions.longest_float
     """largest number of stitches behind which a yarn floats; patterns with longer floats are refused"""
 
-    def options(self, *, woven: bool) -> dict[str, Any]:
+    def options(self, *, woven: bool, drawn_radius: float | None = None) -> dict[str, Any]:
         """Return the fields of ``SwatchOptions`` by name.
 
         Args:
             woven: whether the swatch is a weave, for which a yarn sets no loop length.
+            drawn_radius: radius of the yarn in pictures [cm]; where not given that of the yarn.
 
         Raises:
             ParameterError: there are more than two spacings, the yarn is unknown, or the gauge is malformed.
         """
-        size = self.yarn.size(
-            yarn_radius=self.yarn_radius, drawn_radius=self.drawn_radius, loop_length=self.loop_length
-        )
+        size = self.yarn.size(yarn_radius=self.yarn_radius, drawn_radius=drawn_radius, loop_length=self.loop_length)
         only_yarn = self.loop_length is None and self.yarn.gauge is None
         return {
             "yarn_radius": SwatchOptions.yarn_radius if size.yarn_radius is None else size.yarn_radius,
-            "drawn_radius": self.drawn_radius if woven else size.drawn_radius,
+            "drawn_radius": drawn_radius if woven else size.drawn_radius,
             "mass_per_length": size.mass_per_length,
             "loop_length": None if woven and only_yarn else size.loop_length,
             "spacing": self._spacing(),

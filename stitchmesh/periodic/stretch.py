@@ -4,21 +4,21 @@
 
 The cell is first relaxed without stress and with its periods at right angles. It lies between the planes of a free
 swatch (``support``) all the time, because fabrics buckle. One of its sizes, with the free value L0, is then set to
-(1 + strain) L0 for each strain in turn. Each state starts from the previous one: the yarns are relaxed, and so is the
-other size unless it is held. The tension is nominal ("engineering"): the force on a border over the length of that
-border in the free cell,
+(1 + strain) L0 for each strain in turn (``drawn_cell``). Each state starts from the previous one: the yarns are
+relaxed, and so is the other size unless it is held. The tension is nominal ("engineering"): the force on a border over
+the length of that border in the free cell,
 
     T_course = s_course height / height0        T_wale = s_wale width / width0      [dyn/cm]
 
-where s is the stress of the deformed cell (``yarnrelax/stress``). Let e be the energy of the cell over the area of the
-free cell. The work is
+where s is the stress of the deformed cell (``yarnrelax/cell_stress``). Let e be the energy of the cell over the area of
+the free cell. The work is
 
     de = T_course d(width) / width0 + T_wale d(height) / height0
 
 so the slope of e over the strain equals the tension, both if the other size is free (its tension is zero) and if it is
-held (its change is zero). 1000 dyn/cm are 1 N/m. Yarns have no friction, so the curve is the same for loading and
-unloading, unless the fabric snaps from one shape to another. A snap is a change of energy that no tension between the
-two states can explain.
+held (its change is zero). 1000 dyn/cm are 1 N/m. Without friction the curve is the same for loading and unloading
+while the fabric stays on one branch; a fabric that snaps from one shape to another goes on along another branch. With
+friction loading and unloading differ. Loading then begins at the free cell without friction.
 """
 
 from __future__ import annotations
@@ -38,37 +38,39 @@ from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_KEPT_POINT, check_memo
 from stitchmesh.mesh import FloatArray
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.kept_states import check_kept_states
-from stitchmesh.periodic.relaxation.continuation import change_period, size_of
+from stitchmesh.periodic.relaxation.continuation import size_of
+from stitchmesh.periodic.relaxation.drawn_cell import (
+    Direction,
+    DrawnCell,
+    DrawnState,
+    Other,
+    draw_with_friction,
+    draw_without_friction,
+)
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
 from stitchmesh.periodic.relaxation.support import planes
 from stitchmesh.periodic.swatch import Swatch, relax_prepared
 from stitchmesh.periodic.swatch_options import STRETCH_STEPS
 from stitchmesh.periodic.weave.weave import Weave
-from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
+from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named
 from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.cell_stress import cell_stress
+from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
-
-Direction = Literal["course", "wale"]
-Other = Literal["free", "held"]
 
 TOLERANCE = 1e-3
 """Largest residual of each state; ribs have a small resistance and need this value."""
 LARGEST_CHANGE = 1e-4
 """Largest estimate of the change that is left: a stiff fabric turns a small strain into a large tension."""
-CONTROL_POINTS = 24
-"""Smallest number of control points of a plain stitch, as in the quality ``reference``. With 12 control points loops
+FINER = 1.5
+"""Control points of a plain stitch over those of the preset, up to those of ``reference``. With 12 control points loops
 resist up to 80 % too much. Fewer control points make the yarn softer along its axis, because a material gives the
 stretch stiffness for each segment (``energies/stretch``); this matters for weaves."""
 CONTACT_SAMPLES = 5
 """Smallest number of contact samples of a segment. With three samples, samples of touching yarns interlock, and the
 tension varies by some dyn/cm."""
-SMALLEST_SNAP = 1e-3
-"""Smallest unexplained change of energy that counts as a snap, relative to the largest energy; states are relaxed to a
-tenth of ``TOLERANCE``."""
 LEAST_STRAIN, MOST_STRAIN = -0.9, 9.0
 """Smallest and largest strain."""
 NEWTONS_PER_METRE = 1e-3
@@ -99,6 +101,9 @@ class StretchPoint:
     """Relative force residual."""
     converged: bool
     """Whether the relaxation converged."""
+    branch: int = 1
+    """Number of the branch, from 1. Without friction states are on one branch if the fabric goes from one to the next
+    and back again; with friction each way, there or back, is a branch."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +120,10 @@ class StretchCurve:
     """Measurements at each strain."""
     states: tuple[YarnSet, ...]
     """Relaxed yarns at each strain."""
+    friction: float = 0.0
+    """Coefficient of friction between yarns."""
+    out_of_time: bool = False
+    """Whether a limit on the time ended the curve before its last strain."""
 
     def __repr__(self) -> str:
         """Return one line: the direction and the strains."""
@@ -132,16 +141,18 @@ class StretchCurve:
 
     @property
     def snaps(self) -> list[int]:
-        """Indices of the points before which the fabric snapped to another shape.
+        """Indices of the points before which fabric without friction snapped to another branch."""
+        return [] if self.friction else (np.flatnonzero(np.diff([point.branch for point in self.points])) + 1).tolist()
 
-        If the tension between two points lies between the two measured tensions, the change of energy differs from the
-        work of the mean tension by at most half of the work of the larger tension. A larger difference is a snap.
-        """
-        strain, energy = self.column("strain"), self.column("energy")
-        work = (self.tension[1:] + self.tension[:-1]) / 2 * np.diff(strain)
-        largest = np.maximum(np.abs(self.tension[1:]), np.abs(self.tension[:-1])) * np.abs(np.diff(strain)) / 2
-        noise = SMALLEST_SNAP * energy.max()
-        return [int(k) + 1 for k in np.flatnonzero(np.abs(np.diff(energy) - work) > largest + noise)]
+    @property
+    def snap_texts(self) -> list[str]:
+        """A clause about each snap."""
+        branch, percent = [point.branch for point in self.points], 100.0 * self.column("strain")
+        return [
+            f"between {percent[k - 1]:.3g} % and {percent[k]:.3g} % the fabric snapped from branch {branch[k - 1]} to "
+            f"branch {branch[k]}, another shape, from which it does not come back the same way"
+            for k in self.snaps
+        ]
 
 
 def stretch_test(
@@ -151,6 +162,8 @@ def stretch_test(
     wale: tuple[float, float] | None = None,
     other: Other = "free",
     steps: int = STRETCH_STEPS,
+    cycles: int = 0,
+    friction: float | None = None,
     material: YarnMaterial | None = None,
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
@@ -167,6 +180,10 @@ def stretch_test(
         wale: first and last strain along the wales. Either ``course`` or ``wale`` must be given.
         other: ``free`` relaxes the size across the stretch direction; ``held`` keeps its value in the free cell.
         steps: number of strains, including the first and the last.
+        cycles: how often the fabric is let back from the last strain to the first; between two times it is stretched
+            again. With 0 it stays stretched.
+        friction: coefficient of friction between the yarns; they have none where not given. The free cell is that
+            without friction.
         material: as for ``swatch``.
         quality: a preset or a ``Quality``; it is refined to the needs of tensions (``refine_for_tension``).
         device: as for ``swatch``.
@@ -178,73 +195,67 @@ def stretch_test(
 
     Raises:
         ParameterError: not exactly one direction is given, a strain is out of bounds, the strains are equal, there are
-            fewer than two steps, or a period, a tension of blocking or an error is given.
+            fewer than two steps or a negative number of cycles, no yarn has the friction, or a period, a tension of
+            blocking or an error is given.
         FileError, PatternError: as for ``swatch``.
         SolverError: as for ``swatch``, or the time does not suffice for one state.
     """
     if budget is not None and budget.error is not None:
         raise ParameterError("error: got one for a stretch test, whose tensions are not measured by it; give a quality")
     with limited_to(limit_of(budget)):
-        return _stretch(pattern, course, wale, other, steps, material, quality, device, progress, on_entry, options)
+        direction, strains = choose_strains(course, wale, steps, cycles)
+        return _stretch(
+            pattern, direction, strains, other, friction, material, quality, device, progress, on_entry, options
+        )  # fmt: skip
 
 
 def _stretch(
-    pattern: str | Pattern | Weave, course: tuple[float, float] | None, wale: tuple[float, float] | None, other: Other,
-    steps: int, material: YarnMaterial | None, quality: str | Quality, device: str | None,
+    pattern: str | Pattern | Weave, direction: Direction, strains: FloatArray, other: Other, friction: float | None,
+    material: YarnMaterial | None, quality: str | Quality, device: str | None,
     progress: Callable[[StretchPoint], None] | Literal[False] | None, on_entry: Callable[[HistoryEntry], None] | None,
     options: dict[str, Any],
 ) -> StretchCurve:  # fmt: skip
-    """Stretch a swatch in the time that is left; arguments and errors as for ``stretch_test``."""
-    direction, strains = choose_strains(course, wale, steps)
+    """Stretch a swatch in the time that is left; other arguments and errors as for ``stretch_test``."""
     if other not in get_args(Other):
         raise ParameterError(f"other: got {other!r}; expected free or held")
     for name in {"period", "blocked"} & options.keys():
         raise ParameterError(f"{name}: got one for a stretch test, which begins at the free cell; leave it out")
+    rubbing = Friction(friction or 0.0)
     quality = refine_for_tension(quality_named(quality))
     prepared = prepare_swatch(pattern, material=material, quality=quality, device=device, relax_cell=True, **options)
-    check_kept_states("stretch", steps, prepared.yarns)
+    check_kept_states("stretch", len(strains), prepared.yarns)
     of_entries: Callable[[HistoryEntry], None] | Literal[False] | None = on_entry
     if on_entry is None and progress is False:
         of_entries = False
-    free = relax_prepared(prepared, prepared.yarns, of_entries)
-    material, quality = prepared.material, prepared.quality
-    cell, terms = held_cell(direction, other), planes_of(free, prepared)
-    yarns, points, states = free.yarns, [], []
-    for strain in strains:
-        yarns = change_period(yarns, size_at(free, direction, other, strain), material, quality, device)
-        rest = relax_yarns(
-            yarns, material=material, quality=quality, device=device, cell=cell, terms=terms, progress=of_entries
-        )
-        if rest.report["out_of_time"]:
-            break
-        yarns = rest.yarns
-        points.append(measure_point(free, strain, yarns, rest.report, material, quality, device))
-        states.append(yarns)
+    free, own = relax_prepared(prepared, prepared.yarns, of_entries), prepared.smallest
+    drawn = DrawnCell(own.part_of(free.yarns), direction, other, prepared.material, prepared.quality,
+                      planes_of(free, prepared), device, of_entries)  # fmt: skip
+    path = strains.tolist()
+    found = draw_with_friction(drawn, path, rubbing) if friction else draw_without_friction(drawn, path)
+    points, states = list[StretchPoint](), list[YarnSet]()
+    for state in found:
+        points.append(measure_point(drawn, state, own.copies))
+        states.append(own.repeated(state.yarns, free.yarns))
         if progress:
             progress(points[-1])
     if not points:
         raise SolverError("stretch: the time was over before one state was at rest; give more, or a coarser quality")
-    refuse_pull_through(free.yarns, yarns, device)
-    curve = StretchCurve(direction, other, free, tuple(points), tuple(states))
-    _warn_of_snaps(curve)
+    refuse_pull_through(free.yarns, states[-1], device)
+    out_of_time = len(points) < len(strains)
+    curve = StretchCurve(direction, other, free, tuple(points), tuple(states), friction or 0.0, out_of_time)
+    for text in curve.snap_texts:
+        logger.warning("stretch: %s; friction may hold it (--friction)", text)
     return curve
 
 
-def _warn_of_snaps(curve: StretchCurve) -> None:
-    strain = 100 * curve.column("strain")
-    for point in curve.snaps:
-        between = f"{strain[point - 1]:g} % and {strain[point]:g} %"
-        logger.warning("stretch: between %s the fabric snapped to another shape; frictionless yarn can snap", between)
-
-
 def choose_strains(
-    course: tuple[float, float] | None, wale: tuple[float, float] | None, steps: int
+    course: tuple[float, float] | None, wale: tuple[float, float] | None, steps: int, cycles: int = 0
 ) -> tuple[Direction, FloatArray]:
-    """Return the stretch direction, and its strains, shape (steps,).
+    """Return the stretch direction, and its strains one after another, shape (n,); each turn is there once.
 
     Raises:
         ParameterError: not exactly one direction is given, a strain is out of bounds, the strains are equal, or there
-            are fewer than two steps.
+            are fewer than two steps or a negative number of cycles.
     """
     if (course is None) == (wale is None):
         got = "neither" if course is None else "both"
@@ -260,24 +271,25 @@ def choose_strains(
         raise ParameterError(f"{direction}: got {100 * first:g} % twice; expected two different strains")
     if steps < 2:
         raise ParameterError(f"steps: got {steps}; expected at least 2")
-    check_memory(f"a stretch test of {steps:,} strains", BASE_MEMORY + BYTES_PER_KEPT_POINT * steps, "fewer steps")
-    return direction, np.linspace(first, last, steps)
+    if cycles < 0:
+        raise ParameterError(f"cycles: got {cycles}; expected at least 0")
+    states = steps + max(2 * cycles - 1, 0) * (steps - 1)
+    check_memory(f"a stretch test of {states:,} strains", BASE_MEMORY + BYTES_PER_KEPT_POINT * states, "fewer steps")
+    there = np.linspace(first, last, steps)
+    back = there[::-1]
+    ways = [there, *([back, there] * cycles)[: 2 * cycles - 1]] if cycles else [there]
+    return direction, np.concatenate([there[:1], *(way[1:] for way in ways)])
 
 
 def refine_for_tension(quality: Quality) -> Quality:
     """Return a quality that is at least as fine as the constants of this file."""
+    own, most = quality.control_points_per_stitch, PRESETS["reference"].control_points_per_stitch
     return replace(
         quality, tolerance=min(quality.tolerance, TOLERANCE),
         largest_change=min(quality.largest_change, LARGEST_CHANGE),
-        control_points_per_stitch=max(quality.control_points_per_stitch, CONTROL_POINTS),
+        control_points_per_stitch=max(own, min(round(FINER * own), most)),
         contact_samples=max(quality.contact_samples, CONTACT_SAMPLES),
     )  # fmt: skip
-
-
-def held_cell(direction: Direction, other: Other) -> RelaxCell:
-    """Return the degrees of freedom of the cell during a stretch test."""
-    pull = 0.0 if other == "free" else None
-    return RelaxCell(course=None, wale=pull, shear=False) if direction == "course" else RelaxCell(pull, None, False)
 
 
 def planes_of(free: Swatch, prepared: PreparedSwatch) -> list[TermChoice]:
@@ -287,28 +299,14 @@ def planes_of(free: Swatch, prepared: PreparedSwatch) -> list[TermChoice]:
     return planes(True, prepared.options, flat, free.yarns.radius)
 
 
-def size_at(free: Swatch, direction: Direction, other: Other, strain: float) -> tuple[float | None, float | None]:
-    """Return the width and height to set [cm]; None where the size is free."""
-    width, height = size_of(free.lattice)
-    if direction == "course":
-        return (1.0 + strain) * width, height if other == "held" else None
-    return width if other == "held" else None, (1.0 + strain) * height
-
-
-def measure_point(
-    free: Swatch, strain: float, yarns: YarnSet, report: dict[str, Any], material: YarnMaterial, quality: Quality,
-    device: str | None,
-) -> StretchPoint:  # fmt: skip
-    """Measure a relaxed state at a strain; ``report`` is the report of ``relax_yarns``."""
+def measure_point(drawn: DrawnCell, state: DrawnState, copies: int) -> StretchPoint:
+    """Measure a state; the repeat has several copies of the cell, one above another."""
+    yarns, (width0, height0) = state.yarns, drawn.free_size
     assert yarns.lattice is not None
-    (width0, height0), (width, height) = size_of(free.lattice), size_of(yarns.lattice)
-    stress = cell_stress(
-        yarns, material, quadrature_points=quality.quadrature_points, contact_samples=quality.contact_samples,
-        device=device,
-    )  # fmt: skip
+    width, height = size_of(yarns.lattice)
     return StretchPoint(
-        strain=float(strain), width=width, height=height, course_tension=stress.course * height / height0,
-        wale_tension=stress.wale * width / width0, energy=report["energy"] / (width0 * height0),
-        yarn_strain=float(yarns.lengths.sum() / yarns.rest_length.sum() - 1.0), residual=report["residual"],
-        converged=report["converged"],
+        strain=state.strain, width=width, height=copies * height, course_tension=state.tension[0],
+        wale_tension=state.tension[1], energy=state.energy / (width0 * height0),
+        yarn_strain=float(yarns.lengths.sum() / yarns.rest_length.sum() - 1.0), residual=state.residual,
+        converged=state.converged, branch=state.branch,
     )  # fmt: skip

@@ -23,7 +23,7 @@ def write_stretch(path: FilePath, curve: StretchCurve) -> None:
     """Write a stretch curve as a table.
 
     The columns are the fields of ``StretchPoint`` with their units, the tensions in N/m, and whether the fabric snapped
-    before the state.
+    to another branch before the state.
 
     Args:
         path: a ``.csv`` file; missing folders are made.

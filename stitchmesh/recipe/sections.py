@@ -237,7 +237,14 @@ class PhysicsSection:
     """Unit of the file of the body."""
 
     def terms(self) -> list[TermChoice]:
-        """Return the energies whose keys are given; the modules of the other energies are not imported."""
+        """Return the energies whose keys are given; the modules of the other energies are not imported.
+
+        Raises:
+            FileError: the body cannot be read.
+            ParameterError: a value is out of bounds, or there is a unit of a body but no body.
+        """
+        if self.body is None and self.body_unit != DEFAULT_UNIT:
+            raise ParameterError(f"body unit: got {self.body_unit!r} without a body; give the body, or leave it out")
         terms: list[TermChoice] = []
         if self.gravity is not None:
             from stitchmesh.yarnrelax.energies.gravity import Gravity

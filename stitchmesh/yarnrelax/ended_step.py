@@ -37,6 +37,10 @@ class EndedStep:
     """Iterations of this step."""
     nearest: float
     """Smallest distance of yarns over their radius, at most 2."""
+    course: float
+    """Force on the borders along the courses [dyn]."""
+    wale: float
+    """Force on the borders along the wales [dyn]."""
     seconds: float
     """Time of the steps up to the end of this one [s]."""
 
@@ -49,6 +53,8 @@ class StepFigures(TypedDict):
     converged: bool
     iterations: int
     nearest: float
+    course: float
+    wale: float
     seconds: float
 
 

@@ -4,9 +4,12 @@
 
 With friction a state of rest depends on the path that leads to it: what held the fabric, and in which order it was let
 go (Crassous, Poincloux and Steinberger 2024: a relaxed knit has a line of states of rest, of which friction sets the
-end). A path is a sequence of loads on the borders of the cell and of coefficients of friction. Each step starts from
-the state of rest of the step before it, with its contacts; normal forces are renewed until the state at rest no longer
-changes. The steps must be small enough for the normal forces of one step to hold in the next.
+end). A path is a sequence of loads on the borders of the cell, of changes of its size and of coefficients of friction.
+Each step starts from the state of rest of the step before it, with its contacts; normal forces are renewed until the
+state at rest no longer changes. The steps must be small enough for the normal forces of one step to hold in the next.
+
+A held size that is drawn needs a force on the borders. It is -W over that size, with the forces W on the strains of the
+cell (``cell_strain``), in which friction has its part.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ from typing import Literal
 import numpy as np
 import warp as wp
 
+from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
@@ -35,15 +39,16 @@ from stitchmesh.yarnrelax.friction.friction import Friction, FrictionTerm
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.load_position import AT_ONCE
 from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.observer import Observer, Progress, report_entries
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
+from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain, RelaxCell
 
 
 @dataclass(frozen=True)
 class LoadStep:
-    """Loads on the borders of the whole cell, and the friction that is left."""
+    """Loads on the borders of the whole cell, how far it is drawn, and the friction that is left."""
 
     course: float = 0.0
     """Load along the courses [dyn]."""
@@ -51,6 +56,8 @@ class LoadStep:
     """Load along the wales [dyn]."""
     friction: float = 1.0
     """Share of the coefficient of friction."""
+    stretch: tuple[float, float] = (1.0, 1.0)
+    """Factors by which the step draws the cell at its beginning, along the courses and along the wales."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +76,8 @@ class StepAtRest:
     """Iterations of this step."""
     nearest: float
     """Smallest distance of yarns over their radius, at most 2."""
+    border_forces: tuple[float, float]
+    """Forces on the borders that hold the cell, along the courses and along the wales [dyn]."""
     device: str
     """Where the kernels ran."""
     seconds: float
@@ -107,7 +116,7 @@ def relax_through_steps(
 
     Args:
         yarns: the yarns, without slip.
-        steps: loads and friction, one after the other.
+        steps: loads, drawing and friction, one after the other.
         friction: friction of the whole coefficient.
         material: stiffnesses.
         quality: sampling and tolerance of each step; ``max_iterations`` holds for each step.
@@ -188,13 +197,28 @@ class _LoadedInSteps:
                 return
 
     def _load(self, step: LoadStep) -> None:
-        """Set the loads and the friction of a step."""
+        """Set the loads and the friction of a step, and draw the cell."""
         simulation = self.loop.simulation
         term = simulation.terms[0]
         assert simulation.strain is not None and isinstance(term, FrictionTerm)
         simulation.strain.set_loads(np.array([[step.course, step.wale]]))
         term.weaken(step.friction)
         simulation.discard_launches()
+        if step.stretch != (1.0, 1.0):
+            self._draw(simulation.strain, step.stretch)
+
+    def _draw(self, strain: CellStrain, stretch: tuple[float, float]) -> None:
+        """Draw the cell and its yarns along the courses and along the wales."""
+        simulation = self.loop.simulation
+        frame = strain.host_frame[0]
+        matrix = np.eye(3) + frame.T @ np.diag(np.array(stretch) - 1.0) @ frame
+        for array, count in ((simulation.state.points, simulation.model.point_count), (strain.periods, 2)):
+            places = array.numpy()
+            places[:count] = places[:count] @ matrix
+            array.assign(places)
+        simulation.accept(np.array([True]))
+        simulation.candidates.near.invalidate()
+        self.loop.search_contacts()
 
     def _begin(self) -> None:
         """Begin a step from the state of rest of the step before it."""
@@ -214,12 +238,26 @@ class _LoadedInSteps:
     def _ended(self, seconds: float) -> EndedStep:
         loop, before = self.loop, sum(step.iterations for step in self.ended)
         nearest, last = float(loop.simulation.smallest_distances()[0]), loop.last[0]
+        course, wale = self._border_forces()
         yarns = self.good_yarns()
         assert yarns.lattice is not None
         return EndedStep(
             yarns.points, yarns.lattice.periods, last.energies, last.residual, bool(loop.at_rest[0]),
-            loop.iteration - before, nearest, seconds,
+            loop.iteration - before, nearest, course, wale, seconds,
         )  # fmt: skip
+
+    def _border_forces(self) -> tuple[float, float]:
+        """Forces on the borders that hold the last accepted state, along the courses and along the wales [dyn]."""
+        simulation = self.loop.simulation
+        model, state, strain = simulation.model, simulation.state, simulation.strain
+        assert strain is not None
+        place_contact_samples(model, state, model.launch)
+        find = [*simulation.balance_launches(), *strain.sum_launches(state, model.prepare)]
+        CapturedLaunches(find, model.device).launch()
+        periods = strain.periods.numpy().astype(np.float64) * model.units[0]
+        width, height = np.einsum("kd,kd->k", periods, strain.host_frame[0])
+        first, second = strain.totals.numpy()[0, :2]
+        return float(-first / width), float(-second / height)
 
     def results(self, yarns: YarnSet, history: Sequence[HistoryEntry]) -> list[StepAtRest]:
         """The steps that have ended, given the yarns at their start and the history of all steps."""
@@ -229,7 +267,7 @@ class _LoadedInSteps:
             own = [entry for entry in history if before < entry["iteration"] <= after]
             found.append(StepAtRest(
                 replace(yarns, points=step.points, lattice=Lattice(step.periods)), step.energies, step.residual,
-                step.converged, step.iterations, step.nearest, device, step.seconds, own,
+                step.converged, step.iterations, step.nearest, (step.course, step.wale), device, step.seconds, own,
                 out_of_time=self.out_of_time and number == len(self.ended),
             ))  # fmt: skip
             before = after

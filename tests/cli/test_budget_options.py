@@ -140,7 +140,7 @@ def test_a_stretch_curve_ends_with_the_last_state_at_rest(tmp_path, counted, cap
     words = ["stretch", "stockinette", "--course", "0:20%", "--steps", "7", "--quality", "draft", "--device", "cpu"]
     time = share_of_looks(counted, 0.9, *words, "-o", tmp_path / "whole")
     assert cli.main([*words, "--within", time, "-o", str(tmp_path)]) == OUT_OF_TIME
-    assert "of 7 strains; allow more time" in capsys.readouterr().out
+    assert "strains; allow more time" in capsys.readouterr().out
     assert 1 < len((tmp_path / "stretch.csv").read_text().splitlines()) < 8
 
 

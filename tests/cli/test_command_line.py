@@ -341,6 +341,7 @@ def test_a_moebius_strip_gives_a_message_of_one_line(tmp_path, capsys):
         (["--colour", "red"], "colour: got 'red'; expected the number of a yarn and its colour, such as 0=navy"),
         (["--colour", "0=navvy"], "colour: got 'navvy'"),
         (["--drawn-radius", "90"], "drawn radius: got 90 cm"),
+        (["--pattern-remainder", "stretch"], "pattern remainder: got stretch without a pattern; add --pattern NAME"),
     ],
 )  # fmt: skip
 def test_a_bad_option_gives_a_message_of_one_line(tube_obj, tmp_path, capsys, words, message):

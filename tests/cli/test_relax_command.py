@@ -212,7 +212,9 @@ def test_an_interrupt_writes_the_last_good_state(made, tmp_path, capsys, monkeyp
         (["--pin-face", "-1"], "pins: got stitch face -1"),
         (["--checkpoint-every", "0"], "checkpoint: got one every 0 iterations"),
         (["--resume", "nothing.smc"], "nothing.smc"),
-        (["--fabric", "nothing.h5"], "nothing.h5: there is no such file"),
+        (["--fabric", "nothing.h5", "--loop-length", "3"], "nothing.h5: there is no such file"),
+        (["--fabric", "nothing.h5"], "fabric: no rest length asks for it"),
+        (["--body-unit", "mm"], "body unit: got 'mm' without a body; give the body, or leave it out"),
     ],
 )
 def test_a_bad_option_gives_a_message_of_one_line_and_writes_nothing(made, tmp_path, capsys, words, message):

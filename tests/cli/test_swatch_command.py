@@ -290,6 +290,20 @@ def test_impossible_explorations_and_tensions_are_refused(capsys, tmp_path, word
     assert message in refused(capsys, tmp_path, "swatch", "stockinette", *words, *QUICK, "-o", tmp_path / "out")
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--unsupported"], "unsupported: a repeat of fixed size lies on nothing anyway; add --relax-cell"),
+        (["--explore", "2", "--tile", "3", "3"], "swatch: tile has no effect beside --explore"),
+        (["--explore", "2", "--texture", "64"], "swatch: texture has no effect beside --explore"),
+        (["--port", "9000"], "swatch: serving has no effect beside -o DIR; add --view"),
+        (["--view"], "swatch: output has no effect beside --view"),
+    ],
+)  # fmt: skip
+def test_an_option_without_effect_is_refused(capsys, tmp_path, words, message):
+    assert message in refused(capsys, tmp_path, "swatch", "stockinette", "-o", tmp_path / "out", *words)
+
+
 def test_a_knit_off_the_needles_writes_its_path(tmp_path) -> None:
     swatch(tmp_path / "out", "stockinette", "--relaxation", "wet", "--friction", "0.3")
     report = json.loads((tmp_path / "out" / "report.json").read_text())

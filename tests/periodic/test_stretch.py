@@ -17,7 +17,8 @@ from PIL import Image
 from stitchmesh.cli.main import main
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.relaxation.continuation import size_of
-from stitchmesh.periodic.stretch import StretchCurve, StretchPoint, choose_strains, stretch_test
+from stitchmesh.periodic.sampling.sampling import refined
+from stitchmesh.periodic.stretch import StretchCurve, choose_strains, refine_for_tension, stretch_test
 from stitchmesh.periodic.stretch_table import write_stretch
 from stitchmesh.quality import PRESETS
 from stitchmesh.render.plots.stretch_plot import plot_stretch
@@ -125,13 +126,29 @@ def test_a_weave_can_be_stretched_and_compressed() -> None:
     assert curve.tension[0] > 0.0 > curve.tension[1]
 
 
-def test_a_change_of_energy_that_no_tension_explains_is_a_snap() -> None:
-    flat = StretchPoint(0.0, 1.0, 1.0, 0.0, 0.0, 50.0, 0.0, 0.0, True)
-    tension = [0.0, 10.0, 20.0, 30.0]
-    stretched = [replace(flat, strain=0.1 * k, course_tension=tension[k], energy=50.0 + 0.5 * k**2) for k in range(4)]
-    snapped = [*stretched[:2], *(replace(point, energy=point.energy - 5.0) for point in stretched[2:])]
-    curves = [StretchCurve("course", "free", None, tuple(points), ()) for points in (stretched, snapped)]  # type: ignore[arg-type]
-    assert [curve.snaps for curve in curves] == [[], [2]]
+def test_every_preset_samples_loops_in_its_own_way() -> None:
+    """Loops of 16, 26 and 48 control points are those of a free swatch, and half as many again up to ``reference``."""
+    points = [refined(refine_for_tension(quality)).control_points_per_stitch for quality in PRESETS.values()]
+    assert points == [24, 32, 48]
+
+
+@pytest.mark.decides
+def test_a_rib_stays_a_rib_while_it_is_stretched() -> None:
+    """In the whole repeat every second course falls over at 60 %, and the rib pushes instead of pulling."""
+    curve = stretch_test("rib1x1", course=(0.0, 0.6), steps=3, quality="draft", device="cpu")
+    assert (np.diff(curve.tension) > 0.0).all()
+    assert curve.column("height")[-1] > 0.8 * curve.column("height")[0]  # fallen over, a rib is half as high
+    for state, point in zip(curve.states, curve.points, strict=True):  # the images of the smallest cell
+        assert size_of(state.lattice) == pytest.approx((point.width, point.height), rel=1e-9)
+
+
+def test_friction_takes_work_and_its_curve_has_a_branch_for_each_way() -> None:
+    given: Any = {"course": (0.0, 0.1), "steps": 3, "material": KALDOR, "quality": "draft", "device": "cpu"}
+    curve = stretch_test("stockinette", cycles=1, friction=0.3, **given)
+    assert curve.column("branch").tolist() == [1, 1, 1, 2, 2] and curve.snaps == []
+    without, stretched, let_back = stretch_test("stockinette", **given).tension, curve.tension[:3], curve.tension[:1:-1]
+    assert (without[1:] < stretched[1:]).all() and (let_back[:-1] < stretched[:-1]).all()
+    assert let_back[0] < -1.0  # a part of the stretch is held: at its first size the fabric pushes
 
 
 @pytest.mark.parametrize(
@@ -146,6 +163,8 @@ def test_a_change_of_energy_that_no_tension_explains_is_a_snap() -> None:
         ({"wale": (0.0, 0.1), "steps": 1}, "steps: got 1; expected at least 2"),
         ({"wale": (0.0, 0.1), "other": "loose"}, "other: got 'loose'; expected free or held"),
         ({"wale": (0.0, 0.1), "period": (1.0, None)}, "period: got one for a stretch"),
+        ({"wale": (0.0, 0.1), "cycles": -1}, "cycles: got -1; expected at least 0"),
+        ({"wale": (0.0, 0.1), "friction": 5.0}, r"friction: got coefficients \(5.0, 5.0\)"),
     ],
 )
 def test_bad_requests_are_refused(given: dict[str, Any], message: str) -> None:
@@ -157,6 +176,8 @@ def test_strains_include_both_ends() -> None:
     direction, strains = choose_strains(None, (-0.1, 0.2), 4)
     assert direction == "wale"
     np.testing.assert_allclose(strains, [-0.1, 0.0, 0.1, 0.2], atol=1e-15)
+    assert choose_strains((0.0, 0.5), None, 2, 1)[1].tolist() == [0.0, 0.5, 0.0]
+    assert choose_strains((0.0, 0.5), None, 2, 2)[1].tolist() == [0.0, 0.5, 0.0, 0.5, 0.0]
 
 
 def test_the_table_holds_every_point(curves: dict[tuple[str, str], StretchCurve], tmp_path: Path) -> None:

@@ -13,10 +13,12 @@ import pytest
 
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.checkpoint_file import CheckpointFile, read_checkpoint, write_checkpoint
+from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.quality import PRESETS
 from stitchmesh.time_limit import TimeLimit, limited_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, observer
+from stitchmesh.yarnrelax.cell_stress import cell_stress
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.load_steps import LoadStep, StepAtRest, relax_through_steps
@@ -30,7 +32,7 @@ STEPS = [LoadStep(wale=40.0), LoadStep(wale=10.0), LoadStep(), LoadStep(friction
 def relaxed(yarns: YarnSet = YARNS, steps: list[LoadStep] = STEPS, **options: Any) -> list[StepAtRest]:
     return relax_through_steps(
         yarns, steps, friction=Friction(0.2), material=YarnMaterial.named(), quality=PRESETS["draft"],
-        cell=RelaxCell(shear=False), device="cpu", **options,
+        device="cpu", **({"cell": RelaxCell(shear=False)} | options),
     )  # fmt: skip
 
 
@@ -67,6 +69,22 @@ def test_a_path_that_is_stopped_in_any_step_ends_in_the_same_bits(checkpoints):
     assert sorted(written) == list(range(len(STEPS)))
     for path in written.values():
         assert bits(relaxed(resume=path)) == whole
+
+
+def test_borders_are_held_by_the_loads_that_act_on_them(checkpoints):
+    """Friction is part of the balance: what it holds needs no load."""
+    for step, load in zip(checkpoints[0], STEPS, strict=True):
+        assert step.border_forces == pytest.approx((load.course, load.wale), abs=1.5)  # the residual is 1 % of 100 dyn
+
+
+def test_a_cell_without_friction_that_is_drawn_is_held_by_its_stress():
+    steps = [LoadStep(stretch=(1.05, 1.0), friction=0.0), LoadStep(stretch=(1.05, 1.0), friction=0.0)]
+    last = relaxed(steps=steps, cell=RelaxCell(None, 0.0, shear=False))[-1]
+    (width, height), (width0, _) = size_of(last.yarns.lattice), size_of(YARNS.lattice)
+    assert width == pytest.approx(1.05**2 * width0, rel=1e-6)  # float32
+    stress = cell_stress(last.yarns, YarnMaterial.named(), quadrature_points=3, contact_samples=3, device="cpu")
+    # both are those of one state, in float32 and in float64, whose forces of some 1,000 dyn nearly cancel
+    assert last.border_forces == pytest.approx((stress.course * height, stress.wale * width), abs=0.5)
 
 
 def test_a_path_that_the_time_ends_goes_on_with_more_time(tmp_path):

@@ -220,6 +220,8 @@ class Knit:
             raise ParameterError(f"pattern: got {counts}; give one --on SELECTION for each --pattern")
         places = self.on or (None,) * len(self.pattern)
         remainder = check_remainder(self.pattern_remainder)
+        if not self.pattern and remainder != DEFAULT_REMAINDER:
+            raise ParameterError(f"pattern remainder: got {remainder} without a pattern; add --pattern NAME")
         parts = zip(self.pattern, places, strict=True)
         return tuple(RecipePattern(pattern=name, on=on, remainder=remainder) for name, on in parts)
 

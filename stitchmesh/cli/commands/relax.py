@@ -31,6 +31,7 @@ from stitchmesh.cli.options import (
 )
 from stitchmesh.cli.relax_to_file import checkpoint_folder, relax_to_file
 from stitchmesh.cli.summary import AsJson
+from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.quality import DEFAULT_QUALITY
 
@@ -72,6 +73,9 @@ class Relax:
 
         Returns:
             The exit status if the time ended the relaxation, otherwise None.
+
+        Raises:
+            ParameterError: a fabric is given that nothing asks for.
         """
         from stitchmesh.io import read_stitches, read_yarns
         from stitchmesh.io.yarns import check_writable
@@ -81,6 +85,9 @@ class Relax:
         budget = self.budget.budget(chooses=self.quality is None and quality == DEFAULT_QUALITY)
         given = read_yarns(self.yarns, unit=self.unit, radius=self.yarn_radius)
         lengths, checkpoints = self.rest_lengths.section().rest_lengths(), checkpoint_folder(self.output)
+        if self.fabric is not None and not lengths.need_fabric:
+            raise ParameterError("fabric: no rest length asks for it; add --loop-length or --rest-length, or take "
+                                 "--keep-shape")  # fmt: skip
         options = self.solver.relax_options(self.physics, lengths, self.material, checkpoints)
         options = replace(options, constraints=self.pins.constraints())
         check_writable(self.output, given)

@@ -42,6 +42,10 @@ class Stretch:
     wale: Annotated[str, help_entry("FROM:TO", help=f"strains along the wales: {STRAINS} direction")] = FREE
     steps: Annotated[int, help_entry("N")] = STRETCH_STEPS
     """number of strains, with the first and the last"""
+    cycles: Annotated[int, help_entry("N")] = 0
+    """how often the swatch is let back to the first strain; between two times it is stretched again"""
+    friction: Annotated[float | None, help_entry("MU", "off")] = None
+    """coefficient of friction between yarns; loading then differs from unloading"""
     material: MaterialOptions = field(default_factory=MaterialOptions)
     quality: QualityName = DEFAULT_QUALITY
     device: Device = None
@@ -68,14 +72,15 @@ class Stretch:
         material = self.material.yarn_material(options["yarn_radius"], options["mass_per_length"])
         with output_folder(self.output, (TABLE, PLOT)) as folder:
             curve = stretch_test(
-                pattern, **directions, steps=self.steps, quality=self.quality, device=self.device, material=material,
-                budget=self.time.limit(), progress=_print_state, **options,
+                pattern, **directions, steps=self.steps, cycles=self.cycles, friction=self.friction,
+                quality=self.quality, device=self.device, material=material, budget=self.time.limit(),
+                progress=_print_state, **options,
             )  # fmt: skip
             write_stretch(folder / TABLE, curve)
             plot_stretch(curve, folder / PLOT)
-        if len(curve.points) == self.steps:
+        if not curve.out_of_time:
             return None
-        say(f"Not good: the time was over after {len(curve.points)} of {self.steps} strains; allow more time.")
+        say(f"Not good: the time was over after {len(curve.points)} strains; allow more time.")
         return OUT_OF_TIME
 
 
@@ -121,4 +126,4 @@ def _print_state(point: StretchPoint) -> None:
     tension = f"tension {point.course_tension:.4g} dyn/cm along the courses, {point.wale_tension:.4g} along the wales"
     convergence = "" if point.converged else ", not converged"
     size = f"{point.width:.4g} x {point.height:.4g} cm"
-    say(f"{100 * point.strain:g} %: {size}, {tension}{convergence}", flush=True)
+    say(f"{100 * point.strain:.4g} %, branch {point.branch}: {size}, {tension}{convergence}", flush=True)

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -24,6 +24,7 @@ from stitchmesh.cli.budget_options import (
     time_after,
 )
 from stitchmesh.cli.options import (
+    DRAWN_RADIUS,
     FACTORS,
     Device,
     MaterialOptions,
@@ -78,6 +79,8 @@ class Swatch:
         UseAppendAction[tuple[str, ...]],
         help_entry("KEY=F", help=f"factor of rest lengths, 0.1 to 2, {FACTORS}, or for warp=F or weft=F of a weave"),
     ] = ()
+    drawn_radius: Annotated[float | None, help_entry("CM", f"{DRAWN_RADIUS}; of a weave its radius")] = None
+    """radius of the yarn in pictures and files for renderers [cm]"""
     colours: YarnColours = field(default_factory=YarnColours)
     material: MaterialOptions = field(default_factory=MaterialOptions)
     relax_cell: Flag = False
@@ -118,15 +121,21 @@ class Swatch:
             The exit status if the time ended the relaxation, otherwise None.
 
         Raises:
-            ParameterError: neither an output folder nor the browser is asked for.
+            ParameterError: neither an output folder nor the browser is asked for, or an option is given that has no
+                effect beside the others.
         """
         if self.view:
-            if self.stitches is not None:
-                raise ParameterError("swatch: got --stitches beside --view; the browser has the built-in stitches only")
+            own = SwatchFabric(gamma=self.fabric.gamma)
+            effective = Swatch(self.pattern, fabric=own, threads=self.threads, view=True, serving=self.serving)
+            self._refuse_others(effective, "--view", "the browser has dials and stitches of its own")
             self._open_in_browser()
             return None
         if self.output is None:
             raise ParameterError("swatch: needs -o DIR for its files, or --view for the browser")
+        self._refuse_others(replace(self, serving=Serving()), "-o DIR", "add --view, which opens the browser")
+        is_free = self.relax_cell or self.blocked is not None or self.explore is not None or self.relaxation is not None
+        if self.unsupported and not is_free:
+            raise ParameterError("unsupported: a repeat of fixed size lies on nothing anyway; add --relax-cell")
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.periodic.weave.weave import Weave
         from stitchmesh.render import render_swatch
@@ -135,7 +144,8 @@ class Swatch:
         source = self._source()
         woven = isinstance(source, Weave)
         options = SwatchOptions(
-            **self.fabric.options(woven=woven), rest_lengths=parse_rest_lengths(self.rest_length), period=self.period,
+            **self.fabric.options(woven=woven, drawn_radius=self.drawn_radius),
+            rest_lengths=parse_rest_lengths(self.rest_length), period=self.period,
             unsupported=self.unsupported, blocked=self.blocked,
         )  # fmt: skip
         self._check_memory(source, options, tiles, pixels)
@@ -166,6 +176,8 @@ class Swatch:
         from stitchmesh.periodic.states.explore import explore
 
         assert self.output is not None and self.explore is not None
+        effective = replace(self, tile=Swatch.tile, texture=None)
+        self._refuse_others(effective, "--explore", "it writes and draws each state")
         if self.relaxation is not None or self.friction is not None:
             raise ParameterError("explore: got friction beside it, with which states depend on a path; leave one out")
         if self.budget.budget() is not None:
@@ -183,6 +195,20 @@ class Swatch:
             drawn = write_exploration(folder, found, head | {"options": asdict(options)}, draw=not self.no_picture)
         report = head | {"starts": found.starts, "not_at_rest": found.not_at_rest, "rests": found.table()}
         print_result(report, exploration_lines(found, folder, drawn=drawn), as_json=self.json)
+
+    def _refuse_others(self, effective: Swatch, beside: str, reason: str) -> None:
+        """Refuse an option that has no effect beside another one.
+
+        Args:
+            effective: the command with those options that have an effect.
+            beside: the other option.
+            reason: why the option has no effect, or what to do.
+
+        Raises:
+            ParameterError: another option is given.
+        """
+        for name in (part.name for part in fields(Swatch) if getattr(self, part.name) != getattr(effective, part.name)):
+            raise ParameterError(f"swatch: {name.replace('_', '-')} has no effect beside {beside}; {reason}")
 
     def _open_in_browser(self) -> None:
         from stitchmesh.app.starts import SWATCH, swatch_project

@@ -314,14 +314,18 @@ class CellStrain:
         """The launches that set the sums over terms to zero."""
         return [ZeroArray(self.net), ZeroArray(self.effort)]
 
-    def add_launches(self, state: State, launcher: Launcher) -> list[Any]:
-        """The launches that add the forces of one term on the strains; the virials are those of this term."""
+    def sum_launches(self, state: State, launcher: Launcher) -> list[Any]:
+        """The launches that leave the forces on the strains, of the virials of a state, in ``totals`` [erg]."""
         cells = self.model.cell_count
         return [
             self.gather_launch(state, launcher),
             launcher(sum_parts, cells, [self.parts], [self.totals], tile=THREADS),
-            launcher(add_strain_effort, cells, [self.free, self.totals], [self.net, self.effort]),
         ]
+
+    def add_launches(self, state: State, launcher: Launcher) -> list[Any]:
+        """The launches that add the forces of one term on the strains; the virials are those of this term."""
+        add = launcher(add_strain_effort, self.model.cell_count, [self.free, self.totals], [self.net, self.effort])
+        return [*self.sum_launches(state, launcher), add]
 
     def residuals(self) -> NDArray[np.float64]:
         """Magnitude of the sum of all forces on the strains, loads included, over the sum of magnitudes, shape (C,)."""

@@ -158,14 +158,11 @@ def stretch_figure(curves: Sequence[Curve]) -> go.Figure:
 
 def snap_texts(curves: Sequence[tuple[str, StretchCurve]]) -> list[str]:
     """Return a sentence about each place where a fabric snapped to another shape."""
-    texts = []
-    for name, curve in curves:
-        percent = 100.0 * curve.column("strain")
-        whose = f" of {name}" if len(curves) > 1 else ""
-        for point in curve.snaps:
-            between = f"Between {percent[point - 1]:.0f} % and {percent[point]:.0f} %"
-            texts.append(f"{between} the fabric{whose} snapped to another shape; yarn without friction can snap.")
-    return texts
+    return [
+        f"{name}: {text}." if len(curves) > 1 else f"{text[0].upper()}{text[1:]}."
+        for name, curve in curves
+        for text in curve.snap_texts
+    ]
 
 
 def _test(
