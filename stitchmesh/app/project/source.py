@@ -13,11 +13,13 @@ import numpy as np
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.any_file import read_any
 from stitchmesh.io.atomic import write_bytes
+from stitchmesh.io.garments import found_up
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.labeling import PartialLabeling, read_labeling, start_labeling
 from stitchmesh.labeling.labeling_file import holds_labeling
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.mesh.upright import Direction, Y, turned_upright
 from stitchmesh.yarn import YarnSet
 
 
@@ -31,11 +33,13 @@ class Source:
     """The bytes of the file."""
     unit: str = DEFAULT_UNIT
     """Unit of the coordinates in the file."""
+    up: Direction | None = None
+    """Direction in the coordinates of the file that points up; None if it is to be found."""
 
 
-def source_of(name: str, content: bytes, unit: str = DEFAULT_UNIT) -> Source:
+def source_of(name: str, content: bytes, unit: str = DEFAULT_UNIT, up: Direction | None = None) -> Source:
     """Return an imported file; its name may be given with folders, as on Windows too."""
-    return Source(Path(name.replace("\\", "/")).name, content, unit)
+    return Source(Path(name.replace("\\", "/")).name, content, unit, up)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +50,8 @@ class Start:
     """The labeling; None if the file holds stitches."""
     fabric: StitchMesh | None
     """The stitches; None if the file holds a mesh that is not divided."""
+    up: Direction = Y
+    """Direction in the coordinates of the file that points up."""
 
     @property
     def mesh(self) -> Mesh | None:
@@ -78,7 +84,8 @@ def _start(path: Path, source: Source) -> Start:
         raise ParameterError(f"{source.name}: holds {kind}; {expected}")
     if isinstance(found, StitchMesh):
         return _start_of_stitches(found, source.name)
-    return Start(start_labeling(found), None)
+    up = found_up(path, found)[0] if source.up is None else source.up
+    return Start(start_labeling(turned_upright(found, up)), None, up)
 
 
 def _start_of_stitches(fabric: StitchMesh, name: str) -> Start:

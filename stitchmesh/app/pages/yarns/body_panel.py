@@ -11,8 +11,8 @@ from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.yarns.settings import YarnSettings, body_path
 from stitchmesh.app.pages.yarns.yarn_view import YarnView
 from stitchmesh.errors import StitchMeshError
-from stitchmesh.io import read_mesh
 from stitchmesh.io.atomic import atomic_path
+from stitchmesh.io.garments import read_body
 from stitchmesh.markup import Markup
 from stitchmesh.yarnrelax.energies.body import Body
 
@@ -52,7 +52,7 @@ class BodyPanel:
         with atomic_path(path) as temporary:
             temporary.write_bytes(content)
             try:
-                Body(read_mesh(temporary, unit=self._settings().body_unit))
+                Body(read_body(temporary, unit=self._settings().body_unit, up=self._app.project.up))
             except StitchMeshError as error:
                 raise type(error)(str(error).replace(f"{temporary.parent}/", "")) from error
         self._set(path.name)
@@ -70,4 +70,5 @@ class BodyPanel:
             self._changed(body="")
             self._app.notice(f"The body {settings.body} is not in the project any more; choose it again.", "warning")
             return self._show()
-        self._view.show_body(read_mesh(path, unit=settings.body_unit) if settings.body else None)
+        up = self._app.project.up
+        self._view.show_body(read_body(path, unit=settings.body_unit, up=up) if settings.body else None)
