@@ -143,8 +143,10 @@ def direction(text: str) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _direction_text(given: tuple[float, ...]) -> str:
+def _direction_text(given: tuple[float, ...] | None) -> str:
     """Return the name of an axis, or numbers with commas between them."""
+    if given is None:
+        return ""
     return next((name for name, axis in AXES.items() if axis == given), ",".join(f"{part:g}" for part in given))
 
 
@@ -200,7 +202,7 @@ PanelPair = Annotated[tuple[int | str, int | str], parsed_by(panel_pair, "PANEL,
 """Two panels in one word, each a number or a name, with a comma between them."""
 PanelDirection = Annotated[tuple[int | str, tuple[float, float]], parsed_by(panel_direction, "PANEL=U,V")]
 """A panel and its direction of knitting in one word."""
-Direction = Annotated[tuple[float, float, float], parsed_by(direction, "AXIS|X,Y,Z", _direction_text)]
+Direction = Annotated[tuple[float, float, float] | None, parsed_by(direction, "AXIS|X,Y,Z", _direction_text)]
 """A direction in one word: the name of an axis, or three numbers with commas between them."""
 OneOrTwo = Annotated[tuple[float, ...] | None, parsed_by(_one_or_two, "A[,B]")]
 """One number, or two numbers in one word with a comma between them."""

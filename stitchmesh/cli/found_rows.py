@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 from tyro.conf import UseAppendAction
 
-from stitchmesh.cli.arguments import Direction, Flag, PanelDirection, PanelPair, help_entry
+from stitchmesh.cli.arguments import Flag, PanelDirection, PanelPair, help_entry
 from stitchmesh.cli.options import StitchWidth, YarnAndGauge
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.recipe.sections import DirectionTable, MarkTable, PanelsSection, RowsSection
@@ -26,8 +26,6 @@ class FoundRows:
 
     auto: Flag = False
     """find rows and stitches on any mesh, also of triangles; the mesh is repaired first"""
-    up: Annotated[Direction, help_entry("AXIS|X,Y,Z")] = ShapingOptions.up
-    """direction of knitting where nothing else decides: an axis such as z or -x, or three numbers"""
     multiple: Annotated[int, help_entry("N")] = ShapingOptions.multiple
     """number that the stitches of each round are a multiple of, for a pattern that repeats"""
     no_short_rows: Flag = not ShapingOptions.short_rows
@@ -46,7 +44,7 @@ class FoundRows:
                 possible.
         """
         return RowsSection(
-            auto=self.auto, up=self.up, multiple=self.multiple, short_rows=not self.no_short_rows,
+            auto=self.auto, multiple=self.multiple, short_rows=not self.no_short_rows,
             marks=() if self.marks is None else _read_marks(self.marks), most_shaping=self.most_shaping,
         )  # fmt: skip
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from numpy.typing import ArrayLike
 from tyro.conf import UseAppendAction, arg
 
-from stitchmesh.cli.arguments import Flag, OneOrTwo, Pair, help_entry
+from stitchmesh.cli.arguments import Direction, Flag, OneOrTwo, Pair, help_entry
 from stitchmesh.compute.threads import VARIABLE
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
@@ -93,6 +93,14 @@ OnSelection = Annotated[
 ReportFolder = Annotated[
     str | None, help_entry("DIR", "no report", help="folder for report.json, convergence.csv and convergence.png")
 ]
+
+
+@dataclass(frozen=True)
+class MeshAxes:
+    """How a mesh stands in its file."""
+
+    up: Annotated[Direction, help_entry("AXIS|X,Y,Z", "as the file states, or as its openings tell")] = None
+    """direction in the file that points up, which becomes y: an axis such as z or -x, or three numbers"""
 
 
 @dataclass(frozen=True)
@@ -269,6 +277,8 @@ class MorePhysics:
     """polygon mesh of a solid body that the yarns do not enter"""
     body_unit: Annotated[str, help_entry("UNIT")] = DEFAULT_UNIT
     """unit of the file of the body"""
+    body_up: Annotated[Direction, help_entry("AXIS|X,Y,Z", "that of the mesh, or y")] = None
+    """direction in the file of the body that points up"""
 
     def section(self) -> PhysicsSection:
         """Return the section of a recipe."""
@@ -278,6 +288,7 @@ class MorePhysics:
             twist=_number_or_pair(self.twist),
             body=self.body,
             body_unit=self.body_unit,
+            body_up=self.body_up,
         )
 
 

@@ -20,6 +20,7 @@ from stitchmesh.io.meshes import FORMATS, read_mesh
 from stitchmesh.io.path_kind import entries_of, is_folder
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
 from stitchmesh.mesh import FloatArray, Mesh
+from stitchmesh.mesh.upright import Direction, Y, turned_upright
 from stitchmesh.mesh.vertex_motion import FRAMES_PER_SECOND, MovingMesh, VertexMotion
 
 USD = (".usd", ".usda", ".usdc")
@@ -27,17 +28,19 @@ USD = (".usd", ".usda", ".usdc")
 
 
 def read_moving_mesh(
-    path: FilePath, *, unit: str = DEFAULT_UNIT, frames_per_second: float = FRAMES_PER_SECOND
+    path: FilePath, *, unit: str = DEFAULT_UNIT, up: Direction = Y, frames_per_second: float = FRAMES_PER_SECOND
 ) -> MovingMesh:
     """Read a mesh that moves.
 
     Args:
         path: a folder with one mesh file for each frame, or a ``.usd``, ``.usda`` or ``.usdc`` file with one mesh.
         unit: unit of the coordinates in the files of a folder. USD states its unit; leave the unit out for it.
+        up: direction in the coordinates of these files that points up, and becomes y. USD states it.
         frames_per_second: frames of a folder for each second; USD states its times itself.
 
     Raises:
-        ParameterError: the unit is unknown or is given for USD, or the number of frames is not positive.
+        ParameterError: the unit is unknown or is given for USD, the direction is zero or not finite, or the number of
+            frames is not positive.
         FileError: a file is missing, cannot be read or is malformed, a frame is missing, or its faces differ from those
             of the first one; the message names the frame.
         MeshError: the polygons do not form an oriented manifold surface.
@@ -45,7 +48,7 @@ def read_moving_mesh(
     check_path(path)
     check_positive("frames per second", frames_per_second)
     if is_folder(path):
-        return _of_folder(Path(path), unit, frames_per_second)
+        return _of_folder(Path(path), unit, up, frames_per_second)
     if Path(path).suffix.lower() not in USD:
         expected = f"expected a folder with a mesh for each frame, or a file {' '.join(USD)}"
         raise FileError(f"{fspath(path)}: is no mesh that moves; {expected}")
@@ -65,9 +68,9 @@ def write_moving_mesh(path: FilePath, moving: MovingMesh, *, frames_per_second: 
     write_usd_mesh(path, moving, frames_per_second=frames_per_second)
 
 
-def _of_folder(folder: Path, unit: str, frames_per_second: float) -> MovingMesh:
+def _of_folder(folder: Path, unit: str, up: Direction, frames_per_second: float) -> MovingMesh:
     files = _numbered(folder)
-    frames = [read_mesh(files[number], unit=unit) for number in files]
+    frames = [turned_upright(read_mesh(files[number], unit=unit), up) for number in files]
     try:
         return MovingMesh.of_frames(frames, np.arange(len(frames)) / frames_per_second)
     except ParameterError as error:

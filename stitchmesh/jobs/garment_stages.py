@@ -61,13 +61,13 @@ def make_garment(run: JobRun) -> tuple[StitchMesh, Relaxation]:
         JobStopped: the user wants the job to stop.
     """
     recipe = recipe_of(run.job)
-    options = recipe_options(recipe)
-    mesh, repair = recipe.read_mesh()
+    found = recipe.read_mesh()
+    mesh, options = found.mesh, recipe_options(recipe, found.up)
     device = str(device_named(options.device))
     entry = options.quality if isinstance(options.quality, str) else asdict(options.quality)
     run.report |= {"device": device, "quality": entry}
-    if repair is not None:
-        run.report["repair"] = repair_entries(repair)
+    if found.repairs is not None:
+        run.report["repair"] = repair_entries(found.repairs)
     if options.finds_rows:
         fabric = _found_fabric(run, mesh, options, device)
     else:

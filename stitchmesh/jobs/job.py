@@ -42,8 +42,8 @@ from stitchmesh.yarngen.finish import YarnFinish
 SOURCES = ("mesh", "recipe", "swatch")
 """Keys that say what a job makes; each job has one of them."""
 OF_MESHES = (
-    "unit", "turn_inside_out", "label", "tessellate", "auto_stitches", "apply_pattern", "apply_edit", "relax_mesh",
-    "make_spiral", "generate_yarns", "apply_rest_lengths",
+    "unit", "up", "turn_inside_out", "label", "tessellate", "auto_stitches", "apply_pattern", "apply_edit",
+    "relax_mesh", "make_spiral", "generate_yarns", "apply_rest_lengths",
 )  # fmt: skip
 """Keys that only a job from a mesh has: a recipe has its own, and a swatch has no such stages."""
 OF_GARMENTS = ("relax_yarns", "write_stitches")
@@ -65,6 +65,8 @@ class Job:
     """Path of a polygon mesh."""
     unit: str = DEFAULT_UNIT
     """Unit of a mesh file that states no unit."""
+    up: tuple[float, float, float] | None = None
+    """Direction in the coordinates of the mesh file that points up; None if the file or the shape of the mesh tells."""
     turn_inside_out: bool = False
     """Whether all faces of the mesh are reversed first."""
     recipe: str | None = None
@@ -153,6 +155,7 @@ def recipe_of(job: Job) -> Recipe:
     return Recipe(
         mesh=job.mesh,
         unit=job.unit,
+        up=job.up,
         stitch_width=size.stitch_width,
         yarn_radius=yarns.yarn_radius,
         drawn_radius=yarns.drawn_radius,

@@ -31,11 +31,12 @@ UNSET = {
     "yarn_radius": "0.1", "drawn_radius": "0.17", "aspect": "0.77", "loop_length": "2.0", "gravity": "[0, -981, 0]",
     "friction": "0.2", "twist": "0.1", "body": '"body.obj"', "solver": '"dynamics"', "max_iterations": "20000",
     "view": '"back"', "colour": '"strain"', "spacing": "0.6", "blocked": "50.0", "relaxation": '"wet"',
-    "mass_per_length": "0.004",
+    "mass_per_length": "0.004", "up": "[0, 0, 1]", "body_up": "[0, 0, 1]",
 }  # fmt: skip
 """Example of each key that is not set by default."""
 COMMENTS = {
     "unit": "of a mesh file that states none",
+    "up": "direction in the mesh file that points up; found if it is not given",
     "turn_inside_out": "whether the other side of the mesh is outside",
     "quality": "draft, standard or reference",
     "device": "cpu or cuda:0; by default the first GPU",

@@ -50,11 +50,12 @@ def knit_recipe(
     """
     if resume is not None:
         read_checkpoint(resume)  # One that cannot be read is refused before the garment is made.
-    options = recipe_options(recipe)
+    found = recipe.read_mesh()
+    options = recipe_options(recipe, found.up)
     options = replace(options, relaxation=replace(options.relaxation, checkpoint=checkpoint, resume=resume))
-    mesh, repair = recipe.read_mesh()
     made = knit(
-        mesh, folder, options, budget=budget, repair=repair, progress=progress, seconds_after=seconds_after
+        found.mesh, folder, options, budget=budget, repair=found.repairs, progress=progress,
+        seconds_after=seconds_after,
     )  # fmt: skip
     write_recipe(Path(folder) / RECIPE_FILE, recipe if budget is None else _as_made(recipe, made.report))
     return made

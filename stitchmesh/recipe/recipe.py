@@ -18,6 +18,7 @@ from stitchmesh.editing.pattern_regions import PatternRegion
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.mesh.palette import STOCK, colour_text, make_palette, parse_colour
+from stitchmesh.mesh.upright import Direction, Y
 from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.patterns import read_pattern
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
@@ -78,6 +79,18 @@ class RecipeColour:
             raise ParameterError(f"colours: on '{self.on}': expected either a yarn number or a colour")
 
 
+@dataclass(frozen=True, eq=False)
+class RecipeMesh:
+    """The mesh of a recipe, from its file."""
+
+    mesh: Mesh | PanelMesh
+    """The mesh or the panels [cm], with y up."""
+    up: Direction
+    """Direction in the coordinates of the file that points up."""
+    repairs: tuple[RepairAction, ...] | None
+    """What a repair has changed; None if the mesh was not repaired."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Recipe:
     """How a garment is made from a mesh.
@@ -89,6 +102,8 @@ class Recipe:
     """Path of the polygon mesh."""
     unit: str = DEFAULT_UNIT
     """Unit of a mesh file that states no unit."""
+    up: Direction | None = None
+    """Direction in the coordinates of the mesh file that points up; None if the file or the shape of the mesh tells."""
     yarn: str | None = None
     """Name of a hand-knitting yarn, from which the sizes follow that are not given."""
     gauge: str | None = None
@@ -138,39 +153,45 @@ class Recipe:
             yarn_radius=self.yarn_radius, drawn_radius=self.drawn_radius, mass_per_length=self.mass_per_length,
         )  # fmt: skip
 
-    def read_mesh(self) -> tuple[Mesh | PanelMesh, tuple[RepairAction, ...] | None]:
-        """Read the mesh; if rows are found on it, make a valid mesh of polygons of any kind, or panels.
+    def read_mesh(self) -> RecipeMesh:
+        """Read the mesh, with y up; if rows are found on it, make a valid mesh of polygons of any kind, or panels.
 
         A warning says what the file does not state and was taken.
-
-        Returns:
-            The mesh or the panels, and what the repair has changed; None if the mesh is not repaired.
 
         Raises:
             StitchMeshError: as for ``read_garment`` or ``read_panels``.
         """
-        from stitchmesh.io.garments import MeshReading, doubt_of_unit, read_garment
+        from stitchmesh.io.garments import MeshReading, read_garment
+        from stitchmesh.mesh.orientation import turn_inside_out
 
+        # A direction of knitting of its own is one of the mesh as it lies.
+        up = Y if self.up is None and self.rows.up != Y else self.up
+        reading = MeshReading(unit=self.unit, up=up)
         if self.panels.knit:
             from stitchmesh.shaping.panels.read_panels import read_panels
 
-            panels = read_panels(self.mesh, unit=self.unit)
-            self._warn(doubt_of_unit(self.mesh, panels.mesh, self.unit))
-            return panels.turned_inside_out() if self.label.turn_inside_out else panels, None
-        from stitchmesh.mesh.orientation import turn_inside_out
-
-        found = read_garment(self.mesh, MeshReading(unit=self.unit), repaired=self.rows.auto)
+            whole = read_garment(self.mesh, reading, repaired=True) if up is None else None
+            self._warn(*(whole.notes if whole else ()))
+            up = whole.up if whole else up
+            panels = read_panels(self.mesh, unit=self.unit, up=up)
+            return RecipeMesh(panels.turned_inside_out() if self.label.turn_inside_out else panels, up, None)
+        found = read_garment(self.mesh, reading, repaired=self.rows.auto)
         self._warn(*found.notes)
-        return turn_inside_out(found.mesh) if self.label.turn_inside_out else found.mesh, found.repairs
+        mesh = turn_inside_out(found.mesh) if self.label.turn_inside_out else found.mesh
+        return RecipeMesh(mesh, found.up, found.repairs)
 
     def _warn(self, *notes: str) -> None:
         """Warn of what the file of the mesh does not state."""
-        for note in filter(None, notes):
+        for note in notes:
             logger.warning(f"{self.mesh}: {note}")
 
 
-def recipe_options(recipe: Recipe) -> KnitOptions:
+def recipe_options(recipe: Recipe, up: Direction = Y) -> KnitOptions:
     """Return the options of the pipeline for a recipe; the files that the recipe names, except for the mesh, are read.
+
+    Args:
+        recipe: the recipe.
+        up: direction in the coordinates of the mesh file that points up; marks and the body are turned with the mesh.
 
     Raises:
         ParameterError: a name or a number is not accepted; the message names the part of the recipe.
@@ -193,7 +214,7 @@ def recipe_options(recipe: Recipe) -> KnitOptions:
         borders=recipe.label.start_borders,
         seeds=recipe.label.start_edges,
         flip=recipe.label.flip,
-        shaping=recipe.rows.options(),
+        shaping=recipe.rows.options(up),
         panels=recipe.panels.options(),
         palette=palette,
         patterns=tuple(_region(part, number) for number, part in enumerate(recipe.patterns)),
@@ -204,7 +225,7 @@ def recipe_options(recipe: Recipe) -> KnitOptions:
             material=recipe.material.name,
             stiffness=recipe.material.values(),
             rest_lengths=recipe.rest_lengths.rest_lengths(size.loop_length),
-            terms=tuple(recipe.physics.terms()),
+            terms=tuple(recipe.physics.terms(up)),
         ),
     )
 

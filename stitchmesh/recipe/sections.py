@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Literal
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.mesh.upright import Direction, Y, upright_turn
 from stitchmesh.quality import Quality, Solver, quality_named, quality_with
 from stitchmesh.shaping.marks import TimeMark
 from stitchmesh.shaping.options import UP, ShapingOptions
@@ -74,7 +75,7 @@ class RowsSection:
     auto: bool = False
     """Whether rows are found; the mesh is repaired first."""
     up: tuple[float, float, float] = UP
-    """Direction in which the garment is knitted where nothing else decides."""
+    """Direction in which the garment is knitted where nothing else decides, after its mesh was turned upright."""
     multiple: int = 1
     """Number that the stitches of each round are a multiple of."""
     short_rows: bool = ShapingOptions.short_rows
@@ -90,12 +91,17 @@ class RowsSection:
                 raise ParameterError(f"{part.name}: is for rows that are found; give auto (--auto) too")
         self.options()
 
-    def options(self) -> ShapingOptions | None:
-        """Return how rows are found; None if the rows of the mesh are labeled."""
+    def options(self, up: Direction = Y) -> ShapingOptions | None:
+        """Return how rows are found; None if the rows of the mesh are labeled.
+
+        Args:
+            up: direction that points up where the marks were set; they are turned so that it is y.
+        """
         if not self.auto:
             return None
+        marks = tuple(mark.turned(upright_turn(up)) for mark in time_marks(self.marks))
         return ShapingOptions(
-            up=self.up, multiple=self.multiple, short_rows=self.short_rows, marks=time_marks(self.marks),
+            up=self.up, multiple=self.multiple, short_rows=self.short_rows, marks=marks,
             most_shaping=self.most_shaping,
         )  # fmt: skip
 
@@ -235,9 +241,14 @@ class PhysicsSection:
     """Path of a polygon mesh of a solid body that the yarns do not enter."""
     body_unit: str = DEFAULT_UNIT
     """Unit of the file of the body."""
+    body_up: Direction | None = None
+    """Direction in the coordinates of this file that points up; None for that of the mesh of the garment."""
 
-    def terms(self) -> list[TermChoice]:
+    def terms(self, up: Direction = Y) -> list[TermChoice]:
         """Return the energies whose keys are given; the modules of the other energies are not imported.
+
+        Args:
+            up: direction that points up in the file of the garment, and in that of a body that does not say it.
 
         Raises:
             FileError: the body cannot be read.
@@ -259,10 +270,10 @@ class PhysicsSection:
 
             terms.append(Twist(*self.twist) if isinstance(self.twist, tuple) else Twist(self.twist))
         if self.body is not None:
-            from stitchmesh.io import read_mesh
+            from stitchmesh.io.garments import read_body
             from stitchmesh.yarnrelax.energies.body import Body
 
-            terms.append(Body(read_mesh(self.body, unit=self.body_unit)))
+            terms.append(Body(read_body(self.body, unit=self.body_unit, up=self.body_up or up)))
         return terms
 
 

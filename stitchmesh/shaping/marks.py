@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -67,6 +67,10 @@ class TimeMark:
             raise ParameterError(f"mark: got a radius for the role '{self.role}'; only the role plain has one")
         if self.radius is not None and not 0.0 < self.radius <= LARGEST_LENGTH:
             raise ParameterError(f"mark: got the radius {self.radius}; expected a positive number of centimetres")
+
+    def turned(self, turn: FloatArray) -> TimeMark:
+        """Return the mark on a surface that is turned by a rotation of points as columns, shape (3, 3)."""
+        return replace(self, points=tuple(map(tuple, (np.asarray(self.points) @ turn.T).tolist())))
 
 
 def marked_ends(surface: TriangleSurface, marks: Sequence[TimeMark], up: FloatArray) -> Ends:

@@ -123,11 +123,11 @@ def test_a_period_is_two_sizes_or_free(words, period):
         (["--up", "z"], (0.0, 0.0, 1.0)),
         (["--up=-X"], (-1.0, 0.0, 0.0)),
         (["--up", "0,1,-0.5"], (0.0, 1.0, -0.5)),
-        ([], (0.0, 1.0, 0.0)),
+        ([], None),
     ],
 )
 def test_a_direction_is_an_axis_or_three_numbers(words, up):
-    assert parsed([*words_of("knit"), *words]).found_rows.up == up
+    assert parsed([*words_of("knit"), *words]).axes.up == up
 
 
 @pytest.mark.parametrize(

@@ -71,7 +71,7 @@ def test_tables_of_functions_with_options_have_their_names():
 
 
 def test_tables_of_jobs_are_public_functions():
-    plain = {"mesh", "unit", "recipe", "quality", "device", "within", "error"}
+    plain = {"mesh", "unit", "up", "recipe", "quality", "device", "within", "error"}
     assert all(callable(getattr(sm, name)) for name in names_of(Job) - plain)
 
 

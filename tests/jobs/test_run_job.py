@@ -86,7 +86,7 @@ def stopped_at(job, folder, note):
 
 def test_a_job_has_the_bits_of_knit(job, done, tmp_path):
     recipe = recipe_of(job)
-    knit(recipe.read_mesh()[0], tmp_path, recipe_options(recipe))
+    knit(recipe.read_mesh().mesh, tmp_path, recipe_options(recipe))
     assert (tmp_path / "yarns.h5").read_bytes() == (done / "yarns.h5").read_bytes()
     assert json.loads((done / "report.json").read_text())["yarnrelax"]["pull_throughs"] == 0
 

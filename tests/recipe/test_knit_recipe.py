@@ -14,7 +14,10 @@ import pytest
 from stitchmesh.cli import main as cli
 from stitchmesh.io import read_stitches, read_yarns, write_mesh
 from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.mesh.upright import Y, Z, upright_turn
+from stitchmesh.recipe.recipe import Recipe, recipe_options
 from stitchmesh.recipe.recipe_file import read_recipe, write_recipe
+from stitchmesh.recipe.sections import MarkTable, PhysicsSection, RowsSection
 from stitchmesh.selection import select
 from tests.gallery import tube
 
@@ -144,3 +147,35 @@ def test_patterns_and_selections_on_the_command_line_come_in_pairs(mesh, tmp_pat
     assert cli.main(words("knit", mesh, *given, "-o", tmp_path / "out")) == 2
     assert "pattern: got 2 patterns and 1 selections; give one --on SELECTION for each" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_marks_and_the_body_are_turned_with_a_mesh_that_lies_in_its_file(tmp_path):
+    """A tube and a ball in it, as files with y up and with z up, and a mark at its upper border."""
+    standing, ball = tube(12, 4, radius=18.0, height=5.0), tube(6, 1, radius=1.0)
+    for name, mesh in (("skirt", standing), ("body", ball)):
+        write_mesh(tmp_path / f"{name}.obj", mesh)
+        write_mesh(tmp_path / f"{name}-z.obj", replace(mesh, vertices=mesh.vertices @ upright_turn(Z)))
+
+    def made(suffix, point):
+        mark = MarkTable(kind="border", points=(point,), role="begin")
+        recipe = Recipe(
+            mesh=str(tmp_path / f"skirt{suffix}.obj"), rows=RowsSection(auto=True, marks=(mark,)),
+            physics=PhysicsSection(body=str(tmp_path / f"body{suffix}.obj")),
+        )  # fmt: skip
+        found = recipe.read_mesh()
+        return found, recipe_options(recipe, found.up)
+
+    found, options = made("", (0.0, 20.0, 18.0))
+    turned, its_options = made("-z", (0.0, -18.0, 20.0))
+    assert (found.up, turned.up) == (Y, Z)
+    np.testing.assert_array_equal(turned.mesh.vertices, found.mesh.vertices)
+    assert its_options.shaping == options.shaping
+    (body,), (its_body,) = options.relaxation.terms, its_options.relaxation.terms
+    np.testing.assert_array_equal(its_body.mesh.vertices, body.mesh.vertices)
+
+
+def test_a_direction_of_knitting_is_one_of_the_mesh_as_it_lies(tmp_path):
+    lying = tube(12, 4, radius=18.0, height=5.0)
+    write_mesh(tmp_path / "skirt.obj", replace(lying, vertices=lying.vertices @ upright_turn(Z)))
+    recipe = Recipe(mesh=str(tmp_path / "skirt.obj"), rows=RowsSection(auto=True, up=Z))
+    assert recipe.read_mesh().up == Y and replace(recipe, up=Z).read_mesh().up == Z

@@ -32,8 +32,8 @@ from stitchmesh.yarngen import YarnFinish
 from tests.gallery import ROOT
 
 FULL = Recipe(
-    mesh="meshes/hat.obj", unit="mm", yarn="dk", gauge="22x30", stitch_width=0.8, yarn_radius=0.1, drawn_radius=0.2,
-    mass_per_length=0.002, quality="draft", device="cpu", spiral=True, palette=("#a03030", "navy"),
+    mesh="meshes/hat.obj", unit="mm", up=(0.0, 0.0, 1.0), yarn="dk", gauge="22x30", stitch_width=0.8, yarn_radius=0.1,
+    drawn_radius=0.2, mass_per_length=0.002, quality="draft", device="cpu", spiral=True, palette=("#a03030", "navy"),
     patterns=(
         RecipePattern(pattern="rib2x2", on="hem 6"),
         RecipePattern(pattern="charts/band.png", on='not file "faces.txt"', remainder="stretch"),
@@ -62,7 +62,10 @@ FULL = Recipe(
     finish=YarnFinish(bind_off="chain", cast_on="open", longest_float=3),
     material=MaterialSection(name="leaf", stiffness=("k_bend=0.1",)),
     rest_lengths=RestLengthsSection(factor=1.1, loop_length=3.0, factors=("k=1.1", "row:3=0.9")),
-    physics=PhysicsSection(gravity=(0.0, -981.0, 0.0), friction=(0.2, 0.3), twist=5.0, body="body.obj", body_unit="dm"),
+    physics=PhysicsSection(
+        gravity=(0.0, -981.0, 0.0), friction=(0.2, 0.3), twist=5.0, body="body.obj", body_unit="dm",
+        body_up=(1.0, 0.0, 0.0),
+    ),
     solver=SolverSection(method="dynamics", max_iterations=50),
 )  # fmt: skip
 """A recipe in which no value is the default."""

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, ClassVar
 
@@ -24,12 +25,17 @@ from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
 from stitchmesh.labeling.faults import triangles_message
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import Mesh
+from stitchmesh.mesh.upright import Direction, Y, Z
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
 
 SUFFIXES = (*MESH_FORMATS, ".h5", ".smobj", ".st")
 """Suffixes of the files that a project can start from."""
+AXES: dict[str, Direction] = {
+    "+y": Y, "+z": Z, "+x": (1.0, 0.0, 0.0), "-y": (0.0, -1.0, 0.0), "-z": (0.0, 0.0, -1.0), "-x": (-1.0, 0.0, 0.0),
+}  # fmt: skip
+"""Directions of a file that can point up, by the axis along which they do."""
 PREVIEW_OPACITY = 0.5
 """Opacity of an example that is only looked at."""
 
@@ -75,7 +81,7 @@ class ProjectPage(Page):
         project = self.app.project
         self._summary.content = project_summary(project)
         self._offer.content = unit_offer(project)
-        self._show_unit()
+        self._show_reading()
         self._next.visible = project.source is not None
         self._next.label = f"Go on: {next_page(project)}"
         restored = ", ".join(project.can_restore)
@@ -95,10 +101,13 @@ class ProjectPage(Page):
         if self.app.project.source is None:
             self._import_here(name, content)
             return
-        title = title_of(name)
-        source = source_of(name, content, self._unit_of(name))
-        self._change_to(Project.create(new_project_folder(title), title, source))
-        project = self.app.project
+        self._start_project(source_of(name, content, self._unit_of(name)))
+
+    def _start_project(self, source: Source) -> None:
+        """Start a new project from a file, and leave the present one."""
+        title = title_of(source.name)
+        project = Project.create(new_project_folder(title), title, source)
+        self._change_to(project)
         self._say_repairs()
         self.app.notice(f"{project.name} is a new project; the project before is saved.")
         self._open_next()
@@ -108,6 +117,10 @@ class ProjectPage(Page):
         self._unit_choice = controls.choice(
             "Unit", "Unit of the coordinates in the file, this one and the next; glTF is always in metres.",
             tuple(CENTIMETRES), self._unit, self._set_unit,
+        )  # fmt: skip
+        self._up_choice = controls.choice(
+            "Up in the file", "Direction in the file of the mesh that points up; found by the openings at an import.",
+            tuple(AXES), next(iter(AXES)), self._set_up,
         )  # fmt: skip
         controls.upload("Import a mesh", "Choose a mesh of a garment, or stitches; or drop a file anywhere.", SUFFIXES,
                         self.import_file)  # fmt: skip
@@ -152,21 +165,35 @@ class ProjectPage(Page):
         The same project holds it as long as nothing was made of it, otherwise a new project.
         """
         self._unit = unit
-        project = self.app.project
-        source = project.source
-        if project.mesh is None or source is None or source.unit == self._unit_of(source.name):
+        source = self.app.project.source
+        if source is not None:
+            self._read_again(replace(source, unit=self._unit_of(source.name)))
+
+    def _set_up(self, axis: str) -> None:
+        """Turn the present mesh, in the same project or in a new one as for another unit."""
+        source = self.app.project.source
+        if source is not None:
+            self._read_again(replace(source, up=AXES[axis]))
+
+    def _read_again(self, source: Source) -> None:
+        """Read the file of the present mesh in another way, unless it was read so."""
+        project, before = self.app.project, self.app.project.source
+        if project.mesh is None or before is None or (source.unit, source.up) == (before.unit, before.up):
             return
         if project.label_steps or project.fabric is not None:
-            self.import_file(source.name, source.content)
+            self._start_project(source)
         else:
-            project.import_mesh(source.name, source.content, unit)
+            project.import_mesh(source.name, source.content, source.unit, source.up)
             self.app.refresh()
 
-    def _show_unit(self) -> None:
-        """Show the unit in which the present mesh was read."""
+    def _show_reading(self) -> None:
+        """Show the unit and the direction upwards with which the present mesh was read."""
         source = self.app.project.source
-        if source is not None and self.app.project.mesh is not None and not stated_unit(source.name):
+        if source is None or self.app.project.mesh is None:
+            return
+        if not stated_unit(source.name):
             self._unit = self._unit_choice.value = source.unit
+        self._up_choice.value = next((axis for axis, up in AXES.items() if up == self.app.project.up), "+y")
 
     def _set_example(self, name: str) -> None:
         self._example = name

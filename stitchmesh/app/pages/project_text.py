@@ -15,6 +15,7 @@ from stitchmesh.io.meshes import stated_unit
 from stitchmesh.io.units import other_units
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import extent
+from stitchmesh.mesh.upright import Y
 
 STYLE = markup("""<style>
 .sm-project{margin:0 .75em;font-size:.86em;line-height:1.4;color:var(--mantine-color-text)}
@@ -125,7 +126,8 @@ def _mesh(project: Project) -> str:
         return "none yet: import one, or take an example"
     if project.mesh is None:
         return f"{project.source.name}, which holds stitches"
-    return f"{project.source.name}, {project.mesh.face_count:,} faces, {extent(project.mesh.vertices)}"
+    turned = "" if project.up == Y else ", turned upright"
+    return f"{project.source.name}, {project.mesh.face_count:,} faces, {extent(project.mesh.vertices)}{turned}"
 
 
 def _rows(project: Project) -> str:

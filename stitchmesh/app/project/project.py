@@ -46,6 +46,7 @@ from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.change import Change
 from stitchmesh.mesh.repair import RepairAction
+from stitchmesh.mesh.upright import Direction, Y
 from stitchmesh.yarn import YarnSet
 
 OPEN_ELSEWHERE = "the project is open in another stitchmesh app; use that one, or close it first"
@@ -84,8 +85,8 @@ class Project:
         folder = Path(folder).absolute()
         if is_there(folder / TABLE_NAME):
             raise FileError(f"{folder}: holds a project already; open it, or choose another folder")
+        source, values = _read(source)
         state = ProjectState(name=name or folder.name, source=source)
-        values = StageValues.of(state)
         is_new = not folder.exists()
         lock = FolderLock(folder, OPEN_ELSEWHERE)
         project = cls(ProjectFolder(folder), lock, state, values)
@@ -147,6 +148,11 @@ class Project:
     def source(self) -> Source | None:
         """The imported file; None until one is imported."""
         return self._state.source
+
+    @property
+    def up(self) -> Direction:
+        """Direction in the coordinates of the imported file that points up, and is y in the project."""
+        return Y if self.source is None else self.source.up or Y
 
     @property
     def mesh(self) -> Mesh | None:
@@ -233,19 +239,21 @@ class Project:
         """Assessments of the relaxation; None until the yarns are relaxed."""
         return self._state.results.history
 
-    def import_mesh(self, name: str, content: bytes, unit: str = DEFAULT_UNIT) -> tuple[str, ...]:
+    def import_mesh(
+        self, name: str, content: bytes, unit: str = DEFAULT_UNIT, up: Direction | None = None
+    ) -> tuple[str, ...]:
         """Start again from a file: a polygon mesh, a labeled or partly labeled mesh, or stitches.
 
         Args:
             name: name of the file; its suffix decides the format.
             content: the bytes of the file.
             unit: unit of the coordinates in the file.
+            up: direction in these coordinates that points up; None if the shape of the mesh tells.
 
         Raises:
             StitchMeshError: the file cannot be read, or it holds yarns.
         """
-        source = source_of(name, content, unit)
-        values = StageValues.start(read_source(source))
+        source, values = _read(source_of(name, content, unit, up))
         return self._change(ProjectState(name=self.name, source=source, settings=self._state.settings), values)
 
     def apply_label_step(self, step: LabelStep) -> tuple[str, ...]:
@@ -461,6 +469,14 @@ class Project:
         self._state, self._values = state, values
         self.autosave.changed(state)
         return lost
+
+
+def _read(source: Source | None) -> tuple[Source | None, StageValues]:
+    """Read an imported file; return it with the direction that was found to be up, and the values of the project."""
+    if source is None:
+        return None, StageValues()
+    start = read_source(source)
+    return replace(source, up=start.up), StageValues.start(start)
 
 
 def _plain(what: str, values: Mapping[str, Any]) -> dict[str, Any]:

@@ -29,6 +29,7 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.io.json_file import read_json
 from stitchmesh.io.stitches import read_stitches, write_stitches
 from stitchmesh.io.yarns import read_yarns, write_yarns
+from stitchmesh.mesh.upright import Y
 
 TABLE_NAME = "project.json"
 """Name of the file with the table."""
@@ -138,7 +139,7 @@ class ProjectFolder:
             return None
         write = lambda path, value: write_bytes(path, value.content)  # noqa: E731
         file = self._file_of(source, SOURCE, Path(source.name).suffix.lower(), write, named)
-        return SourceTable(name=source.name, unit=source.unit, file=file)
+        return SourceTable(name=source.name, unit=source.unit, file=file, up=source.up or Y)
 
     def _work_table(self, state: ProjectState, named: dict[str, object]) -> WorkTable:
         files: dict[str, str] = {}
@@ -165,7 +166,7 @@ class ProjectFolder:
     def _read_source(self, table: SourceTable | None) -> Source | None:
         if table is None:
             return None
-        source = Source(Path(table.name).name, read_bytes(self._path(table.file)), table.unit)
+        source = Source(Path(table.name).name, read_bytes(self._path(table.file)), table.unit, table.up)
         self._written[table.file] = source
         return source
 

@@ -4,13 +4,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from stitchmesh.errors import FileError, MeshError, ParameterError
 from stitchmesh.io.any_file import read_any
+from stitchmesh.io.garments import found_up
 from stitchmesh.io.meshes import FORMATS as MESH_FORMATS
 from stitchmesh.io.meshes import read_repaired_mesh
 from stitchmesh.io.temporary_file import temporary_file
@@ -21,6 +22,7 @@ from stitchmesh.labeling.labeling_file import holds_labeling
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.repair import RepairAction, Repaired, repair_mesh
 from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.mesh.upright import Direction, Y, turned_upright
 from stitchmesh.yarn import YarnSet
 
 
@@ -34,11 +36,13 @@ class Source:
     """The bytes of the file."""
     unit: str = DEFAULT_UNIT
     """Unit of the coordinates in the file."""
+    up: Direction | None = None
+    """Direction in the coordinates of the file that points up; None if it is to be found."""
 
 
-def source_of(name: str, content: bytes, unit: str = DEFAULT_UNIT) -> Source:
+def source_of(name: str, content: bytes, unit: str = DEFAULT_UNIT, up: Direction | None = None) -> Source:
     """Return an imported file; its name may be given with folders, as on Windows too."""
-    return Source(Path(name.replace("\\", "/")).name, content, unit)
+    return Source(Path(name.replace("\\", "/")).name, content, unit, up)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +57,8 @@ class Start:
     """The repaired mesh, on which rows are found; None if the file holds stitches."""
     repairs: tuple[RepairAction, ...] = ()
     """What was changed in it."""
+    up: Direction = Y
+    """Direction in the coordinates of the file that points up."""
 
     @property
     def mesh(self) -> Mesh | None:
@@ -81,14 +87,23 @@ def _start(path: Path, source: Source) -> Start:
     except (FileError, MeshError):
         if path.suffix.lower() not in MESH_FORMATS:
             raise
-        return _start_of_repaired(read_repaired_mesh(path, unit=source.unit))
+        repaired = read_repaired_mesh(path, unit=source.unit)
+        up = _up(path, repaired.mesh, source)
+        return replace(_start_of_repaired(replace(repaired, mesh=turned_upright(repaired.mesh, up))), up=up)
     if not isinstance(found, Mesh):
         kind = "yarns" if isinstance(found, YarnSet) else "faces that are no stitches"
         expected = "expected a mesh or stitches; look at yarns on the page View"
         raise ParameterError(f"{source.name}: holds {kind}; {expected}")
     if isinstance(found, StitchMesh):
         return _start_of_stitches(found, source.name)
-    return _start_of_repaired(_repaired(found)) if triangles_message(found) else _start_of_mesh(start_labeling(found))
+    up = _up(path, found, source)
+    mesh = turned_upright(found, up)
+    start = _start_of_repaired(_repaired(mesh)) if triangles_message(mesh) else _start_of_mesh(start_labeling(mesh))
+    return replace(start, up=up)
+
+
+def _up(path: Path, mesh: Mesh, source: Source) -> Direction:
+    return found_up(path, mesh)[0] if source.up is None else source.up
 
 
 def _start_of_repaired(repaired: Repaired) -> Start:

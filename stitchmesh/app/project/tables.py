@@ -16,6 +16,7 @@ from stitchmesh.app.project.shaping import shaping_table
 from stitchmesh.app.project.state import ProjectState
 from stitchmesh.editing.edit import Edit
 from stitchmesh.labeling.steps import LabelStep
+from stitchmesh.mesh.upright import Y
 
 FORMAT = "stitchmesh project"
 """Value of the key ``format`` of every project."""
@@ -48,6 +49,8 @@ class SourceTable:
     unit: str
     file: str
     """Name of the file in the project, which holds the same bytes."""
+    up: tuple[float, float, float] = Y
+    """Direction in the coordinates of the file that points up."""
 
 
 @dataclass(frozen=True, kw_only=True)

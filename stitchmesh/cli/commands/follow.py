@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional
 
-from stitchmesh.cli.arguments import Flag, help_entry
+from stitchmesh.cli.arguments import Direction, Flag, help_entry
 from stitchmesh.cli.options import (
     FOUND_RADIUS,
     READ_STITCHES,
@@ -24,6 +24,7 @@ from stitchmesh.cli.output_folder import output_folder
 from stitchmesh.cli.summary import AsJson, print_result
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.mesh.upright import Y
 from stitchmesh.mesh.vertex_motion import FRAMES_PER_SECOND
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS
 from stitchmesh.yarnrelax.motion.follow_defaults import BODY_FRICTION, DRAG
@@ -47,6 +48,8 @@ class Follow:
     """frames of a folder for each second; a USD file states its times"""
     body_unit: Annotated[str, help_entry("UNIT")] = DEFAULT_UNIT
     """unit of the files of a folder"""
+    body_up: Annotated[Direction, help_entry("AXIS|X,Y,Z", "y")] = None
+    """direction in the files of a folder that points up"""
     body_friction: Annotated[float, help_entry("MU")] = BODY_FRICTION
     """coefficient of friction between the yarns and the body"""
     body_thickness: Annotated[float, help_entry("CM")] = 0.0
@@ -85,7 +88,9 @@ class Follow:
         from stitchmesh.yarnrelax.motion.moving_body import MovingBody
 
         yarns = read_yarns(self.yarns, unit=self.unit, radius=self.yarn_radius)
-        moving = read_moving_mesh(self.body, unit=self.body_unit, frames_per_second=self.frames_per_second)
+        moving = read_moving_mesh(
+            self.body, unit=self.body_unit, up=self.body_up or Y, frames_per_second=self.frames_per_second
+        )
         body = MovingBody(moving, friction=self.body_friction, thickness=self.body_thickness)
         material = self.material.yarn_material(float(yarns.radius.mean()), yarns.mass_per_length)
         with output_folder(self.output, (ANIMATION, REPORT)) as folder, show_progress() as progress:

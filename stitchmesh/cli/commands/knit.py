@@ -27,6 +27,7 @@ from stitchmesh.cli.options import (
     GENERATED_RADIUS,
     Device,
     MaterialOptions,
+    MeshAxes,
     MeshRelaxation,
     MorePhysics,
     Overwrite,
@@ -83,6 +84,7 @@ class Knit:
     output: Annotated[str, help_entry("DIR", short="-o")]
     """output folder for the stitches, the yarns, a picture, a report, the convergence and the recipe"""
     unit: Unit = DEFAULT_UNIT
+    axes: MeshAxes = field(default_factory=MeshAxes)
     stitch_width: StitchWidth = None
     pattern: Annotated[UseAppendAction[tuple[str, ...]], help_entry("NAME|FILE", "all knit")] = ()
     """pattern of the stitches: a name of `stitchmesh patterns`, or a file; may be repeated, each with its --on"""
@@ -190,6 +192,7 @@ class Knit:
         return Recipe(
             mesh=self.mesh,
             unit=self.unit,
+            up=self.axes.up,
             yarn=self.yarn.yarn,
             gauge=self.yarn.gauge,
             stitch_width=self.stitch_width,

@@ -12,7 +12,7 @@ from tyro.conf import Positional, UseAppendAction, arg
 
 from stitchmesh.cli.arguments import Pair, help_entry, pair, parsed_by
 from stitchmesh.cli.found_rows import FoundPanels, FoundRows
-from stitchmesh.cli.options import Overwrite, Rows, Unit
+from stitchmesh.cli.options import MeshAxes, Overwrite, Rows, Unit
 from stitchmesh.cli.say import say
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
@@ -45,6 +45,7 @@ class Label:
     output: Annotated[str, help_entry("FILE", short="-o")]
     """labeled mesh: .h5 or .smobj; with --rows a partly labeled mesh: .h5"""
     unit: Unit = DEFAULT_UNIT
+    axes: MeshAxes = field(default_factory=MeshAxes)
     set_edge: Annotated[UseAppendAction[tuple[EdgeWithLabel, ...]], help_entry("V,W=LABEL")] = ()
     """label of one edge, set by hand before rows are labeled: course, wale, or clear for no label"""
     starts: Annotated[Rows, arg(name="")] = field(default_factory=Rows)
@@ -97,14 +98,15 @@ class Label:
         if self.mesh.lower().endswith(READABLE):
             raise ParameterError("--auto: the mesh has rows already; give the polygon mesh")
         side = LabelSection(turn_inside_out=self.starts.turn_inside_out)
-        mesh, repair = Recipe(mesh=self.mesh, unit=self.unit, rows=rows, label=side).read_mesh()
-        for action in repair or ():
+        found = Recipe(mesh=self.mesh, unit=self.unit, up=self.axes.up, rows=rows, label=side).read_mesh()
+        for action in found.repairs or ():
             say(f"Repair: {action.text}: {action.places}.")
-        options = rows.options()
+        options = rows.options(found.up)
         assert options is not None
         made = auto_labels(
-            whole_mesh(mesh), marks=options.marks, up=options.up, multiple=options.multiple, **self.panels.arguments()
-        )
+            whole_mesh(found.mesh), marks=options.marks, up=options.up, multiple=options.multiple,
+            **self.panels.arguments(),
+        )  # fmt: skip
         return PartialLabeling.of_rows(made)
 
     def _refuse_with_auto(self, rows: RowsSection) -> None:
@@ -130,18 +132,19 @@ class Label:
         from stitchmesh.labeling import PartialLabeling, start_labeling
         from stitchmesh.labeling.label import warn_if_inside_out
         from stitchmesh.labeling.labeling_file import holds_labeling, read_labeling
-        from stitchmesh.mesh import Mesh
+        from stitchmesh.pipeline.stages import whole_mesh
         from stitchmesh.recipe.recipe import Recipe
 
         self.panels.refuse()
         if self.mesh.lower().endswith(READABLE):
-            if self.starts.turn_inside_out:
-                raise ParameterError("--turn-inside-out: the mesh has rows already; turn the polygon mesh")
+            for option, given in (("--turn-inside-out", self.starts.turn_inside_out), ("--up", self.axes.up)):
+                if given:
+                    raise ParameterError(f"{option}: the mesh has rows already; turn the polygon mesh")
             if holds_labeling(self.mesh):
                 return read_labeling(self.mesh)
             return PartialLabeling.of_rows(read_stitches(self.mesh))
-        mesh, _ = Recipe(mesh=self.mesh, unit=self.unit, label=self.starts.section()).read_mesh()
-        assert isinstance(mesh, Mesh)
+        found = Recipe(mesh=self.mesh, unit=self.unit, up=self.axes.up, label=self.starts.section()).read_mesh()
+        mesh = whole_mesh(found.mesh)
         warn_if_inside_out(mesh)
         return start_labeling(mesh)
 

@@ -9,10 +9,11 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
-from stitchmesh.cli.arguments import Flag, help_entry
+from stitchmesh.cli.arguments import Direction, Flag, help_entry
 from stitchmesh.cli.options import FileReading, Overwrite
 from stitchmesh.cli.say import say
 from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.mesh.upright import Y
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,8 @@ class Render:
     """polygon mesh of a body that is drawn too"""
     body_unit: Annotated[str, help_entry("UNIT")] = DEFAULT_UNIT
     """unit of the file of the body"""
+    body_up: Annotated[Direction, help_entry("AXIS|X,Y,Z", "y")] = None
+    """direction in the file of the body that points up"""
     plies: Annotated[int, help_entry("N")] = 1
     """number of twisted strands of each yarn"""
     tile: Annotated[tuple[int, int] | None, help_entry("C R", "5 5")] = None
@@ -58,14 +61,15 @@ class Render:
 
     def run(self) -> None:
         """Draw the picture, write it, and print its size."""
-        from stitchmesh.io import read_mesh, read_stitches
+        from stitchmesh.io import read_stitches
+        from stitchmesh.io.garments import read_body
         from stitchmesh.render import render
 
         thing = self.reading.read(self.file)
         render(
             thing, self.output, view=self.view, close_up=self.close_up, extent=self.extent, size=self.size,
             colour=self.colour_by, blend=self.blend, background=self.background,
-            body=None if self.body is None else read_mesh(self.body, unit=self.body_unit),
+            body=None if self.body is None else read_body(self.body, unit=self.body_unit, up=self.body_up or Y),
             fabric=None if self.stitches is None else read_stitches(self.stitches),
             plies=self.plies, tiles=self.tile, inset=not self.no_inset, occlusion=not self.no_occlusion,
         )  # fmt: skip

@@ -20,6 +20,7 @@ from stitchmesh.io.mesh_formats.obj_texture import ObjTexture, read_obj_texture
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh
 from stitchmesh.mesh.connectivity import find_fans, find_twins, next_sides
+from stitchmesh.mesh.upright import Direction, Y, upright_turn
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh
 from stitchmesh.shaping.panels.seam_search import find_seams
 
@@ -27,7 +28,7 @@ LEVEL_PANEL = 0.3
 """Cosine of the angle between a panel and the vertical below which the panel lies level."""
 
 
-def read_panels(path: FilePath, *, unit: str = DEFAULT_UNIT) -> PanelMesh:
+def read_panels(path: FilePath, *, unit: str = DEFAULT_UNIT, up: Direction = Y) -> PanelMesh:
     """Read the panels of a sewing pattern, and find its seams.
 
     Panels are numbered in the order of their first faces. If the file has no texture coordinates, its objects, groups
@@ -36,12 +37,13 @@ def read_panels(path: FilePath, *, unit: str = DEFAULT_UNIT) -> PanelMesh:
     Args:
         path: an ``.obj`` file with texture coordinates, or with groups.
         unit: unit of the coordinates in the file: mm, cm, dm, m or inch. Texture coordinates may have any unit.
+        up: direction in the coordinates of the file that points up.
 
     Returns:
         The panels in centimetres, cut along their seams.
 
     Raises:
-        ParameterError: the unit is unknown.
+        ParameterError: the unit is unknown, or the direction is zero or not finite.
         FileError: the file cannot be read or is malformed, or has neither texture coordinates nor groups.
         MeshError: the polygons do not form oriented surfaces.
     """
@@ -52,13 +54,13 @@ def read_panels(path: FilePath, *, unit: str = DEFAULT_UNIT) -> PanelMesh:
         found = f"{fspath(path)}: has no texture coordinates (vt) and no groups (o, g, usemtl)"
         raise FileError(f"{found}; export the garment with the texture coordinates of its pattern")
     try:
-        return _panels(read, scale)
+        return _panels(read, scale * upright_turn(up))
     except MeshError as error:
         raise MeshError(f"{fspath(path)}: {error}") from error
 
 
-def _panels(read: ObjTexture, scale: float) -> PanelMesh:
-    """Cut the polygons where texture vertices or groups change."""
+def _panels(read: ObjTexture, transform: FloatArray) -> PanelMesh:
+    """Cut the polygons where texture vertices or groups change; ``transform`` is that of points as columns."""
     second = read.face_texture or _group_numbers(read)
     start = np.concatenate([[0], np.cumsum([len(face) for face in read.faces])])
     vertex, other = (np.array([v for face in faces for v in face]) for faces in (read.faces, second))
@@ -67,7 +69,7 @@ def _panels(read: ObjTexture, scale: float) -> PanelMesh:
         # The texture tells what is joined; vertices that a program wrote anew for each face do not.
         vertex = _equal_rows(points)[vertex]
         other = other if _is_shared(start, other) else _equal_rows(texture)[other]
-    mesh, corner_vertex = _cut_mesh(points * scale, start, vertex, other)
+    mesh, corner_vertex = _cut_mesh(points @ transform.T, start, vertex, other)
     face_panel = _connected_faces(mesh)
     if read.texture:
         own = np.zeros((len(mesh.vertices), 2))

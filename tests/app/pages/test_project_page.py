@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.any_file import read_any
 from stitchmesh.io.meshes import write_mesh
 from stitchmesh.mesh import extent
+from stitchmesh.mesh.upright import Y, Z, upright_turn
 from tests.app.project.projects import LABEL_ALL, divided_project, mesh_bytes, relaxed_project, same
 from tests.app.project.test_source import with_a_button
 from tests.gallery import tube
@@ -131,6 +133,26 @@ def test_a_mesh_of_an_odd_size_is_read_in_another_unit_with_one_click(opened, tm
     assert "too large for a garment" in shown and f"Read it in cm: {size}" in shown and "--unit" not in shown
     app.controls.act("unit", "cm")
     assert extent(app.project.mesh.vertices) == size and "for a garment" not in app.controls.text_shown()
+
+
+def test_a_mesh_that_lies_in_its_file_stands_and_can_be_turned(opened, tmp_path):
+    """A tube of 36 x 20 x 36 cm whose axis is z in the file."""
+    upright = tube(12, 4, radius=18.0, height=5.0)
+    write_mesh(tmp_path / "skirt.obj", replace(upright, vertices=upright.vertices @ upright_turn(Z)))
+    app = opened(Project.create(tmp_path / "one"))
+    app.controls.send("Import a mesh", "skirt.obj", (tmp_path / "skirt.obj").read_bytes())
+    np.testing.assert_array_equal(app.project.mesh.vertices, upright.vertices)
+    app.open_page("Project")
+    assert app.controls.find("Up in the file").value == "+z" and "turned upright" in app.controls.text_shown()
+    app.controls.set("Unit", "dm")
+    assert app.project.up == Z  # what was found or chosen stays
+    app.controls.set("Unit", "cm")
+    app.controls.set("Up in the file", "+y")
+    assert extent(app.project.mesh.vertices) == "36.0 x 36.0 x 20.0 cm"
+    app.project.close()
+    again = Project.open(tmp_path / "one")
+    assert again.up == Y and extent(again.mesh.vertices) == "36.0 x 36.0 x 20.0 cm"
+    again.close()
 
 
 def test_a_file_that_fixes_its_unit_is_read_in_it(opened, tmp_path):

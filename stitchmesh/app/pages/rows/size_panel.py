@@ -48,8 +48,8 @@ class SizePanel:
             least=min(SMALLEST, height) / 2.0, most=max(LARGEST, height), step=0.01,
         )  # fmt: skip
         self._up = controls.choice(
-            "Up", "Direction in which the garment is knitted, where no mark says it.", self._directions(), "+y",
-            self._set_up,
+            "Knitted towards", "Direction in which the garment is knitted, where no mark says it.", self._directions(),
+            "+y", self._set_up,
         )  # fmt: skip
         self._multiple = controls.number(
             "Multiple of", "The stitches of each round are a multiple of this number, for a pattern that repeats.", 1,

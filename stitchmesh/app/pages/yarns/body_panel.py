@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from stitchmesh.app.controls.html_pieces import paragraph
 from stitchmesh.app.pages.yarns.settings import YarnSettings, body_path
 from stitchmesh.app.pages.yarns.yarn_view import YarnView
-from stitchmesh.io import read_mesh
 from stitchmesh.io.atomic import write_bytes
+from stitchmesh.io.garments import read_body
 from stitchmesh.io.temporary_file import temporary_file
 from stitchmesh.markup import Markup
 from stitchmesh.yarnrelax.energies.body import Body
@@ -50,7 +50,7 @@ class BodyPanel:
         """Keep the mesh of a body in the project, if it can be one; else a body of the same name stays as it was."""
         path = body_path(self._app.project.folder, name)
         with temporary_file(name, content) as file:
-            Body(read_mesh(file, unit=self._settings().body_unit))
+            Body(read_body(file, unit=self._settings().body_unit, up=self._app.project.up))
         write_bytes(path, content)
         self._set(path.name)
 
@@ -67,4 +67,5 @@ class BodyPanel:
             self._changed(body="")
             self._app.notice(f"The body {settings.body} is not in the project any more; choose it again.", "warning")
             return self._show()
-        self._view.show_body(read_mesh(path, unit=settings.body_unit) if settings.body else None)
+        up = self._app.project.up
+        self._view.show_body(read_body(path, unit=settings.body_unit, up=up) if settings.body else None)

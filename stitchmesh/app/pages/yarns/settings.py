@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stitchmesh.errors import StitchMeshError
-from stitchmesh.io import read_mesh
 from stitchmesh.io.checked import check_table
+from stitchmesh.io.garments import read_body
 from stitchmesh.pipeline.options import RelaxOptions
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named, quality_with
 from stitchmesh.yarn.rest_length import RestLengths
@@ -112,11 +112,11 @@ class YarnSettings:
         """
         return RelaxOptions(
             material=self.material, rest_lengths=RestLengths(factor=self.rest_length),
-            terms=self._terms(project.folder), constraints=[Pins(faces=self.pins)] if self.pins else [],
+            terms=self._terms(project), constraints=[Pins(faces=self.pins)] if self.pins else [],
             checkpoint=self.checkpoints(project), resume=self.checkpoints(project).path if resume else None,
         )  # fmt: skip
 
-    def _terms(self, folder: Path) -> list[TermChoice]:
+    def _terms(self, project: Project) -> list[TermChoice]:
         terms: list[TermChoice] = []
         if self.gravity:
             x, y, z = STANDARD
@@ -124,7 +124,7 @@ class YarnSettings:
         if self.friction:
             terms.append(Friction(self.friction))
         if self.body:
-            terms.append(Body(read_mesh(body_path(folder, self.body), unit=self.body_unit)))
+            terms.append(Body(read_body(body_path(project.folder, self.body), unit=self.body_unit, up=project.up)))
         return terms
 
 
