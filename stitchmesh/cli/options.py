@@ -90,6 +90,10 @@ MaxIterations = Annotated[
 OnSelection = Annotated[
     str | None, help_entry("SELECTION", "none", help="part of the fabric, such as 'hem 6' (docs/selections.md)")
 ]
+Ground = Annotated[
+    str | None,
+    help_entry("COLOUR", "the commonest", help="colour of a chart that stitches left over take, or number of a yarn"),
+]
 ReportFolder = Annotated[
     str | None, help_entry("DIR", "no report", help="folder for report.json, convergence.csv and convergence.png")
 ]

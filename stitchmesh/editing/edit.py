@@ -23,7 +23,7 @@ from stitchmesh.editing.on_selection import ON, edit_places, followed_places, pl
 from stitchmesh.editing.pasting import paste_pattern
 from stitchmesh.editing.row_edits import flip_row, insert_row, remove_row
 from stitchmesh.editing.short_rows import short_rows
-from stitchmesh.editing.stitch_marks import change_stitch, recolour, stripe, twist_loop
+from stitchmesh.editing.stitch_marks import change_stitch, recolour, stripe, stripes, twist_loop
 from stitchmesh.editing.wale_columns import remove_wale
 from stitchmesh.editing.wale_edges import add_wale_edge, remove_wale_edge, shift_wale_edge
 from stitchmesh.editing.wale_lines import insert_wale
@@ -39,7 +39,7 @@ from stitchmesh.selection import select
 EDITS: dict[str, Callable[..., list[Change]]] = {
     edit.__name__: edit
     for edit in (
-        change_stitch, twist_loop, stripe, recolour,
+        change_stitch, twist_loop, stripe, stripes, recolour,
         cross_cable, set_cable, clear_cable,
         split_course_edge, collapse_course_edge,
         add_wale_edge, remove_wale_edge, shift_wale_edge,

@@ -95,7 +95,7 @@ WALE_EDITS: dict[str, Places] = {
     "shift_wale_edge": _every_stitch,
 }
 """Places of the edits that take a wale side; the right wale side of each place."""
-FACES_EDITS = ("change_stitch", "stripe", "short_rows", "paste_pattern")
+FACES_EDITS = ("change_stitch", "stripe", "stripes", "short_rows", "paste_pattern")
 """Edits of all faces at once."""
 
 

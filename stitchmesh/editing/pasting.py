@@ -20,6 +20,7 @@ def paste_pattern(
     face: int | None = None,
     faces: Sequence[int] | None = None,
     remainder: str = DEFAULT_REMAINDER,
+    ground: str | None = None,
 ) -> list[Change]:
     """Replace the stitches of a fabric by those of a pattern, as ``apply_pattern`` does.
 
@@ -29,6 +30,7 @@ def paste_pattern(
         face: a plain stitch of the grid to fill.
         faces: the faces of a region; the pattern covers the whole fabric if neither face nor faces are given.
         remainder: what happens to loops that whole tiles do not cover, as for ``apply_pattern``.
+        ground: colour, or number of a yarn, of the stitches left over, as for ``apply_pattern``.
 
     Raises:
         ParameterError: as for ``apply_pattern``, or the library has no such pattern.
@@ -36,5 +38,5 @@ def paste_pattern(
         PatternError: the text does not describe a valid pattern, or as for ``apply_pattern``.
     """
     read = parse_pattern(pattern) if "\n" in pattern else read_pattern(pattern)
-    laid = lay_pattern(fabric, read, face=face, faces=faces, remainder=check_remainder(remainder))
+    laid = lay_pattern(fabric, read, face=face, faces=faces, remainder=check_remainder(remainder), ground=ground)
     return list(laid.changes)

@@ -32,6 +32,8 @@ class PatternRegion:
     """The part; None for the whole fabric."""
     remainder: Remainder = DEFAULT_REMAINDER
     """Treatment of the stitches that remain beside whole tiles of the pattern, as in ``apply_pattern``."""
+    ground: str | None = None
+    """Colour of the stitches left over, as in ``apply_pattern``."""
 
     def __str__(self) -> str:
         return self.pattern.name if self.on is None else f"{self.pattern.name} on '{self.on}'"
@@ -53,7 +55,9 @@ def lay_patterns(fabric: StitchMesh, regions: Sequence[PatternRegion]) -> list[L
     done: list[LaidPattern] = []
     for number, region in enumerate(regions):
         try:
-            laid = lay_pattern(fabric, region.pattern, faces=chosen[number], remainder=region.remainder)
+            laid = lay_pattern(
+                fabric, region.pattern, faces=chosen[number], remainder=region.remainder, ground=region.ground
+            )
         except StitchMeshError as error:
             raise error if region.on is None else type(error)(f"on '{region.on}': {error}") from error
         for later in range(number + 1, len(regions)):

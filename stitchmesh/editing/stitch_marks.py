@@ -13,8 +13,18 @@ from stitchmesh.editing.sides import check_face, check_side
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, BOTTOM, IntArray, StitchMesh
 from stitchmesh.mesh.change import Change, Marks, PaletteChange
-from stitchmesh.mesh.palette import check_yarn_number, parse_colour, recolour_palette
+from stitchmesh.mesh.palette import (
+    LONGEST_NUMBER,
+    Palette,
+    check_yarn_number,
+    filled_palette,
+    parse_colour,
+    recolour_palette,
+)
 from stitchmesh.mesh.stitch import SIDE_COUNTS, Stitch
+
+MOST_ROWS = 10_000
+"""Largest number of rows of one stripe."""
 
 
 def change_stitch(fabric: StitchMesh, faces: Sequence[int], stitch: str) -> list[Change]:
@@ -103,6 +113,45 @@ def stripe(
     if faces or not rows:
         places = np.union1d(places, _faces(fabric, faces or []))
     return [Marks("yarn", places, np.full(len(places), yarn))]
+
+
+def stripes(fabric: StitchMesh, bands: str, faces: Sequence[int] | None = None) -> list[Change]:
+    """Knit rows in stripes that repeat from the lowest row upwards.
+
+    Args:
+        fabric: a mesh of stitches.
+        bands: rows and colour of each stripe from the bottom up, such as ``4 cream, 2 navy``. A colour is a name,
+            ``#rrggbb``, or the number of a yarn; a colour that the fabric does not have is added to its palette.
+        faces: numbers of the faces that are striped; the whole fabric if they are not given.
+
+    Raises:
+        ParameterError: a face does not exist, none is given, or a band has no rows or no colour.
+    """
+    places = np.arange(fabric.face_count) if faces is None else _faces(fabric, faces)
+    palette = filled_palette(fabric.palette, int(fabric.yarn.max()) + 1)
+    yarn_of_row, wanted = _parse_bands(bands, palette)
+    level = fabric.row[places] - fabric.row[places].min()
+    added: list[Change] = [PaletteChange(wanted)] if len(wanted) > len(palette) else []
+    return [*added, Marks("yarn", places, yarn_of_row[level % len(yarn_of_row)])]
+
+
+def _parse_bands(bands: str, palette: Palette) -> tuple[IntArray, Palette]:
+    """Return the number of the yarn of each row of one repeat, shape (rows,), and the palette with all colours."""
+    colours = [tuple(colour) for colour in palette.tolist()]
+    rows: list[int] = []
+    for band in bands.split(","):
+        count, _, colour = band.strip().partition(" ")
+        if not (count.isdecimal() and 1 <= int(count[:LONGEST_NUMBER]) <= MOST_ROWS and colour.strip()):
+            expected = f"1 to {MOST_ROWS} rows and a colour, such as '4 cream, 2 navy'"
+            raise ParameterError(f"stripes: got {band.strip()[:40]!r}; expected {expected}")
+        if colour.strip().isdecimal():
+            number = check_yarn_number(int(colour[:LONGEST_NUMBER]))
+        else:
+            wanted = tuple(parse_colour(colour).tolist())
+            colours += [] if wanted in colours else [wanted]
+            number = check_yarn_number(colours.index(wanted))
+        rows += [number] * int(count)
+    return np.array(rows), np.array(colours, dtype=np.uint8).reshape(-1, 3)
 
 
 def _faces(fabric: StitchMesh, faces: Sequence[int]) -> IntArray:

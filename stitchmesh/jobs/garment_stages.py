@@ -156,7 +156,8 @@ def _fabric(
     if options.palette or options.patterns:
         next_stage(
             "apply_pattern", lambda fabric, report: pattern_stage(fabric, options, report, run.progress),
-            options.palette, [(part.pattern, part.remainder, _selected(part.on)) for part in options.patterns],
+            options.palette,
+            [(part.pattern, part.remainder, part.ground, _selected(part.on)) for part in options.patterns],
         )  # fmt: skip
     if options.edits:
         next_stage(

@@ -10,6 +10,7 @@ once, at the edge of a panel.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -205,6 +206,12 @@ class Pattern:
     def yarn_count(self) -> int:
         """Number of yarns in the pattern: one more than the highest yarn number."""
         return 1 + max(cell.yarn for row in self.rows for cell in row.cells)
+
+    @cached_property
+    def ground(self) -> int:
+        """Number of the yarn of most stitches, the lowest one of several: the yarn behind the motifs of a chart."""
+        yarns = Counter(cell.yarn for row in self.rows for cell in row.cells)
+        return min(yarns, key=lambda yarn: (-yarns[yarn], yarn))
 
     @cached_property
     def own_stitches(self) -> tuple[OwnStitch, ...]:

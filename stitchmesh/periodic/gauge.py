@@ -97,6 +97,7 @@ def swatch_report(
         - course_tension, wale_tension and shear_stress [dyn/cm] that keep the repeat at its size;
         - course_moment and wale_moment [dyn], positive if they curl the courses and the wales towards the right side;
         - energy_per_stitch [erg];
+        - yarns_in_row: largest number of yarns in a row of a knit, of which all but one float;
         - warp_crimp and weft_crimp [1] of a weave.
     """
     measures = measure_fabric(yarns, fabric, material.mass_per_length)
@@ -112,7 +113,12 @@ def swatch_report(
         "wale_moment": stress.wale_moment,
         "energy_per_stitch": energy / measures.stitches,
     }
-    return report if fabric is not None else report | _crimp(yarns)
+    return report | (_crimp(yarns) if fabric is None else {"yarns_in_row": _most_yarns_in_a_row(fabric)})
+
+
+def _most_yarns_in_a_row(fabric: StitchMesh) -> int:
+    rows, _ = np.unique(np.stack([fabric.row, fabric.yarn]), axis=1)
+    return int(np.unique(rows, return_counts=True)[1].max())
 
 
 def counts_of(yarns: YarnSet, fabric: StitchMesh | None) -> tuple[int, int, int]:

@@ -132,17 +132,27 @@ def pattern_stage(
         progress("pattern", 0.0, ", ".join(region.pattern.name for region in options.patterns))
         laid = lay_patterns(fabric, options.patterns)
         fabric = laid[-1].fabric
-        entries = [_pattern_entry(region, one) for region, one in zip(options.patterns, laid, strict=True)]
+        entries = [_pattern_entry(region, one, options) for region, one in zip(options.patterns, laid, strict=True)]
         report["patterns"] = {"seconds": clock.lap(), "laid": entries}
     return fabric
 
 
-def _pattern_entry(region: PatternRegion, laid: LaidPattern) -> dict[str, object]:
+def _pattern_entry(region: PatternRegion, laid: LaidPattern, options: KnitOptions) -> dict[str, object]:
     left_out = [{"faces": len(part.faces), "rows": part.rows, "wales": part.wales, "reason": part.reason}
                 for part in laid.left_out]  # fmt: skip
     on = None if region.on is None else str(region.on)
-    words = left_out_lines(laid.left_out)
+    words = [*left_out_lines(laid.left_out), *_multiple_line(region, laid, options)]
     return {"name": region.pattern.name, "on": on, "faces": laid.faces_laid, "summary": words, "left_out": left_out}
+
+
+def _multiple_line(region: PatternRegion, laid: LaidPattern, options: KnitOptions) -> list[str]:
+    """Return a line that proposes rounds of whole repeats, if rounds have stitches that are left over."""
+    width = region.pattern.width
+    made = options.shaping is not None and options.shaping.multiple % width == 0
+    if made or not laid.breaks_rounds or options.panels is not None:
+        return []
+    found = f"--multiple {width}" if options.shaping else f"--auto --multiple {width}"
+    return [f"rounds hold whole repeats of {width} stitches with {found}, or with --pattern-remainder stretch"]
 
 
 def edit_stage(fabric: StitchMesh, options: KnitOptions, report: dict[str, object], progress: Progress) -> StitchMesh:

@@ -57,6 +57,8 @@ class RecipePattern:
     """Selection; None for the whole garment."""
     remainder: str = DEFAULT_REMAINDER
     """Treatment of the stitches that remain beside whole tiles of the pattern: centre, stretch or refuse."""
+    ground: str | None = None
+    """Colour of a colour chart, or number of a yarn, that these stitches take; the commonest one if it is None."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -233,7 +235,7 @@ def recipe_options(recipe: Recipe, up: Direction = Y) -> KnitOptions:
 def _region(part: RecipePattern, number: int) -> PatternRegion:
     try:
         on = None if part.on is None else parse_selection(part.on)
-        return PatternRegion(read_pattern(part.pattern), on, check_remainder(part.remainder))
+        return PatternRegion(read_pattern(part.pattern), on, check_remainder(part.remainder), part.ground)
     except StitchMeshError as error:
         raise type(error)(f"patterns[{number}]: {error}") from error
 

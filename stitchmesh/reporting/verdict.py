@@ -13,9 +13,14 @@ LARGEST_STRAIN = 0.05
 SMALLEST_DISTANCE = 1.5
 """Distance between the axes of two yarns, over the radius, below which yarns are crowded; 2 is touching."""
 
+DRAWN_IN = 1.25
+"""Height of a stitch over its width above which floats have drawn it in: plain stitches have 0.77, and stitches of the
+library's charts of two yarns in a row at most 1.1. Narrower stitches hide the colours of their neighbours."""
+
 Kind = Literal[
     "too few stitches", "too many stitches", "too few rows", "too many rows",
     "uneven stitches", "stopped", "out of time", "hidden by rounding", "not at rest", "strained", "crowded", "not flat",
+    "drawn in",
 ]  # fmt: skip
 """What can be wrong with a fabric, and with relaxed yarns."""
 
@@ -76,10 +81,20 @@ def relaxation_verdict(report: Mapping[str, Any], *, mesh_converged: bool = True
         found.append(Finding("crowded", crowded, "use a thinner yarn"))
     if report.get("shape", "flat") != "flat":
         thick = f"the fabric is {report['shape']}, {report['thickness_ratio']:.2g} times as thick as its stitches need"
-        found.append(Finding("not flat", thick, "let it lie on a table, or block it"))
+        found.append(Finding("not flat", f"{thick}{_by_floats(report)}", "let it lie on a table, or block it"))
+    elif report.get("yarns_in_row", 1) > 1 and report["course_spacing"] > DRAWN_IN * report["wale_spacing"]:
+        narrow = f"the stitches are {report['wale_spacing']:.2g} cm wide and {report['course_spacing']:.2g} cm high"
+        hidden = f"{narrow}{_by_floats(report)}, and stitches of one colour hide those of another"
+        found.append(Finding("drawn in", hidden, "block it, or take a chart of fewer yarns in a row"))
     touching = f"axes at least {distance:.2f} radii apart (2 is touching); none passed through another"
     praise = f"the yarns are at rest, strained by at most {_percent(strain)}, {touching}"
     return Verdict(tuple(found), praise)
+
+
+def _by_floats(report: Mapping[str, Any]) -> str:
+    """Return a clause with the cause of a fabric that is drawn together, where its rows have floats."""
+    yarns = report.get("yarns_in_row", 1)
+    return f": the floats of up to {yarns} yarns in a row draw it together" if yarns > 1 else ""
 
 
 def _findings_of_rest(report: Mapping[str, Any]) -> list[Finding]:

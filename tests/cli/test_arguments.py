@@ -16,6 +16,7 @@ import pytest
 
 from stitchmesh.cli.arguments import one_line, parse
 from stitchmesh.cli.main import COMMANDS, main
+from stitchmesh.editing.edit import Edit
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.pipeline.options import KnitOptions, RelaxOptions
 from stitchmesh.recipe.recipe import Recipe, RecipePattern, recipe_options
@@ -87,7 +88,10 @@ def test_words_set_their_fields():
         "knit", "a.obj", "-o", "out", "--seed", "1,2", "--seed", "3,4", "--flip", "7", "--flip", "8", "--gravity", "0",
         "-981", "0", "--friction", "0.2,0.3", "--twist", "5", "--rest-length", "k=1.1", "--rest-length", "row:3=0.9",
         "--no-picture", "--spiral", "--yarn-radius", "0.1", "--longest-float=3", "--solver", "dynamics",
+        "--pattern", "checks", "--pattern-ground", "1", "--stripes", "4 cream, 2 navy",
     ])  # fmt: skip
+    assert made.recipe().patterns == (RecipePattern(pattern="checks", ground="1"),)
+    assert made.recipe().edits == (Edit("stripes", {"bands": "4 cream, 2 navy"}),)
     assert made.rows.start_edge == ((1, 2), (3, 4)) and made.rows.flip == (7, 8)
     assert made.physics.gravity == (0.0, -981.0, 0.0)
     assert (made.physics.friction, made.physics.twist) == ((0.2, 0.3), (5.0,))

@@ -45,7 +45,7 @@ def test_what_a_pattern_leaves_out_is_printed(tmp_path, fabric, capsys):
     assert capsys.readouterr().out.splitlines() == [
         "2 x 2 rib: 80 of 108 stitches are in the pattern",
         "left out: 10 stitches (rows 1-5, wales 0-1): these loops are left over beside whole repeats of the pattern "
-        "and stay as they were",
+        "and keep their stitches",
     ]
 
 

@@ -65,6 +65,11 @@ def _stripe(random: Random, fabric: StitchMesh) -> dict[str, object]:
     return {"yarn": random.randint(0, 3), "rows": [int(fabric.row[random.randrange(fabric.face_count)])]}
 
 
+def _stripes(random: Random, fabric: StitchMesh) -> dict[str, object]:
+    colours = random.choices(["navy", "cream", "0", "2"], k=random.randint(1, 3))
+    return {"bands": ", ".join(f"{random.randint(1, 4)} {colour}" for colour in colours)}
+
+
 def _recolour(random: Random, fabric: StitchMesh) -> dict[str, object]:
     return {"yarn": random.randint(0, 5), "colour": random.choice(["navy", "cream", "#a23b4c"])}
 
@@ -145,6 +150,7 @@ _ARGUMENTS = {
     "change_stitch": _change_stitch,
     "twist_loop": _twist_loop,
     "stripe": _stripe,
+    "stripes": _stripes,
     "recolour": _recolour,
     "cross_cable": _cross_cable,
     "set_cable": _set_cable,

@@ -26,6 +26,7 @@ ARGUMENTS: dict[str, dict[str, object]] = {
     "change_stitch": {"on": "rows 2-3", "stitch": "p"},
     "twist_loop": {"on": "rows 2-3", "twist": 1},
     "stripe": {"on": "rows 1-4 step 2", "yarn": 1},
+    "stripes": {"on": "rows 1-4", "bands": "1 navy, 2 0"},
     "cross_cable": {"on": "rows 2-3", "left": 1, "right": 2, "front": "left"},
     "set_cable": {"on": "row 2", "destinations": [1, 0], "layers": [1, 0]},
     "split_course_edge": {"on": "row 2 and border 0 3- "},

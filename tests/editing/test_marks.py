@@ -14,6 +14,7 @@ from stitchmesh.errors import LabelError, MeshError, ParameterError
 from stitchmesh.labeling import label
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
+from stitchmesh.mesh.palette import STOCK
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import apply_pattern, read_pattern
 from tests.editing.fabrics import around, face_at, flat, names, top_of
@@ -47,6 +48,16 @@ def test_stripes_are_rows_and_single_faces():
     fabric = flat()
     striped = edited(fabric, "stripe", yarn=2, rows=[1, 3], faces=[0])
     assert (striped.yarn == np.where(np.isin(fabric.row, [1, 3]) | (np.arange(42) == 0), 2, 0)).all()
+
+
+def test_stripes_repeat_upwards_and_bring_their_colours():
+    """The seven wales of the fabric have six rows, from 0; yarn 0 keeps its stock colour."""
+    fabric = flat()
+    striped = edited(fabric, "stripes", bands="2 navy, 1 0")
+    assert striped.yarn.reshape(6, 7)[:, 0].tolist() == [1, 1, 0, 1, 1, 0]
+    assert striped.palette.tolist() == [STOCK[0].tolist(), [0, 0, 128]]
+    part = edited(striped, "stripes", bands="1 navy, 1 cream", on="rows 3-5")
+    assert part.yarn.reshape(6, 7)[:, 6].tolist() == [1, 1, 0, 1, 0, 1]  # the stock colour of yarn 0 is cream
 
 
 @pytest.mark.parametrize("kind", [list, tuple, set, np.array, lambda faces: range(faces[0], faces[-1] + 1)])
@@ -140,6 +151,8 @@ REFUSED = {
     "two turns": ("twist_loop", {"side": 42, "twist": 2}, "twist 2; expected -1, 0 or 1"),
     "no row": ("stripe", {"yarn": 1, "rows": [6]}, "row 6: does not exist; the mesh has rows 0 to 5"),
     "no yarn": ("stripe", {"yarn": -1, "rows": [1]}, "yarn: got -1; yarns are numbered from 0"),
+    "no rows": ("stripes", {"bands": "navy"}, "stripes: got 'navy'; expected 1 to 10000 rows and a colour, such as"),
+    "no such colour": ("stripes", {"bands": "2 navyy"}, "did you mean 'navy'"),
     "nothing striped": ("stripe", {"yarn": 1}, "faces: got none; expected at least one"),
     "too wide": ("cross_cable", {"side": 42, "left": 4, "right": 4, "front": "left"}, "a cable of 8 loops does not"),
     "no front": ("cross_cable", {"side": 42, "left": 1, "right": 1, "front": "up"}, "front: got 'up'; expected left"),

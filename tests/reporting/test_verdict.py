@@ -27,6 +27,11 @@ def test_a_good_report_has_no_findings():
         ({"converged": False}, "not at rest", "not at rest after 140 iterations; allow more iterations"),
         ({"converged": False, "stopped": True}, "stopped", "was stopped after 140 iterations"),
         ({"max_strain": 0.06}, "strained", "strained by 6.0 %"),
+        (
+            {"yarns_in_row": 3, "wale_spacing": 0.7, "course_spacing": 1.1},
+            "drawn in", "0.7 cm wide and 1.1 cm high: the floats of up to 3 yarns in a row draw it together",
+        ),
+        ({"shape": "folded", "thickness_ratio": 1.8, "yarns_in_row": 3}, "not flat", "up to 3 yarns in a row"),
         ({"min_distance_over_radius": 1.4}, "crowded", "1.40 radii apart (2 is touching); use a thinner yarn"),
     ],
 )

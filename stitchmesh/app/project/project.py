@@ -27,6 +27,7 @@ from stitchmesh.app.project.state import (
     NO_RESULTS,
     ProjectState,
     dropped,
+    recoloured,
     with_division,
     with_edits,
     with_label_steps,
@@ -48,6 +49,7 @@ from stitchmesh.mesh.change import Change
 from stitchmesh.mesh.repair import RepairAction
 from stitchmesh.mesh.upright import Direction, Y
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen.recolouring import changes_colours_only, keeps_yarn_routes
 
 OPEN_ELSEWHERE = "the project is open in another stitchmesh app; use that one, or close it first"
 """Message for a folder whose lock another program holds."""
@@ -332,8 +334,7 @@ class Project:
         Raises:
             StitchMeshError: there is no fabric, or the edit is not possible.
         """
-        values = self._values.edited(edit)
-        return self._change(with_edits(self._state, (*self.edits, edit), ()), values)
+        return self._edit((*self.edits, edit), (), self._values.edited(edit))
 
     @property
     def can_undo(self) -> bool:
@@ -353,9 +354,8 @@ class Project:
         """
         if not self.can_undo:
             raise ParameterError("undo: no edit is left to undo")
-        values = self._values.undone()
         undone = (self.edits[-1], *self._state.undone_edits)
-        return self._change(with_edits(self._state, self.edits[:-1], undone), values)
+        return self._edit(self.edits[:-1], undone, self._values.undone())
 
     def redo(self) -> tuple[str, ...]:
         """Apply again the edit that was undone last.
@@ -366,8 +366,7 @@ class Project:
         if not self.can_redo:
             raise ParameterError("redo: no edit is left to redo")
         edit, *rest = self._state.undone_edits
-        values = self._values.edited(edit)
-        return self._change(with_edits(self._state, (*self.edits, edit), tuple(rest)), values)
+        return self._edit((*self.edits, edit), tuple(rest), self._values.edited(edit))
 
     @property
     def can_restore(self) -> tuple[str, ...]:
@@ -463,6 +462,16 @@ class Project:
     ) -> tuple[str, ...]:
         state = with_label_steps(self._state, steps, undone)
         return self._change(state, values.divided_as(state))
+
+    def _edit(self, edits: tuple[Edit, ...], undone: tuple[Edit, ...], values: StageValues) -> tuple[str, ...]:
+        """Take a change of the edits; results stay if only colours change, because colours move no yarn."""
+        before, after, results = self.fabric, values.fabric, self._state.results
+        assert before is not None and after is not None
+        if not (changes_colours_only(values.last_changes) and keeps_yarn_routes(before, after)):
+            results = NO_RESULTS
+        elif results is not NO_RESULTS:
+            results = recoloured(results, before, after)
+        return self._change(with_edits(self._state, edits, undone, results), values)
 
     def _change(self, state: ProjectState, values: StageValues) -> tuple[str, ...]:
         lost = dropped(self._state, state)

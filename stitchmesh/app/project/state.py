@@ -19,6 +19,7 @@ from stitchmesh.io.history import HistoryEntry
 from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarngen.recolouring import recoloured_yarns
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -130,16 +131,31 @@ def _with_other_stitches(
     )
 
 
-def with_edits(state: ProjectState, edits: tuple[Edit, ...], undone: tuple[Edit, ...]) -> ProjectState:
-    """Return the state after a change of the edits; results are dropped.
+def with_edits(
+    state: ProjectState, edits: tuple[Edit, ...], undone: tuple[Edit, ...], results: Results = NO_RESULTS
+) -> ProjectState:
+    """Return the state after a change of the edits with the results that it leaves; the others are dropped.
 
     Where the stitches are again those of a kept state, its results come back.
     """
+    if results is not NO_RESULTS:
+        return replace(state, edits=edits, undone_edits=undone, results=results)
     kept = _kept(state, state.results is not NO_RESULTS)
     changed = replace(state, edits=edits, undone_edits=undone, results=NO_RESULTS, kept=kept)
     wanted = state.stitches_from, edits
     same = [one for one in kept if (one.stitches_from, one.edits) == wanted]
     return replace(changed, results=same[0].results) if same else changed
+
+
+def recoloured(results: Results, before: StitchMesh, after: StitchMesh) -> Results:
+    """Return results with the colours of another fabric whose yarns take the same ways (``keeps_yarn_routes``)."""
+    evened, yarns, relaxed = results.evened, results.yarns, results.relaxed
+    return replace(
+        results,
+        evened=None if evened is None else replace(evened, yarn=after.yarn, palette=after.palette),
+        yarns=None if yarns is None else recoloured_yarns(yarns, before, after),
+        relaxed=None if relaxed is None else recoloured_yarns(relaxed, before, after),
+    )
 
 
 def with_results(state: ProjectState, **values: Any) -> ProjectState:

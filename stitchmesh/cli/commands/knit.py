@@ -26,6 +26,7 @@ from stitchmesh.cli.options import (
     DRAWN_RADIUS,
     GENERATED_RADIUS,
     Device,
+    Ground,
     MaterialOptions,
     MeshAxes,
     MeshRelaxation,
@@ -92,6 +93,9 @@ class Knit:
     """part of the fabric that takes the pattern, such as 'hem 6' (docs/selections.md)"""
     pattern_remainder: Annotated[str, help_entry("HOW")] = DEFAULT_REMAINDER
     """treatment of stitches that remain beside whole tiles of the pattern: centre, stretch or refuse"""
+    pattern_ground: Ground = None
+    stripes: Annotated[str | None, help_entry("BANDS", "no stripes")] = None
+    """rows and colours of stripes from the first row up, which repeat: '4 cream, 2 navy'"""
     spiral: Flag = False
     """knit tubes in one spiral row with a single yarn instead of rings"""
     yarn_radius: Annotated[float | None, help_entry("CM", GENERATED_RADIUS)] = None
@@ -186,6 +190,7 @@ class Knit:
 
     def recipe(self) -> Recipe:
         """Return the recipe that the options describe."""
+        from stitchmesh.editing.edit import Edit
         from stitchmesh.recipe.recipe import Recipe
         from stitchmesh.recipe.sections import SolverSection
 
@@ -203,6 +208,7 @@ class Knit:
             spiral=self.spiral,
             palette=tuple(map(colour_text, self.colours.recoloured(empty_palette()))) if self.colours.colour else (),
             patterns=self._patterns(),
+            edits=() if self.stripes is None else (Edit("stripes", {"bands": self.stripes}),),
             rows=self.found_rows.section(),
             panels=self.knitted_panels.section(),
             label=self.rows.section(),
@@ -226,7 +232,8 @@ class Knit:
         if not self.pattern and remainder != DEFAULT_REMAINDER:
             raise ParameterError(f"pattern remainder: got {remainder} without a pattern; add --pattern NAME")
         parts = zip(self.pattern, places, strict=True)
-        return tuple(RecipePattern(pattern=name, on=on, remainder=remainder) for name, on in parts)
+        ground = self.pattern_ground
+        return tuple(RecipePattern(pattern=name, on=on, remainder=remainder, ground=ground) for name, on in parts)
 
 
 def _draw(made: Knitted, folder: Path, progress: Progress) -> bool:

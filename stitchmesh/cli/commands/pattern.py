@@ -10,7 +10,7 @@ from typing import Annotated
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, OnSelection, Overwrite
+from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, Ground, OnSelection, Overwrite
 from stitchmesh.cli.say import say
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
 
@@ -30,6 +30,7 @@ class Pattern:
     """drawings (.json) of stitches of your own, whose codes the pattern uses (docs/own-stitches.md)"""
     remainder: Annotated[str, help_entry("HOW")] = DEFAULT_REMAINDER
     """treatment of stitches that remain beside whole tiles of the pattern: centre, stretch or refuse"""
+    ground: Ground = None
     overwrite: Overwrite = False
 
     def run(self) -> None:
@@ -45,7 +46,7 @@ class Pattern:
         remainder = check_remainder(self.remainder)
         fabric = read_stitches(self.fabric)
         faces = None if self.on is None else select(fabric, self.on)
-        laid = lay_pattern(fabric, chosen, face=self.face, faces=faces, remainder=remainder)
+        laid = lay_pattern(fabric, chosen, face=self.face, faces=faces, remainder=remainder, ground=self.ground)
         write_stitches(self.output, laid.fabric)
         say(f"{chosen.name}: {laid.faces_laid} of {laid.fabric.face_count} stitches are in the pattern")
         for line in left_out_lines(laid.left_out):

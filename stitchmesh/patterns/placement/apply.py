@@ -19,6 +19,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.mesh.change import Change, Marks, OwnStitchesChange, apply_change
+from stitchmesh.mesh.courses import course_through
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.library import read_pattern
 from stitchmesh.patterns.pattern import Pattern, check_closes
@@ -33,7 +34,7 @@ from stitchmesh.patterns.placement.grid import fill_grid, grid_around
 from stitchmesh.patterns.placement.in_place import CellTable, changes_in_place
 from stitchmesh.patterns.placement.left_out import LeftOut, find_left_out
 from stitchmesh.patterns.placement.loop_marks import LoopMarks
-from stitchmesh.patterns.placement.pattern_colours import colour_on_fabric
+from stitchmesh.patterns.placement.pattern_colours import colour_on_fabric, ground_of
 from stitchmesh.patterns.placement.placement import Placement, is_plain, is_worked
 from stitchmesh.patterns.placement.plain_ground import plain_ground
 from stitchmesh.patterns.placement.rebuilt_runs import Rebuilt
@@ -45,7 +46,7 @@ from stitchmesh.patterns.placement.wales import follow_wales
 
 _LEFT_OVER, _CUT, _UNCROSSED = range(3)
 REASONS = [
-    "these loops are left over beside whole repeats of the pattern and stay as they were",
+    "these loops are left over beside whole repeats of the pattern and keep their stitches",
     "shaping or the end of a row cuts the repeat, and these stitches are knit or purled",
     "a loop of the cable is missing beside shaping or at the end of a row, and the cable does not cross",
 ]
@@ -66,6 +67,12 @@ class LaidPattern:
     """Index in ``REASONS`` of the reason why each face is left out, -1 for all other faces, shape (F,)."""
 
     @cached_property
+    def breaks_rounds(self) -> bool:
+        """Whether whole repeats of the pattern leave stitches of a round over."""
+        beside = np.flatnonzero(self.reason == _LEFT_OVER).tolist()
+        return any(course_through(self.fabric, face).closed for face in beside)
+
+    @cached_property
     def left_out(self) -> tuple[LeftOut, ...]:
         """Faces that are not in the pattern although they belong to the region, largest groups first.
 
@@ -81,6 +88,7 @@ def apply_pattern(
     face: int | None = None,
     faces: Iterable[int] | None = None,
     remainder: Remainder = DEFAULT_REMAINDER,
+    ground: str | None = None,
 ) -> StitchMesh:
     """Replace the stitches of a fabric by those of a pattern, and return the new fabric; see ``lay_pattern``.
 
@@ -90,11 +98,12 @@ def apply_pattern(
         face: as for ``lay_pattern``.
         faces: as for ``lay_pattern``.
         remainder: as for ``lay_pattern``.
+        ground: as for ``lay_pattern``.
 
     Raises:
         ParameterError, FileError, PatternError, LabelError, MeshError: as for ``lay_pattern``.
     """
-    return lay_pattern(fabric, pattern, face=face, faces=faces, remainder=remainder).fabric
+    return lay_pattern(fabric, pattern, face=face, faces=faces, remainder=remainder, ground=ground).fabric
 
 
 def lay_pattern(
@@ -104,6 +113,7 @@ def lay_pattern(
     face: int | None = None,
     faces: Iterable[int] | None = None,
     remainder: Remainder = DEFAULT_REMAINDER,
+    ground: str | None = None,
 ) -> LaidPattern:
     """Replace the stitches of a fabric by those of a pattern, and report what could not be replaced.
 
@@ -126,11 +136,14 @@ def lay_pattern(
         remainder: what happens to the loops of a row that whole tiles do not cover. ``centre`` leaves them unchanged
             on both sides, or at the start of a ring; ``stretch`` stretches the tiles over them, or spreads them
             between the tiles if stitches cannot be doubled; ``refuse`` raises an error.
+        ground: colour of the pattern, or number of one of its yarns, that stitches left over take; the yarn of most of
+            its stitches if it is not given. A pattern of one yarn leaves the yarns of the fabric as they are.
 
     Raises:
-        ParameterError: the pattern fits nowhere or is not in the library, the face is not a plain stitch, the region is
-            empty or holds a face that does not exist, both ``face`` and ``faces`` are given, the mesh has panels, or
-            ``remainder`` is unknown or refuses the loops that are left over.
+        ParameterError: the pattern fits nowhere, is not in the library or has no yarn of the colour ``ground``, the
+            face is not a plain stitch, the region is empty or holds a face that does not exist, both ``face`` and
+            ``faces`` are given, the mesh has panels, or ``remainder`` is unknown or refuses the loops that are left
+            over.
         FileError: the file of the pattern cannot be read.
         PatternError: the file does not describe a valid pattern, or the pattern has increases or decreases and does not
             close.
@@ -145,7 +158,7 @@ def lay_pattern(
     if face is not None and faces is not None:
         raise ParameterError("got a face and a region; expected one of them")
     inside = region_of(fabric, faces)
-    chosen, colours = colour_on_fabric(chosen, fabric)
+    chosen, ground_yarn, colours = colour_on_fabric(chosen, fabric, ground_of(chosen, ground))
     changes: list[Change] = [*_new_stitches(fabric, chosen), *colours]
     for change in changes:
         fabric = apply_change(fabric, change)
@@ -168,7 +181,7 @@ def lay_pattern(
             f"pattern {chosen.name!r}: its {chosen.width} columns are more than any first row of the {where} has; "
             f"use narrower stitches{', a wider region' if faces is not None else ''} or another pattern"
         )
-    return _Laying(fabric, chosen, placement, inside).laid(changes)
+    return _Laying(fabric, chosen, placement, inside).laid(changes, ground_yarn)
 
 
 def _new_stitches(fabric: StitchMesh, pattern: Pattern) -> list[Change]:
@@ -215,21 +228,25 @@ class _Laying:
         self.table = CellTable(fabric, pattern, units, self.cells)
         self.sites, self.in_site = find_sites(fabric, placement, self.cells, units.larger)
 
-    def laid(self, before: list[Change]) -> LaidPattern:
+    def laid(self, before: list[Change], ground: int) -> LaidPattern:
         """Apply the changes: stitches of faces that stay, then new faces, then the marks of loops.
 
         Args:
             before: changes that have made the fabric.
+            ground: number of the yarn that stitches left over take.
         """
         fabric = self.fabric
         loops = LoopMarks(fabric, self.pattern, self.placement, self.cells, self.sites)
         crossings, uncrossed = loops.crossings()
         marks = {"twist": loops.twist(self.table), "cable_shift": crossings.shift, "cable_layer": crossings.layer}
         changes: list[Change] = [*changes_in_place(fabric, self.pattern, self.cells.of_face, self.table, ~self.in_site)]
+        reason = self._reasons(uncrossed)
+        if self.pattern.yarn_count > 1:
+            left_over = np.flatnonzero((reason == _LEFT_OVER) & (fabric.yarn != ground))
+            changes += [Marks("yarn", left_over, np.full(len(left_over), ground))] if len(left_over) else []
         after = fabric
         for change in changes:
             after = apply_change(after, change)
-        reason = self._reasons(uncrossed)
         laid = int((self.inside & (self.cells.of_face != BORDER) & (reason < 0) & ~self.in_site).sum())
         side_after = np.arange(fabric.side_count)
         if self.sites:

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The colours of a pattern on a fabric.
+"""The colours of a pattern on a fabric, and the colour of the ground, which is that of the stitches left over.
 
 A pattern without colours numbers its yarns only, and its numbers are those of the fabric. A pattern with colours, such
-as a chart from an image, keeps them: on a fabric without a palette the pattern brings its palette, and on a fabric with
-one its yarns take the numbers of the equal colours there. Colours that the fabric does not have are added to it.
+as a chart from an image, keeps them: a fabric of one yarn without a palette takes the ground of the pattern as its yarn
+0, and on another fabric the yarns of the pattern take the numbers of the equal colours there. Colours that the fabric
+does not have are added to it.
 """
 
 from __future__ import annotations
@@ -13,19 +14,55 @@ from dataclasses import replace
 
 import numpy as np
 
+from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.change import PaletteChange
-from stitchmesh.mesh.palette import filled_palette
+from stitchmesh.mesh.palette import colour_text, filled_palette, parse_colour
 from stitchmesh.patterns.pattern import Pattern
 
 
-def colour_on_fabric(pattern: Pattern, fabric: StitchMesh) -> tuple[Pattern, list[PaletteChange]]:
-    """Return the pattern in the yarn numbers of a fabric, and the change of its palette, if there is one."""
+def ground_of(pattern: Pattern, named: str | None) -> int:
+    """Return the number of the yarn of the ground of a pattern.
+
+    Args:
+        pattern: the pattern.
+        named: a colour of the pattern (``parse_colour``), or the number of one of its yarns; the yarn of most stitches
+            (``Pattern.ground``) if it is None.
+
+    Raises:
+        ParameterError: the text is no colour, or the pattern has no such colour or yarn.
+    """
+    if named is None:
+        return pattern.ground
+    yarns = sorted({cell.yarn for row in pattern.rows for cell in row.cells})
+    colours = [colour_text(colour) for colour in pattern.palette]
+    wanted = int(named) if named.isdecimal() else None
+    if wanted is None and (colour := colour_text(parse_colour(named))) in colours:
+        wanted = colours.index(colour)
+    if wanted not in yarns:
+        known = ", ".join(colours[yarn] if yarn < len(colours) else str(yarn) for yarn in yarns)
+        raise ParameterError(f"ground {named!r}: is no yarn of pattern {pattern.name!r}; expected one of {known}")
+    return wanted
+
+
+def colour_on_fabric(pattern: Pattern, fabric: StitchMesh, ground: int) -> tuple[Pattern, int, list[PaletteChange]]:
+    """Bring the colours of a pattern onto a fabric.
+
+    Args:
+        pattern: the pattern.
+        fabric: the fabric.
+        ground: number of the yarn of its ground in the pattern.
+
+    Returns:
+        The pattern in the yarn numbers of the fabric, the number of its ground there, and the change of the palette of
+        the fabric, if there is one.
+    """
     if not pattern.palette:
-        return pattern, []
-    if not len(fabric.palette):
-        return pattern, [PaletteChange(np.array(pattern.palette, dtype=np.uint8))]
-    colours = [tuple(colour) for colour in filled_palette(fabric.palette, int(fabric.yarn.max()) + 1).tolist()]
+        return pattern, ground, []
+    if len(fabric.palette) or fabric.yarn.any():
+        colours = [tuple(colour) for colour in filled_palette(fabric.palette, int(fabric.yarn.max()) + 1).tolist()]
+    else:
+        colours = [pattern.palette[ground]]
     colours += [colour for colour in dict.fromkeys(pattern.palette) if colour not in colours]
     number = {yarn: colours.index(colour) for yarn, colour in enumerate(pattern.palette)}
     rows = tuple(
@@ -33,4 +70,4 @@ def colour_on_fabric(pattern: Pattern, fabric: StitchMesh) -> tuple[Pattern, lis
         for row in pattern.rows
     )
     changes = [PaletteChange(np.array(colours, dtype=np.uint8))] if len(colours) > len(fabric.palette) else []
-    return replace(pattern, rows=rows, palette=()), changes
+    return replace(pattern, rows=rows, palette=()), number.get(ground, ground), changes

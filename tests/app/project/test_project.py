@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 
 from stitchmesh.app.project.division import Division, division_of, division_table
@@ -66,6 +67,24 @@ def test_each_change_drops_what_depends_on_it_and_says_so(tmp_path):
     assert project.divide(COARSE) == ("edits",)
     assert project.apply_label_step(LabelStep("flip_row", {"face": 0})) == ("stitches",)
     assert project.fabric is None and project.division is None
+    project.close()
+
+
+def test_colours_drop_no_result(tmp_path):
+    """The yarns of a tube are rings, so that stripes of whole rows are colours only."""
+    project = relaxed_project(tmp_path)
+    points = project.relaxed.points
+    for edit in (Edit("recolour", {"yarn": 0, "colour": "navy"}), Edit("stripe", {"yarn": 2, "rows": [1, 2]})):
+        assert project.apply_edit(edit) == ()
+        for fabric in (project.evened, project.yarns, project.relaxed):
+            assert np.array_equal(fabric.palette, project.fabric.palette)
+        assert np.array_equal(project.evened.yarn, project.fabric.yarn)
+        assert project.relaxed.points is points and project.report == REPORT
+    assert project.undo() == project.undo() == ()
+    assert same(project.relaxed, YARNS)
+    assert project.apply_edit(Edit("stripe", {"yarn": 1, "faces": [30]})) == (
+        "evened stitches", "yarns", "relaxed yarns"
+    )  # fmt: skip
     project.close()
 
 

@@ -57,6 +57,8 @@ class LayPatterns(Tool):
         """Name of the pattern in the library, or its text; empty if none is chosen."""
         self.area: Area = "Around a click"
         self.remainder: str = DEFAULT_REMAINDER
+        self.ground: str | None = None
+        """Colour of the pattern that stitches left over take; None for the commonest one."""
         self.laid: LaidPattern | None = None
         """The pattern on the fabric, as it is shown; None while there is no preview."""
         self._face: int | None = None
@@ -68,6 +70,8 @@ class LayPatterns(Tool):
         words = next(words for words, name in REMAINDERS.items() if name == self.remainder)
         controls.choice("Stitches left over", "What happens to stitches beside whole repeats of the pattern",
                         tuple(REMAINDERS), words, self._set_remainder)  # fmt: skip
+        self._ground = controls.text("Ground", "Colour of the pattern that stitches left over take, such as cream; "
+                                     "empty for the commonest one", "", self._set_ground)  # fmt: skip
         controls.upload("Pattern from a file", "Read a pattern from a text or an image of a chart", SUFFIXES,
                         self.read_file)  # fmt: skip
         controls.button("Capture the selection", "Take the selected stitches as the pattern, to lay them elsewhere",
@@ -151,6 +155,7 @@ class LayPatterns(Tool):
         if not self.pattern or where is None:
             raise ParameterError(f"pattern: {self._missing()}")
         arguments: dict[str, object] = {"pattern": self.pattern, **where, "remainder": self.remainder}
+        arguments |= {} if self.ground is None else {"ground": self.ground}
         if self.session.edit("paste_pattern", arguments, self._at()):
             self._say(markup("<b>{}</b> is laid.", self._read().name))
 
@@ -196,7 +201,7 @@ class LayPatterns(Tool):
         try:
             self.laid = lay_pattern(
                 fabric, self._read(), face=self._face if "face" in where else None, faces=faces,
-                remainder=check_remainder(self.remainder),
+                remainder=check_remainder(self.remainder), ground=self.ground,
             )  # fmt: skip
         except StitchMeshError as error:
             self.laid = None
@@ -218,6 +223,9 @@ class LayPatterns(Tool):
         name, count = self._read().name, laid.faces_laid
         title = markup("<b>Preview of {}</b>: {} stitches in the pattern.", name, count)
         rest = markup("<br>Not in the pattern, marked:<ul>{}</ul>", items) if left_out else Markup()
+        if laid.breaks_rounds:
+            width = self._read().width
+            rest += markup("Rounds of a multiple of {} stitches leave none over: page Rows makes such rounds.", width)
         self._say(title + rest)
 
     def _read(self) -> Pattern:
@@ -235,6 +243,10 @@ class LayPatterns(Tool):
 
     def _set_area(self, area: str) -> None:
         self.area = next(known for known in AREAS if known == area)
+        self._preview()
+
+    def _set_ground(self, colour: str) -> None:
+        self.ground = colour.strip() or None
         self._preview()
 
     def _set_remainder(self, words: str) -> None:

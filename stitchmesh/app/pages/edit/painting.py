@@ -107,6 +107,20 @@ class PaintYarns(Painting):
     name, key, kind, brush_label = "Paint yarns", "Y", "yarn", "Yarn brush"
     hint = "Choose a yarn on the left, then click or drag on the fabric; shift+drag paints a rectangle of the screen."
 
+    def build(self, controls: Controls) -> None:
+        """Make the choice of the brush, the button that fills the selection, and the stripes."""
+        super().build(controls)
+        self._bands = controls.text("Stripes", "Rows and colour of each stripe from the bottom up; they repeat",
+                                    "4 cream, 2 navy", lambda bands: None)  # fmt: skip
+        controls.button("Knit stripes", "Knit the selection in these stripes, or the whole fabric without a selection",
+                        self.knit_stripes)  # fmt: skip
+
+    def knit_stripes(self) -> None:
+        """Knit the selected stitches, or all, in stripes."""
+        faces = self.session.selection.faces
+        where = self.session.on_selection() if len(faces) else {}
+        self.session.edit("stripes", {"bands": str(self._bands.value), **where}, faces)
+
     def taken_up(self) -> None:
         """Show the colours of the yarns."""
         super().taken_up()

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from stitchmesh.editing.edit import Edit
+from stitchmesh.mesh.palette import colours_of
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import apply_pattern, parse_pattern, read_pattern
 from stitchmesh.selection import select
 from tests.app.pages.edit.opened import WIDE, OpenedEdit, edit_page, same_as
-from tests.editing.fabrics import flat
+from tests.editing.fabrics import around, flat
 from tests.editing.random_edits import bits
 
 
@@ -97,6 +98,19 @@ def test_stitches_that_a_pattern_leaves_out_are_marked_and_described(tmp_path):
         page.controls.set("Where", "Whole fabric")
         assert "left over beside whole repeats" in page.controls.text_shown()
         assert "left out/faces" in page.scene.drawings
+
+
+def test_the_ground_is_chosen_and_rounds_of_whole_repeats_are_proposed(tmp_path):
+    text = b'colours "navy, cream"\nchart colours:\n0111\n'
+    with edit_page(tmp_path, around(9, 5)) as page:
+        page.act("tool", "Lay a pattern")
+        page.controls.set("Where", "Whole fabric")
+        page.run(lambda: page.controls.send("Pattern from a file", "chart.knit", text))
+        assert "Rounds of a multiple of 4 stitches leave none over" in page.controls.text_shown()
+        page.controls.set("Ground", "navy")
+        page.press("Lay the pattern")
+        assert page.project.edits[-1].arguments["ground"] == "navy"
+        assert colours_of(page.fabric.yarn, page.fabric.palette)[:9].tolist() == [[0, 0, 128]] * 9  # the cast-on row
 
 
 def test_the_selection_is_captured_saved_and_laid_elsewhere(page):

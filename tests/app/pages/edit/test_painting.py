@@ -83,3 +83,14 @@ def test_yarns_are_painted_and_recoloured(page):
     assert same_as(page, stripe, Edit("recolour", {"yarn": 2, "colour": "#000080"}))
     shown = page.scene.drawings["fabric/0"].colours
     assert shown.palette[shown.index[2 * 44]].tolist() == [0, 0, 128]
+
+
+def test_stripes_are_knitted_on_the_selection_or_on_all(page):
+    page.act("tool", "Paint yarns")
+    page.controls.set("Stripes", "1 navy, 2 0")
+    page.press("Knit stripes")
+    page.page.session.choose(np.arange(40, 50))
+    page.controls.set("Stripes", "1 madder")
+    page.press("Knit stripes")
+    first = Edit("stripes", {"bands": "1 navy, 2 0"})
+    assert same_as(page, first, Edit("stripes", {"bands": "1 madder", "faces": list(range(40, 50))}))
