@@ -31,7 +31,8 @@ def stage(folder: Path, *prims: str) -> Path:
 
 
 def placed(words: str = "", orientation: str = "") -> str:
-    order = f'    uniform token[] xformOpOrder = ["xformOp:{words.split(":")[1].split(maxsplit=1)[0]}"]\n' if words else ""
+    """Return a mesh with an operation on its transform, such as ``double3 xformOp:scale = (1, 1, -1)``."""
+    order = f'    uniform token[] xformOpOrder = ["{words.split()[1]}"]\n' if words else ""
     body = f"{TRIANGLE}        uniform token orientation = \"{orientation}\"\n" if orientation else TRIANGLE
     return f"    {words}\n{order}    def Mesh \"a\"\n    {{\n{body}    }}\n"
 
@@ -40,7 +41,8 @@ def test_all_meshes_are_joined_in_centimetres_and_faces_look_outwards(tmp_path, 
     moved = "double3 xformOp:translate = (0, 0, 2)"
     mirrored = "double3 xformOp:scale = (1, 1, -1)"
     ball = '    def Sphere "ball"\n    {\n    }\n'
-    path = stage(tmp_path, placed(moved), placed(mirrored), placed("", "leftHanded"), placed(mirrored, "leftHanded"), ball)
+    turned = placed(mirrored), placed("", "leftHanded"), placed(mirrored, "leftHanded")
+    path = stage(tmp_path, placed(moved), *turned, ball)
     mesh = read_mesh(path)
     assert mesh.face_count == 4
     np.testing.assert_array_equal(mesh.face_vector_area[:, 2] > 0, [True, False, False, True])
