@@ -10,6 +10,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.faces.face_mesh import FaceMesh
 from stitchmesh.io.contents import FilePath, read_bytes, read_lines, suffix_of
 from stitchmesh.io.hdf5 import stored_format
+from stitchmesh.io.mesh_formats.usd_mesh import holds_curves
 from stitchmesh.io.mesh_formats.vtp import holds_polygons
 from stitchmesh.io.meshes import FORMATS as MESH_FORMATS
 from stitchmesh.io.meshes import read_mesh
@@ -53,8 +54,10 @@ def read_any(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None =
 
 
 def _holds_polylines(path: FilePath, suffix: str) -> bool:
-    """Return whether a file has lines and no faces; its format (VTP or OBJ) can hold both meshes and yarns."""
+    """Return whether a file holds yarns; its format (VTP, OBJ or USD) can hold both meshes and yarns."""
     if suffix == ".vtp":
         return not holds_polygons(path)
+    if suffix in (".usda", ".usdc", ".usd"):
+        return holds_curves(path)
     lines = read_lines(path) if suffix == ".obj" else []
     return not any(line.startswith("f ") for line in lines) and any(line.startswith("l ") for line in lines)

@@ -20,11 +20,14 @@ from stitchmesh.errors import MeshError, check_kind
 from stitchmesh.io.contents import FilePath, suffix_of
 from stitchmesh.io.mesh_formats.by_meshio import read_meshio_polygons, write_meshio_polygons
 from stitchmesh.io.mesh_formats.glb import read_glb_polygons, write_glb_polygons
+from stitchmesh.io.mesh_formats.medit import read_medit_polygons
 from stitchmesh.io.mesh_formats.obj import read_obj_polygons, write_obj_polygons
 from stitchmesh.io.mesh_formats.off import read_off_polygons, write_off_polygons
 from stitchmesh.io.mesh_formats.ply import read_ply_polygons, write_ply_polygons
 from stitchmesh.io.mesh_formats.stl import read_stl_polygons, write_stl_polygons
 from stitchmesh.io.mesh_formats.triangles import divide_large_faces
+from stitchmesh.io.mesh_formats.usd_mesh import read_usd_polygons, write_usd_polygons
+from stitchmesh.io.mesh_formats.vtk_legacy import read_vtk_polygons
 from stitchmesh.io.mesh_formats.vtp import read_vtp_polygons, read_vtu_polygons, write_vtp_polygons
 from stitchmesh.io.units import DEFAULT_UNIT, centimetres, check_unit_left_out
 from stitchmesh.mesh import FloatArray, Mesh
@@ -55,12 +58,14 @@ FORMATS: dict[str, MeshFormat] = {
     ".off": MeshFormat(read_off_polygons, write_off_polygons, read_all=partial(read_off_polygons, fewest_corners=1)),
     ".ply": MeshFormat(read_ply_polygons, write_ply_polygons, read_all=partial(read_ply_polygons, fewest_corners=1)),
     ".vtp": MeshFormat(read_vtp_polygons, write_vtp_polygons),
-    ".vtk": MeshFormat(read_meshio_polygons, write_meshio_polygons),
+    ".vtk": MeshFormat(read_vtk_polygons, write_meshio_polygons),
     ".vtu": MeshFormat(read_vtu_polygons, write_meshio_polygons),
     ".msh": MeshFormat(read_meshio_polygons, write_meshio_polygons, most_corners=4),
-    ".mesh": MeshFormat(read_meshio_polygons, write_meshio_polygons, most_corners=4),
+    ".mesh": MeshFormat(read_medit_polygons, write_meshio_polygons, most_corners=4),
     ".stl": MeshFormat(read_stl_polygons, write_stl_polygons, most_corners=3),
     ".glb": MeshFormat(read_glb_polygons, write_glb_polygons, most_corners=3, unit="m"),
+    ".gltf": MeshFormat(read_glb_polygons, write_glb_polygons, most_corners=3, unit="m"),
+    **dict.fromkeys((".usda", ".usdc", ".usd"), MeshFormat(read_usd_polygons, write_usd_polygons, unit="cm")),
 }
 """Formats of polygon meshes, by suffix."""
 DEFAULT_REPAIR = RepairOptions()
@@ -71,10 +76,11 @@ def read_mesh(path: FilePath, *, unit: str = DEFAULT_UNIT) -> Mesh:
     """Read a polygon mesh; the polygons keep their corners and their order.
 
     Args:
-        path: an ``.obj``, ``.off``, ``.ply``, ``.vtp``, ``.vtk``, ``.vtu``, ``.msh``, ``.mesh``, ``.stl`` or ``.glb``
-            file. Points of STL and glTF files at exactly equal positions become one vertex.
-        unit: unit of the coordinates in the file: mm, cm, dm, m or inch. glTF files are always in metres; leave the
-            unit out for them.
+        path: an ``.obj``, ``.off``, ``.ply``, ``.vtp``, ``.vtk``, ``.vtu``, ``.msh``, ``.mesh``, ``.stl``, ``.glb``,
+            ``.gltf``, ``.usda``, ``.usdc`` or ``.usd`` file. Points of STL and glTF files at exactly equal positions
+            become one vertex.
+        unit: unit of the coordinates in the file: mm, cm, dm, m or inch. glTF files are always in metres, and USD files
+            state their unit; leave the unit out for them.
 
     Returns:
         The mesh in centimetres.
@@ -158,8 +164,8 @@ def write_mesh(path: FilePath, mesh: Mesh, *, unit: str = DEFAULT_UNIT) -> None:
     divided into triangles for these formats, and a warning is logged. The other formats hold polygons of any size.
 
     Args:
-        path: an ``.obj``, ``.off``, ``.ply``, ``.vtp``, ``.vtk``, ``.vtu``, ``.msh``, ``.mesh``, ``.stl`` or ``.glb``
-            file; missing folders are made.
+        path: an ``.obj``, ``.off``, ``.ply``, ``.vtp``, ``.vtk``, ``.vtu``, ``.msh``, ``.mesh``, ``.stl``, ``.glb``,
+            ``.gltf``, ``.usda``, ``.usdc`` or ``.usd`` file; missing folders are made.
         mesh: the mesh; a lattice is not written.
         unit: unit of the coordinates in the file: mm, cm, dm, m or inch. glTF files are always in metres; leave the
             unit out for them.

@@ -6,16 +6,18 @@ from __future__ import annotations
 
 import difflib
 import logging
+import re
 from collections.abc import Iterable
 from functools import cache
 from os import fspath
 from pathlib import Path
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import FileError, ParameterError, PatternError
 from stitchmesh.hand_knitting.parse import FIRST_WORDS
 from stitchmesh.io.contents import FilePath, check_path, read_bytes, read_lines
 from stitchmesh.mesh.own_stitch import OwnStitch
 from stitchmesh.patterns.capture.from_instructions import pattern_from_instructions
+from stitchmesh.patterns.charts.chart_image import CHART_IMAGES, OTHER_IMAGES
 from stitchmesh.patterns.charts.colour_chart import read_colour_chart
 from stitchmesh.patterns.charts.leaf_chart import SUFFIX as LEAF_SUFFIX
 from stitchmesh.patterns.charts.leaf_chart import read_leaf_chart
@@ -27,6 +29,14 @@ from stitchmesh.patterns.pattern import Pattern
 SUFFIX = ".knit"
 READ_AS_COLOURS = "read as a chart of yarn colours, one digit for each stitch; name a matrix of a weave .weave"
 """Note on a text of digits, which could also be the matrix of a weave."""
+FREE_WORDS = re.compile(r"\((?:RS|WS)\)|\brep(?:eat)? from|;\s*rep(?:eat)?\b|\bsts?\b", re.IGNORECASE)
+"""Words of instructions that people write, which the language of patterns does not have."""
+IMAGES = "PNG, GIF, BMP or TIFF"
+READ_AS_PATTERN = (
+    "the language of patterns ('row 1 RS: k2 [k2tog yo]*3'), instructions that StitchMesh wrote, tile codes, yarn "
+    f"numbers or a chart as {IMAGES}"
+)
+"""What is read as a pattern, for messages."""
 logger = logging.getLogger(__name__)
 _PACKAGE = Path(__file__).resolve().parent.parent
 _PATTERN_FOLDERS = (_PACKAGE / "assets" / "patterns", _PACKAGE.parent / "assets" / "patterns")
@@ -51,8 +61,8 @@ def read_pattern(name_or_path: FilePath, stitches: Iterable[OwnStitch] = ()) -> 
             language of ``docs/patterns.md``, a text of tile codes alone (``.leaf``, or ``.txt`` that does not begin
             with a statement), written instructions of one piece (``.txt``), a text of yarn numbers alone (``.txt``
             whose first line is digits), an image of tile codes (``.leaf.png``), a picture of a chart that holds its
-            text, or an image of yarn colours (``.png``). A string with neither a folder nor a suffix is taken as a
-            name.
+            text, or an image of yarn colours (``.png``, ``.gif``, ``.bmp``, ``.tif``). A string with neither a folder
+            nor a suffix is taken as a name.
         stitches: stitches of your own, whose codes a text may use as words.
 
     Raises:
@@ -67,18 +77,34 @@ def read_pattern(name_or_path: FilePath, stitches: Iterable[OwnStitch] = ()) -> 
     if path.name.lower().endswith(LEAF_SUFFIX):
         return read_leaf_chart(path)
     suffix = path.suffix.lower()
-    if suffix == ".png":
+    if suffix in OTHER_IMAGES:
+        read_bytes(path)
+        found = f"{suffix[1:].upper()} does not keep the colour of each pixel"
+        raise FileError(f"{fspath(path)}: {found}; save the chart as {IMAGES}, with one pixel for each stitch")
+    if suffix in CHART_IMAGES:
         held = picture_text(fspath(name_or_path), read_bytes(path))
         return read_colour_chart(path) if held is None else parse_pattern(held, fspath(name_or_path), stitches)
     text = "\n".join(read_lines(path))
+    try:
+        return _of_text(text, suffix, fspath(name_or_path), stitches)
+    except PatternError as error:
+        free = FREE_WORDS.search(text) if suffix == ".txt" else None
+        if free is None:
+            raise
+        found = f"line {text[: free.start()].count(chr(10)) + 1}: got {free[0]!r}, as in instructions that people write"
+        raise PatternError(f"{fspath(path)}: {found}; expected {READ_AS_PATTERN}") from error
+
+
+def _of_text(text: str, suffix: str, name: str, stitches: Iterable[OwnStitch]) -> Pattern:
+    """Return the pattern of a text, whose kind its suffix and its first words decide."""
     if suffix == ".txt" and holds_digits(text):
-        logger.warning("%s: %s", fspath(name_or_path), READ_AS_COLOURS)
-        return parse_colour_digits(text, fspath(name_or_path))
+        logger.warning("%s: %s", name, READ_AS_COLOURS)
+        return parse_colour_digits(text, name)
     if suffix == ".txt" and text.startswith(FIRST_WORDS):
-        return pattern_from_instructions(text, fspath(name_or_path))
+        return pattern_from_instructions(text, name)
     if suffix == ".leaf" or (suffix == ".txt" and not begins_with_statement(text)):
-        return parse_leaf_codes(text, fspath(name_or_path))
-    return parse_pattern(text, fspath(name_or_path), stitches)
+        return parse_leaf_codes(text, name)
+    return parse_pattern(text, name, stitches)
 
 
 @cache

@@ -13,8 +13,10 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath, check_path, read_lines
 from stitchmesh.mesh.own_stitch import OwnStitch
 from stitchmesh.patterns import Pattern, pattern_names, read_pattern
+from stitchmesh.patterns.charts.chart_image import CHART_IMAGES
 from stitchmesh.periodic.weave.library import SUFFIX, read_weave, weave_names
 from stitchmesh.periodic.weave.weave import Weave
+from stitchmesh.periodic.weave.wif import SUFFIX as DRAFT
 
 Source = Pattern | Weave
 WEAVE_STATEMENTS = ("weave", "layer", "stitch", "wefts", "warps")
@@ -26,9 +28,9 @@ def resolve_pattern(given: FilePath | Source, stitches: Iterable[OwnStitch] = ()
 
     Args:
         given: a pattern or a weave, the name of one in the library, or the path of a file. A weave is read from a
-            ``.weave`` file, from a ``.txt`` file that begins with a statement of a weave, or from an image of two
-            colours (``.weave.png``); a pattern is read from any other file. A ``.txt`` file of digits alone is a chart
-            of yarn colours.
+            ``.weave`` file, from the draft of a loom (``.wif``), from a ``.txt`` file that begins with a statement of a
+            weave, or from an image of two colours (``.weave.png``, also ``.gif``, ``.bmp`` and ``.tif``); a pattern is
+            read from any other file. A ``.txt`` file of digits alone is a chart of yarn colours.
         stitches: stitches of your own, whose codes the file of a pattern may use as words.
 
     Raises:
@@ -43,7 +45,9 @@ def resolve_pattern(given: FilePath | Source, stitches: Iterable[OwnStitch] = ()
     name = fspath(given)
     if path.name == name and not path.suffix:
         return _from_library(name)
-    if path.suffix.lower() == SUFFIX or name.lower().endswith(f"{SUFFIX}.png") or _states_a_weave(path):
+    suffix = path.suffix.lower()
+    is_image = suffix in CHART_IMAGES and path.stem.lower().endswith(SUFFIX)
+    if suffix in (SUFFIX, DRAFT) or is_image or _states_a_weave(path):
         return read_weave(path)
     return read_pattern(path, stitches)
 

@@ -26,7 +26,7 @@ from tests.faces.face_files import EVERY_RECORD, LIBRARY
 from tests.fuzz import mutations as damage
 from tests.fuzz import structures
 from tests.fuzz.reader import Reader, Seeds, cube, joined, rebuilt, small_fabric, small_yarns, written
-from tests.fuzz.structures import GLB, USD, XML
+from tests.fuzz.structures import GLB, JSON, USD, XML
 
 
 def _ascii_ply(folder: Path) -> list[bytes]:
@@ -270,6 +270,35 @@ def _nested_glb(folder: Path) -> list[bytes]:
     return [bytes(scene.export(file_type="glb"))]
 
 
+def _posed_glb(folder: Path) -> list[bytes]:
+    """Return a scene whose points are moved by a morph target and carried by two joints."""
+    from tests.io.test_glb import skinned, write
+
+    tree, buffer = skinned()
+    tree["meshes"][0] |= {"weights": [0.5]}
+    tree["meshes"][0]["primitives"][0]["targets"] = [{"POSITION": 0}]
+    return [write(folder / "posed.glb", tree, buffer).read_bytes()]
+
+
+def _poly_data(folder: Path) -> list[bytes]:
+    """Return polygons and a strip in VTK's legacy format, in text and binary, of the old and the new version."""
+    from tests.io.test_read_all_that_is_understood import NEW, OLD, vtk_text
+
+    head = b"# vtk DataFile Version 3.0\ncube\nBINARY\nDATASET POLYDATA\nPOINTS 4 float\n"
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]], ">f4").tobytes()
+    strip = b"\nTRIANGLE_STRIPS 1 5\n" + np.array([4, 0, 1, 3, 2], ">i4").tobytes() + b"\n"
+    return [vtk_text("3.0", OLD).encode(), vtk_text("5.1", NEW).encode(), head + points + strip]
+
+
+def _read_poly_data(path: Path) -> object:
+    """Leave out files that are no poly data any more: meshio reads them in a child, whose start takes long."""
+    from stitchmesh.io.mesh_formats.vtk_legacy import HEAD
+
+    if not HEAD.match(path.read_bytes()):
+        raise FileError(f"{path}: is no poly data")
+    return read_mesh(path)
+
+
 CHECKPOINT = (*damage.BINARY, *[damage.inside_checkpoint] * 20)
 YARN_ERRORS = (FileError, ParameterError)
 """Errors of yarns: a radius that cannot be estimated is a ``ParameterError``."""
@@ -286,8 +315,10 @@ GEOMETRY_READERS: dict[str, Reader] = {
     "vtk": _by_meshio(".vtk"),
     "vtu": _meshes(".vtu", XML),
     "msh": _by_meshio(".msh"),
-    "medit": _by_meshio(".mesh"),
-    "glb": _meshes(".glb", GLB, _nested_glb),
+    "vtk poly data": Reader(".vtk", _read_poly_data, _poly_data, damage.MIXED, (FileError, MeshError)),
+    "medit": _meshes(".mesh", damage.TEXT),
+    "glb": _meshes(".glb", GLB, _nested_glb, _posed_glb),
+    "gltf": _meshes(".gltf", JSON),
     "bcc": Reader(".bcc", read_yarns, joined(*(written(write_yarns, small_yarns, suffix=".bcc", curve=curve)
                                                 for curve in BCC_CURVES)), damage.BINARY, YARN_ERRORS),
     "obj yarns": Reader(".obj", read_yarns, written(write_yarns, small_yarns, suffix=".obj"), errors=YARN_ERRORS),

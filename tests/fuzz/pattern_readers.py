@@ -13,6 +13,7 @@ import numpy as np
 import stitchmesh as sm
 from stitchmesh.errors import FileError, ParameterError, PatternError
 from stitchmesh.patterns.charts.leaf_chart import write_leaf_chart
+from tests.fuzz import mutations as damage
 from tests.fuzz.reader import Reader, files, written
 from tests.fuzz.structures import JSON, PNG
 
@@ -34,6 +35,33 @@ def _png(folder: Path) -> list[bytes]:
         image.save(content, format="PNG", **options)
         found.append(content.getvalue())
     return found
+
+
+def _other_image(suffix: str) -> Reader:
+    def seeds(folder: Path) -> list[bytes]:
+        """Return a chart as a picture with a palette, in true colours and in greys."""
+        from PIL import Image
+
+        first = Image.open(io.BytesIO(_png(folder)[0]))
+        for number, mode in enumerate(("P", "RGB", "L")):
+            first.convert(mode).save(folder / f"seed{number}{suffix}")
+        return [(folder / f"seed{number}{suffix}").read_bytes() for number in range(3)]
+
+    return Reader(suffix, _read_other_image, seeds, damage.BINARY, has_own_process=True)
+
+
+def _read_other_image(path: Path) -> object:
+    """Do in this process what ``read_other_image`` does in a child, whose start takes longer than the reading."""
+    from stitchmesh.patterns.charts.other_images import packed_image
+
+    return packed_image(str(path), path)
+
+
+def _drafts(folder: Path) -> list[bytes]:
+    from tests.periodic.weave.test_wif import TWILL
+
+    colours = "[COLOR TABLE]\n1=20,30,90\n2=240,230,210\n[WARP COLORS]\n1=1\n2=2\n[WEFT COLORS]\n1=2\n"
+    return [TWILL.encode(), (TWILL.replace("[TIEUP]", "[LIFTPLAN]") + colours).encode()]
 
 
 def _leaf_png(folder: Path) -> list[bytes]:
@@ -79,6 +107,10 @@ PATTERN_READERS: dict[str, Reader] = {
                          errors=PATTERN_ERRORS),
     "weave": Reader(".weave", _resolved, files(*WEAVES), errors=PATTERN_ERRORS),
     "weave chart": Reader(".weave", _read_chart("chart.weave"), files(*WEAVES), errors=PATTERN_ERRORS),
+    "wif": Reader(".wif", _resolved, _drafts, errors=PATTERN_ERRORS),
+    "gif chart": _other_image(".gif"),
+    "bmp chart": _other_image(".bmp"),
+    "tif chart": _other_image(".tif"),
     "png chart": Reader(".png", _read_chart("chart.png"), _png, PNG, PATTERN_ERRORS),
     "png weave": Reader(".weave.png", _resolved, _png, PNG, PATTERN_ERRORS),
     "own stitches": Reader(".json", _read_own_drawings, files("examples/stitches/daisy.json"), JSON),

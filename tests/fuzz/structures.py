@@ -112,7 +112,7 @@ def glb_structure(random: Random, content: bytes) -> bytes:
 def _change_head(random: Random, tree: dict[str, Any]) -> None:
     times = random.choice(TIMES)
     accessor, view = random.choice(tree["accessors"]), random.choice(tree["bufferViews"])
-    match random.randrange(10):
+    match random.randrange(12):
         case 0:  # Many nodes place one mesh.
             tree["nodes"] = [{"mesh": 0}] * times
             tree["scenes"][0]["nodes"] = list(range(times))
@@ -144,6 +144,14 @@ def _change_head(random: Random, tree: dict[str, Any]) -> None:
             node = random.choice(tree["nodes"])
             node[random.choice(["scale", "translation"])] = [random.choice([0.0, 1e308, -1e300, 1e-320])] * 3
             node["rotation"] = [random.choice([0.0, 1e200, 1.0])] * 4
+        case 10:  # Many joints carry the points of many nodes.
+            tree["skins"] = [{"joints": [random.randrange(len(tree["nodes"]))] * times}]
+            for node in tree["nodes"]:
+                node["skin"] = random.choice([0, 0, 1])
+        case 11:  # Many targets move the points.
+            mesh = random.choice(tree["meshes"])
+            mesh["weights"] = [random.choice([0.0, 1.0, 1e308])] * times
+            mesh["primitives"][0]["targets"] = [{"POSITION": random.randrange(len(tree["accessors"]))}] * times
 
 
 def hdf5_structure(random: Random, content: bytes) -> bytes:

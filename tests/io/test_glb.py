@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import struct
 from collections.abc import Callable
@@ -130,7 +131,17 @@ HARMS: dict[str, tuple[Callable[[Head], object], str]] = {
     "stride": (lambda tree: tree["bufferViews"][0].update(byteStride=2**40), "ends beyond its bytes"),
     "corner": (lambda tree: tree["accessors"][1].update(bufferView=0, byteOffset=12, count=6), "names point"),
     "no bytes": (lambda tree: tree["accessors"][0].pop("bufferView"), "has no bytes"),
-    "file": (lambda tree: tree["buffers"][0].update(uri="/etc/passwd"), "lie in another file"),
+    "file": (lambda tree: tree["buffers"][0].update(uri="/etc/passwd"), "expected a file in its folder"),
+    "file above": (lambda tree: tree["buffers"][0].update(uri="a/../../b.bin"), "expected a file in its folder"),
+    "other address": (lambda tree: tree["buffers"][0].update(uri="https://a.org/b.bin"), "a file in its folder"),
+    "extension": (lambda tree: tree.update(extensionsRequired=["KHR_materials_x", "ACME_hair"]), "extension ACME_hair"),
+    "copies": (lambda tree: tree["nodes"][0].update(extensions={"EXT_mesh_gpu_instancing": {}}), "gpu_instancing"),
+    "meshopt": (lambda tree: (tree["buffers"].append({"byteLength": 60}), tree["bufferViews"][0].update(
+                buffer=1, extensions={"EXT_meshopt_compression": {}})), "compressed by EXT_meshopt"),
+    "joints": (lambda tree: (tree["nodes"][0].update(skin=0), tree.update(skins=[{"joints": [3]}])), "not in"),
+    "no weights": (lambda tree: (tree["nodes"][0].update(skin=0), tree.update(skins=[{"joints": [0]}])), "no weight"),
+    "many joints": (lambda tree: (tree.update(skins=[{"joints": [0] * 10**5}], scenes=[{"nodes": [*range(100)]}],
+                    nodes=[{"mesh": 0, "skin": 0}] * 100)), "more than 100 times as many"),
     "matrix": (lambda tree: tree["nodes"][0].update(matrix=[1.0] * 15), "has 15 numbers"),
     "overflow": (lambda tree: tree["nodes"][0].update(scale=[1e308] * 3, translation=[1e308] * 3), "must be finite"),
     "node": (lambda tree: tree["scenes"][0].update(nodes=[7]), "names node 7 of 1"),
@@ -149,3 +160,57 @@ def test_a_head_that_states_too_much_or_nonsense_costs_an_error_of_a_line(tmp_pa
     with pytest.raises(FileError, match=words) as caught:
         read_glb_polygons(write(tmp_path / "m.glb", tree, POINTS.tobytes() + corners.tobytes()))
     assert "\n" not in str(caught.value)
+
+
+def skinned() -> tuple[Head, bytes]:
+    """Return a head and a buffer: of five points, the joint of node 1 carries two, and that of node 2 the others."""
+    tree = head()
+    tree["nodes"] = [{"mesh": 0, "skin": 0, "translation": [9, 9, 9]},
+                     {"translation": [0, 0, 1]}, {"scale": [2, 2, 2]}]  # fmt: skip
+    tree["scenes"][0]["nodes"] = [0, 1, 2]
+    tree["skins"] = [{"joints": [1, 2], "inverseBindMatrices": 4}]
+    tree["meshes"][0]["primitives"][0]["attributes"] |= {"JOINTS_0": 2, "WEIGHTS_0": 3}
+    joints, weights = np.zeros((5, 4), "u1"), np.zeros((5, 4), "u1")
+    joints[2:, 0], weights[:, 0] = 1, 255
+    bind = np.tile(np.eye(4, dtype="<f4"), (2, 1, 1))
+    bind[0, 3, 0] = 3.0  # The matrices are stored by columns: a shift by 3 along x.
+    parts = [POINTS.tobytes(), CORNERS.tobytes(), joints.tobytes(), weights.tobytes(), bind.tobytes()]
+    ends = np.cumsum([0, *map(len, parts)]).tolist()
+    tree["bufferViews"] = [{"buffer": 0, "byteOffset": start, "byteLength": len(part)}
+                           for start, part in zip(ends, parts, strict=False)]  # fmt: skip
+    tree["accessors"] += [{"bufferView": 2, "componentType": 5121, "count": 5, "type": "VEC4"},
+                          {"bufferView": 3, "componentType": 5121, "normalized": True, "count": 5, "type": "VEC4"},
+                          {"bufferView": 4, "componentType": 5126, "count": 2, "type": "MAT4"}]  # fmt: skip
+    return tree, b"".join(parts)
+
+
+def test_the_joints_of_a_skin_carry_the_points_and_the_node_does_not(tmp_path):
+    points, _ = read_glb_polygons(write(tmp_path / "m.glb", *skinned()))
+    expected = np.concatenate([POINTS[:2] + np.array([3, 0, 1]), 2 * POINTS[2:]])
+    np.testing.assert_array_equal(points, expected)
+
+
+def test_morph_targets_move_the_points_by_the_weights_of_the_node_or_of_the_mesh(tmp_path):
+    tree = head()
+    tree["meshes"][0] |= {"weights": [0.5]}
+    tree["meshes"][0]["primitives"][0]["targets"] = [{"POSITION": 0}]
+    for node, scale in ((None, 1.5), ([2.0], 3.0)):
+        tree["nodes"] = [{"mesh": 0} | ({} if node is None else {"weights": node})]
+        np.testing.assert_array_equal(read_glb_polygons(write(tmp_path / "m.glb", tree))[0], scale * POINTS)
+
+
+def test_numbers_lie_in_the_head_or_in_a_file_beside_it(tmp_path):
+    tree, buffer = head(), POINTS.tobytes() + CORNERS.tobytes()
+    (tmp_path / "two words.bin").write_bytes(buffer)
+    for uri in ("two%20words.bin", "data:application/octet-stream;base64," + base64.b64encode(buffer).decode()):
+        tree["buffers"][0]["uri"] = uri
+        (tmp_path / "m.gltf").write_text(json.dumps(tree))
+        assert turning(tmp_path / "m.gltf") == ordered(POINTS[CORNERS].reshape(-1, 3, 3))
+
+
+def test_points_and_lines_are_left_out_in_one_line(tmp_path, caplog):
+    tree = head()
+    tree["meshes"][0]["primitives"] += [{"attributes": {"POSITION": 0}, "mode": mode} for mode in (0, 1)]
+    assert len(read_glb_polygons(write(tmp_path / "m.glb", tree))[1]) == 2
+    said = "left out primitives, which the surface does not need: points or lines (2)"
+    assert caplog.messages == [f"{tmp_path / 'm.glb'}: {said}"]

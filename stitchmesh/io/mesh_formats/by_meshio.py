@@ -24,6 +24,8 @@ from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.checkpoint_file import CheckpointFile
 from stitchmesh.io.contents import FilePath, check_points, read_bytes
 from stitchmesh.io.guarded_child import answer_of_child, answer_parent
+from stitchmesh.io.left_out import say_left_out
+from stitchmesh.io.mesh_formats.cells import RING_OF_6, RING_OF_8, check_cells_left_out, used_points
 from stitchmesh.mesh import FloatArray
 
 FORMATS = {".vtk": "vtk", ".vtu": "vtu", ".msh": "gmsh", ".mesh": "medit"}
@@ -34,13 +36,13 @@ OPTIONS: dict[str, dict[str, Any]] = {".msh": {"file_format": "gmsh22"}}
 COUNTS = {
     ".vtk": re.compile(rb"(?m)^[A-Za-z_]+[ \t]+(\d+)(?:[ \t]+(\d+))?"),
     ".msh": re.compile(rb"(?m)^\$[A-Za-z]+\s+(\d+)(?:[ \t]+(\d+))?"),
-    ".mesh": re.compile(rb"(?m)^[ \t]*[A-Z][A-Za-z]+(?:[ \t]+(\d+))?[^\n]*(?:\n\s*(\d+)[ \t\r]*$)?"),
 }
 """Numbers of points, cells and other elements in files of the formats that meshio reads, by suffix."""
-SURFACE_CELLS = ("triangle", "quad", "polygon")
-"""Types of cells that become faces."""
-IGNORED_CELLS = ("vertex", "line")
-"""Types of cells that occur beside a surface and are ignored."""
+RINGS: dict[str, Any] = {
+    "triangle": slice(None), "quad": slice(None), "polygon": slice(None), "triangle6": RING_OF_6,
+    "triangle7": RING_OF_6, "quad8": RING_OF_8, "quad9": RING_OF_8,
+}  # fmt: skip
+"""Points around each type of cells that becomes faces."""
 
 
 def read_meshio_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
@@ -57,7 +59,9 @@ def read_meshio_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
         FileError: the file is missing, a folder, unreadable, empty or malformed, has cells that are not polygons, or
             has no faces, or the process that reads it ends.
     """
-    return polygons_of(answer_of_child(__name__, path))
+    read = answer_of_child(__name__, path)
+    say_left_out(path, read.header["left out"], "cells")
+    return polygons_of(read)
 
 
 def polygons_of(packed: CheckpointFile) -> tuple[FloatArray, list[list[int]]]:
@@ -83,9 +87,11 @@ def packed_polygons(name: str, file: Path) -> CheckpointFile:
     if points.ndim != 2 or points.shape[1] != 3:
         raise FileError(f"{name}: got points of shape {points.shape}; expected three coordinates each")
     check_points(f"{name}: point", points)
-    faces = _polygons(name, content.cells)
+    faces, others = _polygons(name, content.cells)
+    points, faces = used_points(points, faces) if others else (points, faces)
     corners = np.array([v for face in faces for v in face], dtype=np.int64)
-    return CheckpointFile({}, {"points": points, "counts": np.array([len(face) for face in faces]), "corners": corners})
+    arrays = {"points": points, "counts": np.array([len(face) for face in faces]), "corners": corners}
+    return CheckpointFile({"left out": others}, arrays)
 
 
 def write_meshio_polygons(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> None:
@@ -156,16 +162,17 @@ def _read(name: str, file: Path, file_format: str) -> Any:
         raise FileError(f"{name}: is not a valid {file_format} file ({reason[:100]}); write it again") from error
 
 
-def _polygons(name: str, blocks: list[Any]) -> list[list[int]]:
+def _polygons(name: str, blocks: list[Any]) -> tuple[list[list[int]], dict[str, int]]:
+    """Return the points of each face, and the numbers of cells of other types."""
     faces: list[list[int]] = []
+    others: dict[str, int] = {}
     for block in blocks:
-        if block.type in SURFACE_CELLS:
-            faces += [[int(v) for v in cell] for cell in block.data]
-        elif block.type not in IGNORED_CELLS:
-            raise FileError(f"{name}: got {block.type} cells; expected a surface of triangles, quads or polygons")
-    if not faces:
-        raise FileError(f"{name}: has no faces; expected a polygon mesh")
-    return faces
+        if block.type in RINGS:
+            faces += [[int(v) for v in np.asarray(cell)[RINGS[block.type]]] for cell in block.data]
+        else:
+            others[block.type] = others.get(block.type, 0) + len(block.data)
+    check_cells_left_out(name, len(faces), others)
+    return faces, others
 
 
 if __name__ == "__main__":

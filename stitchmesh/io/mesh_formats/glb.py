@@ -1,11 +1,14 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Binary glTF meshes (``.glb``): triangles, in metres as the format prescribes.
+"""glTF meshes (``.glb``, ``.gltf``): triangles, in metres as the format prescribes.
 
-A file has a head in JSON and one buffer of bytes. The head lists nodes, each with a transform, inner nodes and at most
-one mesh; meshes, whose primitives name accessors for positions and corners; and accessors, which say where in the
-buffer their numbers lie. One mesh may be placed by many nodes. The numbers of all placed meshes are therefore counted
-before they are made.
+A file has a head in JSON and buffers of bytes: behind the head, in the head as text, or in files beside it. The head
+lists nodes, each with a transform, inner nodes and at most one mesh; meshes, whose primitives name accessors for
+positions and corners; and accessors, which say where in a buffer their numbers lie. One mesh may be placed by many
+nodes. The numbers of all placed meshes are therefore counted before they are made.
+
+A mesh is read in the pose of the file: its morph targets move the points by the weights of the node or of the mesh, and
+the joints of a skin carry them. The transform of a node with a skin is not used (glTF 2.0 specification, 3.7.3).
 
 Programs that write glTF repeat a vertex for each of its normals and texture coordinates. When a file is read, points
 with exactly equal coordinates therefore become one vertex.
@@ -13,10 +16,14 @@ with exactly equal coordinates therefore become one vertex.
 
 from __future__ import annotations
 
+import base64
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterable
+from dataclasses import dataclass
 from os import fspath
+from pathlib import Path
 from typing import TypeVar
+from urllib.parse import unquote
 
 import msgspec
 import numpy as np
@@ -27,7 +34,9 @@ from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.checked import check_value, parse_json
 from stitchmesh.io.contents import FilePath, check_expansion, check_points, read_bytes
 from stitchmesh.io.float32 import to_float32
+from stitchmesh.io.left_out import say_left_out
 from stitchmesh.io.mesh_formats.by_meshio import weld
+from stitchmesh.io.mesh_formats.triangles import strip_triangles
 from stitchmesh.io.yarn_formats.gltf import holds_tubes, tubes_error
 from stitchmesh.mesh import FloatArray, IntArray
 
@@ -39,16 +48,25 @@ CHUNK = struct.Struct("<I4s")
 """Head of a chunk: its length and its kind."""
 NUMBERS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 """NumPy's names of the types of numbers."""
-COLUMNS = {"SCALAR": 1, "VEC3": 3}
-"""Numbers of an element, for the kinds of accessors that positions and corners have."""
+COLUMNS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+"""Numbers of an element, for the kinds of accessors of corners, positions, joints with their weights, and matrices."""
 TRIANGLES, STRIP, FAN = 4, 5, 6
 """Modes of primitives that are surfaces."""
 BYTES = 24, 300
 """Memory that is counted for a point and for a triangle, of which lists are made [bytes]."""
+SKIN_BYTES = 128
+"""Memory that is counted for the matrix of a point with a skin, and for that of a joint [bytes]."""
 DEEPEST = 256
 """Largest number of nodes within each other; skeletons of characters have tens of them."""
 COMPRESSIONS = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"}
 """Extensions by which positions lie in the file in another form."""
+LOOKS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_", "EXT_lights_", "KHR_xmp",
+         "KHR_animation_pointer", "KHR_mesh_quantization")  # fmt: skip
+"""Beginnings of the names of extensions that leave positions as they are, or that this reader obeys."""
+DATA = "data:application/octet-stream;base64,"
+"""Beginning of the address of a buffer that the head holds."""
+COPIES = "EXT_mesh_gpu_instancing"
+"""Extension by which one node places many copies of its mesh."""
 
 
 class _Stated(msgspec.Struct, rename="camel", kw_only=True):
@@ -89,6 +107,7 @@ class _View(_Stated):
     byte_length: int
     byte_offset: int = 0
     byte_stride: int | None = None
+    extensions: dict[str, object] = {}
 
 
 class _Buffer(_Stated):
@@ -99,16 +118,27 @@ class _Primitive(_Stated):
     attributes: dict[str, int]
     indices: int | None = None
     mode: int = TRIANGLES
+    targets: list[dict[str, int]] = []
+    extensions: dict[str, object] = {}
 
 
 class _Mesh(_Stated):
     primitives: list[_Primitive]
     name: str = ""
+    weights: list[float] = []
+
+
+class _Skin(_Stated):
+    joints: list[int]
+    inverse_bind_matrices: int | None = None
 
 
 class _Node(_Stated):
     mesh: int | None = None
+    skin: int | None = None
+    weights: list[float] | None = None
     children: list[int] = []
+    extensions: dict[str, object] = {}
     matrix: list[float] | None = None
     translation: tuple[float, float, float] = (0.0, 0.0, 0.0)
     rotation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
@@ -124,31 +154,49 @@ class _Head(_Stated):
     scenes: list[_Scene] = []
     nodes: list[_Node] = []
     meshes: list[_Mesh] = []
+    skins: list[_Skin] = []
     accessors: list[_Accessor] = []
     buffer_views: list[_View] = []
     buffers: list[_Buffer] = []
     extensions_required: list[str] = []
 
 
+@dataclass(frozen=True, eq=False)
+class _File:
+    """The head of a file with its buffers."""
+
+    head: _Head
+    buffers: list[bytes | None]
+    """Bytes of each buffer; None for a buffer without bytes, which stands for the numbers of a compression."""
+    size: int
+    """Size of the file and of the files beside it [bytes]."""
+
+
 def read_glb_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
-    """Read the triangles of all meshes of a scene.
+    """Read the triangles of all meshes of a scene in their pose.
+
+    Points and lines are left out; a warning says how many.
+
+    Args:
+        path: a ``.glb`` file, or a ``.gltf`` file, whose buffers may lie in its folder or in folders within it.
 
     Returns:
         Vertices [m] in the coordinates of the scene, shape (V, 3), and the vertices of each triangle, counted from 0.
 
     Raises:
         FileError: the file cannot be read, is malformed, has no triangles, states very many more of them than it holds,
-            or holds tubes that ``write_yarns`` wrote.
+            needs an extension that is not read, or holds tubes that ``write_yarns`` wrote.
     """
     name, content = fspath(path), read_bytes(path)
     try:
-        json, buffer = _chunks(content)
+        json, binary = (content, None) if Path(path).suffix.lower() == ".gltf" else _chunks(content)
         head = check_value(parse_json(json.decode("utf-8")), _Head)
         if holds_tubes(mesh.name for mesh in head.meshes):
             raise tubes_error(path)
-        if packed := COMPRESSIONS.intersection(head.extensions_required):
-            raise ValueError(f"its meshes are compressed by {min(packed)}, export it without")
-        points, triangles = _placed_triangles(head, buffer, len(content))
+        _check_extensions(name, (one for one in head.extensions_required if not one.startswith(LOOKS)))
+        buffers = [_bytes_of(path, one, None if number else binary) for number, one in enumerate(head.buffers)]
+        size = len(content) + sum(len(one) for one in buffers if one is not None and one is not binary)
+        points, triangles = _placed_triangles(name, _File(head, buffers, size))
     except (ParameterError, ValueError) as error:
         raise FileError(f"{name}: is not a valid glTF file ({error}); write it again") from error
     if len(triangles) == 0:
@@ -157,11 +205,41 @@ def read_glb_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
     return weld(points, triangles.tolist())
 
 
+def _check_extensions(name: str, needed: Iterable[str]) -> None:
+    """Refuse a file that needs an extension, by the name of the extension.
+
+    Raises:
+        FileError: there is one.
+    """
+    for one in needed:
+        found = f"its meshes are compressed by {one}" if one in COMPRESSIONS else f"it needs the extension {one[:60]}"
+        raise FileError(f"{name}: {found}, which is not read; export it without")
+
+
+def _bytes_of(path: FilePath, buffer: _Buffer, binary: bytes | None) -> bytes | None:
+    """Return the bytes of a buffer: those behind the head, those of a text in the head, or those of another file.
+
+    Raises:
+        FileError: the other file cannot be read.
+    """
+    if buffer.uri is None:
+        return binary
+    if buffer.uri.startswith("data:"):
+        kind, _, text = buffer.uri.partition(",")
+        if not kind.endswith(";base64"):
+            raise ValueError(f"a buffer is {kind[:40]!r}, expected base64")
+        return base64.b64decode(text, validate=True)
+    other = Path(unquote(buffer.uri))
+    if ":" in buffer.uri or other.is_absolute() or ".." in other.parts:
+        raise ValueError(f"a buffer lies in {buffer.uri[:60]!r}, expected a file in its folder")
+    return read_bytes(Path(path).parent / other)
+
+
 def write_glb_polygons(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> None:
     """Write triangles.
 
     Args:
-        path: a ``.glb`` file.
+        path: a ``.glb`` file, or a ``.gltf`` file, which holds its buffer as text.
         vertices: positions [m], shape (V, 3).
         faces: vertices of each triangle, counted from 0.
 
@@ -174,7 +252,16 @@ def write_glb_polygons(path: FilePath, vertices: FloatArray, faces: list[list[in
     mesh = trimesh.Trimesh(vertices=to_float32(path, "the coordinates", vertices), faces=faces, process=False)
     scene = trimesh.Scene()
     scene.add_geometry(mesh, node_name="mesh", geom_name="mesh")
-    write_bytes(path, export_glb(scene, include_normals=False))
+    content = export_glb(scene, include_normals=False)
+    write_bytes(path, _in_text(content) if Path(path).suffix.lower() == ".gltf" else content)
+
+
+def _in_text(content: bytes) -> bytes:
+    """Return a binary file as text, with its buffer in base 64."""
+    text, buffer = _chunks(content)
+    head = msgspec.json.decode(text)
+    head["buffers"] = [{"byteLength": len(buffer), "uri": DATA + base64.b64encode(buffer).decode("ascii")}]
+    return msgspec.json.encode(head)
 
 
 def _chunks(content: bytes) -> tuple[bytes, bytes]:
@@ -198,50 +285,72 @@ def _chunks(content: bytes) -> tuple[bytes, bytes]:
     return chunks[b"JSON"], chunks.get(b"BIN\0", b"")
 
 
-def _placed_triangles(head: _Head, buffer: bytes, size: int) -> tuple[FloatArray, IntArray]:
-    """Return the points and the triangles of the surfaces of all nodes, for a file of a size [bytes]."""
+def _placed_triangles(name: str, file: _File) -> tuple[FloatArray, IntArray]:
+    """Return the points and the triangles of the surfaces of all nodes."""
+    head, world = file.head, _world(file.head)
     placed = [
-        (primitive, transform)
-        for mesh, transform in _placed_meshes(head)
-        for primitive in _item(head.meshes, mesh, "mesh").primitives
-        if primitive.mode in (TRIANGLES, STRIP, FAN)
+        (primitive, number)
+        for number in world
+        if head.nodes[number].mesh is not None
+        for primitive in _item(head.meshes, head.nodes[number].mesh, "mesh").primitives
     ]
-    check_expansion(sum(_stated_bytes(head, primitive) for primitive, _ in placed), size)
+    others = len(placed)
+    placed = [(primitive, number) for primitive, number in placed if primitive.mode in (TRIANGLES, STRIP, FAN)]
+    if others > len(placed):
+        say_left_out(name, {"points or lines": others - len(placed)}, "primitives")
+    _check_extensions(name, (COPIES for _, number in placed if COPIES in head.nodes[number].extensions))
+    _check_extensions(name, (one for primitive, _ in placed for one in _compressions(file, primitive)))
+    check_expansion(sum(_stated_bytes(head, primitive, head.nodes[number]) for primitive, number in placed), file.size)
     points, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], 0
-    for primitive, transform in placed:
-        own = _positions(head, buffer, primitive)
-        corners = _corners(head, buffer, primitive, len(own))
+    for primitive, number in placed:
+        own = _positions(file, primitive, head.nodes[number])
+        corners = _corners(file, primitive, len(own))
         if len(corners) and corners.max() >= len(own):
             raise ValueError(f"a triangle names point {corners.max()} of {len(own)}")
+        carry = _carrying(file, primitive, head.nodes[number], world, number)
         with np.errstate(all="ignore"):  # Numbers that overflow are not finite, which is checked.
-            points.append(own @ transform[:3, :3].T + transform[:3, 3])
-            mirrored = np.linalg.det(transform[:3, :3]) < 0.0
+            points.append(np.einsum("nij,nj->ni", carry[:, :, :3], own) + carry[:, :, 3])
+            mirrored = len(carry) and np.linalg.det(carry[:, :, :3].mean(axis=0)) < 0.0
         triangles.append(count + (corners[:, ::-1] if mirrored else corners))
         count += len(own)
     return np.concatenate(points), np.concatenate(triangles)
 
 
-def _placed_meshes(head: _Head) -> Iterator[tuple[int, FloatArray]]:
-    """Yield the mesh and the transform of each node of the scene that has a mesh, shape (4, 4)."""
+def _compressions(file: _File, primitive: _Primitive) -> set[str]:
+    """Names of the extensions without which the numbers of a primitive cannot be read."""
+    found = set()
+    for number in (primitive.attributes.get("POSITION", -1), primitive.indices):
+        accessor = None if number is None else _item(file.head.accessors, number, "accessor")
+        if accessor is None:
+            continue
+        if accessor.buffer_view is None:
+            found |= COMPRESSIONS & set(primitive.extensions) if accessor.sparse is None else set()
+            continue
+        view = _item(file.head.buffer_views, accessor.buffer_view, "part of the buffer")
+        if _item(file.buffers, view.buffer, "buffer") is None:
+            found |= COMPRESSIONS & set(view.extensions)
+    return found
+
+
+def _world(head: _Head) -> dict[int, FloatArray]:
+    """Return the transform of each node of the scene into the coordinates of the scene, shape (4, 4)."""
     if head.scenes:
         roots = _item(head.scenes, head.scene, "scene").nodes
     else:
         inner = {child for node in head.nodes for child in node.children}
         roots = [number for number in range(len(head.nodes)) if number not in inner]
-    left, seen = [(number, np.eye(4), 1) for number in reversed(roots)], set()
+    left, found = [(number, np.eye(4), 1) for number in reversed(roots)], {}
     while left:
         number, outer, depth = left.pop()
         node = _item(head.nodes, number, "node")
-        if number in seen:
+        if number in found:
             raise ValueError(f"node {number} lies in itself, or in two nodes")
         if depth > DEEPEST:
             raise ValueError(f"node {number} lies in {depth - 1} others; expected less than {DEEPEST}, join them")
-        seen.add(number)
         with np.errstate(all="ignore"):  # Numbers that overflow are not finite, which is checked.
-            transform = outer @ _transform(node)
-        left += [(child, transform, depth + 1) for child in reversed(node.children)]
-        if node.mesh is not None:
-            yield node.mesh, transform
+            found[number] = outer @ _transform(node)
+        left += [(child, found[number], depth + 1) for child in reversed(node.children)]
+    return found
 
 
 def _transform(node: _Node) -> FloatArray:
@@ -259,52 +368,106 @@ def _transform(node: _Node) -> FloatArray:
     return found
 
 
-def _stated_bytes(head: _Head, primitive: _Primitive) -> int:
-    """Return the memory that the points and the triangles of a primitive need [bytes]."""
+def _stated_bytes(head: _Head, primitive: _Primitive, node: _Node) -> int:
+    """Return the memory that the points and the triangles of a primitive need at a node [bytes]."""
     accessors = [primitive.attributes.get("POSITION", -1), primitive.indices]
     counts = [_item(head.accessors, number, "accessor").count for number in accessors if number is not None]
     if min(counts) < 0:
         raise ValueError(f"an accessor has {min(counts)} elements")
     triangles = counts[-1] // 3 if primitive.mode == TRIANGLES else counts[-1]
-    return BYTES[0] * counts[0] + BYTES[1] * triangles
+    joints = 0 if node.skin is None else len(_item(head.skins, node.skin, "skin").joints)
+    carried = SKIN_BYTES * (joints + counts[0] * (1 + len(primitive.attributes))) if node.skin is not None else 0
+    return BYTES[0] * counts[0] * (1 + len(primitive.targets)) + BYTES[1] * triangles + carried
 
 
-def _positions(head: _Head, buffer: bytes, primitive: _Primitive) -> FloatArray:
-    """Return the points of a primitive, shape (n, 3)."""
-    accessor = _item(head.accessors, primitive.attributes.get("POSITION", -1), "accessor")
-    values = _accessed(head, buffer, accessor, "VEC3")
-    points: FloatArray = values.astype(np.float64)
-    if accessor.normalized and values.dtype.kind in "iu":
-        return np.maximum(points / np.iinfo(values.dtype).max, -1.0)
+def _positions(file: _File, primitive: _Primitive, node: _Node) -> FloatArray:
+    """Return the points of a primitive, moved by its morph targets, shape (n, 3)."""
+    points = _numbers(file, primitive.attributes.get("POSITION", -1), "VEC3")
+    weights = _item(file.head.meshes, node.mesh, "mesh").weights if node.weights is None else node.weights
+    for weight, target in zip(weights, primitive.targets, strict=False):
+        if weight != 0.0 and "POSITION" in target:
+            shift = _numbers(file, target["POSITION"], "VEC3")
+            if len(shift) != len(points):
+                raise ValueError(f"a morph target moves {len(shift)} of {len(points)} points")
+            with np.errstate(all="ignore"):  # Numbers that overflow are not finite, which is checked.
+                points = points + weight * shift
     return points
 
 
-def _corners(head: _Head, buffer: bytes, primitive: _Primitive, count: int) -> IntArray:
+def _carrying(
+    file: _File, primitive: _Primitive, node: _Node, world: dict[int, FloatArray], number: int
+) -> FloatArray:
+    """Return the matrices that carry the points of a primitive into the scene: one, or one for each point of a skin.
+
+    Returns:
+        The upper three rows of the matrices, shape (1, 3, 4) or (n, 3, 4).
+    """
+    if node.skin is None:
+        return world[number][None, :3]
+    skin = _item(file.head.skins, node.skin, "skin")
+    if not skin.joints or not set(skin.joints) <= set(world):
+        raise ValueError(f"skin {node.skin} has no joints, or joints that are not in the scene")
+    joints = np.array([world[joint] for joint in skin.joints])
+    if skin.inverse_bind_matrices is not None:
+        bind = _numbers(file, skin.inverse_bind_matrices, "MAT4").reshape(-1, 4, 4).transpose(0, 2, 1)
+        if len(bind) < len(joints):
+            raise ValueError(f"skin {node.skin} has {len(bind)} matrices for {len(joints)} joints")
+        with np.errstate(all="ignore"):  # Numbers that overflow are not finite, which is checked.
+            joints = joints @ bind[: len(joints)]
+    count = _item(file.head.accessors, primitive.attributes.get("POSITION", -1), "accessor").count
+    carry, total = np.zeros((count, 3, 4)), np.zeros(count)
+    sets = [key.removeprefix("JOINTS_") for key in primitive.attributes if key.startswith("JOINTS_")]
+    for one in sets:
+        weights = _numbers(file, primitive.attributes.get(f"WEIGHTS_{one}", -1), "VEC4")
+        own = _accessed(file, _item(file.head.accessors, primitive.attributes[f"JOINTS_{one}"], "accessor"), "VEC4")
+        fits = own.dtype.kind == "u" and own.shape == weights.shape and len(own) == count
+        if not fits or own.max(initial=0) >= len(joints):
+            raise ValueError(f"the joints and weights {one[:10]} do not fit the {count} points of a skin")
+        with np.errstate(all="ignore"):  # Numbers that overflow are not finite, which is checked.
+            for joint, weight in zip(own.T, weights.T, strict=True):
+                carry += weight[:, None, None] * joints[joint, :3]
+            total += weights.sum(axis=1)
+    if not (total > 0.0).all():
+        raise ValueError(f"point {int(np.argmin(total))} of a skin has no weight")
+    weighed: FloatArray = carry / total[:, None, None]
+    return weighed
+
+
+def _numbers(file: _File, number: int, kind: str) -> FloatArray:
+    """Return the numbers of an accessor of a kind; whole numbers may stand for those from -1 to 1."""
+    accessor = _item(file.head.accessors, number, "accessor")
+    values = _accessed(file, accessor, kind)
+    numbers: FloatArray = values.astype(np.float64)
+    if accessor.normalized and values.dtype.kind in "iu":
+        return np.maximum(numbers / np.iinfo(values.dtype).max, -1.0)
+    return numbers
+
+
+def _corners(file: _File, primitive: _Primitive, count: int) -> IntArray:
     """Return the points of each triangle of a primitive of a number of points, shape (n, 3)."""
     if primitive.indices is None:
         corners = np.arange(count)
     else:
-        values = _accessed(head, buffer, _item(head.accessors, primitive.indices, "accessor"), "SCALAR")
+        values = _accessed(file, _item(file.head.accessors, primitive.indices, "accessor"), "SCALAR")
         if values.dtype.kind != "u":
             raise ValueError(f"the corners of triangles are numbers of type {values.dtype}")
         corners = values[:, 0].astype(np.int64)
     if primitive.mode == TRIANGLES:
         return corners[: len(corners) // 3 * 3].reshape(-1, 3)
+    if primitive.mode == STRIP:
+        return strip_triangles(corners)
     last = np.arange(max(0, len(corners) - 2))
-    if primitive.mode == FAN:
-        return corners[np.stack([last + 1, last + 2, np.zeros_like(last)], axis=1)]
-    # Every other triangle of a strip is turned over.
-    return corners[np.stack([last, last + 1 + last % 2, last + 2 - last % 2], axis=1)]
+    return corners[np.stack([last + 1, last + 2, np.zeros_like(last)], axis=1)]
 
 
-def _accessed(head: _Head, buffer: bytes, accessor: _Accessor, kind: str) -> NDArray:
+def _accessed(file: _File, accessor: _Accessor, kind: str) -> NDArray:
     """Return the numbers of an accessor of a kind, shape (elements, columns)."""
     if accessor.type != kind or accessor.component_type not in NUMBERS:
         raise ValueError(f"an accessor is of {accessor.type[:20]!r} and {accessor.component_type}, expected {kind}")
     kind_of_numbers, columns = np.dtype(NUMBERS[accessor.component_type]), COLUMNS[kind]
     place = accessor.buffer_view, accessor.byte_offset
     if accessor.buffer_view is not None:
-        values = _viewed(head, buffer, *place, accessor.count, kind_of_numbers, columns)
+        values = _viewed(file, *place, accessor.count, kind_of_numbers, columns)
     elif accessor.sparse is not None:
         values = np.zeros((accessor.count, columns), kind_of_numbers)
     else:
@@ -313,23 +476,22 @@ def _accessed(head: _Head, buffer: bytes, accessor: _Accessor, kind: str) -> NDA
         return values
     changed, found = accessor.sparse.indices, accessor.sparse.values
     integers = np.dtype(NUMBERS.get(changed.component_type, "<f4"))
-    number = _viewed(head, buffer, changed.buffer_view, changed.byte_offset, accessor.sparse.count, integers, 1)[:, 0]
+    number = _viewed(file, changed.buffer_view, changed.byte_offset, accessor.sparse.count, integers, 1)[:, 0]
     if integers.kind != "u" or (len(number) and number.max() >= accessor.count):
         raise ValueError("a sparse accessor changes elements that it does not have")
     values = values.copy()
     values[number] = _viewed(
-        head, buffer, found.buffer_view, found.byte_offset, accessor.sparse.count, kind_of_numbers, columns
+        file, found.buffer_view, found.byte_offset, accessor.sparse.count, kind_of_numbers, columns
     )
     return values
 
 
-def _viewed(
-    head: _Head, buffer: bytes, view: int | None, offset: int, count: int, kind: np.dtype, columns: int
-) -> NDArray:
-    """Return elements of a part of the buffer, shape (count, columns)."""
-    part = _item(head.buffer_views, view, "part of the buffer")
-    if part.buffer != 0 or _item(head.buffers, 0, "buffer").uri is not None:
-        raise ValueError("its numbers lie in another file, export them within one")
+def _viewed(file: _File, view: int | None, offset: int, count: int, kind: np.dtype, columns: int) -> NDArray:
+    """Return elements of a part of a buffer, shape (count, columns)."""
+    part = _item(file.head.buffer_views, view, "part of the buffer")
+    buffer = _item(file.buffers, part.buffer, "buffer")
+    if buffer is None:
+        raise ValueError(f"buffer {part.buffer} has no bytes")
     size = kind.itemsize * columns
     step = part.byte_stride or size
     start = part.byte_offset + offset

@@ -5,7 +5,8 @@
 The reader uses ``v x y z`` lines, whose further columns are ignored, and ``f`` lines with corners of the form ``v``,
 ``v/vt``, ``v//vn`` or ``v/vt/vn``. Vertices are counted from 1, or, if negative, back from the last vertex. A line that
 ends in a backslash continues in the next line. Normals, texture coordinates, groups, materials and comments are
-ignored, because they do not change the surface.
+ignored, because they do not change the surface. All other lines, such as those of lines, points and curved surfaces
+and of the states of simulators, are left out, and one line says which.
 """
 
 from __future__ import annotations
@@ -16,14 +17,14 @@ from os import fspath
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath, read_lines
+from stitchmesh.io.left_out import say_left_out
 from stitchmesh.io.obj_elements import element_lines, vertex_index, vertex_position
 from stitchmesh.mesh import FloatArray
 
 IGNORED_ELEMENTS = frozenset(
-    "vn vt vp g o s mg usemtl usemap mtllib maplib l p curv curv2 surf parm trim hole scrv sp end con bevel c_interp "
-    "d_interp lod shadow_obj trace_obj cstype deg bmat step ctech stech".split()
+    "vn vt vp g o s mg usemtl usemap mtllib maplib bevel c_interp d_interp lod shadow_obj trace_obj".split()
 )
-"""Elements of the format that are neither vertices nor faces."""
+"""Elements of the format that say how vertices and faces are grouped and look."""
 
 
 @dataclass
@@ -40,6 +41,8 @@ class _Elements:
     """Vertices of each face, counted from 0."""
     face_line: list[int] = field(default_factory=list)
     """Line number of each face, counted from 1."""
+    others: dict[str, list[int]] = field(default_factory=dict)
+    """Line numbers of the elements that are left out, by their first word."""
 
 
 def read_obj_polygons(
@@ -66,8 +69,9 @@ def read_obj_polygons(
             elements.faces.append(_face(elements, number, fields))
             elements.face_line.append(number)
         elif fields[0] not in IGNORED_ELEMENTS:
-            raise FileError(f"{elements.path}: line {number}: unknown element {fields[0][:20]!r}; expected an OBJ file")
+            elements.others.setdefault(fields[0], []).append(number)
     _check_indices(elements)
+    say_left_out(path, {word: len(lines) for word, lines in elements.others.items()}, "lines")
     return elements.vertices, elements.faces
 
 
@@ -98,6 +102,9 @@ def _face(elements: _Elements, number: int, fields: list[str]) -> list[int]:
 
 def _check_indices(elements: _Elements) -> None:
     count = len(elements.vertices)
+    if not elements.faces and not count and elements.others:
+        word, lines = next(iter(elements.others.items()))
+        raise FileError(f"{elements.path}: line {lines[0]}: unknown element {word[:20]!r}; expected an OBJ file")
     if not elements.faces:
         raise FileError(f"{elements.path}: got {count} vertices and no faces; expected a polygon mesh")
     for face, line in zip(elements.faces, elements.face_line, strict=True):

@@ -2,13 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Object File Format (OFF) polygon meshes.
 
-A file consists of the word ``OFF`` (or ``COFF``, ``NOFF`` or ``CNOFF``, variants whose vertices have more columns), the
-numbers of vertices, faces and edges, a line for each vertex, and a line for each face: the number of its corners and
-its vertices, counted from 0. This module exists because meshio reads and writes only the triangles of the format.
+A file consists of the word ``OFF``, the numbers of vertices, faces and edges, a line for each vertex, and a line for
+each face: the number of its corners and its vertices, counted from 0. Letters before the word (``ST``, ``C``, ``N``)
+say that vertices have more columns, which are ignored. Some programs write the numbers directly behind the word, or
+leave it out. This module exists because meshio reads and writes only the triangles of the format.
 """
 
 from __future__ import annotations
 
+import re
 from os import fspath
 
 from stitchmesh.errors import FileError
@@ -16,8 +18,8 @@ from stitchmesh.io.atomic import write_text
 from stitchmesh.io.contents import FilePath, is_coordinate, read_lines
 from stitchmesh.mesh import FloatArray
 
-MAGIC = ("OFF", "COFF", "NOFF", "CNOFF")
-"""First words of a file."""
+HEAD = re.compile(r"(?:ST)?C?N?(4?n?)OFF([0-9]*)")
+"""First word of a file: variants, variants of other dimensions, the word, and a number behind it."""
 
 Line = tuple[int, list[str]]
 """Line number, counted from 1, and the fields of the line."""
@@ -40,10 +42,7 @@ def read_off_polygons(path: FilePath, fewest_corners: int = 3) -> tuple[list[lis
     name = fspath(path)
     lines = [(number, line.partition("#")[0].split()) for number, line in enumerate(read_lines(path), start=1)]
     lines = [line for line in lines if line[1]]
-    if not lines or lines[0][1][0] not in MAGIC:
-        raise FileError(f"{name}: line 1: expected the word OFF")
-    lines[0] = (lines[0][0], lines[0][1][1:])  # The numbers of vertices and faces may follow on the same line.
-    body = lines if lines[0][1] else lines[1:]
+    body = _body(name, lines)
     vertex_count, face_count = _counts(name, body)
     body = body[1:]
     if len(body) < vertex_count + face_count:
@@ -70,6 +69,21 @@ def write_off_polygons(path: FilePath, vertices: FloatArray, faces: list[list[in
     lines += [f"{x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
     lines += [" ".join(map(str, [len(face), *face])) for face in faces]
     write_text(path, "\n".join(lines) + "\n")
+
+
+def _body(name: str, lines: list[Line]) -> list[Line]:
+    """Return the lines from the numbers of vertices and faces on."""
+    number, fields = lines[0] if lines else (1, [""])
+    head = HEAD.fullmatch(fields[0])
+    if head is None and not fields[0].isdecimal():
+        raise FileError(f"{name}: line 1: expected the word OFF")
+    if head is None:
+        return lines
+    if head[1] or fields[1:2] == ["BINARY"]:
+        found = " ".join(fields)[:20]
+        raise FileError(f"{name}: line {number}: got {found!r}; expected OFF in text, with three coordinates a vertex")
+    first = [head[2]] * bool(head[2]) + fields[1:]  # The numbers may follow on the same line.
+    return [(number, first), *lines[1:]] if first else lines[1:]
 
 
 def _counts(name: str, body: list[Line]) -> tuple[int, int]:

@@ -4,13 +4,15 @@
 
 The header names elements, each with a count and its properties. A property is a number, or a list of numbers with its
 length. The reader uses the properties x, y and z of ``vertex`` and the list ``vertex_indices`` or ``vertex_index`` of
-``face``, and ignores all other properties and elements. This module exists because meshio does not terminate for a
-header that was cut short, and knows only one of the two names of the list.
+``face`` or of ``tristrips``, whose strips end at -1, and leaves out all other properties and elements. In text, a row
+with more numbers than the header says is read up to these; a row may also go on in the next line. This module exists
+because meshio does not terminate for a header that was cut short, and knows only one of the two names of the list.
 """
 
 from __future__ import annotations
 
 import struct
+from collections import Counter
 from dataclasses import dataclass, field
 from os import fspath
 from typing import Protocol
@@ -20,6 +22,8 @@ import numpy as np
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath, check_points, read_bytes
+from stitchmesh.io.left_out import say_left_out
+from stitchmesh.io.mesh_formats.triangles import strip_triangles
 from stitchmesh.mesh import FloatArray
 
 NUMBERS = {
@@ -32,6 +36,8 @@ BYTE_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
 """NumPy's character of each byte order."""
 CORNER_LISTS = ("vertex_indices", "vertex_index")
 """Names of the property that holds the vertices of a face."""
+SURFACES = ("vertex", "face", "tristrips")
+"""Elements that are read."""
 
 
 @dataclass(frozen=True)
@@ -57,19 +63,64 @@ class _Element:
 class _Body(Protocol):
     """The part of a file after the header, which is read from start to end."""
 
+    def begin_row(self) -> None:
+        """Begin a vertex, a face or another element."""
+
+    def end_row(self, element: str) -> None:
+        """End it."""
+
     def read_numbers(self, number: str, count: int) -> list[float]:
         """Return the next numbers of a type, or fewer if the file ends before them."""
 
     def remaining(self) -> int:
-        """Return an upper bound of the number of numbers that have not been read."""
+        """Return an upper bound of the number of numbers that have not been read, or of those of the row."""
+
+    def rows_left(self) -> int:
+        """Return an upper bound of the number of rows that have not been read."""
 
 
-class _AsciiBody:
-    """The numbers of an ASCII file."""
+class _Lines:
+    """The numbers of an ASCII file with a line for each row."""
+
+    def __init__(self, content: bytes) -> None:
+        self.lines = [line for line in map(bytes.split, content.splitlines()) if line]
+        self.row = -1
+        self.position = 0
+        self.beyond: Counter[str] = Counter()
+        """Number of rows of each element that have more numbers than the header says."""
+
+    def begin_row(self) -> None:
+        self.row += 1
+        self.position = 0
+
+    def end_row(self, element: str) -> None:
+        if self.remaining() > 0:
+            self.beyond[element] += 1
+
+    def read_numbers(self, number: str, count: int) -> list[float]:
+        words = self.lines[self.row][self.position : self.position + count]
+        self.position += count
+        return [float(word) if number[0] == "f" else int(word) for word in words]
+
+    def remaining(self) -> int:
+        return len(self.lines[self.row]) - self.position
+
+    def rows_left(self) -> int:
+        return len(self.lines) - self.row - 1
+
+
+class _Words:
+    """The numbers of an ASCII file whose rows are not lines."""
 
     def __init__(self, content: bytes) -> None:
         self.words = content.split()
         self.position = 0
+
+    def begin_row(self) -> None:
+        """Nothing divides rows."""
+
+    def end_row(self, element: str) -> None:
+        """A row has no numbers beyond those of the header."""
 
     def read_numbers(self, number: str, count: int) -> list[float]:
         words = self.words[self.position : self.position + count]
@@ -78,6 +129,8 @@ class _AsciiBody:
 
     def remaining(self) -> int:
         return len(self.words) - self.position
+
+    rows_left = remaining
 
 
 class _BinaryBody:
@@ -88,6 +141,12 @@ class _BinaryBody:
         self.order = order
         self.position = 0
 
+    def begin_row(self) -> None:
+        """Nothing divides rows."""
+
+    def end_row(self, element: str) -> None:
+        """A row has no numbers beyond those of the header."""
+
     def read_numbers(self, number: str, count: int) -> list[float]:
         size = int(number[1]) * count
         part = self.content[self.position : self.position + size]
@@ -96,6 +155,8 @@ class _BinaryBody:
 
     def remaining(self) -> int:
         return len(self.content) - self.position
+
+    rows_left = remaining
 
 
 def read_ply_polygons(path: FilePath, fewest_corners: int = 3) -> tuple[FloatArray, list[list[int]]]:
@@ -115,16 +176,21 @@ def read_ply_polygons(path: FilePath, fewest_corners: int = 3) -> tuple[FloatArr
     name = fspath(path)
     content = read_bytes(path)
     order, elements, start = _header(name, content)
-    body = _BinaryBody(content[start:], order) if order else _AsciiBody(content[start:])
-    vertices, faces = np.zeros((0, 3)), []
-    for element in elements:
-        if element.count > body.remaining():
-            raise _cut_short(name, element, 0)
-        rows = [_row(name, body, element, index) for index in range(element.count)]
-        if element.name == "vertex":
-            vertices = _positions(name, element, rows)
-        elif element.name == "face":
-            faces = [_corners(name, element, index, row, fewest_corners) for index, row in enumerate(rows)]
+    if order:
+        vertices, faces = _polygons(name, _BinaryBody(content[start:], order), elements, fewest_corners)
+    else:
+        lines = _Lines(content[start:])
+        try:
+            vertices, faces = _polygons(name, lines, elements, fewest_corners)
+            say_left_out(path, lines.beyond, "numbers behind those that the header names, in rows")
+        except FileError as by_line:
+            try:
+                vertices, faces = _polygons(name, _Words(content[start:]), elements, fewest_corners)
+            except FileError:
+                if len(lines.lines) == sum(element.count for element in elements):
+                    raise by_line from None
+                raise
+    say_left_out(path, {one.name: one.count for one in elements if one.name not in SURFACES and one.count}, "elements")
     if not len(vertices) or not faces:
         raise FileError(f"{name}: got {len(vertices)} vertices and {len(faces)} faces; expected a polygon mesh")
     bad = [index for index, face in enumerate(faces) if not 0 <= min(face) <= max(face) < len(vertices)]
@@ -153,6 +219,26 @@ def write_ply_polygons(path: FilePath, vertices: FloatArray, faces: list[list[in
     )
     corners = b"".join(struct.pack(f"<{count[1]}{len(face)}i", len(face), *face) for face in faces)
     write_bytes(path, head.encode("ascii") + vertices.astype("<f8").tobytes() + corners)
+
+
+def _polygons(
+    name: str, body: _Body, elements: list[_Element], fewest_corners: int
+) -> tuple[FloatArray, list[list[int]]]:
+    """Return the positions of the vertices, shape (V, 3), and the vertices of each face."""
+    vertices, faces = np.zeros((0, 3)), []
+    for element in elements:
+        if element.count > body.rows_left():
+            raise _cut_short(name, element, 0)
+        rows = [_row(name, body, element, index) for index in range(element.count)]
+        if element.name == "vertex":
+            vertices = _positions(name, element, rows)
+        elif element.name == "face":
+            faces += [_corners(name, element, index, row, fewest_corners) for index, row in enumerate(rows)]
+        elif element.name == "tristrips":
+            strips = [np.array(_corners(name, element, index, row, 0)) for index, row in enumerate(rows)]
+            parts = [part[part >= 0] for strip in strips for part in np.split(strip, np.flatnonzero(strip == -1))]
+            faces += [triangle for part in parts for triangle in strip_triangles(part).tolist()]
+    return vertices, faces
 
 
 def _header(name: str, content: bytes) -> tuple[str, list[_Element], int]:
@@ -189,6 +275,7 @@ def _property(words: list[str]) -> _Property:
 def _row(name: str, body: _Body, element: _Element, index: int) -> list[list[float]]:
     """Return the values of each property of one vertex, face or other element."""
     row = []
+    body.begin_row()
     try:
         for part in element.properties:
             count = int(body.read_numbers(part.count, 1)[0]) if part.count else 1
@@ -200,6 +287,7 @@ def _row(name: str, body: _Body, element: _Element, index: int) -> list[list[flo
         raise _cut_short(name, element, index) from error
     except ValueError as error:
         raise FileError(f"{name}: {element.name} {index}: {error}; expected numbers") from error
+    body.end_row(element.name)
     return row
 
 

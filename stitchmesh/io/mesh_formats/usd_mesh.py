@@ -1,15 +1,19 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A mesh with time samples of a USD stage, read in a process of its own (``stitchmesh.io.guarded_child``).
+"""Meshes of a USD stage, read in a process of its own (``stitchmesh.io.guarded_child``).
 
-A frame is a time sample of the points or of a transform above them. The faces must be the same at all samples.
+A frame is a time sample of the points or of a transform above them. The faces must be the same at all samples. Several
+meshes are joined as they lie at their first samples. Faces of left-handed or mirrored meshes are reversed.
 """
 
 from __future__ import annotations
 
+from collections import Counter
+from os import fspath
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.atomic import atomic_path
@@ -17,12 +21,13 @@ from stitchmesh.io.checkpoint_file import CheckpointFile
 from stitchmesh.io.contents import FilePath, check_points
 from stitchmesh.io.float32 import to_float32
 from stitchmesh.io.guarded_child import answer_of_child, answer_parent
+from stitchmesh.io.left_out import say_left_out
 from stitchmesh.io.usd_stage import LIBRARIES, METRES_PER_UNIT, read_stage, to_centimetres
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.vertex_motion import MovingMesh
 
 if TYPE_CHECKING:
-    from pxr import Usd
+    from pxr import Usd, UsdGeom
 
 
 def read_usd_mesh(path: FilePath) -> tuple[list[list[int]], FloatArray, FloatArray]:
@@ -34,14 +39,79 @@ def read_usd_mesh(path: FilePath) -> tuple[list[list[int]], FloatArray, FloatArr
     Raises:
         FileError: the file cannot be read, is malformed, or holds no mesh, several meshes, or faces that change.
     """
-    return samples_of(answer_of_child(__name__, path, in_place=True))
+    packed = answer_of_child(__name__, path, in_place=True)
+    count = int(packed.arrays["meshes"][0])
+    if count != 1:
+        found = f"has {count} meshes" if count else "has no mesh"
+        raise FileError(f"{fspath(path)}: {found}; expected one prim of type Mesh; export the body alone")
+    return samples_of(packed)
+
+
+def read_usd_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
+    """Read the polygons of all meshes of a stage at their first samples.
+
+    Returns:
+        Vertices [cm], shape (V, 3), and the vertices of each face, counted from 0.
+
+    Raises:
+        FileError: the file cannot be read, is malformed, or holds no mesh.
+    """
+    packed = answer_of_child(__name__, path, in_place=True)
+    say_left_out(path, packed.header["left out"], "prims")
+    faces, _, positions = samples_of(packed)
+    if not len(faces):
+        raise FileError(f"{fspath(path)}: has no faces; expected prims of type Mesh, or of type BasisCurves for yarns")
+    return positions[0], faces
+
+
+def holds_curves(path: FilePath) -> bool:
+    """Return whether a stage has curves.
+
+    Raises:
+        FileError: the file cannot be read or is malformed.
+    """
+    return bool(answer_of_child(__name__, path, in_place=True).arrays["curves"][0])
 
 
 def samples_of(packed: CheckpointFile) -> tuple[list[list[int]], FloatArray, FloatArray]:
     """Return what ``read_usd_mesh`` returns, from what ``packed_mesh`` returns."""
     arrays = packed.arrays
-    faces = np.split(arrays["corners"], np.cumsum(arrays["counts"])[:-1])
+    faces = np.split(arrays["corners"], np.cumsum(arrays["counts"])[:-1]) if len(arrays["counts"]) else []
     return [face.tolist() for face in faces], arrays["times"], arrays["points"]
+
+
+def write_usd_polygons(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> None:
+    """Write polygons as a mesh that does not move; coordinates are rounded to float32.
+
+    Args:
+        path: a ``.usda``, ``.usdc`` or ``.usd`` file.
+        vertices: positions [cm], shape (V, 3).
+        faces: vertices of each face, counted from 0.
+
+    Raises:
+        FileError: a coordinate is too large for float32, or the file cannot be written.
+    """
+    from pxr import Vt
+
+    stage, mesh = _new_mesh("/mesh", [len(face) for face in faces], [vertex for face in faces for vertex in face])
+    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(to_float32(path, "the coordinates", vertices)))
+    with atomic_path(path) as temporary:
+        stage.GetRootLayer().Export(str(temporary))
+
+
+def _new_mesh(place: str, counts: ArrayLike, corners: ArrayLike) -> tuple[Usd.Stage, UsdGeom.Mesh]:
+    """Return a stage in centimetres with a mesh without points."""
+    from pxr import Usd, UsdGeom, Vt
+
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageMetersPerUnit(stage, METRES_PER_UNIT)
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    mesh = UsdGeom.Mesh.Define(stage, place)
+    stage.SetDefaultPrim(mesh.GetPrim())
+    mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.asarray(counts, dtype=np.int32)))
+    mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(np.asarray(corners, dtype=np.int32)))
+    mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    return stage, mesh
 
 
 def write_usd_mesh(path: FilePath, moving: MovingMesh, *, frames_per_second: float) -> None:
@@ -50,17 +120,10 @@ def write_usd_mesh(path: FilePath, moving: MovingMesh, *, frames_per_second: flo
     Raises:
         FileError: a coordinate is too large for float32, or the file cannot be written.
     """
-    from pxr import Usd, UsdGeom, Vt
+    from pxr import Vt
 
-    stage = Usd.Stage.CreateInMemory()
-    UsdGeom.SetStageMetersPerUnit(stage, METRES_PER_UNIT)
-    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    stage, mesh = _new_mesh("/body", np.diff(moving.mesh.face_start), moving.mesh.face_vertex)
     stage.SetTimeCodesPerSecond(frames_per_second)
-    mesh = UsdGeom.Mesh.Define(stage, "/body")
-    stage.SetDefaultPrim(mesh.GetPrim())
-    mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.diff(moving.mesh.face_start).astype(np.int32)))
-    mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(moving.mesh.face_vertex.astype(np.int32)))
-    mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     codes = [float(time) * frames_per_second for time in moving.motion.times]
     for code, places in zip(codes, moving.motion.vertices, strict=True):
         points = to_float32(path, "the coordinates", places)
@@ -72,23 +135,55 @@ def write_usd_mesh(path: FilePath, moving: MovingMesh, *, frames_per_second: flo
 
 
 def packed_mesh(stage: str) -> CheckpointFile:
-    """Read the mesh of a stage for the parent of this process."""
-    return CheckpointFile({}, read_stage(stage, _mesh_of))
+    """Read the meshes of a stage for the parent of this process."""
+    return read_stage(stage, _meshes_of)
 
 
-def _mesh_of(name: str, stage: Usd.Stage) -> dict[str, Any]:
+def _meshes_of(name: str, stage: Usd.Stage) -> CheckpointFile:
+    """Return the only mesh with all its samples, or all meshes at their first samples, and what else there is."""
+    from pxr import Usd, UsdGeom
+
+    prims = list(stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
+    meshes = [UsdGeom.Mesh(prim) for prim in prims if prim.IsA(UsdGeom.Mesh)]
+    curves = sum(prim.IsA(UsdGeom.BasisCurves) for prim in prims)
+    drawn = (prim for prim in prims if prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.Mesh))
+    others = Counter(str(prim.GetTypeName()) for prim in drawn)
+    made = [(mesh, _sample_codes(mesh)) for mesh in meshes]
+    if len(made) > 1:
+        made = [(mesh, codes[:1]) for mesh, codes in made]
+    counts, corners, points = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)], []
+    times, first = np.zeros(1), 0
+    for mesh, codes in made:
+        size, vertex = _faces(name, mesh, codes)
+        positions = np.array([_places(name, mesh, code) for code in codes])
+        counts.append(size)
+        corners.append(first + (_reversed(size, vertex) if _is_turned(mesh, codes[0]) else vertex))
+        points.append(positions)
+        first += positions.shape[1]
+        times = np.array(codes) / stage.GetTimeCodesPerSecond() if len(made) == 1 else times
+    arrays = {
+        "meshes": np.array([len(meshes)]), "curves": np.array([curves]), "counts": np.concatenate(counts),
+        "corners": np.concatenate(corners), "times": times,
+        "points": np.concatenate([np.zeros((len(times), 0, 3)), *points], axis=1),
+    }  # fmt: skip
+    return CheckpointFile({"left out": dict(others)}, arrays)
+
+
+def _is_turned(mesh: Any, code: float) -> bool:
+    """Whether the corners of the faces are clockwise, seen from outside: left-handed or mirrored, and not both."""
     from pxr import UsdGeom
 
-    meshes = [UsdGeom.Mesh(prim) for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh)]
-    if len(meshes) != 1:
-        found = f"has {len(meshes)} meshes" if meshes else "has no mesh"
-        raise FileError(f"{name}: {found}; expected one prim of type Mesh; export the body alone")
-    mesh = meshes[0]
-    codes = _sample_codes(mesh)
-    counts, corners = _faces(name, mesh, codes)
-    points = np.array([_places(name, mesh, code) for code in codes])
-    times = np.array(codes) / stage.GetTimeCodesPerSecond()
-    return {"counts": counts, "corners": corners, "times": times, "points": points}
+    turn = np.array(mesh.ComputeLocalToWorldTransform(code), dtype=np.float64)[:3, :3]
+    return bool((mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded) != (np.linalg.det(turn) < 0.0))
+
+
+def _reversed(size: IntArray, corners: IntArray) -> IntArray:
+    """Return the corners of faces in the other direction; their first corners stay first."""
+    if (size < 1).any() or size.sum() != len(corners):
+        return corners  # The faces are damaged, which their mesh says.
+    first = np.repeat(np.cumsum(size) - size, size)
+    place = np.arange(len(corners)) - first
+    return corners[first + (np.repeat(size, size) - place) % np.repeat(size, size)]
 
 
 def _sample_codes(mesh: Any) -> list[float]:

@@ -4,21 +4,36 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping
 from itertools import pairwise
 from os import fspath
+from typing import Any
 
 import numpy as np
 
 from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath, check_points
+from stitchmesh.io.left_out import say_left_out
+from stitchmesh.io.mesh_formats.cells import RING_OF_6, RING_OF_8, check_cells_left_out, used_points
+from stitchmesh.io.mesh_formats.triangles import strip_triangles
 from stitchmesh.io.vtk_xml import Cells, read_vtk_points
 from stitchmesh.io.yarn_formats.vtp import write_poly_data
 from stitchmesh.mesh import FloatArray
 
-SURFACE_CELLS, IGNORED_CELLS = (5, 7, 9), (1, 3)
-"""VTK's numbers of the types of cells that become faces (triangle, polygon, quad), and of points and lines."""
-CELL_NAMES = {4: "polyline", 6: "triangle strip", 10: "tetra", 12: "hexahedron", 13: "wedge", 14: "pyramid"}
-"""Names of frequent types of cells that are no faces."""
+STRIP = 6
+"""VTK's number of strips of triangles."""
+RINGS: dict[int, Any] = {
+    5: slice(None), 7: slice(None), 9: slice(None), 8: [0, 1, 3, 2], 22: RING_OF_6, 34: RING_OF_6, 23: RING_OF_8,
+    28: RING_OF_8,
+}  # fmt: skip
+"""Points around the cells that become faces, by VTK's number of their type: triangle, polygon, quad, pixel, and
+triangles and quads of second order."""
+CELL_NAMES = {
+    1: "vertex", 2: "poly_vertex", 3: "line", 4: "polyline", 10: "tetra", 11: "voxel", 12: "hexahedron", 13: "wedge",
+    14: "pyramid", 21: "line3", 24: "tetra10", 25: "hexahedron20", 26: "wedge15", 27: "pyramid13",
+}  # fmt: skip
+"""Names of types of cells that are no faces."""
 
 
 def holds_polygons(path: FilePath) -> bool:
@@ -27,11 +42,12 @@ def holds_polygons(path: FilePath) -> bool:
     Raises:
         FileError: the file cannot be read or is malformed.
     """
-    return len(read_vtk_points(path, "PolyData", ["Polys"]).cells["Polys"].start) > 1
+    cells = read_vtk_points(path, "PolyData", ["Polys", "Strips"]).cells
+    return any(len(lists.start) > 1 for lists in cells.values())
 
 
 def read_vtp_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
-    """Read polygons of poly data.
+    """Read polygons and the triangles of strips of poly data.
 
     Returns:
         Positions of the vertices in the file's unit, shape (V, 3), and the vertices of each face, counted from 0.
@@ -39,13 +55,15 @@ def read_vtp_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
     Raises:
         FileError: the file cannot be read, is malformed, or has no faces.
     """
-    data = read_vtk_points(path, "PolyData", ["Polys"])
-    polygons = data.cells["Polys"]
-    return _checked(fspath(path), data.points, _lists(polygons))
+    data = read_vtk_points(path, "PolyData", ["Polys", "Strips", "Lines", "Verts"])
+    strips = [triangle for strip in _lists(data.cells["Strips"]) for triangle in _strip(strip)]
+    faces = _lists(data.cells["Polys"]) + strips
+    counts = {"line": len(data.cells["Lines"].start) - 1, "vertex": len(data.cells["Verts"].start) - 1}
+    return _checked(path, data.points, faces, {kind: count for kind, count in counts.items() if count})
 
 
 def read_vtu_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
-    """Read triangles, quads and polygons of an unstructured grid; its points and lines are ignored.
+    """Read triangles, strips, quads and polygons of an unstructured grid; its points, lines and solids are left out.
 
     Returns:
         As for ``read_vtp_polygons``.
@@ -53,22 +71,34 @@ def read_vtu_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
     Raises:
         FileError: the file cannot be read, is malformed, has cells that are not polygons, or has no faces.
     """
-    name, data = fspath(path), read_vtk_points(path, "UnstructuredGrid", ["Cells"])
-    cells = data.cells["Cells"]
-    other = np.setdiff1d(cells.kind, [*SURFACE_CELLS, *IGNORED_CELLS])
-    if len(other):
-        found = CELL_NAMES.get(int(other[0]), f"type {other[0]}")
-        raise FileError(f"{name}: got {found} cells; expected a surface of triangles, quads or polygons")
-    kept = np.isin(cells.kind, SURFACE_CELLS)
-    faces = [face for face, chosen in zip(_lists(cells), kept.tolist(), strict=True) if chosen]
-    return _checked(name, data.points, faces)
+    data = read_vtk_points(path, "UnstructuredGrid", ["Cells"])
+    cells, faces, others = data.cells["Cells"], [], Counter[str]()
+    for kind, cell in zip(cells.kind.tolist(), _lists(cells), strict=True):
+        if kind == STRIP:
+            faces += _strip(cell)
+        elif kind not in RINGS:
+            others[CELL_NAMES.get(kind, f"type {kind}")] += 1
+        elif isinstance(RINGS[kind], slice) or len(cell) > max(RINGS[kind]):
+            faces.append(np.array(cell)[RINGS[kind]].tolist())
+        else:
+            raise FileError(f"{fspath(path)}: a cell of type {kind} has {len(cell)} points; expected more")
+    return _checked(path, data.points, faces, others)
 
 
-def _checked(name: str, points: FloatArray, faces: list[list[int]]) -> tuple[FloatArray, list[list[int]]]:
-    if not faces:
-        raise FileError(f"{name}: has no faces; expected a polygon mesh")
+def _checked(
+    path: FilePath, points: FloatArray, faces: list[list[int]], others: Mapping[str, int]
+) -> tuple[FloatArray, list[list[int]]]:
+    """Return points and faces after checks, without the points of cells that are left out."""
+    name = fspath(path)
+    check_cells_left_out(name, len(faces), others)
     check_points(f"{name}: point", points)
-    return points, faces
+    say_left_out(path, others, "cells")
+    return used_points(points, faces) if others else (points, faces)
+
+
+def _strip(points: list[int]) -> list[list[int]]:
+    triangles: list[list[int]] = strip_triangles(np.array(points, dtype=np.int64)).tolist()
+    return triangles
 
 
 def _lists(cells: Cells) -> list[list[int]]:

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Charts as PNG images with one pixel for each square: pixels to numbers by a palette, and numbers to pixels."""
+"""Charts as images with one pixel for each square: pixels to numbers by a palette, and numbers to pixels.
+
+PNG is read and written. GIF, BMP and TIFF are read too (``other_images``), and all of them are lossless.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from stitchmesh.errors import FileError, ParameterError, PatternError
 from stitchmesh.io.atomic import write_bytes
-from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.io.contents import FilePath, read_bytes, suffix_of
+from stitchmesh.patterns.charts.other_images import read_other_image
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -33,6 +37,10 @@ LONGEST_SIDE = 10_000
 """Maximum number of pixels of a row or a column: each row of a pattern takes about 1 kB. A circular knitting machine of
 30 inches with 28 needles an inch has 2,640 needles."""
 
+CHART_IMAGES = (".png", ".gif", ".bmp", ".tif", ".tiff")
+"""Suffixes of images that can be charts."""
+OTHER_IMAGES = (".jpg", ".jpeg", ".jfif", ".jp2", ".webp", ".avif", ".heic", ".psd", ".svg", ".pdf", ".eps")
+"""Suffixes of images that cannot be charts, because they mix the colours of neighbouring pixels or hold no pixels."""
 PNG_BEGINS = b"\x89PNG\r\n\x1a\n"
 """First bytes of a PNG."""
 PLACE_OF_SIZE = (16, 20)
@@ -42,19 +50,33 @@ PNG_DAMAGES = (OSError, ValueError, SyntaxError, EOFError, struct.error, zlib.er
 
 
 def open_chart(path: FilePath) -> Image:
-    """Open a PNG image.
+    """Open an image whose pixels have 8 bits; the palette of a PNG stays as it is.
 
     Raises:
-        FileError: the file cannot be read, is not a PNG, is too large, or has transparent pixels or pixels without a
-            colour.
+        FileError: the file cannot be read, is no image of the suffix, is too large, or has transparent pixels or pixels
+            without a colour.
     """
+    from PIL import Image
+
+    if suffix_of(path, CHART_IMAGES) != ".png":
+        return Image.fromarray(read_other_image(path))
     name = fspath(path)
     image = opened_png(name, read_bytes(path))
+    return loaded_chart(name, image)
+
+
+def loaded_chart(name: str, image: Image, form: str = "PNG") -> Image:
+    """Return a chart with its pixels, of 8 bits each.
+
+    Raises:
+        FileError: as for ``open_chart``.
+    """
     _check_pixels(name, image.width, image.height, MAX_PIXELS)
     if max(image.size) > LONGEST_SIDE:
         raise FileError(f"{name}: has {image.width} x {image.height} pixels; expected sides of {LONGEST_SIDE} at most")
-    with _damages(name):
+    with image_damages(name, form):
         image.load()
+        image = _of_8_bits(image)
         opaque = image.convert("RGBA").getchannel("A").getextrema() == (255, 255)
     held = len(image.getpalette("RGB") or []) // 3
     if image.mode == "P" and int(np.asarray(image).max()) >= held:
@@ -62,6 +84,22 @@ def open_chart(path: FilePath) -> Image:
     if not opaque:
         raise FileError(f"{name}: has transparent pixels; fill every stitch with a colour")
     return image
+
+
+def _of_8_bits(image: Image) -> Image:
+    """Return an image; greys of 16 bits, which the library would cut off at 255, become the nearest greys of 8 bits."""
+    from PIL import Image
+
+    if not image.mode.startswith("I"):
+        return image
+    greys = np.asarray(image).astype(np.int64)
+    if greys.min(initial=0) < 0 or greys.max(initial=0) > 65535:
+        raise ValueError("its greys have more than 16 bits")
+    grey = Image.fromarray(np.rint(greys / 257).astype(np.uint8))
+    clear = image.info.get("transparency")
+    if clear is not None and (greys == clear).any():
+        grey.putalpha(Image.fromarray(np.where(greys == clear, 0, 255).astype(np.uint8)))
+    return grey
 
 
 def opened_png(name: str, content: bytes) -> Image:
@@ -74,14 +112,14 @@ def opened_png(name: str, content: bytes) -> Image:
 
     width, height = (int.from_bytes(content[start : start + 4], "big") for start in PLACE_OF_SIZE)
     _check_pixels(name, width if content.startswith(PNG_BEGINS) else 0, height, LARGEST_PICTURE)
-    with _damages(name):
+    with image_damages(name):
         image = Image.open(BytesIO(content), formats=["PNG"])
     _check_pixels(name, image.width, image.height, LARGEST_PICTURE)  # A damaged file can state two sizes.
     return image
 
 
 @contextmanager
-def _damages(name: str) -> Iterator[None]:
+def image_damages(name: str, form: str = "PNG") -> Iterator[None]:
     """Turn errors of the library of images, and what it warns of, into a ``FileError``."""
     from PIL import Image, UnidentifiedImageError
 
@@ -93,7 +131,7 @@ def _damages(name: str) -> Iterator[None]:
             yield
     except (*PNG_DAMAGES, Image.DecompressionBombError, *warned) as error:
         reason = "the file is not an image" if isinstance(error, UnidentifiedImageError) else error
-        raise FileError(f"{name}: is not a whole PNG ({reason}); write it again as PNG") from error
+        raise FileError(f"{name}: is not a whole {form} ({reason}); write it again as PNG") from error
 
 
 def _check_pixels(name: str, width: int, height: int, most: int) -> None:

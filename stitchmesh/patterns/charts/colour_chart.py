@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Colour charts as PNG: one pixel for each knit stitch; the bottom row of pixels is the first row of the pattern."""
+"""Colour charts as images: one pixel for each knit stitch; the bottom row of pixels is the first row of the pattern."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ if TYPE_CHECKING:
 
 
 def read_colour_chart(path: FilePath, palette: ArrayLike | None = None) -> Pattern:
-    """Read a pattern of knit stitches from the pixels of a PNG.
+    """Read a pattern of knit stitches from the pixels of an image.
 
     Args:
         path: the file.
         palette: the colour of each yarn, shape (Y, 3), 0 to 255. Without a palette, the yarns are numbered by the
-            palette of the file. If the file has no palette either, the yarns are numbered by the first use of their
-            colours, from the lower left pixel to the right and upwards.
+            palette of a PNG. If there is none either, the yarns are numbered by the first use of their colours, from
+            the lower left pixel to the right and upwards.
 
     Raises:
-        FileError: the file cannot be read, is not a PNG, is too large, or has transparent pixels.
+        FileError: the file cannot be read, is no image of its suffix, is too large, or has transparent pixels.
         PatternError: a pixel has none of the palette's colours, or the image has more than 256 colours.
         ParameterError: the palette has a wrong shape, or a colour is not a whole number from 0 to 255.
     """
@@ -52,7 +52,7 @@ def read_colour_chart(path: FilePath, palette: ArrayLike | None = None) -> Patte
 def read_numbers(
     path: FilePath, palette: ArrayLike | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
-    """Read the number of the colour of each pixel of a PNG.
+    """Read the number of the colour of each pixel of an image.
 
     Args:
         path: the file.
@@ -64,7 +64,6 @@ def read_numbers(
     Raises:
         FileError, PatternError, ParameterError: as for ``read_colour_chart``.
     """
-    suffix_of(path, (".png",))
     image = open_chart(path)
     if palette is None and image.mode == "P":
         return np.asarray(image, dtype=np.int64), _file_palette(image)
@@ -99,7 +98,7 @@ def chart_palette(path: FilePath) -> NDArray[np.uint8]:
     """Return the colour of each yarn of a colour chart, shape (Y, 3), as ``read_colour_chart`` numbers the yarns.
 
     Raises:
-        FileError: the file cannot be read, is not a PNG, is too large, or has transparent pixels.
+        FileError: the file cannot be read, is no image of its suffix, is too large, or has transparent pixels.
         PatternError: the image has more than 256 colours.
     """
     image = open_chart(path)

@@ -12,7 +12,7 @@ import numpy as np
 from stitchmesh.io.temporary_file import temporary_file
 from stitchmesh.mesh.palette import filled_palette
 from stitchmesh.patterns import Pattern
-from stitchmesh.patterns.charts.chart_image import png_of_numbers
+from stitchmesh.patterns.charts.chart_image import CHART_IMAGES, png_of_numbers
 from stitchmesh.patterns.charts.knit_chart import PLAIN, KnitChart, knit_chart
 from stitchmesh.patterns.charts.knit_chart_text import KnitChartText, parse_knit_chart, write_knit_chart
 from stitchmesh.patterns.charts.leaf_chart import SUFFIX as LEAF_SUFFIX
@@ -32,7 +32,7 @@ from stitchmesh.periodic.weave.weave_chart import (
 
 Chart = KnitChart | WeaveChart
 ChartText = KnitChartText | WeaveChartText
-CHART_SUFFIXES = (".knit", ".weave", ".leaf", ".txt", ".png")
+CHART_SUFFIXES = (".knit", ".weave", ".wif", ".leaf", ".txt", *CHART_IMAGES)
 """Suffixes of files that hold charts."""
 MOST_CHARACTERS = 80
 """Number of characters of the name of a file that messages show."""

@@ -11,10 +11,13 @@ from pathlib import Path
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath, check_path, read_lines
+from stitchmesh.patterns.charts.chart_image import CHART_IMAGES
 from stitchmesh.patterns.library import pattern_folder
 from stitchmesh.periodic.weave.image import read_weave_image
 from stitchmesh.periodic.weave.text import parse_weave
 from stitchmesh.periodic.weave.weave import Weave
+from stitchmesh.periodic.weave.wif import SUFFIX as DRAFT
+from stitchmesh.periodic.weave.wif import parse_wif
 
 SUFFIX = ".weave"
 
@@ -29,8 +32,8 @@ def read_weave(name_or_path: FilePath) -> Weave:
 
     Args:
         name_or_path: a name of ``weave_names``, such as ``satin-2x3``, or the path of a file. The file is a text in the
-            language of ``weave/text.py``, or an image of two colours (``.png``). A string with neither a folder nor a
-            suffix is taken as a name.
+            language of ``weave/text.py``, the draft of a loom (``.wif``), or an image of two colours (``.png``,
+            ``.gif``, ``.bmp``, ``.tif``). A string with neither a folder nor a suffix is taken as a name.
 
     Raises:
         ParameterError: the library has no weave of that name.
@@ -41,8 +44,10 @@ def read_weave(name_or_path: FilePath) -> Weave:
     path = Path(name_or_path)
     if path.name == fspath(name_or_path) and not path.suffix:
         return _from_library(path.name)
-    if path.suffix.lower() == ".png":
+    if path.suffix.lower() in CHART_IMAGES:
         return read_weave_image(path)
+    if path.suffix.lower() == DRAFT:
+        return parse_wif("\n".join(read_lines(path)), fspath(name_or_path))
     return parse_weave("\n".join(read_lines(path)), fspath(name_or_path))
 
 

@@ -14,6 +14,7 @@ from PIL import Image
 from stitchmesh.errors import FileError, ParameterError, PatternError
 from stitchmesh.patterns import chart_palette, parse_pattern, read_colour_chart, read_pattern, write_colour_chart
 from stitchmesh.patterns.language.writing import format_pattern
+from tests.gallery import shared
 
 RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (0, 0, 255)
 TEXT = "chart colours:\n012\n110"
@@ -80,7 +81,7 @@ def test_bad_images_are_refused(tmp_path):
     Image.fromarray(shades).save(path)
     with pytest.raises(PatternError, match="got 400 colours; expected 256 at most"):
         read_colour_chart(path)
-    with pytest.raises(FileError, match=r"expected one of \.png"):
+    with pytest.raises(FileError, match=r"expected one of \.png \.gif \.bmp \.tif"):
         read_colour_chart(tmp_path / "c.jpg")
     with pytest.raises(FileError, match="there is no such file"):
         read_colour_chart(tmp_path / "d.png")
@@ -133,3 +134,44 @@ def test_digits_alone_in_a_text_file_are_a_chart_of_colours(tmp_path, caplog):
     (tmp_path / "bad.txt").write_text("0011\n210\n")
     with pytest.raises(PatternError, match=r"bad.txt.*line 2.*3 columns where the chart's first line has 4"):
         read_pattern(tmp_path / "bad.txt")
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".bmp", ".tif", ".tiff", ".png"])
+def test_every_lossless_image_is_the_same_chart(tmp_path, suffix):
+    pixels = np.array([[RED, GREEN, BLUE], [GREEN, GREEN, RED]], dtype=np.uint8)
+    Image.fromarray(pixels).save(tmp_path / f"c{suffix}")
+    read = read_pattern(tmp_path / f"c{suffix}")
+    assert yarns(read) == [[0, 0, 1], [1, 0, 2]] and read.palette == (GREEN, RED, BLUE)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif"])
+def test_greys_of_16_bits_are_the_nearest_greys_of_8_bits(tmp_path, suffix):
+    greys = np.array([[0, 257 * 100], [257 * 100, 65535]], dtype=np.uint16)
+    Image.fromarray(greys).save(tmp_path / f"c{suffix}")
+    read = read_pattern(tmp_path / f"c{suffix}")
+    assert yarns(read) == [[0, 1], [2, 0]] and read.palette == ((100, 100, 100), (255, 255, 255), (0, 0, 0))
+
+
+def test_other_images_are_refused_in_a_line_that_names_those_that_are_read(tmp_path):
+    path = tmp_path / "c.jpg"
+    Image.new("RGB", (2, 2)).save(path)
+    with pytest.raises(FileError, match="JPG does not keep the colour of each pixel; save the chart as PNG, GIF"):
+        read_pattern(path)
+    pictures = [Image.new("RGB", (2, 2), colour) for colour in (RED, BLUE)]
+    pictures[0].save(tmp_path / "c.gif", save_all=True, append_images=pictures[1:])
+    with pytest.raises(FileError, match="holds 2 pictures; expected one"):
+        read_pattern(tmp_path / "c.gif")
+    Image.new("RGBA", (2, 2)).save(tmp_path / "c.tif")
+    with pytest.raises(FileError, match="transparent pixels"):
+        read_pattern(tmp_path / "c.tif")
+    Image.new("1", (3000, 2000)).save(tmp_path / "c.bmp")
+    with pytest.raises(FileError, match="3000 x 2000 pixels"):
+        read_pattern(tmp_path / "c.bmp")
+    (tmp_path / "c.bmp").write_bytes(b"no picture")
+    with pytest.raises(FileError, match="is not a whole BMP"):
+        read_pattern(tmp_path / "c.bmp")
+
+
+def test_instructions_that_people_write_are_refused_in_a_line_that_says_what_is_read():
+    with pytest.raises(PatternError, match=r"line 1: got '\(RS\)', as in instructions that people write; expected the"):
+        read_pattern(shared("cases/field/11-knitspeak.txt"))

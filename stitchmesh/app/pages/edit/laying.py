@@ -21,6 +21,7 @@ from stitchmesh.mesh import IntArray
 from stitchmesh.mesh.picking import PickedPlace
 from stitchmesh.patterns.capture.capture import capture_pattern
 from stitchmesh.patterns.capture.smallest_repeat import smallest_repeat
+from stitchmesh.patterns.charts.chart_image import CHART_IMAGES
 from stitchmesh.patterns.language.parse import parse_pattern
 from stitchmesh.patterns.language.writing import format_pattern
 from stitchmesh.patterns.library import read_pattern
@@ -34,7 +35,7 @@ Area = Literal["Selection", "Around a click", "Whole fabric"]
 AREAS: tuple[Area, ...] = get_args(Area)
 REMAINDERS = {"leave them plain": "centre", "stretch the pattern": "stretch", "refuse": "refuse"}
 """What happens to loops beside whole repeats, by the words of the page."""
-SUFFIXES = (".knit", ".txt", ".leaf", ".png")
+SUFFIXES = (".knit", ".txt", ".leaf", *CHART_IMAGES)
 SAVED = {"Text": TEXT_SUFFIX, "Chart": PICTURE_SUFFIX}
 """Suffix of the file of a pattern, by the words of the page."""
 LARGEST_FILE = 4_000_000

@@ -34,7 +34,7 @@ TEXTS = (".json", ".toml", ".txt", ".md", ".k")
 """Suffixes of files whose text is shown."""
 SUFFIXES = (
     ".h5", ".bcc", ".yarns", ".usda", ".usdc", ".usd", ".vtp", ".obj", ".pyp", ".smobj", ".st", ".ply", ".off",
-    ".stl", ".glb", ".vtk", ".vtu", ".msh", ".mesh", ".csv", ".png", *TEXTS,
+    ".stl", ".glb", ".gltf", ".vtk", ".vtu", ".msh", ".mesh", ".csv", ".png", *TEXTS,
 )  # fmt: skip
 """Suffixes of files that can be uploaded."""
 
