@@ -16,12 +16,16 @@ import shutil
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Literal, TextIO, TypeVar
 
+from stitchmesh.convergence_forecast import ResidualCourse
+
 Progress = Callable[[str, float, str], None]
-"""Function that reports progress: called with the stage, its completed part (0 to 1), and one or two lines of text."""
+"""Function that reports progress: called with the stage, its completed part as it is estimated now (0 to 1), and one or
+two lines of text."""
 T = TypeVar("T", bound=Callable[..., None])
 STAGE_TEXTS = {
     "label": "labeling rows",
@@ -42,9 +46,19 @@ STAGE_TEXTS = {
     "sweep": "running the sweep",
 }
 """Text for each stage."""
-SMALLEST_PART, LARGEST_PART = 0.05, 0.99
-"""Completed parts between which the remaining time is estimated. A relaxation reports at most the second one, because
-a residual below the tolerance does not end it (``yarnrelax.convergence``)."""
+SMALLEST_PART = 0.05
+"""Completed part from which on the remaining time is estimated."""
+SPREADS = (1.25, 2.0)
+"""Least and largest factor between the estimate of the remaining time and an end of its range; estimates that agree can
+be wrong together, and a first estimate has the largest factor."""
+CREEP = 0.2
+"""Power with which the rest shrinks where the forecast moves away."""
+SAMPLE = 1.01
+"""Ratio of the times of two estimates that are compared."""
+TIME_STEPS = (
+    (10.0, 1.0, "s", 1.0), (120.0, 5.0, "s", 1.0), (7200.0, 60.0, "min", 60.0), (math.inf, 1800.0, "h", 3600.0),
+)  # fmt: skip
+"""Up to which remaining time [s] it is rounded to which step [s], and shown in which unit of how many seconds."""
 LINE_SECONDS = 0.2
 """Shortest time between two changes of the line [s]; a computation that ends within this time shows no line."""
 NOTEBOOK_SHELL = "ZMQInteractiveShell"
@@ -55,53 +69,102 @@ def no_progress(stage: str, done: float, note: str) -> None:
     """Report no progress (a ``Progress`` function)."""
 
 
-def seconds_left(spent: float, done: float) -> float | None:
-    """Estimate the remaining time of a stage [s].
+@dataclass(frozen=True)
+class Outlook:
+    """What a reader is told of a stage."""
 
-    Args:
-        spent: time so far [s].
-        done: completed part, from 0 to 1.
+    part: float
+    """Completed part, from 0 to 1. It never falls, and it grows as long as the stage goes on."""
+    left: tuple[float, float] | None
+    """Least and most remaining time [s]; None while it cannot be estimated."""
 
-    Returns:
-        The remaining time at constant speed; None if the completed part is too small, or the stage is nearly complete.
+    @property
+    def percent(self) -> str:
+        """The completed part in percent, which is 100 at the end only."""
+        return f"{math.floor(100.0 * self.part)}%"
+
+    @property
+    def words(self) -> str:
+        """The remaining time in words: ``20 to 80 s left``; an empty text while it cannot be estimated."""
+        if self.left is None:
+            return ""
+        least, most = (_rounded(seconds) for seconds in self.left)
+        if least == most:
+            return f"{' '.join(most)} left"
+        return f"{least[0] if least[1] == most[1] else ' '.join(least)} to {' '.join(most)} left"
+
+
+class StageClock:
+    """The outlook of one stage, from the parts that it reports as completed and the times at which it does so.
+
+    A part is an estimate too: that of a relaxation may fall when its forecast changes. The estimate of the whole time
+    is the time so far over the part. The range of the remaining time is as wide as the estimates of the second half of
+    the time differ. Where the reported part has not grown, the shown one creeps: with t the time that has passed,
+
+        1 - part  ->  (1 - part) (left / (left + t))^CREEP
+
+    A power of 1 would be right for a forecast that is right, and shows 99 % long before the end of one that is not.
     """
-    return spent * (1.0 - done) / done if SMALLEST_PART < done < LARGEST_PART else None
+
+    def __init__(self) -> None:
+        """Begin the stage."""
+        self._part, self._spent = 0.0, 0.0
+        self._totals: list[tuple[float, float]] = []
+        """Time so far and estimate of the whole time [s], of the second half of the time."""
+
+    def outlook(self, spent: float, done: float) -> Outlook:
+        """Return the outlook after a report.
+
+        Args:
+            spent: time so far [s].
+            done: completed part that the stage reports, from 0 to 1.
+        """
+        if not (SMALLEST_PART < done < 1.0 and spent > 0.0):
+            self._part = max(self._part, done)
+            return Outlook(self._part, None)
+        left = spent / done - spent
+        self._totals = [(at, total) for at, total in self._totals if at >= spent / 2.0]
+        if not self._totals or spent >= SAMPLE * self._totals[-1][0]:
+            self._totals.append((spent, left + spent))
+        totals = [total for _at, total in self._totals]
+        known = self._totals[0][0] < spent
+        spread = min(max(max(totals) / min(totals), SPREADS[0]), SPREADS[1]) if known else SPREADS[1]
+        if done <= self._part:
+            done = 1.0 - (1.0 - self._part) * (left / (left + spent - self._spent)) ** CREEP
+        self._part, self._spent = done, spent
+        return Outlook(self._part, (left / spread, left * spread))
+
+
+def _rounded(seconds: float) -> tuple[str, str]:
+    """Return a time of as many digits as an estimate deserves, and its unit."""
+    step, unit, size = next((step, unit, size) for most, step, unit, size in TIME_STEPS if seconds < most)
+    return f"{max(round(seconds / step), 1) * step / size:g}", unit
 
 
 def relaxing_progress(
-    stage: str, tolerance: float, progress: Progress, *, max_iterations: float = math.inf, seconds_after: float = 0.0
+    stage: str, goal: float, progress: Progress, *, max_iterations: float = math.inf, seconds_after: float = 0.0
 ) -> Callable[..., None]:
     """Return a function that converts the assessments of a solver into the completed part of a stage.
 
-    The returned function is called with the iteration, the residual and, optionally, the energies by term. Residuals
-    decrease approximately geometrically, so that the completed part is computed from the logarithm of the smallest
-    residual so far, or from the number of iterations if that gives a larger part. With work after the stage, the
-    completed part is the time so far over the estimated time until the end of that work.
+    The returned function is called with the iteration and the residual. The completed part is that of the iterations,
+    by the forecast of ``convergence_forecast``. With work after the stage, it is the time so far over the estimated
+    time until the end of that work.
 
     Args:
         stage: name of the stage.
-        tolerance: residual at which the stage is complete.
+        goal: residual near which the stage is complete (``Quality.resting_residual`` for yarns).
         progress: called with the completed part and a line of text.
         max_iterations: iterations at which the stage is complete.
         seconds_after: estimated time of the work that follows the stage [s], for example of a picture.
     """
-    start: list[tuple[int, float]] = []
-    smallest = math.inf
-    began = time.monotonic()
+    course, began = ResidualCourse(), time.monotonic()
 
-    def report_assessment(iteration: int, residual: float, energies: Mapping[str, float] | None = None) -> None:
+    def report_assessment(iteration: int, residual: float) -> None:
         """Report one assessment."""
-        nonlocal smallest
-        if not start and residual > tolerance and math.isfinite(residual):
-            start.append((iteration, residual))
-        done = 0.0
-        if start and residual > 0.0:
-            first, highest = start[0]
-            smallest = min(smallest, residual)
-            decrease = math.log(highest / smallest) / math.log(highest / tolerance)
-            done = max(decrease, (iteration - first) / max(max_iterations - first, 1.0))
-        done = part_with_work_after(min(max(done, 0.0), LARGEST_PART), time.monotonic() - began, seconds_after)
-        progress(stage, done, _note(iteration, residual, energies or {}))
+        course.add(iteration, residual)
+        done = course.completed_part(goal, max_iterations)
+        done = part_with_work_after(done, time.monotonic() - began, seconds_after)
+        progress(stage, done, f"iteration {iteration}, residual {residual:.3g}")
 
     return report_assessment
 
@@ -115,14 +178,6 @@ def part_with_work_after(done: float, spent: float, seconds_after: float) -> flo
         seconds_after: estimated time of the work after the stage [s].
     """
     return done if done == 0.0 or seconds_after == 0.0 else spent / (spent / done + seconds_after)
-
-
-def _note(iteration: int, residual: float, energies: Mapping[str, float]) -> str:
-    """Iteration and residual of a relaxation, and its energies in a second line."""
-    line = f"iteration {iteration}, residual {residual:.3g}"
-    if not energies:
-        return line
-    return f"{line}\n{', '.join(f'{term} {energy:.2g}' for term, energy in energies.items())} erg"
 
 
 @contextmanager
@@ -176,18 +231,19 @@ class _Line:
 
     def __init__(self, stream: TextIO) -> None:
         self._stream, self._stage, self._width = stream, "", 0
+        self._clock = StageClock()
         self._changed = self._began = time.monotonic()
 
     def __call__(self, stage: str, done: float, note: str) -> None:
         now = time.monotonic()
         if stage != self._stage:
-            self._stage, self._began = stage, now
+            self._stage, self._began, self._clock = stage, now, StageClock()
+        outlook = self._clock.outlook(now - self._began, done)
         if now - self._changed < LINE_SECONDS:
             return
         self._changed = now
-        left = seconds_left(now - self._began, done)
-        estimate = "" if left is None else f", about {left:.0f} s left"
-        self._write(f"{STAGE_TEXTS.get(stage, stage)}: {done:.0%}{estimate} ({note.splitlines()[0]})")
+        words = f", {outlook.words}" if outlook.words else ""
+        self._write(f"{STAGE_TEXTS.get(stage, stage)}: {outlook.percent}{words} ({note.splitlines()[0]})")
 
     def remove(self) -> None:
         """Remove the line, if there is one."""

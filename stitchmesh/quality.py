@@ -13,6 +13,11 @@ Precision = Literal["float32", "float64"]
 Solver = Literal["quasistatic", "dynamics"]
 
 
+SLIDE = 10.0 / 3.0
+"""Least relative change of the spacing that is left over the residual (``yarnrelax.settling``); ``largest_change``
+leaves room for its spread."""
+
+
 @dataclass(frozen=True)
 class Quality:
     """Accuracy of a relaxation, and with it the cost of the relaxation."""
@@ -38,6 +43,11 @@ class Quality:
     because coarse sampling changes the spacing too."""
     refinement: float = 1.0
     """Factor of the control points of a plain stitch in a swatch whose size relaxes (``periodic.sampling``)."""
+
+    @property
+    def resting_residual(self) -> float:
+        """Residual near which yarns come to rest: of the tolerance, and small enough for the largest change."""
+        return min(self.tolerance, self.largest_change / SLIDE)
 
 
 PRESETS: dict[str, Quality] = {

@@ -17,7 +17,7 @@ from tests.gallery import ROOT
 
 PACKAGE = ROOT / "stitchmesh"
 LAYERS = [
-    {"errors"},
+    {"convergence_forecast", "errors"},
     {"child_interpreter", "compute", "lattice", "markup", "progress", "quality", "reporting", "run_control"},
     {"memory_need", "time_limit"},
     {"mesh"},

@@ -15,20 +15,20 @@ import pytest
 
 import stitchmesh
 from stitchmesh import progress
+from stitchmesh.convergence_forecast import ResidualCourse
 from stitchmesh.progress import (
-    LARGEST_PART,
+    CREEP,
+    Outlook,
+    StageClock,
     output_stream,
     part_with_work_after,
     relaxing_progress,
-    seconds_left,
     shown_progress,
 )
 
-ENERGIES = {"stretch": 12.5, "bend": 345.0}
-
 
 def reports_of(*entries: tuple, max_iterations: float = math.inf) -> list[tuple[str, float, str]]:
-    """Return the reports of a stage for the given assessments of a solver, at a tolerance of 0.01."""
+    """Return the reports of a stage for the given assessments of a solver, with a goal of 0.01."""
     reports: list[tuple[str, float, str]] = []
     report_progress = relaxing_progress(
         "yarnrelax", 0.01, lambda *report: reports.append(report), max_iterations=max_iterations
@@ -38,36 +38,68 @@ def reports_of(*entries: tuple, max_iterations: float = math.inf) -> list[tuple[
     return reports
 
 
-def test_the_completed_part_follows_from_the_logarithm_of_the_residual():
-    done = [part for _, part, _ in reports_of((0, 1.0), (20, 0.1), (40, 0.01), (60, 0.001))]
-    # Logarithms in float64; a residual below the tolerance does not end a relaxation.
-    assert done == pytest.approx([0.0, 0.5, LARGEST_PART, LARGEST_PART], abs=1e-12)
+def test_the_completed_part_is_that_of_the_forecast():
+    course = ResidualCourse()
+    entries = [(20 * number, 1.0 / (1 + number)) for number in range(5)]
+    for entry in entries:
+        course.add(*entry)
+    assert reports_of(*entries)[-1] == ("yarnrelax", course.completed_part(0.01), "iteration 80, residual 0.2")
 
 
-def test_the_completed_part_is_0_if_the_residual_rises_or_is_infinite():
+def test_the_completed_part_is_0_before_there_is_a_forecast():
     assert [part for _, part, _ in reports_of((0, math.inf), (20, 1.0), (40, 3.0))] == [0.0, 0.0, 0.0]
 
 
 def test_the_completed_part_follows_from_the_iterations_if_these_end_first():
-    done = [part for _, part, _ in reports_of((100, 1.0), (150, 0.9), (200, 0.8), max_iterations=200)]
-    assert done == [0.0, 0.5, LARGEST_PART]
+    done = [part for _, part, _ in reports_of((50, 1.0), (100, 0.9), (150, 0.9), (200, 0.8), max_iterations=200)]
+    assert done == [0.0, 0.0, 0.75, 1.0]
 
 
-def test_energies_are_in_a_second_line():
-    (_, _, mesh), (_, _, yarns) = reports_of((3, 0.5), (20, 0.1, ENERGIES))
-    assert mesh == "iteration 3, residual 0.5"
-    assert yarns == "iteration 20, residual 0.1\nstretch 12, bend 3.4e+02 erg"
+def test_the_remaining_time_of_even_work_is_known_better_and_better():
+    """A first estimate may be wrong by a factor of two, equal estimates of the whole time by one of 1.25."""
+    clock = StageClock()
+    assert clock.outlook(1.0, 0.01) == Outlook(0.01, None)
+    assert clock.outlook(10.0, 0.25) == Outlook(0.25, (15.0, 60.0))
+    assert clock.outlook(20.0, 0.5) == Outlook(0.5, (16.0, 25.0))
+    assert clock.outlook(40.0, 1.0) == Outlook(1.0, None)
 
 
-def test_the_remaining_time_follows_from_the_completed_part():
-    assert seconds_left(30.0, 0.75) == pytest.approx(10.0)
-    assert seconds_left(30.0, 0.01) is None and seconds_left(30.0, 1.0) is None
+def test_the_range_is_as_wide_as_the_estimates_of_the_second_half_differ():
+    """Whole times of 40 and then of 60 s, after 20 and after 30 s; the one of 100 s after 5 s is too long ago."""
+    clock = StageClock()
+    for spent, whole in ((5.0, 100.0), (20.0, 40.0)):
+        clock.outlook(spent, spent / whole)
+    assert clock.outlook(30.0, 0.5).left == pytest.approx((30.0 / 1.5, 30.0 * 1.5))
+
+
+def test_a_part_that_falls_is_shown_as_one_that_grows_more_slowly():
+    """After 10 of 20 s it is found that 30 s are left: 3 s later, a tenth of them has passed, and 1 / 1.1 is left."""
+    clock = StageClock()
+    assert clock.outlook(10.0, 0.5).part == 0.5
+    shown = clock.outlook(13.0, 13.0 / 43.0).part
+    assert shown == pytest.approx(1.0 - 0.5 * (1.0 / 1.1) ** CREEP)
+    assert (Outlook(0.999, None).percent, Outlook(1.0, None).percent) == ("99%", "100%")
+
+
+@pytest.mark.parametrize(
+    ("left", "words"),
+    [
+        (None, ""),
+        ((0.2, 0.3), "1 s left"),
+        ((5.4, 8.1), "5 to 8 s left"),
+        ((21.0, 84.0), "20 to 85 s left"),
+        ((52.0, 130.0), "50 s to 2 min left"),
+        ((1000.0, 4000.0), "17 to 67 min left"),
+        ((7000.0, 21_000.0), "117 min to 6 h left"),
+    ],
+)
+def test_the_remaining_time_has_few_digits(left, words):
+    assert Outlook(0.5, left).words == words
 
 
 def test_the_completed_part_counts_the_work_after_the_stage():
     """With 10 s of a stage that is half complete and 5 s of a picture, 10 of 25 s are over and 15 s remain."""
-    part = part_with_work_after(0.5, 10.0, 5.0)
-    assert part == pytest.approx(10.0 / 25.0) and seconds_left(10.0, part) == pytest.approx(15.0)
+    assert part_with_work_after(0.5, 10.0, 5.0) == pytest.approx(10.0 / 25.0)
     assert part_with_work_after(0.5, 10.0, 0.0) == 0.5 and part_with_work_after(0.0, 10.0, 5.0) == 0.0
     assert part_with_work_after(1.0, 10.0, 5.0) == pytest.approx(10.0 / 15.0)
 
@@ -132,8 +164,8 @@ def test_the_line_is_replaced_cut_at_the_width_and_removed(monkeypatch):
         report("yarnrelax", 0.6, "too soon after the last one")
         now[0] = 20.0
         report("yarnrelax", 0.8, "i")
-    first = "relaxing yarns: 50%, about 10 s left (iteration 20, residual 0.1)"[:59]
-    second = "relaxing yarns: 80%, about 5 s left (i)"
+    first = "relaxing yarns: 50%, 5 to 20 s left (iteration 20, residual 0.1)"[:59]
+    second = "relaxing yarns: 80%, 3 to 7 s left (i)"
     assert terminal.getvalue() == f"\r{first}\r{second.ljust(59)}\r{' ' * len(second)}\r"
 
 

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 from stitchmesh.app.task import Task, TaskControl, TaskRunner
-from stitchmesh.progress import Progress, relaxing_progress, seconds_left
+from stitchmesh.progress import Outlook, Progress, StageClock, relaxing_progress
 from stitchmesh.run_control import WATCH_SECONDS, RunControl, Snapshot
 
 S = TypeVar("S")
@@ -30,7 +30,7 @@ class LiveRun(Generic[S, T]):
     def __init__(
         self, tasks: TaskRunner, name: str, relax: Callable[[RunControl[S], Progress], T], *, stage: str | None,
         done: Callable[[T], None], failed: Callable[[Exception | None], None], max_iterations: float = float("inf"),
-        frame_bytes: int = 0,
+        frame_bytes: int = 0, goal: float | None = None,
     ) -> None:  # fmt: skip
         """Start the relaxation.
 
@@ -44,6 +44,7 @@ class LiveRun(Generic[S, T]):
             failed: called with an error, or with None if the application has ended the relaxation.
             max_iterations: iterations after which the relaxation ends.
             frame_bytes: about how much a snapshot sends to a browser [bytes]; large snapshots come less often.
+            goal: residual near which the relaxation ends; None for its tolerance.
 
         Raises:
             ParameterError: another task runs.
@@ -52,7 +53,7 @@ class LiveRun(Generic[S, T]):
         """The newest snapshot."""
         self.history: list[Snapshot[None]] = []
         """The figures of all snapshots."""
-        self._done = 0.0
+        self._outlook, self._clock, self._goal = Outlook(0.0, None), StageClock(), goal
         self.on_snapshot: Callable[[Snapshot[S]], None] | None = None
         """Called with each snapshot."""
         self._least_seconds = max(WATCH_SECONDS, frame_bytes / BYTES_PER_SECOND)
@@ -65,19 +66,14 @@ class LiveRun(Generic[S, T]):
         self.task.on_cancel = self.control.stop
 
     @property
-    def done(self) -> float:
-        """Completed part, from 0 to 1."""
-        return self.task.done if self._stage is None else self._done
+    def outlook(self) -> Outlook:
+        """The completed part, and the remaining time without pauses."""
+        return self.task.outlook if self._stage is None else self._outlook
 
     @property
     def paused(self) -> bool:
         """Whether the relaxation waits, or will wait after its present step."""
         return self.control.paused
-
-    @property
-    def seconds_left(self) -> float | None:
-        """Estimated remaining time without pauses [s]; None while it cannot be estimated."""
-        return None if self.newest is None else seconds_left(self.newest.seconds, self.done)
 
     def _work(self, task_control: TaskControl, relax: Callable[[RunControl[S], Progress], T]) -> T:
         self._task_control = task_control
@@ -106,12 +102,13 @@ class LiveRun(Generic[S, T]):
             return
         if self._report is None:
             self._report = relaxing_progress(
-                self._stage, snapshot.tolerance, self._keep_done, max_iterations=self._max_iterations
+                self._stage, self._goal or snapshot.tolerance, self._keep_done, max_iterations=self._max_iterations
             )
         self._report(snapshot.iteration, snapshot.residual)
 
     def _keep_done(self, stage: str, done: float, note: str) -> None:
-        self._done = max(self._done, done)
+        assert self.newest is not None
+        self._outlook = self._clock.outlook(self.newest.seconds, done)
 
 
 AnyRun = LiveRun[Any, Any]

@@ -16,7 +16,7 @@ from typing import Any, Generic, TypeVar
 
 from stitchmesh.app.event_queue import EventQueue
 from stitchmesh.errors import ParameterError
-from stitchmesh.progress import seconds_left
+from stitchmesh.progress import Outlook, StageClock
 
 T = TypeVar("T")
 
@@ -80,7 +80,8 @@ class Task(Generic[T]):
     def __init__(self, name: str, queue: EventQueue) -> None:
         """Make a task that does not run yet."""
         self.name = name
-        self.stage, self.done, self.note = "", 0.0, ""
+        self.stage, self.outlook, self.note = "", Outlook(0.0, None), ""
+        self._clock = StageClock()
         self.paused = False
         self.on_frame: Callable[[Any], None] | None = None
         """Called in the event thread with each frame."""
@@ -96,15 +97,15 @@ class Task(Generic[T]):
         self._began = time.monotonic()
 
     @property
-    def seconds_left(self) -> float | None:
-        """Estimated remaining time of the present stage [s]; None while it cannot be estimated."""
-        return seconds_left(time.monotonic() - self._began, self.done)
+    def done(self) -> float:
+        """Completed part of the present stage, from 0 to 1."""
+        return self.outlook.part
 
     def report(self, stage: str, done: float, note: str) -> None:
         """Keep a report of the work."""
         if stage != self.stage:
-            self._began = time.monotonic()
-        self.stage, self.done, self.note = stage, done, note
+            self._began, self._clock = time.monotonic(), StageClock()
+        self.stage, self.outlook, self.note = stage, self._clock.outlook(time.monotonic() - self._began, done), note
         self._queue.post_newest((id(self), "progress"), self._show_progress)
 
     def publish(self, value: object) -> None:

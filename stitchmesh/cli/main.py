@@ -52,7 +52,12 @@ from stitchmesh.io.outputs import guarded_outputs
 
 INTERRUPTION = "interrupted; files that have been written are complete"
 """Line after an interrupt."""
-DESCRIPTION = "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --version` prints the version."
+VERBOSE = "--verbose"
+"""Word that every command takes: messages about details are printed too."""
+DESCRIPTION = (
+    "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --version` prints the version, and a command with "
+    f"`{VERBOSE}` also says details, such as the error of a conversion."
+)
 COMMANDS = (
     Knit, Label, Tessellate, Pattern, Capture, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Outline, Swatch, Stretch,
     Drape, Follow, Run, Job, Status, Batch,
@@ -74,7 +79,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # A terminal may support ASCII only.
-    logging.basicConfig(format="%(message)s", level=logging.INFO, handlers=[_StandardErrorHandler()])
+    verbose = VERBOSE in words
+    words = [word for word in words if word != VERBOSE]
+    level = logging.DEBUG if verbose else logging.INFO
+    logging.basicConfig(format="%(message)s", level=level, handlers=[_StandardErrorHandler(verbose)])
     try:
         _check_words(words)
         command = parse(COMMANDS, words, program="stitchmesh", description=DESCRIPTION)
@@ -151,8 +159,19 @@ def _discard_output() -> None:
 class _StandardErrorHandler(logging.Handler):
     """A log handler that prints to the present value of ``sys.stderr``.
 
-    While a progress bar is drawn, ``sys.stderr`` is a stream that prints log lines above the bar.
+    While a progress bar is drawn, ``sys.stderr`` is a stream that prints log lines above the bar. Other packages print
+    warnings only, and messages too with ``--verbose``.
     """
+
+    def __init__(self, verbose: bool) -> None:
+        """Print details too if ``verbose``."""
+        super().__init__()
+        self._others = logging.INFO if verbose else logging.WARNING
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Return whether a record is printed."""
+        is_own = record.name.partition(".")[0] == "stitchmesh"
+        return (is_own or record.levelno >= self._others) and bool(super().filter(record))
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print one record."""

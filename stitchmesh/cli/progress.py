@@ -1,28 +1,25 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Progress reports on standard error: two lines with a bar on a terminal, and a line every few seconds in a file.
-
-The remaining time of a stage is estimated as the time so far, times the part that remains, divided by the completed
-part.
-"""
+"""Progress reports on standard error: two lines with a bar on a terminal, and lines some seconds apart in a file."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from datetime import timedelta
 
 from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.text import Text
 
 from stitchmesh.cli.say import printable
-from stitchmesh.progress import STAGE_TEXTS, seconds_left
+from stitchmesh.progress import STAGE_TEXTS, StageClock
 from stitchmesh.progress import Progress as Report
 
 LINE_SECONDS = 3.0
 """Shortest time between two lines in a file [s]."""
+LINES_AGAIN = 1.2
+"""Least ratio of the times from the start of a stage to two of its lines, so that a night fills no screen."""
 NEXT_LINE = "\n"
 """Separator of the two lines of a note."""
 
@@ -46,18 +43,19 @@ class _Lines:
     def __init__(self, console: Console) -> None:
         self._console = console
         self._last_line = self._stage_start = time.monotonic()
-        self._stage = ""
+        self._stage, self._clock = "", StageClock()
 
     def __call__(self, stage: str, done: float, note: str) -> None:
         now = time.monotonic()
         if stage != self._stage:
-            self._stage, self._stage_start = stage, now
-        if now - self._last_line < LINE_SECONDS:
+            self._stage, self._stage_start, self._clock = stage, now, StageClock()
+        outlook = self._clock.outlook(now - self._stage_start, done)
+        since = self._last_line - self._stage_start
+        if now - self._last_line < max(LINE_SECONDS, (LINES_AGAIN - 1.0) * since):
             return
         self._last_line = now
-        left = seconds_left(now - self._stage_start, done)
-        estimate = "" if left is None else f", about {left:.0f} s left"
-        line = f"{STAGE_TEXTS.get(stage, stage)}: {done:.0%}{estimate} ({note.replace(NEXT_LINE, '; ')})"
+        estimate = f", {outlook.words}" if outlook.words else ""
+        line = f"{STAGE_TEXTS.get(stage, stage)}: {outlook.percent}{estimate} ({note.replace(NEXT_LINE, '; ')})"
         self._console.print(printable(line), highlight=False, markup=False, soft_wrap=True)
 
 
@@ -83,18 +81,17 @@ class _Bar:
     def __init__(self, display: _Display) -> None:
         self._display = display
         self._task = display.add_task("", total=1.0, words="")
-        self._stage, self._start, self._done = "", time.monotonic(), 0.0
+        self._stage, self._start, self._clock = "", time.monotonic(), StageClock()
 
     def __call__(self, stage: str, done: float, note: str) -> None:
         if stage != self._stage:
             self.end_stage()
-            self._stage, self._start, self._done = stage, time.monotonic(), 0.0
+            self._stage, self._start, self._clock = stage, time.monotonic(), StageClock()
             self._display.reset(self._task, total=1.0, description=STAGE_TEXTS.get(stage, stage))
-        self._done = max(done, self._done)
-        left = seconds_left(time.monotonic() - self._start, self._done)
-        estimate = "" if left is None else f"about {timedelta(seconds=round(left))} left, "
+        outlook = self._clock.outlook(time.monotonic() - self._start, done)
+        estimate = f"{outlook.words}, " if outlook.words else ""
         first_line, _, self._display.second_line = printable(note).partition(NEXT_LINE)
-        self._display.update(self._task, completed=self._done, words=estimate + first_line)
+        self._display.update(self._task, completed=outlook.part, words=estimate + first_line)
 
     def end_stage(self) -> None:
         """Print the duration of the current stage."""

@@ -358,7 +358,7 @@ def _with_radius(yarns: YarnSet, radius: float) -> YarnSet:
 
 def _log_conversion(path: FilePath, error: float) -> None:
     message = "%s: the Catmull-Rom curves differ from the B-splines by up to %.3g cm between the knots"
-    logger.info(message, fspath(path), error)
+    logger.debug(message, fspath(path), error)
 
 
 def _finite(path: FilePath, yarns: YarnSet, tiles: Tiles) -> YarnSet:

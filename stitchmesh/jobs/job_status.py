@@ -19,7 +19,7 @@ from stitchmesh.io.checked import check_table
 from stitchmesh.io.folder_lock import FolderLock, is_locked
 from stitchmesh.io.json_file import read_json
 from stitchmesh.io.path_kind import is_file
-from stitchmesh.progress import seconds_left
+from stitchmesh.progress import Outlook, StageClock
 
 STATUS = "status.json"
 """Name of the file in the folder of a job."""
@@ -57,8 +57,8 @@ class JobStatus:
     """Completed part of the stage, from 0 to 1."""
     seconds: float
     """Time since the start of the job, with that of the runs which it continues [s]."""
-    seconds_left: float | None = None
-    """Estimate of the remaining time of the stage [s]; None where it is not known."""
+    seconds_left: tuple[float, float] | None = None
+    """Least and most remaining time of the stage, as they are estimated [s]; None where they are not known."""
     note: str = ""
     """What the stage reports, such as iteration and residual."""
     stages: tuple[StageStatus, ...] = ()
@@ -71,9 +71,14 @@ class JobStatus:
     @property
     def line(self) -> str:
         """Return the report in one line."""
-        left = "" if self.seconds_left is None else f", about {self.seconds_left:.0f} s left"
+        left = f", {self.outlook.words}" if self.outlook.words else ""
         note = f" ({self.note})" if self.note else ""
-        return f"{self.stage}: {self.done:.0%}{left}{note}"
+        return f"{self.stage}: {self.outlook.percent}{left}{note}"
+
+    @property
+    def outlook(self) -> Outlook:
+        """The completed part of the stage and its remaining time."""
+        return Outlook(self.done, self.seconds_left)
 
 
 Listener = Callable[[JobStatus], None]
@@ -107,13 +112,14 @@ class JobLog:
 
     def begin(self, stage: str) -> None:
         """Report the start of a stage."""
-        self._stage_began = time.monotonic()
+        self._stage_began, self._clock = time.monotonic(), StageClock()
         self._report(always=True, stage=stage, done=0.0, seconds_left=None, note="")
 
     def progress(self, stage: str, done: float, note: str) -> None:
         """Report the progress of the present stage (a ``Progress`` function, which keeps the name of the stage)."""
-        left = seconds_left(time.monotonic() - self._stage_began, done)
-        self._report(done=done, seconds_left=None if left is None else round(left, 1), note=note.replace("\n", "; "))
+        outlook = self._clock.outlook(time.monotonic() - self._stage_began, done)
+        left = None if outlook.left is None else (round(outlook.left[0], 1), round(outlook.left[1], 1))
+        self._report(done=outlook.part, seconds_left=left, note=note.replace("\n", "; "))
 
     def end(self, stage: StageStatus) -> None:
         """Report the end of a stage."""

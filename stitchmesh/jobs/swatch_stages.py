@@ -70,11 +70,11 @@ def _relaxed(run: JobRun, table: SwatchTable, source: Source, quality: Quality, 
     relaxations = KeptRelaxations(run.kept.folder_of(stage), table.checkpoint_every, run.stop.check)
     run.check_resume(stage, stopped=relaxations.exist())
     report_progress = relaxing_progress(
-        "swatch", quality.tolerance, run.progress, max_iterations=quality.max_iterations
+        "swatch", quality.resting_residual, run.progress, max_iterations=quality.max_iterations
     )
 
     def show(entry: HistoryEntry) -> None:
-        report_progress(entry["iteration"], entry["residual"], entry["energies"])
+        report_progress(entry["iteration"], entry["residual"])
 
     def relax(report: dict[str, Any]) -> Swatch:
         """Relax the repeat from its beginning or from the checkpoints."""

@@ -57,8 +57,9 @@ def relax_with_options(
     """
     quality = quality_named(quality)
     report_progress = relaxing_progress(
-        "yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations, seconds_after=seconds_after
-    )
+        "yarnrelax", quality.resting_residual, progress, max_iterations=quality.max_iterations,
+        seconds_after=seconds_after,
+    )  # fmt: skip
     yarns, moved = apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric), {}
     bodies = [term for term in options.terms if isinstance(term, Body)]
     if fabric is not None and bodies:
@@ -74,7 +75,7 @@ def relax_with_options(
         keep_shape=fabric if keep_shape else None,
         terms=options.terms,
         constraints=options.constraints,
-        progress=lambda entry: report_progress(entry["iteration"], entry["residual"], entry["energies"]),
+        progress=lambda entry: report_progress(entry["iteration"], entry["residual"]),
         on_state=on_state,
         checkpoint=options.checkpoint,
         resume=options.resume,

@@ -125,7 +125,7 @@ class Loading:
         """Say in one line that there were steps, and why."""
         position = self.position
         if not position.is_first:
-            logger.warning("the load was applied in %d steps, because at once: %s", position.steps, position.why)
+            logger.debug("the load was applied in %d steps, because at once: %s", position.steps, position.why)
 
     def _refuse(self, error: OverloadError, iterations: int, *, began: bool) -> None:
         """Go on to the next step after a refusal.

@@ -40,8 +40,8 @@ Progress = Callable[[HistoryEntry], None]
 
 def report_entries(quality: Quality, progress: StageProgress) -> Progress:
     """Return a function that reports the entries of the history as the progress of a stage."""
-    report = relaxing_progress("yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations)
-    return lambda entry: report(entry["iteration"], entry["residual"], entry["energies"])
+    report = relaxing_progress("yarnrelax", quality.resting_residual, progress, max_iterations=quality.max_iterations)
+    return lambda entry: report(entry["iteration"], entry["residual"])
 
 
 class Loaded(Protocol):

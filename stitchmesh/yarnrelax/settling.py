@@ -20,8 +20,9 @@ changes: the spacing has to change by at least
 
     SLIDE residual
 
-with the residual of ``convergence``. SLIDE is measured (docs/accuracy.md, Garments at rest): between 240 and 3,600
-iterations, the spacings of a skirt, a hat and a sweater were 1 to 8 residuals from those after 29,000, most of them 4.
+with the residual of ``convergence``. SLIDE (``quality``) is measured (docs/accuracy.md, Garments at rest): between 240
+and 3,600 iterations, the spacings of a skirt, a hat and a sweater were 1 to 8 residuals from those after 29,000, most
+of them 4.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stitchmesh.quality import SLIDE
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.assessment import Assessment
 from stitchmesh.yarnrelax.simulation import YarnSimulation
@@ -41,8 +43,6 @@ SPAN = 2.0**0.5
 """Ratio of the iterations at the end and at the beginning of a span."""
 FASTEST, SLOWEST = (1.0 / 3.0) ** 0.5, 0.75**0.5
 """Ratio of the changes over two successive spans: the smallest and the largest that an estimate is made with."""
-SLIDE = 10.0 / 3.0
-"""Least relative change of the spacing over the residual; ``Quality.largest_change`` leaves room for its spread."""
 MARK = 2.0**0.25
 """Ratio of the iterations of two marks."""
 OLDEST = SPAN**2 * MARK**2

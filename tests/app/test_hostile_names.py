@@ -104,7 +104,7 @@ def test_the_name_of_a_project_a_selection_and_a_pattern_is_shown_as_it_is(proje
 def test_the_stages_and_the_note_of_a_job_are_shown_as_they_are(project, tmp_path):
     stage = {"name": HOSTILE, "key": "0", "kept": False, "seconds": 1.0}
     status = {"time": "now", "state": "running", "stage": HOSTILE, "done": 0.5, "seconds": 1.0, "note": HOSTILE,
-              "seconds_left": 1.0, "stages": [stage], "process": 1, "host": HOSTILE}  # fmt: skip
+              "seconds_left": [1.0, 2.0], "stages": [stage], "process": 1, "host": HOSTILE}  # fmt: skip
     (tmp_path / "job").mkdir()
     (tmp_path / "job" / "status.json").write_text(json.dumps(status))
     app = App(project, NullFront())

@@ -14,6 +14,7 @@ from stitchmesh.app.event_queue import EventQueue
 from stitchmesh.app.live_run import BYTES_PER_SECOND, LiveRun
 from stitchmesh.app.pages.run_panel import status_of
 from stitchmesh.app.task import TaskRunner
+from stitchmesh.convergence_forecast import ResidualCourse
 from stitchmesh.progress import Progress
 from stitchmesh.run_control import RunControl, RunStopped, Snapshot
 
@@ -70,16 +71,22 @@ def runs() -> Iterator[Runs]:
 
 
 def test_snapshots_arrive_with_their_figures_and_the_completed_part(runs: Runs):
-    run = runs.start(4)
+    run = runs.start(8)
     shown: list[int] = []
     run.on_snapshot = lambda snapshot: shown.append(snapshot.state)
     runs.wait_for(lambda: run.newest is not None)
     run.control.step(2)
     runs.wait_for(lambda: run.newest is not None and run.newest.state >= 2)
     assert shown[-1] == 2 and run.history[-1].iteration == 2 and run.history[-1].state is None
-    # residuals fall by a factor of ten in each step, so that two of four steps are half of the work
-    assert run.done == pytest.approx(0.5)
-    assert "iteration 2," in status_of(run) and status_of(run).startswith("Paused")
+    assert run.outlook.left is None, "two assessments are no course"
+    for state in (3, 4):
+        run.control.step()
+        runs.wait_for(lambda: run.newest is not None and run.newest.state >= state)  # noqa: B023 - called in this round
+    course = ResidualCourse()
+    for one in run.history:
+        course.add(one.iteration, one.residual)
+    assert run.outlook.part == course.completed_part(1e-4) > 0.0
+    assert "iteration 4," in status_of(run) and status_of(run).startswith("Paused")
     run.control.resume()
     runs.wait_for(lambda: runs.ends)
     assert runs.ends == ["finished"]
@@ -108,13 +115,13 @@ def test_the_progress_is_that_of_the_work_if_no_stage_is_given(runs: Runs):
     run = runs.start(3, stage=None)
     for steps in (1, 2):
         run.control.step()
-        runs.wait_for(lambda: run.done == steps / 4)  # noqa: B023 - called in this round
+        runs.wait_for(lambda: run.outlook.part == steps / 4)  # noqa: B023 - called in this round
     run.control.resume()
     runs.wait_for(lambda: runs.ends)
-    assert run.done == 1.0
+    assert run.outlook.part == 1.0
 
 
 def test_before_the_first_snapshot_the_run_is_being_prepared(runs: Runs):
     run = runs.start(0)
     run.newest = None
-    assert status_of(run) == "Preparing." and run.seconds_left is None
+    assert status_of(run) == "Preparing." and run.outlook.left is None

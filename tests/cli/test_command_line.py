@@ -7,6 +7,7 @@ from __future__ import annotations
 import csv
 import importlib
 import json
+import logging
 import os
 import re
 import signal
@@ -263,6 +264,22 @@ def test_a_yarn_radius_without_yarns_is_an_error(tube_obj, knitted, capsys, comm
 def test_a_yarn_radius_must_be_positive(far_ring, capsys):
     message = refused(capsys, "info", far_ring, "--yarn-radius", "-0.1")
     assert "radius: got -0.1 cm; expected a positive number" in message
+
+
+@pytest.mark.parametrize("words", [[], ["--verbose"]])
+def test_details_are_said_with_verbose_only(far_ring, tmp_path, capsys, monkeypatch, words):
+    """The error of a conversion, and what other packages do."""
+    given = ["convert", str(far_ring), str(tmp_path / "other.bcc"), "--yarn-radius", "0.1"]
+    level = logging.root.level
+    with monkeypatch.context() as patch:
+        patch.setattr(logging.root, "handlers", [])  # pytest has handlers of its own
+        assert cli.main([*given, *words]) == 0
+        logging.getLogger("matplotlib.font_manager").info("generated new fontManager")
+        logging.getLogger("matplotlib.font_manager").warning("a font is missing")
+    logging.root.setLevel(level)
+    said = capsys.readouterr().err
+    assert ("Catmull-Rom curves differ" in said) == ("generated new fontManager" in said) == bool(words)
+    assert "a font is missing" in said
 
 
 def test_help_names_every_command(capsys):

@@ -148,7 +148,7 @@ def test_published_bcc_files_are_written_with_the_same_bytes(tmp_path, name, cur
 
 
 def test_the_conversion_error_is_logged(tmp_path, caplog):
-    with caplog.at_level(logging.INFO, "stitchmesh"):
+    with caplog.at_level(logging.DEBUG, "stitchmesh"):
         write_yarns(tmp_path / "y.bcc", awkward_yarns())
     assert "the Catmull-Rom curves differ from the B-splines by up to" in caplog.text
 

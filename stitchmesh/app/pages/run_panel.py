@@ -51,7 +51,7 @@ class RunPanel:
         if self._run is None:
             return
         self._pause.label = RESUME if self._run.paused else PAUSE
-        self._bar.value = round(100.0 * self._run.done, 1)
+        self._bar.value = round(100.0 * self._run.outlook.part, 1)
         self._status.content = markup('<p role="status" style="margin:0">{}</p>', self._words(self._run))
 
     def toggle_pause(self) -> None:
@@ -79,7 +79,7 @@ def status_of(run: AnyRun) -> str:
         return "Preparing."
     now = run.newest
     state = "Paused" if run.paused else "Running"
-    left = run.seconds_left
-    remaining = f" About {duration(left)} left." if left is not None and not run.paused else ""
+    left = run.outlook.words
+    remaining = f" {left[0].upper()}{left[1:]}." if left and not run.paused else ""
     residual = f"residual {now.residual:.2g} (done at {now.tolerance:g})"
     return f"{state}: iteration {now.iteration:,}, {residual}, {duration(now.seconds)}.{remaining}"

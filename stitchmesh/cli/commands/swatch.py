@@ -292,13 +292,13 @@ class Swatch:
         material = self.material.yarn_material(options.yarn_radius, options.mass_per_length)
         given = {name: getattr(options, name) for name in options.__dataclass_fields__}
         report_progress = relaxing_progress(
-            "yarnrelax", quality.tolerance, progress, max_iterations=quality.max_iterations,
+            "yarnrelax", quality.resting_residual, progress, max_iterations=quality.max_iterations,
             seconds_after=0.0 if self.no_picture else START_OF_RENDERER,
         )  # fmt: skip
         return swatch(
             source, material=material, quality=quality, device=self.device, relax_cell=self.relax_cell,
             relaxation=self.relaxation, friction=self.friction, budget=budget,
-            progress=lambda entry: report_progress(entry["iteration"], entry["residual"], entry["energies"]), **given,
+            progress=lambda entry: report_progress(entry["iteration"], entry["residual"]), **given,
         )  # fmt: skip
 
     def _report(self, source: Pattern | Weave, options: SwatchOptions, made: RelaxedSwatch) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from typing import Any
 
 from stitchmesh.io.atomic import write_text
 from stitchmesh.io.path_kind import whole_path
+from stitchmesh.jobs.sweep.column_units import titled
 from stitchmesh.jobs.sweep.result_table import JOB, KEY, read_table
 from stitchmesh.jobs.sweep.row import ERROR, PICTURE, YARNS
 from stitchmesh.markup import Markup, joined, markup
@@ -45,7 +46,7 @@ def write_report_page(folder: Path) -> Path:
     same: dict[str, Any] = {name: values[0] for name, values in columns.items() if _is_constant(name, values, count)}
     content = {
         "columns": {
-            name: [_shortened(columns[name][k]) for k in shown]
+            titled(name): [_shortened(columns[name][k]) for k in shown]
             for name in (*FIRST, *(name for name in columns if name not in (*FIRST, KEY, *same)))
             if name in columns and name not in same
         },
@@ -71,7 +72,8 @@ def _is_constant(name: str, values: list[Any], count: int) -> bool:
 
 def _same_row(pair: tuple[str, Any]) -> Markup:
     name, value = pair
-    return markup("<tr><th scope='row'>{}</th><td>{}</td></tr>", name, "" if value is None else _shortened(value))
+    shown = "" if value is None else _shortened(value)
+    return markup("<tr><th scope='row'>{}</th><td>{}</td></tr>", titled(name), shown)
 
 
 def _shortened(value: Any) -> Any:

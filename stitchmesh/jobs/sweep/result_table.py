@@ -1,29 +1,35 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The results of a sweep on disk: a file for each finished task, and one Parquet table of all rows.
+"""The results of a sweep on disk: a file for each finished task, and one table of all rows.
 
 ``tasks/KEY.json`` holds the rows of a task by the keys of its jobs. It is written last, so that a task with this file
-is finished, whatever happens to a worker. ``rows.parquet`` has one row for each job of the sweep, in their order.
+is finished, whatever happens to a worker. ``rows.parquet`` has one row for each job of the sweep, in their order; the
+metadata of its columns hold their units. ``rows.csv`` is the same table as text, with the units beside the names.
 """
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from stitchmesh.errors import FileError, ParameterError, StitchMeshError
-from stitchmesh.io.atomic import atomic_path, write_json
+from stitchmesh.io.atomic import atomic_path, write_json, write_text
 from stitchmesh.io.checked import check_value
 from stitchmesh.io.json_file import read_json
 from stitchmesh.io.path_kind import is_file
+from stitchmesh.jobs.sweep.column_units import titled, unit_of
 from stitchmesh.jobs.sweep.parquet_columns import read_columns
 from stitchmesh.jobs.sweep.row import ERROR, Row
 from stitchmesh.jobs.sweep.task import SweptJob, Task
 
-TASKS, TABLE = "tasks", "rows.parquet"
-"""Folder of the files of finished tasks, and name of the table, in the folder of a sweep."""
+TASKS, TABLE, TEXT_TABLE = "tasks", "rows.parquet", "rows.csv"
+"""Folder of the files of finished tasks, and names of the table, in the folder of a sweep."""
+UNIT = "unit"
+"""Key of the unit in the metadata of a column."""
 JOB, KEY = "job_number", "job_key"
 """The first two columns: the number of the job, from 0, and its key."""
 REMEDY = "install it by `pip install stitchmesh[sweeps]`"
@@ -58,8 +64,8 @@ def read_rows(folder: Path, task: Task) -> dict[str, Row] | None:
 def write_table(folder: Path, jobs: Sequence[SweptJob], rows: Mapping[str, Row]) -> None:
     """Write the table of all rows that there are.
 
-    A column holds numbers, texts, truth values or lists of numbers. A measure that a job does not have is missing
-    there.
+    A column holds numbers, texts, truth values or lists of numbers, which are JSON in the text. A measure that a job
+    does not have is missing there.
 
     Args:
         folder: folder of the sweep.
@@ -77,8 +83,17 @@ def write_table(folder: Path, jobs: Sequence[SweptJob], rows: Mapping[str, Row])
     full = [{JOB: number, KEY: one.key, **rows[one.key]} for number, one in enumerate(jobs) if one.key in rows]
     names = list(dict.fromkeys(name for row in full for name in row)) or [JOB, KEY, ERROR]
     columns = {name: _column([row.get(name) for row in full]) for name in names}
+    table = pyarrow.table(columns)
+    fields = [field.with_metadata({UNIT: unit_of(field.name) or ""}) for field in table.schema]
     with atomic_path(folder / TABLE) as temporary, temporary.open("wb") as file:  # whose errors are those of the system
-        parquet.write_table(pyarrow.table(columns), file)
+        parquet.write_table(table.cast(pyarrow.schema(fields)), file)
+    text = io.StringIO()
+    lines = csv.writer(text, lineterminator="\n")
+    lines.writerow(map(titled, names))
+    for values in zip(*columns.values(), strict=True):
+        lines.writerow(["" if value is None else json.dumps(value) if isinstance(value, list) else value
+                        for value in values])  # fmt: skip
+    write_text(folder / TEXT_TABLE, text.getvalue())
 
 
 def read_table(folder: Path) -> dict[str, list[Any]]:

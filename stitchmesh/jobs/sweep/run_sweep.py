@@ -25,7 +25,15 @@ from stitchmesh.io.path_kind import whole_path
 from stitchmesh.jobs.job_status import JobLog, Listener
 from stitchmesh.jobs.run_job import BUSY, end_reported
 from stitchmesh.jobs.stop import StopRequest
-from stitchmesh.jobs.sweep.result_table import TABLE, TASKS, import_pyarrow, read_rows, write_rows, write_table
+from stitchmesh.jobs.sweep.result_table import (
+    TABLE,
+    TASKS,
+    TEXT_TABLE,
+    import_pyarrow,
+    read_rows,
+    write_rows,
+    write_table,
+)
 from stitchmesh.jobs.sweep.row import ERROR, Row
 from stitchmesh.jobs.sweep.scheduling import Ended, Waiting, work_with
 from stitchmesh.jobs.sweep.sweep import Sweep
@@ -74,8 +82,8 @@ def run_sweep(
 ) -> FinishedSweep:  # fmt: skip
     """Do all jobs of a sweep, and write their table.
 
-    The folder gets ``rows.parquet``, a row for each job (``read_table``), ``status.json`` while it runs, and what the
-    sweep keeps of each job. Jobs that an earlier run has done are not done again.
+    The folder gets ``rows.parquet`` and ``rows.csv``, a row for each job (``read_table``), ``status.json`` while it
+    runs, and what the sweep keeps of each job. Jobs that an earlier run has done are not done again.
 
     Args:
         sweep: the sweep (``read_sweep``).
@@ -102,7 +110,7 @@ def run_sweep(
     target = whole_path(folder)
     with guarded_outputs(overwrite=overwrite), _doing(target, workers, scheduler, sweep) as (device, do):
         jobs = jobs_of(sweep, device)  # Before the folder is made: a sweep that is refused leaves nothing.
-        plan_outputs([target / TABLE], folder=target)
+        plan_outputs([target / TABLE, target / TEXT_TABLE], folder=target)
         claim_folder(target, (TASKS, PICTURES, YARN_FILES, GARMENTS, FAULTS))
         lock = FolderLock(target, BUSY)
         try:

@@ -72,7 +72,7 @@ def lowest_rest(prepared: PreparedSwatch, yarns: YarnSet, relax: Relax) -> Askin
         others = yield Several([_from_start(prepared, yarns, number, relax, done) for number in some])
         for number, other in zip(some, others, strict=True):
             if isinstance(other, SolverError):
-                logger.info("start %d of the search for the lowest state: %s", number + 1, other)
+                logger.debug("start %d of the search for the lowest state: %s", number + 1, other)
             elif isinstance(other, StitchMeshError):
                 raise other
             elif other is not None:

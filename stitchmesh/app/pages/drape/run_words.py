@@ -50,8 +50,8 @@ def run_words(run: AnyRun) -> str:
         return f"Running: {run.task.stage}, {100 * run.task.done:.0f} %." if run.task.stage else "Preparing."
     now = run.newest
     state = "Paused" if run.paused else "Running"
-    left = run.seconds_left
-    remaining = f" About {duration(left)} left." if left is not None and not run.paused else ""
+    left = run.outlook.words
+    remaining = f" {left[0].upper()}{left[1:]}." if left and not run.paused else ""
     time = now.state.end.time
     static = now.state.prepared.scene.mode == "static"
     work = _counted(now.iteration, *(("iteration", "iterations") if static else ("step", "steps")))

@@ -9,7 +9,7 @@ from stitchmesh.jobs.job_status import JobStatus
 from stitchmesh.markup import Markup, markup
 
 MOST = 0.99
-"""Largest part of a stage that is shown as completed while it runs: yarns whose residual is small may still creep."""
+"""Largest part of a stage that is shown as completed while it runs."""
 
 
 def job_html(status: JobStatus | None) -> Markup:
@@ -20,7 +20,7 @@ def job_html(status: JobStatus | None) -> Markup:
     title, bar = f"The job {_state(status)} after {status.seconds:,.0f} s", Markup()
     if status.state == "running" and (status.done < 1.0 or status.note):
         done = min(status.done, MOST)
-        left = f", about {status.seconds_left:,.0f} s left" if status.seconds_left and done < MOST else ""
+        left = f", {status.outlook.words}" if status.outlook.words and done < MOST else ""
         rows.append((status.stage, f"{done:.0%}{left}"))
         frame = '<progress value="{}" aria-label="{}" style="width:100%"></progress>'
         bar = markup(frame, f"{done:.3f}", status.stage)

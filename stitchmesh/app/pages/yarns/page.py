@@ -196,7 +196,7 @@ class YarnsPage(Page):
         self._run = LiveRun(
             self.app.tasks, "relaxing the yarns", relax, stage="yarnrelax", done=done,
             failed=lambda error: self._end_run(), max_iterations=quality.max_iterations,
-            frame_bytes=BYTES_PER_POINT * len(yarns.points),
+            frame_bytes=BYTES_PER_POINT * len(yarns.points), goal=quality.resting_residual,
         )  # fmt: skip
         self._run.on_snapshot = self._show_snapshot
         self._keep(**{INTERRUPTED: decisive_choices(settings), "tolerance": quality.tolerance})
