@@ -3,11 +3,13 @@
 """Rows with several yarns: floats behind the stitches of other yarns, and tails where a yarn is cut.
 
 A yarn that pauses in a row is carried on the wrong side to its next stitch in the row, or to the end of the row. The
-carried yarn is a float. Each float runs in a lane, which is a fixed height of the face: the yarn with the lowest number
-takes the lowest lane. The lane is ``FLOAT_CLEARANCE`` behind the deepest yarn that the float passes. Where yarns change
+carried yarn is a float. Each float runs in a lane, which is a height of the face: the yarn with the lowest number takes
+the lowest lane. The lane is ``FLOAT_CLEARANCE`` behind the deepest yarn that the float passes. Where yarns change
 between two stitches, the yarn with the lower number crosses the wale side below the other yarn. The yarns of one row
-therefore keep the same order along the whole row and never twist around each other. A yarn is cut where its float would
-be too long.
+therefore keep the same order along the whole row and never twist around each other. Where a row has more than two
+yarns, others float past such a change. All lanes then have heights of their own, and are further behind
+(``DEEP_CLEARANCE``): a yarn reaches the height of its lane in front of the other lanes, and passes between them. A yarn
+is cut where its float would be too long.
 """
 
 from __future__ import annotations
@@ -25,10 +27,14 @@ from stitchmesh.yarngen.row_ends import Strand, Strands, tail_points
 from stitchmesh.yarngen.templates.table import template
 
 FLOAT_CLEARANCE = 2.2
-"""Distance of a float behind the deepest yarn that it passes, and between lanes that lie behind each other [radii]."""
+"""Distance of a float behind the deepest yarn that it passes [radii]."""
 LANE_SHARES = (0.0, 0.45)
-"""Height of each lane above the bottom of the face, over the height of the face. If a row has more yarns than lanes,
-the other yarns use the same heights further behind."""
+"""Height of the lanes of two yarns above the bottom of the face, over the height of the face."""
+DEEP_CLEARANCE = 5.2
+"""Distance of a float behind the deepest yarn that it passes, in a row of more than two yarns [radii]."""
+LOWEST_LANE = -0.15
+"""Height of the lowest lane in such a row, as in ``LANE_SHARES``; the others are equally far apart, up to the lowest
+lane of the row above."""
 CHANGE_SHARES = (-0.02, 0.33)
 """Height at which the yarn of the lower number and the yarn of the higher number cross the wale side between their
 stitches, over the height of the face."""
@@ -103,12 +109,12 @@ class Rows:
 
     def lane(self, face: int, yarn: int) -> tuple[float, float]:
         """Height of the lane of a yarn above the bottom of a face, over the height of the face, and its depth [cm]."""
-        rank = int(np.searchsorted(self.yarns[face], yarn))
+        count, rank = len(self.yarns[face]), int(np.searchsorted(self.yarns[face], yarn))
         stitch = self.fabric.stitch_type(int(self.fabric.stitch[face]))
         deepest = _deepest(stitch, int(self.fabric.n_bottom[face]), int(self.fabric.n_top[face]))
-        return LANE_SHARES[rank % len(LANE_SHARES)], (
-            deepest - FLOAT_CLEARANCE * (1 + rank // len(LANE_SHARES))
-        ) * self.radius
+        if count <= len(LANE_SHARES):
+            return LANE_SHARES[rank], (deepest - FLOAT_CLEARANCE) * self.radius
+        return LOWEST_LANE + rank / count, (deepest - DEEP_CLEARANCE) * self.radius
 
     def float_points(self, faces: list[int], yarn: int) -> list[FloatArray]:
         """Points of a yarn that floats behind faces [cm], each of shape (3,), in the lattice image of the first face.

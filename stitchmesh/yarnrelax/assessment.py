@@ -50,10 +50,9 @@ class Assessment:
         """Whether the residual cannot be distinguished from the effect of rounding."""
         return self.residual <= ABOVE_NOISE * self.rounding
 
-    @property
-    def remedy(self) -> str:
-        """Advice for yarns that are not at rest: a higher precision if the force is noise, else more iterations."""
-        if self.is_noise:
+    def remedy(self, tolerance: float) -> str:
+        """Advice for yarns that are not at rest: a higher precision if rounding hides rest, else more iterations."""
+        if self.hidden or (self.is_noise and self.rounding > tolerance):
             return f"rounding of coordinates alone leaves {self.rounding:.2g}: {MORE_DIGITS}"
         return MORE_ITERATIONS
 
@@ -114,6 +113,10 @@ class Assessments:
     def is_noise(self) -> NDArray[np.bool_]:
         """Whether each residual cannot be distinguished from the effect of rounding, shape (C,)."""
         return self.residual <= ABOVE_NOISE * self.rounding
+
+    def hides_rest(self, tolerance: float) -> NDArray[np.bool_]:
+        """Whether rounding alone leaves each cell more than the tolerance, or all its forces are noise, shape (C,)."""
+        return self.hidden | (self.is_noise & (self.rounding > tolerance))
 
     @property
     def finite(self) -> NDArray[np.bool_]:

@@ -28,8 +28,8 @@ zero. The effect of rounding is measured: all coordinates are changed by their l
 
 because a change by one digit is sqrt(12) times the rms of a rounding error. The noise is at least that of a coordinate
 of one radius, because products are rounded too. Where the noise alone exceeds the tolerance, only a higher precision
-helps. The noise is measured where a bound, the row sums of stiffness times the size of the coordinates and the
-precision, cannot exclude it.
+helps, and the relaxation ends once the residual is noise and the energy is level. The noise is measured where a bound,
+the row sums of stiffness times the size of the coordinates and the precision, cannot exclude it.
 
 Where the forces of the terms are at most a few times the noise, they cannot be distinguished from zero. Unloaded yarns,
 straight and apart, are then at rest, and the residual is 0. They are unloaded if bending and contact have at most the
@@ -181,7 +181,7 @@ def is_at_rest(
 
 
 def hidden_by_rounding(
-    last: Assessments, at_rest: NDArray[np.bool_], stalled: NDArray[np.bool_]
+    last: Assessments, at_rest: NDArray[np.bool_], stalled: NDArray[np.bool_], tolerance: float
 ) -> NDArray[np.bool_]:
     """Whether more digits are needed to say if each cell is at rest, or to lower its energy, shape (C,).
 
@@ -189,8 +189,9 @@ def hidden_by_rounding(
         last: the assessments of the cells.
         at_rest: whether each cell is at rest, shape (C,).
         stalled: whether no step lowers the energy of each cell, shape (C,).
+        tolerance: ``Quality.tolerance``.
     """
-    return (last.is_noise | stalled) & ~at_rest
+    return (last.hides_rest(tolerance) | stalled) & ~at_rest
 
 
 def rounding_force(model: Model, stiffness: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -271,7 +271,7 @@ class RelaxationLoop:
             fall = np.where(size > 0.0, (self.last.energy - now.energy) / size, 0.0)
         self.energy_fall = np.where(cells, fall, self.energy_fall)
         self.last = self.last.replaced(cells, now)
-        self.stalled |= cells & now.hidden & is_level(self.energy_fall, self.tolerance)
+        self.stalled |= cells & now.hides_rest(self.tolerance) & is_level(self.energy_fall, self.tolerance)
         done = self.iteration - self.before
         if self.settling is not None and cells.any() and self.settling.is_due(done):
             self.remaining[0] = self.settling.note_state(self.simulation, done, now[0])

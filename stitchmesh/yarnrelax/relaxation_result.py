@@ -53,7 +53,7 @@ def relaxation_report(
         "stopped": stopped,
         "out_of_time": out_of_time,
         "residual": loop.last[0].residual,
-        "hidden_by_rounding": bool(hidden_by_rounding(loop.last, loop.at_rest, loop.stalled)[0]),
+        "hidden_by_rounding": bool(hidden_by_rounding(loop.last, loop.at_rest, loop.stalled, loop.tolerance)[0]),
         "remaining_change": None if left is None else asdict(left),
         "energy": loop.last[0].energy,
         "energies": loop.last[0].energies,
@@ -70,7 +70,7 @@ def relaxation_report(
 def unrest_text(loading: Loading, *, out_of_time: bool = False) -> str:
     """Say how far the yarns are from rest, what was expected, and what would help."""
     loop = loading.loop
-    last, remedy = loop.last[0], loop.last[0].remedy
+    last, remedy = loop.last[0], loop.last[0].remedy(loop.tolerance)
     if out_of_time:
         remedy = "the time is over: allow more"
     elif loop.stalled[0] and remedy == MORE_ITERATIONS:
@@ -87,5 +87,7 @@ def _change_text(loop: RelaxationLoop) -> str:
     left, fall = loop.remaining[0], float(loop.energy_fall[0])
     if left is not None:
         return f"spacing to change by about {left.spacing:.2g} of itself (expected {loop.largest_change:g})"
+    if loop.simulation.newton is not None or loop.settling is not None:
+        return f"spacing to change by an amount that is not known yet (expected {loop.largest_change:g} of itself)"
     falling = f"falling by {fall:.2g} of itself" if np.isfinite(fall) else "not level"
     return f"energy {falling} (expected {LARGEST_ENERGY_FALL * loop.tolerance:g})"

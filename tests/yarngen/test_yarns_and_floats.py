@@ -16,6 +16,8 @@ from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, FloatArray, StitchMesh
 from stitchmesh.mesh.courses import find_courses
 from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.patterns import parse_pattern
+from stitchmesh.periodic.repeat.torus import torus_mesh
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns
@@ -156,6 +158,18 @@ def test_the_yarn_of_the_lower_number_floats_in_the_lower_lane():
     for face, points in floats_within(routes):
         lane = (points[:, 1] - base[face]) / whole.side_length[whole.right_wale[face]]
         np.testing.assert_allclose(lane, LANE_SHARES[whole.yarn[face]], atol=1e-9)  # rounding
+
+
+@pytest.mark.parametrize(("chart", "distance"), [
+    (("012", "120"), 1.5), (("0123", "1032"), 1.3), (("3210", "2301"), 1.3), (("0213", "1032", "3120"), 1.3),
+    (("01234", "12340"), 0.95), (("012345", "123450"), 0.75),
+])  # fmt: skip
+def test_yarns_of_a_row_start_apart_however_many_they_are(chart, distance):
+    """Lanes of six yarns are a sixth of a course apart: 1.05 radii, and less where a yarn passes between two lanes."""
+    pattern = parse_pattern("\n".join(["chart colours:", *chart]))
+    fabric = torus_mesh(pattern, stitch_width=8 * 0.125, stitch_height=0.77 * 8 * 0.125)
+    yarns = generate_yarns(fabric, yarn_radius=0.125, quality="standard", longest_float=7)
+    assert smallest_distance(yarns, 2 * 0.125)[0] > distance * 0.125
 
 
 def test_a_yarn_is_cut_where_it_would_float_too_far():

@@ -106,9 +106,9 @@ def test_the_remedy_names_float64_if_rounding_prevents_convergence() -> None:
     # ends of these yarns by less.
     assert coarse.rounding > DRAFT.tolerance
     assert coarse.residual > DRAFT.tolerance
-    assert "max_iterations" in fine.remedy
+    assert "max_iterations" in fine.remedy(DRAFT.tolerance)
     rounding_only = replace(coarse, residual=coarse.rounding)
-    assert "float64" in rounding_only.remedy
+    assert "float64" in rounding_only.remedy(DRAFT.tolerance)
 
 
 def test_candidate_lists_that_exceed_the_memory_are_refused_by_place(monkeypatch: pytest.MonkeyPatch) -> None:

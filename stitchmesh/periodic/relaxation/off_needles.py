@@ -180,7 +180,8 @@ def _release(
     from stitchmesh.yarnrelax.friction.friction import Friction
     from stitchmesh.yarnrelax.load_steps import LoadStep, relax_through_steps
 
-    steps = [LoadStep(*(share * force for force in forces)) for share in falling(1.0, LAST_FORCE, RELEASE_STEPS)]
+    course, wale = forces
+    steps = [LoadStep(share * course, share * wale) for share in falling(1.0, LAST_FORCE, RELEASE_STEPS)]
     steps += [LoadStep(friction=share) for share in friction_left(release.state)]
     return ask(
         relax_through_steps, drawn, steps, friction=Friction(release.friction), material=material, quality=quality,

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -19,6 +20,8 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
 from stitchmesh.yarnrelax.saddle import continued, relax_to_minimum
+
+logger = logging.getLogger(__name__)
 
 
 @answered_alone
@@ -51,13 +54,28 @@ def _relax(
     prepared: PreparedSwatch, step: Quality, progress: Callable[[HistoryEntry], None] | Literal[False] | None,
     yarns: YarnSet, done: int,
 ) -> Asking[Relaxation]:  # fmt: skip
-    """Relax yarns with a sampling, after a number of iterations that count for the limit of all together."""
-    quality = replace(step, max_iterations=int(min(step.max_iterations, max(prepared.most_iterations - done, 0))))
-    given: dict[str, Any] = {
-        "material": prepared.similar, "quality": quality, "device": prepared.device, "cell": prepared.cell,
-        "terms": prepared.terms, "progress": progress,
-    }  # fmt: skip
-    if prepared.cell is None:
-        relaxed: Relaxation = yield ask(relax_yarns, yarns, **given)
-        return relaxed
-    return (yield from relax_to_minimum.asking(yarns, **given))
+    """Relax yarns with a sampling, after a number of iterations that count for the limit of all together.
+
+    Where rounding hides whether they are at rest, as in satins, whose long floats carry small forces, they relax on in
+    float64.
+    """
+    found: Relaxation | None = None
+    for precision in (step.precision, "float64"):
+        if found is not None and (precision == step.precision or not found.report["hidden_by_rounding"]):
+            break
+        if found is not None:
+            logger.warning("rounding hides rest in float32; the swatch relaxes on in float64")
+        before = done if found is None else done + found.report["iterations"]
+        left = int(min(step.max_iterations, max(prepared.most_iterations - before, 0)))
+        given: dict[str, Any] = {
+            "material": prepared.similar, "quality": replace(step, precision=precision, max_iterations=left),
+            "device": prepared.device, "cell": prepared.cell, "terms": prepared.terms, "progress": progress,
+        }  # fmt: skip
+        start = yarns if found is None else found.yarns
+        if prepared.cell is None:
+            relaxed: Relaxation = yield ask(relax_yarns, start, **given)
+        else:
+            relaxed = yield from relax_to_minimum.asking(start, **given)
+        found = relaxed if found is None else continued(relaxed, found)
+    assert found is not None
+    return found

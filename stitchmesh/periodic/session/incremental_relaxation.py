@@ -236,7 +236,7 @@ class LiveSwatch:
         if not self._is_at_rest():
             last = self.loop.last[0]
             found = f"residual {last.residual:.2g} after {self.loop.iteration} iterations"
-            logger.warning("swatch is not at rest: %s; %s", found, last.remedy)
+            logger.warning("swatch is not at rest: %s; %s", found, last.remedy(self.loop.tolerance))
 
     def _step_back(self, error: SolverError) -> None:
         """Return to the state before the last increment; if that has failed before, start from the generated yarns.

@@ -233,7 +233,7 @@ class _Run:
         assert isinstance(solver, LBFGS)
         tenth, gradient = solver.gradients()
         last, at_rest, left = self.loop.last, self.loop.at_rest, self.loop.remaining
-        hidden = hidden_by_rounding(last, at_rest, self.loop.stalled)
+        hidden = hidden_by_rounding(last, at_rest, self.loop.stalled, self.loop.tolerance)
         distance, strain = self.simulation.smallest_distances(), self._largest_strains()
         return {
             cell: RelaxedCell(yarns[cell], {
