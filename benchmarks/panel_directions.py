@@ -18,7 +18,7 @@ from stitchmesh.errors import StitchMeshError
 from stitchmesh.meshrelax import relax_mesh
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh
 from stitchmesh.shaping.panels.shape_panels import ShapedPanels, knit_panels
-from stitchmesh.yarngen import generate_yarns
+from stitchmesh.yarngen import generate_yarns, make_room
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
 from tests.shaping.panels.sewing_patterns import bag, skirt, t_shirt
 
@@ -38,7 +38,7 @@ def knitted(panels: PanelMesh, angle: float, width: float) -> ShapedPanels:
 def state(shaped: ShapedPanels) -> str:
     """Return whether the loops hold each other, or what refuses them."""
     try:
-        fabric = relax_mesh(shaped.fabric, surface=shaped.surface, progress=False)
+        fabric = make_room(relax_mesh(shaped.fabric, surface=shaped.surface, progress=False))
         check_loops(fabric, generate_yarns(fabric))
     except StitchMeshError as error:
         return str(error)

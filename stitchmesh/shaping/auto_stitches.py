@@ -22,12 +22,13 @@ from stitchmesh.errors import MeshError, ParameterError, TessellationError, chec
 from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_FOUND_STITCH, check_memory
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.progress import Progress, shown_stages
+from stitchmesh.shaping.branchings import with_joins_and_parts_apart
 from stitchmesh.shaping.counts import SMALLEST_TIP, StitchSize, rounded_count
 from stitchmesh.shaping.ends import Ends
 from stitchmesh.shaping.finer_than_stitches import knitted_surface
 from stitchmesh.shaping.flat_pieces import knitted_flat_piece
 from stitchmesh.shaping.found_stitches import faces_of
-from stitchmesh.shaping.level_lines import LevelLines, level_lines, without_small_tips
+from stitchmesh.shaping.level_lines import LevelLines, without_small_tips
 from stitchmesh.shaping.marks import TimeMark, marked_ends
 from stitchmesh.shaping.options import UP, check_most_shaping
 from stitchmesh.shaping.plain_places import plain_places
@@ -212,7 +213,8 @@ def levels_of_part(
     ends = marked_ends(part, marks, up)
     courses, ends = knitting_time(part, ends, size.height, lambda done: report(SHARE_OF_TIME * done, "time"))
     report(SHARE_OF_TIME, "lines")
-    levels = without_small_tips(level_lines(part, courses, ends), SMALLEST_TIP * size.width)
+    lines, courses = with_joins_and_parts_apart(part, courses, ends, size.height)
+    levels = without_small_tips(lines, SMALLEST_TIP * size.width)
     if not any(band.below and band.above for band in levels.bands):
         place, extent = part.vertices.mean(axis=0).round(1).tolist(), np.ptp(part.vertices, axis=0).max()
         raise TessellationError(

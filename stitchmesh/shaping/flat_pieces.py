@@ -56,7 +56,7 @@ def knitted_flat_piece(
         0, RefinedPanel(part, panel.texture, np.arange(len(part.vertices))), pieces, direction[0], size.height
     )
     made = PanelStitches(size)
-    made.knit(0, level_lines(part, found.courses, found.ends), hems_of(found, pieces, size.width))
+    made.knit(0, level_lines(part, found.courses, found.ends, panel.texture), hems_of(found, pieces, size.width))
     lines = [LevelLine(0, part.vertices[piece.vertices], closed=False) for piece in pieces]
     return sewn_fabric(made, pieces, lines)[0], found.courses, found.ends
 

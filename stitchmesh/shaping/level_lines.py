@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.selection.borders import CLOSED_LENGTH
@@ -34,6 +35,8 @@ class LevelLine:
     """Points along the line [cm], shape (n, 3); a closed line does not repeat its first point."""
     closed: bool
     """Whether the line is a ring."""
+    flat: FloatArray | None = None
+    """The same points in the flat pattern of a panel [cm], shape (n, 2); None on other surfaces."""
 
     @property
     def along(self) -> FloatArray:
@@ -52,6 +55,11 @@ class LevelLine:
         points = np.concatenate([self.points, self.points[:1]]) if self.closed else self.points
         place = np.mod(place, along[-1]) if self.closed else np.clip(place, 0.0, along[-1])
         return np.stack([np.interp(place, along, points[:, k]) for k in range(3)], axis=1)
+
+    def flat_at(self, place: FloatArray) -> FloatArray:
+        """Return the points in the flat pattern at some lengths along an open line [cm], shape (n, 2)."""
+        assert self.flat is not None
+        return np.stack([np.interp(place, self.along, self.flat[:, k]) for k in range(2)], axis=1)
 
     def nearest(self, point: FloatArray) -> tuple[float, float]:
         """Return the length along the line of the point of it nearest to a point, and their distance [cm]."""
@@ -96,17 +104,20 @@ class LevelLines:
         return sum(self.lines[line].closed for line in ends - self.borders - self.at_holes)
 
 
-def level_lines(surface: TriangleSurface, time: FloatArray, ends: Ends) -> LevelLines:
+def level_lines(
+    surface: TriangleSurface, time: FloatArray, ends: Ends, flat: FloatArray | None = None
+) -> LevelLines:
     """Find the lines of all whole numbers, and the bands between them.
 
     Args:
         surface: the surface.
         time: time of each vertex in courses, shape (V,).
         ends: the ends, which are lines too; their times are whole numbers.
+        flat: position of each vertex in the flat pattern of a panel [cm], shape (V, 2).
     """
-    value, borders = _off_the_levels(surface, time, ends)
+    value, borders = _off_the_levels(surface, time, ends, flat)
     segments = _segments(surface, value)
-    lines, line_of_node = _chains(segments, surface, value)
+    lines, line_of_node = _chains(segments, surface, value, flat)
     first = len(lines)
     lines += [line for line, _, _ in borders]
     sides = _sides_of_bands(surface, value, segments, line_of_node, len(lines))
@@ -116,7 +127,7 @@ def level_lines(surface: TriangleSurface, time: FloatArray, ends: Ends) -> Level
 
 
 def _off_the_levels(
-    surface: TriangleSurface, time: FloatArray, ends: Ends
+    surface: TriangleSurface, time: FloatArray, ends: Ends, flat: FloatArray | None
 ) -> tuple[FloatArray, list[tuple[LevelLine, IntArray, bool]]]:
     """Move vertices off whole numbers, and make the lines of the ends.
 
@@ -130,14 +141,21 @@ def _off_the_levels(
     found = []
     for end in (*ends.roots, *ends.others):
         ring, level_of_end = np.unique(end.vertices), round(time[end.vertices[0]])
-        touching = surface.edges[np.isin(surface.edges, ring).sum(axis=1) == 1]
-        starts = bool(time[touching[~np.isin(touching, ring)]].mean() > time[ring[0]])
+        starts = bool(time[_beside(surface, ring)].mean() > time[ring[0]])
         value[ring] = level_of_end + (BESIDE_LEVEL if starts else -BESIDE_LEVEL)
         if len(ring) > 1:
             path = end.vertices if starts else end.vertices[::-1]
             closed = _is_ring(surface, end.vertices)
-            found.append((LevelLine(level_of_end, surface.vertices[path], closed), ring, starts))
+            own = None if flat is None else flat[path]
+            found.append((LevelLine(level_of_end, surface.vertices[path], closed, own), ring, starts))
     return value, found
+
+
+def _beside(surface: TriangleSurface, ring: IntArray) -> IntArray:
+    """Vertices across the edges of an end, or around a tip; what lies beyond the corners of a hole does not count."""
+    own = np.isin(surface.triangles, ring)
+    across = own.sum(axis=1) == min(len(ring), 2)
+    return surface.triangles[across][~own[across]]
 
 
 def _is_ring(surface: TriangleSurface, vertices: IntArray) -> bool:
@@ -187,7 +205,7 @@ def _side_edges(surface: TriangleSurface) -> IntArray:
 
 
 def _chains(
-    segments: _Segments, surface: TriangleSurface, value: FloatArray
+    segments: _Segments, surface: TriangleSurface, value: FloatArray, flat: FloatArray | None = None
 ) -> tuple[list[LevelLine], IntArray]:
     """Join segments to lines; return the lines, and the line of each node."""
     count = len(segments.node_edge)
@@ -198,7 +216,11 @@ def _chains(
     ends = surface.edges[segments.node_edge]
     low, high = value[ends[:, 0]], value[ends[:, 1]]
     share = ((segments.node_level - low) / (high - low))[:, None]
-    points = surface.vertices[ends[:, 0]] * (1.0 - share) + surface.vertices[ends[:, 1]] * share
+    points, own = (
+        None if place is None else place[ends[:, 0]] * (1.0 - share) + place[ends[:, 1]] * share
+        for place in (surface.vertices, flat)
+    )
+    assert points is not None
     lines: list[LevelLine] = []
     line_of_node, after = np.full(count, -1), following.tolist()
     for start in [*np.flatnonzero(~has_previous).tolist(), *range(count)]:
@@ -209,8 +231,16 @@ def _chains(
             chain.append(node)
             node = after[node]
         line_of_node[chain] = len(lines)
-        lines.append(LevelLine(int(segments.node_level[start]), points[chain], node == start))
+        level = int(segments.node_level[start])
+        lines.append(LevelLine(level, points[chain], node == start, None if own is None else own[chain]))
     return lines, line_of_node
+
+
+def lines_between(surface: TriangleSurface, high: NDArray[np.bool_]) -> tuple[IntArray, IntArray]:
+    """Return the edges between high vertices of a surface and others, shape (n,), and the line across each, (n,)."""
+    value = np.where(high, 0.5, -0.5)
+    segments = _segments(surface, value)
+    return segments.node_edge, _chains(segments, surface, value)[1]
 
 
 @dataclass

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from stitchmesh.mesh import Mesh
@@ -59,3 +61,33 @@ def sheet(drawing: str, cell: float) -> Mesh:
     faces = [[number[x + a, y + b] for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))] for x, y in corners]
     points = cell * np.array([(x, y, 0.0) for x, y in places])
     return in_triangles(Mesh.from_polygons(points, faces))
+
+
+def double_sheet(drawing: str, cell: float, thickness: float) -> Mesh:
+    """The two sides of a drawing, joined at its outline and around its holes, and open below and above [cm]."""
+    lines = drawing.split()[::-1]
+    squares = [(x, y) for y, line in enumerate(lines) for x, sign in enumerate(line) if sign == "#"]
+    around = ((0, 0), (1, 0), (1, 1), (0, 1))
+    places = sorted({(x + a, y + b, side) for x, y in squares for a, b in around for side in (-1, 1)})
+    number = {place: vertex for vertex, place in enumerate(places)}
+    faces = []
+    for x, y in squares:
+        ring = [(x + a, y + b) for a, b in around]
+        faces += [[number[*p, 1] for p in ring], [number[*p, -1] for p in ring[::-1]]]
+        for (a, b), step in zip(pairwise([*ring, ring[0]]), ((0, -1), (1, 0), (0, 1), (-1, 0)), strict=True):
+            beside = (x + step[0], y + step[1])
+            if beside not in squares and 0 <= beside[1] < len(lines):
+                faces.append([number[*b, 1], number[*a, 1], number[*a, -1], number[*b, -1]])
+    points = np.array(places) * [cell, cell, 0.5 * thickness]
+    return in_triangles(Mesh.from_polygons(points, faces))
+
+
+def tube_with_holes(drawing: str, cell: float) -> Mesh:
+    """A drawing of squares of some size [cm], rolled to a tube."""
+    flat = sheet(drawing, cell)
+    count = drawing.index(" ")
+    angle = 2.0 * np.pi * np.rint(flat.vertices[:, 0] / cell) / count
+    radius = count * cell / (2.0 * np.pi)
+    points = np.stack([radius * np.sin(angle), flat.vertices[:, 1], radius * np.cos(angle)], axis=1)
+    _, first, place = np.unique(np.round(points, 6), axis=0, return_index=True, return_inverse=True)
+    return Mesh.from_polygons(points[first], place.ravel()[flat.face_vertex].reshape(-1, 3).tolist())

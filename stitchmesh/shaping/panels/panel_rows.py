@@ -20,13 +20,16 @@ from stitchmesh.shaping.chains import Chain
 from stitchmesh.shaping.counts import SLACK, StitchSize
 from stitchmesh.shaping.level_lines import Band, LevelLine, LevelLines
 from stitchmesh.shaping.panels.hems import Hem
+from stitchmesh.shaping.rows import AT_EDGE, Rows
 from stitchmesh.shaping.wales import Wales, join_courses
 from stitchmesh.tessellate.panel import StitchFaces, stitch_for
 
-GENTLE = 2
+GENTLE = 1
 """Stitches by which a row may be shorter or longer at one end than the row below without binding off or casting on."""
-EQUALLY_NEAR = 0.25
-"""Difference of two distances from a course, in stitch widths, up to which both are equally near."""
+END_TO_END = 0.25
+"""Distance of the end of a course from the start of another one, in stitch widths, up to which they are one course."""
+NEAR_IN_PATTERN = 8.0
+"""Factor of this distance in the flat pattern, in which the two sides of a dart are apart."""
 BESIDE = 0.05
 """Distance from a vertex, in stitch widths, up to which an end of a line counts as beside it."""
 SHORTEST_LINE = 0.75
@@ -58,27 +61,36 @@ class _Course:
 
     def followed_by(self, other: _Course) -> _Course:
         """Return the course and another one that starts at its end."""
-        line = LevelLine(self.line.level, np.concatenate([self.line.points, other.line.points[1:]]), closed=False)
+        assert self.line.flat is not None and other.line.flat is not None
+        points = np.concatenate([self.line.points, other.line.points[1:]])
+        flat = np.concatenate([self.line.flat, other.line.flat[1:]])
+        line = LevelLine(self.line.level, points, closed=False, flat=flat)
         place = np.concatenate([self.place, self.place[-1] + other.place[1:]])
         return _Course(line, self.chain.followed_by(other.chain), place)
 
-    def vertex_beside(self, point: FloatArray, *, first: bool) -> int:
-        """Return the place in the chain of the vertex just outside an end of another line.
+    def ends_at(self, other: _Course, near: float) -> bool:
+        """Return whether another course starts where this one ends, as it does also at the tip of a dart [cm].
 
-        Rows of loops that are bound off then follow the outline without going back. The ends of a line may lie on each
-        other in space, as those of a sleeve do. Of several parts of the line that are equally near, the first one is
-        chosen for the first end of the other line, and the last one for its last.
+        In the flat pattern they may be ``NEAR_IN_PATTERN`` times as far apart, but not as the sides of a sleeve are.
         """
-        distance = np.linalg.norm(self.line.at(self.place) - point, axis=1)
+        assert self.line.flat is not None and other.line.flat is not None
+        in_space = np.linalg.norm(self.line.points[-1] - other.line.points[0])
+        in_pattern = np.linalg.norm(self.line.flat[-1] - other.line.flat[0])
+        return bool(in_space <= near and in_pattern <= NEAR_IN_PATTERN * near)
+
+    def vertex_beside(self, point: FloatArray, *, first: bool) -> int:
+        """Return the place in the chain of the vertex just outside an end of another line, at a point of the pattern.
+
+        Rows of loops that are bound off then follow the outline without going back. Distances are those in the flat
+        pattern, because the two sides of a panel may lie on each other in space, as those of a sleeve do.
+        """
+        flat = self.line.flat_at(self.place)
         spacing = self.line.length / len(self.chain.edges)
-        near = np.flatnonzero(distance <= distance.min() + EQUALLY_NEAR * spacing)
-        parts = np.split(near, np.flatnonzero(np.diff(near) > 1) + 1)
-        part = parts[0] if first else parts[-1]
-        nearest = int(part[distance[part].argmin()])
+        nearest = int(np.linalg.norm(flat - point, axis=1).argmin())
         outside = nearest - 1 if first else nearest + 1
         if not 0 <= outside < len(self.place):
             return nearest
-        at, away = self.line.at(self.place[[nearest, outside]])
+        at, away = flat[[nearest, outside]]
         return outside if float((point - at) @ (away - at)) > BESIDE * spacing**2 else nearest
 
 
@@ -113,7 +125,7 @@ class PanelStitches:
         for band in levels.bands:
             self._make_courses(levels, band, hems, courses, wanted)
             low, high = (
-                _end_to_end([courses[line] for line in lines if line in courses], EQUALLY_NEAR * self.size.width)
+                _end_to_end([courses[line] for line in lines if line in courses], END_TO_END * self.size.width)
                 for lines in (band.below, band.above)
             )
             for joint in _joints(low, high):
@@ -187,7 +199,10 @@ class PanelStitches:
             np.array([self.points[vertex] for vertex in chain.vertices])
             for chain in (joint.low_part, joint.high_part)
         )  # fmt: skip
-        return join_courses(below, above, self.size.width, np.zeros(len(below)))
+        penalty = np.zeros(len(below))
+        penalty[: Rows.edge_vertices] += AT_EDGE
+        penalty[len(penalty) - Rows.edge_vertices :] += AT_EDGE
+        return join_courses(below, above, self.size.width, penalty)
 
     def _add_face(self, low: Chain, high: Chain, wales: Wales, place: int, wale: tuple[int, ...]) -> None:
         """Add the face between two neighbouring wale edges."""
@@ -250,12 +265,11 @@ def _end_to_end(courses: list[_Course], near: float) -> list[_Course]:
         courses: the courses.
         near: distance of the end of one from the start of the next up to which they follow each other [cm].
     """
-    starts = np.array([course.line.points[0] for course in courses]).reshape(-1, 3)
     after = {}
     for number, course in enumerate(courses):
-        distance = np.linalg.norm(starts - course.line.points[-1], axis=1)
-        if distance[nearest := int(distance.argmin())] <= near and nearest != number:
-            after[number] = nearest
+        for other, following in enumerate(courses):
+            if number != other and course.ends_at(following, near):
+                after[number] = other
     found = []
     for first in sorted(set(range(len(courses))) - set(after.values())):
         whole, last = courses[first], first
@@ -281,8 +295,9 @@ def _joints(low: list[_Course], high: list[_Course]) -> list[_Joint]:
 
 def _facing_range(course: _Course, other: _Course) -> tuple[int, int]:
     """Places of the vertices of a course that are nearest to the ends of another one."""
-    points = other.line.points
-    return course.vertex_beside(points[0], first=True), course.vertex_beside(points[-1], first=False)
+    assert other.line.flat is not None
+    first, last = other.line.flat[[0, -1]]
+    return course.vertex_beside(first, first=True), course.vertex_beside(last, first=False)
 
 
 def _widened(

@@ -25,6 +25,13 @@ class RefinedPanel:
     own: IntArray
     """Vertices of the panel mesh that are the first vertices of the surface, ascending, shape (m,)."""
 
+    @property
+    def flat(self) -> FloatArray:
+        """Positions of the vertices in the flat pattern in the size that the panel has in space [cm], shape (n, 2)."""
+        a, b, c = (self.texture[self.surface.triangles[:, corner]] for corner in range(3))
+        area = 0.5 * np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]).sum()
+        return self.texture * np.sqrt(self.surface.area.sum() / max(float(area), np.finfo(np.float64).tiny))
+
     def place(self, vertex: int) -> int:
         """Return the vertex of the surface that a vertex of the panel mesh became."""
         return int(np.searchsorted(self.own, vertex))

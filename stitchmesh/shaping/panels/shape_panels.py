@@ -142,7 +142,7 @@ def _knit(
     for panel, found in enumerate(times):
         progress("shape", 0.5 + 0.5 * panel / panels.panel_count, f"stitches of panel {panel}")
         with _named(panel):
-            levels = level_lines(found.refined.surface, found.courses, found.ends)
+            levels = level_lines(found.refined.surface, found.courses, found.ends, found.refined.flat)
             made.knit(panel, levels, hems_of(found, pieces, size.width))
     lines = [LevelLine(0, panels.mesh.vertices[piece.vertices], closed=False) for piece in pieces]
     fabric, seams = sewn_fabric(made, pieces, lines, apart)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sewing patterns as OBJ texts: a bag, a skirt of gores, a panel with a dart and a T-shirt."""
+"""Sewing patterns as OBJ texts: a bag, a skirt of gores, a panel with a dart, T-shirts and dresses."""
 
 from __future__ import annotations
 
@@ -19,6 +19,11 @@ DART_PANEL_WIDTH, DART_PANEL_HEIGHT, DART_WIDTH, DART_DEPTH = 24.0, 20.0, 6.0, 1
 GORES, WAIST, HEM, SKIRT_LENGTH = 4, 16.0, 28.0, 36.0
 SHIRT_WIDTH, ARMPIT, SHOULDER, NECK_HEIGHT, NECK_WIDTH = 40.0, 27.0, 45.0, 48.0, 16.0
 SLEEVE_LENGTH, FRONT_NECK, BACK_NECK = 18.0, 8.0, 2.0
+BODY_DEPTH, DRESS_LENGTH = 8.0, 30.0
+BODY_HEIGHTS = np.concatenate([np.linspace(0.0, ARMPIT, 10), np.linspace(ARMPIT, SHOULDER, 7)[1:]])
+BODY_PLACES = np.concatenate(
+    [np.linspace(0.0, 12.0, 5), np.linspace(12.0, 28.0, 9)[1:], np.linspace(28.0, SHIRT_WIDTH, 5)[1:]]
+)
 
 
 @dataclass
@@ -122,23 +127,51 @@ def darted() -> PatternText:
     return text
 
 
-def t_shirt() -> PatternText:
-    """A T-shirt of a front, a back and two sleeves, with dropped shoulders and round necks."""
+def t_shirt(cap: float = 0.0, cuff: float = 0.0) -> PatternText:
+    """A T-shirt of a front, a back and two sleeves, with dropped shoulders and round necks.
+
+    Args:
+        cap: height of the cap of the sleeves in the pattern [cm].
+        cuff: height of the middle of the cuffs above their ends in the pattern [cm]; the lower edge is then curved.
+    """
     text = PatternText()
-    heights = np.concatenate([np.linspace(0.0, ARMPIT, 10), np.linspace(ARMPIT, SHOULDER, 7)[1:]])
-    x = np.concatenate([np.linspace(0.0, 12.0, 5), np.linspace(12.0, 28.0, 9)[1:], np.linspace(28.0, 40.0, 5)[1:]])
+    _add_body(text)
+    _add_sleeves(text, BODY_HEIGHTS[BODY_HEIGHTS >= ARMPIT], cap, cuff)
+    return text
+
+
+def dress(flare: float, curve: float) -> PatternText:
+    """A dress: the body of the T-shirt, and a flared skirt of a front and a back with curved hems.
+
+    Args:
+        flare: width that the hem has more than the waist at each side [cm].
+        curve: depth of the middle of the hem below its ends [cm].
+    """
+    text = PatternText()
+    _add_body(text)
+    grid = nodes(BODY_PLACES / SHIRT_WIDTH, np.linspace(1.0, 0.0, 14))
+    across, down = grid[:, :, 0], grid[:, :, 1]
+    x = 0.5 * SHIRT_WIDTH + (across - 0.5) * (SHIRT_WIDTH + 2.0 * flare * down)
+    height = -DRESS_LENGTH * down - curve * np.sin(np.pi * across) * down
+    for side in (1.0, -1.0):
+        z = side * (BODY_DEPTH + flare * down) * np.sin(np.pi * across)
+        texture, points = np.stack([side * x, height], axis=2), np.stack([x, height, z], axis=2)
+        text.add_panel(*((texture, points) if side > 0.0 else (texture[:, ::-1], points[:, ::-1])))
+    return text
+
+
+def _add_body(text: PatternText) -> None:
+    """Add a front and a back."""
     for side, depth in ((1.0, FRONT_NECK), (-1.0, BACK_NECK)):
-        grid = nodes(x, heights / SHOULDER)
+        grid = nodes(BODY_PLACES, BODY_HEIGHTS / SHOULDER)
         height = grid[:, :, 1] * _top(grid[:, :, 0], depth)
         bulge = np.sin(np.pi * grid[:, :, 0] / SHIRT_WIDTH)
         share = height / _top(grid[:, :, 0], 0.0)
-        z = side * (8.0 * bulge * (1.0 - share**4) + _armhole(height) * (1.0 - bulge))
+        z = side * (BODY_DEPTH * bulge * (1.0 - share**4) + _armhole(height) * (1.0 - bulge))
         z = np.where(share == 1.0, 0.0, z)
         points = np.stack([grid[:, :, 0], height, z], axis=2)
         texture = np.stack([side * grid[:, :, 0], height], axis=2)
         text.add_panel(*((texture, points) if side > 0.0 else (texture[:, ::-1], points[:, ::-1])))
-    _add_sleeves(text, heights[heights >= ARMPIT])
-    return text
 
 
 def _top(x: FloatArray, depth: float) -> FloatArray:
@@ -154,7 +187,7 @@ def _armhole(height: FloatArray) -> FloatArray:
     return 4.0 * np.sin(np.pi * share)
 
 
-def _add_sleeves(text: PatternText, heights: FloatArray) -> None:
+def _add_sleeves(text: PatternText, heights: FloatArray, cap: float, cuff: float) -> None:
     """Add two sleeves on the rings of the armholes, knitted from the cuff."""
     opening = _armhole(heights)
     ring = np.concatenate([np.stack([heights, opening], axis=1), np.stack([heights, -opening], axis=1)[-2::-1]])
@@ -163,4 +196,7 @@ def _add_sleeves(text: PatternText, heights: FloatArray) -> None:
     for outward, x, z_sign in ((1.0, SHIRT_WIDTH, 1.0), (-1.0, 0.0, -1.0)):
         away = x + outward * (SLEEVE_LENGTH - texture[:, :, 1])
         yz = np.broadcast_to(ring * np.array([1.0, z_sign]), (*texture.shape[:2], 2))
-        text.add_panel(texture, np.concatenate([away[:, :, None], yz], axis=2))
+        share = texture[:, :, 1] / SLEEVE_LENGTH
+        raised = (cap * share + cuff * (1.0 - share)) * np.sin(np.pi * texture[:, :, 0] / around[-1])
+        curved = np.stack([texture[:, :, 0], texture[:, :, 1] + raised], axis=2)
+        text.add_panel(curved, np.concatenate([away[:, :, None], yz], axis=2))

@@ -15,7 +15,7 @@ from stitchmesh.mesh.courses import find_courses
 from stitchmesh.meshrelax import relax_mesh
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh
 from stitchmesh.shaping.panels.shape_panels import ShapedPanels, knit_panels, shape_panels
-from stitchmesh.yarngen import generate_yarns
+from stitchmesh.yarngen import generate_yarns, make_room
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
 from tests.shaping.panels.sewing_patterns import (
     BAG_HEIGHT,
@@ -27,6 +27,7 @@ from tests.shaping.panels.sewing_patterns import (
     PatternText,
     bag,
     darted,
+    dress,
     nodes,
     skirt,
     t_shirt,
@@ -166,6 +167,24 @@ def test_yarns_hold_each_other_in_other_directions(tmp_path, pattern, angle, wid
     shaped = knit_panels(panels, stitch_width=width, directions=towards(panels, angle), progress=False)
     fabric = relax_mesh(shaped.fabric, surface=shaped.surface, progress=False)
     check_loops(fabric, generate_yarns(fabric))
+
+
+def test_a_sleeve_with_a_curved_cuff_and_a_cap_is_knitted_in_rounds(tmp_path):
+    # The first rows begin at both ends of the cuff. They lie on each other in space, but stand apart in the pattern.
+    shaped = knit_panels(t_shirt(cap=9.0, cuff=3.0).read(tmp_path), stitch_width=2.0, progress=False)
+    assert [kind for *pair, kind in kinds(shaped) if pair == [2, 2] or pair == [3, 3]] == ["joined", "joined"]
+    # A row takes up to one stitch at each end from the row below; more are bound off.
+    assert (shaped.fabric.n_bottom <= 2).all() and (shaped.fabric.n_top <= 2).all()
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    "pattern", [t_shirt(cap=9.0, cuff=3.0), t_shirt(cap=9.0, cuff=-3.0), dress(14.0, 4.0), dress(14.0, -4.0)]
+)
+def test_yarns_of_shirts_and_dresses_hold_each_other(tmp_path, pattern):
+    shaped = knit_panels(pattern.read(tmp_path), stitch_width=2.0, progress=False)
+    fabric = make_room(relax_mesh(shaped.fabric, surface=shaped.surface, progress=False), quality="draft")
+    check_loops(fabric, generate_yarns(fabric, quality="draft"))
 
 
 @pytest.mark.parametrize("angle", [45.0, 60.0, 120.0])

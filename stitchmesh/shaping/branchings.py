@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Places at which limbs join or part, and one more row where limbs would do both within one row.
+
+A row lies between two neighbouring level lines of the time. It joins several limbs to one, or parts one into several.
+Where a hole begins beside a place at which another one ends, or a bar between two holes is lower than a row, a band has
+several lines on both of its sides. The time is then stretched around this band, so that one more level lies between the
+joins and the parts. Joins and parts that are equally high are first moved apart by a part of a row.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.mesh import FloatArray, IntArray
+from stitchmesh.shaping.ends import Ends
+from stitchmesh.shaping.level_lines import Band, LevelLines, level_lines, lines_between
+from stitchmesh.shaping.triangle_surface import TriangleSurface
+
+MOST_ADDED = 12
+"""Number of rows that are added at most."""
+STRETCHED = 3
+"""Rows below and above a band over which one more row is spread, as far as no row ends there."""
+APART = 0.15
+"""Least difference of the times of a join and of the level between it and the parts, in courses."""
+REACH = 2.0
+"""Distance from a join or a part, in courses, at which its motion has fallen to a part of 1 / e."""
+
+
+@dataclass(frozen=True)
+class Branchings:
+    """Places at which limbs meet."""
+
+    joins: IntArray
+    """Vertices at which several lines become one above them, shape (n,)."""
+    parts: IntArray
+    """Vertices at which one line becomes several above them, shape (m,)."""
+
+
+def with_joins_and_parts_apart(
+    surface: TriangleSurface, time: FloatArray, ends: Ends, course_height: float
+) -> tuple[LevelLines, FloatArray]:
+    """Return the lines of a time, and the time with rows added where limbs would join and part within one row.
+
+    Args:
+        surface: a connected surface.
+        time: time of each vertex in courses, shape (V,).
+        ends: the ends, at whole numbers of courses.
+        course_height: height of a course [cm].
+
+    Returns:
+        The lines and the bands, and the time, shape (V,). Bands that cannot be divided stay as they are.
+    """
+    levels = level_lines(surface, time, ends)
+    for _ in range(MOST_ADDED):
+        mixed = [band for band in levels.bands if len(band.below) > 1 and len(band.above) > 1]
+        stretched = next((t for band in mixed if (t := _divided(surface, time, ends, _level(levels, band),
+                                                                course_height)) is not None), None)  # fmt: skip
+        if stretched is None:
+            break
+        time = stretched
+        levels = level_lines(surface, time, ends)
+    return levels, time
+
+
+def branchings(surface: TriangleSurface, time: FloatArray, ends: Ends, level: int) -> Branchings:
+    """Find the places from a level to below the next one at which limbs join or part.
+
+    At a part of a border at which loops are bound off while the rows beside it go on, such as the foot of a hole, limbs
+    part at one time; one of its vertices stands for it.
+    """
+    inside = (time >= level) & (time < level + 1)
+    inside[np.concatenate([end.vertices for end in ends.all])] = False
+    changes = np.zeros(len(time), dtype=np.int64)
+    for corner in range(3):
+        vertex, one, other = (surface.triangles[:, (corner + turn) % 3] for turn in range(3))
+        crossed = (time[one] > time[vertex]) != (time[other] > time[vertex])
+        changes += np.bincount(vertex[crossed], minlength=len(time))
+    borders = np.concatenate([*surface.borders, np.zeros(0, dtype=np.int64)])
+    on_border = np.isin(np.arange(len(time)), borders)
+    off = [end.vertices[0] for end in ends.lines if on_border[end.vertices].all() and time[end.vertices[0]] == level]
+    found = np.flatnonzero(inside & (changes >= np.where(on_border, 2, 4)))
+    below, above = (
+        [_lines_beside(surface, time >= time[v] if up == 0 else time > time[v], int(v)) for v in found] for up in (0, 1)
+    )
+    return Branchings(
+        found[[one > other for one, other in zip(below, above, strict=True)]],
+        np.append(found[[one < other for one, other in zip(below, above, strict=True)]], off).astype(np.int64),
+    )
+
+
+def _lines_beside(surface: TriangleSurface, high: NDArray[np.bool_], vertex: int) -> int:
+    """Number of lines between the high and the low vertices that cross edges of a vertex."""
+    edge, line = lines_between(surface, high)
+    return len(np.unique(line[(surface.edges[edge] == vertex).any(axis=1)]))
+
+
+def _level(levels: LevelLines, band: Band) -> int:
+    """The level below a band."""
+    return levels.lines[band.below[0]].level
+
+
+def _divided(
+    surface: TriangleSurface, time: FloatArray, ends: Ends, level: int, course_height: float
+) -> FloatArray | None:
+    """Stretch a time by one course, so that a level lies between the joins and the parts between two levels.
+
+    Returns:
+        The time; None if there is nothing between which a level could lie.
+    """
+    found = branchings(surface, time, ends, level)
+    if not len(found.joins) or not len(found.parts):
+        return None
+    first, then = found.joins, found.parts
+    if time[first].mean() > time[then].mean():
+        first, then = then, first
+    middle = 0.5 * (time[first].max() + time[then].min())
+    if time[first].max() + 2.0 * APART > time[then].min():
+        middle = min(max(float(time[np.append(first, then)].mean()), level + 2.0 * APART), level + 1.0 - 2.0 * APART)
+        moved = time.copy()
+        for vertices, sign in ((first, -1.0), (then, 1.0)):
+            for vertex in vertices:
+                lacking = APART - sign * (time[vertex] - middle)
+                away = np.linalg.norm(surface.vertices - surface.vertices[vertex], axis=1) / (REACH * course_height)
+                moved += sign * max(lacking, 0.0) * np.exp(-(away**2))
+        for end in ends.all:
+            moved[end.vertices] = time[end.vertices]
+        time = moved
+    at_ends = np.array([time[end.vertices[0]] for end in ends.all])
+    low = max([level - STRETCHED, *np.ceil(at_ends[at_ends <= level])])
+    high = min([level + 1 + STRETCHED, *np.floor(at_ends[at_ends >= level + 1])])
+    whole = float(np.clip(np.rint(low + (middle - low) * (high + 1 - low) / (high - low)), low + 1, high))
+    return np.asarray(np.interp(time, [low, middle, high], [low, whole, high + 1.0])
+                      + np.minimum(time - low, 0.0) + np.maximum(time - high, 0.0))  # fmt: skip
