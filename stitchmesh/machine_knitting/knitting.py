@@ -325,7 +325,8 @@ class _PieceKnitter:
         letter, half = stitch.letters[place], stitch.half
         bed = half.other if letter != "y" and self._is_across(stitch) else half.bed
         operation = {"k": "knit", "p": "knit", "y": "tuck", "s": "miss"}[letter]
-        direction = self._direction(half, right_side)
+        is_made_one = letter == "y" and self.fabric.twist[stitch.above[place]] != 0
+        direction = self._direction(half, right_side != is_made_one)
         self.program.stitch(operation, direction, bed, stitch.made[place], yarn, self._note(stitch, place))
 
     def _move_carrier_to_end(self, placed: list[PlacedStitch], row: PieceRow, last: Half, yarn: int) -> None:
