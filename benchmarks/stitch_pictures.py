@@ -181,7 +181,8 @@ Yuksel et al. 2012 show some stitches only in drawings (figures 4 and 5). This l
 - `sy` has no figure: the loop below continues to the left. The row's yarn passes behind both its legs and makes a
   yarn-over to the right.
 - A yarn-over of an increase lies outside the loop below: behind it if the loop beside it is knit, in front if that loop
-  is purled. Between a knit and a purl loop the yarn goes through the loop below and once around its top.
+  is purled. Twisted by half a turn it is make one, the increase of garments (`m1l`, `m1r`). Between a knit and a purl
+  loop the yarn goes through the loop below and once around its top.
 
 ## All stitches
 

@@ -56,6 +56,7 @@ from .mesh.own_stitch import OwnStitch as OwnStitch
 from .mesh.repair import Repaired as Repaired
 from .mesh.repair import RepairOptions as RepairOptions
 from .mesh.repair import repair_mesh as repair_mesh
+from .mesh.shaping_stitches import with_increases as with_increases
 from .mesh.stitch import Stitch as Stitch
 from .mesh.vertex_motion import MovingMesh as MovingMesh
 from .mesh.vertex_motion import VertexMotion as VertexMotion

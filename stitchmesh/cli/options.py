@@ -19,6 +19,7 @@ from stitchmesh.compute.threads import VARIABLE
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
 from stitchmesh.mesh.palette import Palette, parse_yarn_colours, recolour_palette
+from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase
 from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, SPACING, SwatchOptions
 from stitchmesh.quality import PRESETS, Quality, Solver, quality_with
@@ -172,10 +173,12 @@ class Rows:
 
 @dataclass(frozen=True)
 class StitchCounts:
-    """Height of the stitches, and numbers of stitches along single edges of the mesh."""
+    """Height of the stitches, how increases are made, and numbers of stitches along single edges of the mesh."""
 
     course_height: Annotated[float | None, help_entry("CM", f"{COURSE_OVER_WALE_SPACING} stitch widths")] = None
     """course spacing [cm]"""
+    increase: Annotated[Increase, help_entry("NAME")] = DEFAULT_INCREASE
+    """increases: m1 (make one, closed), lifted (into the loop below, which stays beside), or yo (open yarn-overs)"""
     count: Annotated[UseAppendAction[tuple[str, ...]], help_entry("V,W=COUNT")] = ()
     """number of stitches along an edge, named by its two vertices, counted from 0; for a wale edge of its whole row"""
     mark: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W")] = ()
@@ -185,7 +188,10 @@ class StitchCounts:
 
     def section(self) -> StitchesSection:
         """Return the section of a recipe."""
-        return StitchesSection(course_height=self.course_height, counts=self.count, marked=self.mark, edges=self.edges)
+        return StitchesSection(
+            course_height=self.course_height, increase=self.increase, counts=self.count, marked=self.mark,
+            edges=self.edges,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)

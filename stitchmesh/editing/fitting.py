@@ -3,9 +3,9 @@
 """Choice of a stitch for a face whose sides change, and the check that a stitch fits a face.
 
 The new stitch is as similar to the old stitch as possible: it is knit or purl like most of the loops, keeps the outer
-loop that lies in front, and keeps the way its loops are made. A new increase is ``ky``, ``py``, ``kyk`` or ``pyp``. A
-new decrease leans to the right (``d12k``) or has the middle loop in front (``d213k``). A loop on no loop is a
-yarn-over.
+loop that lies in front, and keeps the way its loops are made. A new increase is ``ky``, ``py``, ``yky`` or ``ypy``, and
+its yarn-overs are made ones (``stitchmesh.mesh.shaping_stitches``). A new decrease leans to the right (``d12k``) or has
+the middle loop in front (``d213k``). A loop on no loop is a yarn-over.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def _increase(old: Stitch, n_bottom: int, n_top: int) -> str:
         return plain
     if n_top == 2:
         return made[:2] if len(made) == 3 else plain + "y"
-    return made + made[0] if len(made) == 2 and not set(made) & set("ys") else f"{plain}y{plain}"
+    return made + made[0] if len(made) == 2 and not set(made) & set("ys") else f"y{plain}y"
 
 
 def _decrease(old: Stitch, n_bottom: int) -> str:

@@ -21,11 +21,12 @@ from stitchmesh.editing.fitting import check_fit, fitting_stitch, stitch_named
 from stitchmesh.editing.sides import check_face, course_place
 from stitchmesh.editing.vertex_corners import VertexCorners
 from stitchmesh.errors import MeshError, ParameterError
-from stitchmesh.mesh import BORDER, FloatArray, StitchMesh
+from stitchmesh.mesh import BORDER, PER_SIDE, FloatArray, StitchMesh
 from stitchmesh.mesh.change import Patch
 from stitchmesh.mesh.own_stitch import FIRST_OWN
 from stitchmesh.mesh.patch_builder import NewFace, PatchBuilder, edge_of
-from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.mesh.shaping_stitches import closing_half_turns
+from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,8 @@ class Loop:
     twist: int = 0
     cable_shift: int = 0
     cable_layer: int = 0
+    is_yarn_over: bool = False
+    """Whether the loop was a yarn-over before the edit."""
 
 
 @dataclass(eq=False)
@@ -75,7 +78,7 @@ class SketchFace:
         vertices.insert(side + 1, vertex)
         names[side : side + 1] = edges
         if on_top:
-            self.loops[side : side + 1] = [Loop(self.loops[side].twist)] * 2
+            self.loops[side : side + 1] = [replace(self.loops[side], cable_shift=0, cable_layer=0)] * 2
 
     def widen(self, on_top: bool, place: int, vertices: tuple[int, int], edge: Hashable) -> None:
         """Replace one vertex of the top or bottom by two vertices, with a new course side between them."""
@@ -111,7 +114,7 @@ class SketchFace:
             corners=[*self.low, *self.high[::-1]],
             edges=[*self.below, self.right, *self.above[::-1], self.left],
             n_bottom=len(self.below), n_top=len(self.above), stitch=self.stitch, row=self.row, yarn=self.yarn,
-            **{name: [getattr(loop, name) for loop in self.loops] for name in Loop.__dataclass_fields__},
+            **{name: [getattr(loop, name) for loop in self.loops] for name in PER_SIDE},
         )  # fmt: skip
 
 
@@ -220,6 +223,7 @@ class Sketch:
         uses = self._edge_uses(faces)
         for face, code in self._stitches_to_fit:
             face.stitch = _fitted_stitch(face, code, sum(uses[edge] == 1 for edge in face.below))
+            face.loops = _fitted_loops(face, closes=code is None)
         for face in faces:
             corners = [*face.low, *face.high]
             if len(set(corners)) < len(corners):
@@ -254,7 +258,7 @@ def face_of(fabric: StitchMesh, number: int) -> SketchFace:
     corners = fabric.face_vertex[start : left + 1].tolist()
     edges: list[Hashable] = [edge_of(fabric, side) for side in range(start, left + 1)]
     tops = np.arange(left - 1, right, -1)
-    marks = zip(*(getattr(fabric, name)[tops].tolist() for name in Loop.__dataclass_fields__), strict=True)
+    marks = zip(*(getattr(fabric, name)[tops].tolist() for name in PER_SIDE), _is_over(fabric, number), strict=True)
     return SketchFace(
         name=f"face {number}",
         low=corners[: n_bottom + 1], high=corners[n_bottom + 1 :][::-1],
@@ -262,6 +266,12 @@ def face_of(fabric: StitchMesh, number: int) -> SketchFace:
         stitch=int(fabric.stitch[number]), row=int(fabric.row[number]), yarn=int(fabric.yarn[number]),
         loops=[Loop(*mark) for mark in marks],
     )  # fmt: skip
+
+
+def _is_over(fabric: StitchMesh, number: int) -> list[bool]:
+    """Whether each loop on top of a face is a yarn-over, from left to right."""
+    making = fabric.makings.get(int(fabric.stitch[number]))
+    return [making is not None and making.made[loop] == "y" for loop in range(fabric.n_top[number])]
 
 
 def face_like(face: SketchFace, **changes: object) -> SketchFace:
@@ -279,3 +289,20 @@ def _fitted_stitch(face: SketchFace, code: str | None, free: int) -> Stitch:
         raise ParameterError(f"{face.name}: would have {sides}; no stitch has these, make the edit elsewhere")
     check_fit(face.name, stitch, n_bottom, n_top, free)
     return stitch
+
+
+def _fitted_loops(face: SketchFace, *, closes: bool) -> list[Loop]:
+    """Return the loops of a face that has its new stitch, from left to right.
+
+    A yarn-over that becomes another loop loses its half turn. A loop that becomes a yarn-over of an increase is a made
+    one if the edit chose the stitch (``closes``), and a plain yarn-over if the user named the stitch.
+    """
+    if face.stitch not in VOCABULARY:
+        return face.loops
+    made, turns = VOCABULARY[Stitch(face.stitch)].made, closing_half_turns(Stitch(face.stitch))
+    fitted = []
+    for loop, letter, turn in zip(face.loops, made, turns, strict=True):
+        is_over = letter == "y"
+        changes = is_over != loop.is_yarn_over and (closes or not is_over) and (turn or not is_over)
+        fitted.append(replace(loop, twist=turn) if changes else loop)
+    return fitted

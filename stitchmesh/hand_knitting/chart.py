@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from stitchmesh.hand_knitting.pieces import Piece, PieceRow
-from stitchmesh.hand_knitting.rows import Crossings, places_below
+from stitchmesh.hand_knitting.rows import Crossings, places_below, twist_worked
 from stitchmesh.hand_knitting.words import colour_letter
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.cable_groups import CableGroup
@@ -80,7 +80,7 @@ def _symbol(fabric: StitchMesh, face: int, crossings: Crossings) -> str | None:
     below = places_below(fabric, face)
     group = crossings.group_at.get(below[0]) if below else None
     motion = None if group is None else motion_to(group, group.sides.tolist().index(below[0]))
-    twisted = bool(below) and fabric.twist[crossings.loop_at.get(below[0], below[0])] == -1
+    twisted = bool(below) and twist_worked(fabric, crossings.loop_at.get(below[0], below[0])) == -1
     if motion is not None:
         return None if twisted or (motion, stitch) not in CROSSED else CROSSED[motion, stitch][0]
     return (TWISTED.get(stitch, SYMBOLS[stitch]) if twisted else SYMBOLS[stitch])[0]

@@ -14,12 +14,12 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 
 from stitchmesh.errors import PatternError, check_kind
-from stitchmesh.hand_knitting.words import ONE_LOOP, stitch_word
+from stitchmesh.hand_knitting.rows import WrittenStitch
+from stitchmesh.hand_knitting.words import MADE_ONES, ONE_LOOP, stitch_word
 from stitchmesh.hand_knitting.written_pieces import (
     WrittenCrossing,
     WrittenPiece,
     WrittenRow,
-    WrittenStitch,
     over_pairs,
 )
 from stitchmesh.mesh.stitch import SIDE_COUNTS, VOCABULARY, Stitch
@@ -29,6 +29,7 @@ FIRST_WORDS = "Knitting instructions:"
 MOST_ROWS, MOST_STITCHES, MOST_DEPTH = 10_000, 100_000, 16
 """Largest numbers of rows of a piece, of stitches of a row, and of nested brackets."""
 _TAKEN = {Stitch.CAST_ON: 0, Stitch.DRAW_THROUGH: 1}
+_TURNS_MADE = {word: turn for turn, word in MADE_ONES.items()}
 _PIECE = re.compile(r"Piece \d+, worked (in rounds|to and fro)")
 _CAST_ON = re.compile(r"Cast on (\d{1,6}) sts\b.*")
 _ROW = re.compile(r"(?:Row|Round) (\d{1,6})(?: \((RS|WS)\))?((?: in yarn \w+)?:.*)")
@@ -159,6 +160,9 @@ class _Words:
             self.crossings.append((self.loops, place, over_pairs(place, front)))
             if match := _HALVES.fullmatch(word):
                 self._stitches("k", (), yarn, int(match[1]))
+            return
+        if word in _TURNS_MADE:
+            self.stitches.append(WrittenStitch(Stitch.YARN_OVER, yarn=yarn, made=_TURNS_MADE[word]))
             return
         if match := _COUNTED.fullmatch(word):
             self._stitches(match[1], (), yarn, int(match[2]))

@@ -8,11 +8,39 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from stitchmesh.hand_knitting.pieces import PieceRow
-from stitchmesh.hand_knitting.words import cable_word, colour_letter, stitch_word, word_with_twists
+from stitchmesh.hand_knitting.words import (
+    MADE_ONES,
+    cable_word,
+    colour_letter,
+    stitch_word,
+    without_yarn_overs,
+    word_with_twists,
+)
 from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.cable_groups import CableGroup, cable_groups
-from stitchmesh.mesh.courses import bottom_sides
+from stitchmesh.mesh.courses import bottom_sides, top_sides
+from stitchmesh.mesh.own_stitch import StitchType
 from stitchmesh.mesh.stitch import Stitch
+
+
+@dataclass(frozen=True)
+class WrittenStitch:
+    """One stitch, as seen from the right side."""
+
+    stitch: StitchType
+    twists: tuple[int, ...] = ()
+    """Half turn of each loop that it is worked through, from left to right, as in ``StitchMesh.twist``."""
+    yarn: int = 0
+    """Number of the yarn."""
+    made: int = 0
+    """Half turn of the loop that a yarn-over makes; a yarn-over with a half turn is a made one."""
+
+    def word(self, right_side: bool) -> str:
+        """Return the word of the stitch, with the twists of its loops, for a knitter who looks at this side."""
+        if self.made:
+            return MADE_ONES[self.made]
+        twists = self.twists[::-1] if right_side else self.twists
+        return word_with_twists(stitch_word(self.stitch, right_side), twists)
 
 
 @dataclass(frozen=True)
@@ -66,14 +94,9 @@ def _worked(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> Iterator
         if inside:
             inside -= 1
             continue
-        stitch = fabric.stitch_type(int(fabric.stitch[face]))
-        twists = twists_below(fabric, face, crossings)[:: -1 if row.right_side else 1]
-        word = stitch_word(stitch, row.right_side)
-        if stitch == Stitch.DRAW_THROUGH:
-            yield from [(face, word_with_twists(word, [twist])) for twist in twists]
-            continue
-        for _ in range(times_written(fabric, face)):
-            yield face, word_with_twists(word, twists)
+        worked = stitches_of_face(fabric, face, crossings)
+        for stitch in worked[::-1] if row.right_side else worked:
+            yield face, stitch.word(row.right_side)
 
 
 def places_below(fabric: StitchMesh, face: int) -> list[int]:
@@ -82,17 +105,37 @@ def places_below(fabric: StitchMesh, face: int) -> list[int]:
     return [int(side) for side in across if side != BORDER]
 
 
-def twists_below(fabric: StitchMesh, face: int, crossings: Crossings) -> list[int]:
-    """Return the half turn of each loop that a face is worked through, from left to right; 0 for a loop cast on."""
-    if fabric.stitch[face] == Stitch.CAST_ON:
-        return []
+def stitches_of_face(fabric: StitchMesh, face: int, crossings: Crossings) -> list[WrittenStitch]:
+    """Return the stitches that a knitter works for a face, from left to right.
+
+    A face of loops that are cast on or drawn through is one stitch for each loop. A yarn-over at a side of an increase
+    lies outside the loop below, and is a stitch by itself.
+    """
+    stitch, yarn = fabric.stitch_type(int(fabric.stitch[face])), int(fabric.yarn[face])
+    if stitch == Stitch.CAST_ON:
+        return [WrittenStitch(stitch, yarn=yarn)] * int(fabric.n_top[face])
     across = fabric.twin[bottom_sides(fabric, (face,))].tolist()
-    return [0 if side == BORDER else int(fabric.twist[crossings.loop_at.get(side, side)]) for side in across]
+    twists = tuple(
+        0 if side == BORDER else twist_worked(fabric, crossings.loop_at.get(side, side)) for side in across
+    )
+    if stitch == Stitch.DRAW_THROUGH:
+        return [WrittenStitch(stitch, (twist,), yarn) for twist in twists]
+    left, inner, right = without_yarn_overs(stitch)
+    own = [] if inner is None else [WrittenStitch(inner, twists, yarn)]
+    made = fabric.twist[top_sides(fabric, (face,))].tolist()
+    over = [WrittenStitch(Stitch.YARN_OVER, yarn=yarn, made=turn) for turn in made]
+    return [*over[:left], *own, *over[len(over) - right :]]
 
 
-def times_written(fabric: StitchMesh, face: int) -> int:
-    """Number of times that the word of a face is written: once per loop for cast-on, else once."""
-    return int(fabric.n_top[face]) if fabric.stitch[face] == Stitch.CAST_ON else 1
+def twist_worked(fabric: StitchMesh, side: int) -> int:
+    """Return the half turn of the loop at a top side for the stitch that works it.
+
+    It is 0 for a yarn-over that is a stitch by itself: the word of that stitch says how the loop is twisted.
+    """
+    face = int(fabric.side_face[side])
+    left, _, right = without_yarn_overs(fabric.stitch_type(int(fabric.stitch[face])))
+    place = int(fabric.left_wale[face]) - 1 - side
+    return int(fabric.twist[side]) if left <= place < fabric.n_top[face] - right else 0
 
 
 def _short_cable(fabric: StitchMesh, group: CableGroup, right_side: bool, crossings: Crossings) -> str:

@@ -18,7 +18,14 @@ from stitchmesh.hand_knitting.folding import fold_words, repeats
 from stitchmesh.hand_knitting.joins import Joins
 from stitchmesh.hand_knitting.pieces import Piece, PieceRow, find_pieces
 from stitchmesh.hand_knitting.rows import Crossings, row_words
-from stitchmesh.hand_knitting.words import cable_meanings, colour_letter, stitch_meaning, stitch_word
+from stitchmesh.hand_knitting.words import (
+    YARN_OVERS,
+    cable_meanings,
+    colour_letter,
+    stitch_meaning,
+    stitch_word,
+    without_yarn_overs,
+)
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 
@@ -60,15 +67,15 @@ def knitting_instructions(fabric: StitchMesh) -> str:
 
 def _legend(fabric: StitchMesh, pieces: list[Piece], body: list[str]) -> list[str]:
     """Lines of the legend: the words that the rows use, with their explanations."""
-    meanings = {}
+    rows = "\n".join(line for line in body if line.startswith("Ro"))
+    meanings = {word: meaning for word, meaning in YARN_OVERS.items() if re.search(rf"\b{word}\b", rows)}
     for piece in pieces:
         for row in piece.rows:
             for code in sorted(set(fabric.stitch[list(row.faces)].tolist())):
-                stitch = fabric.stitch_type(code)
-                if code in fabric.makings:
+                _, stitch, _ = without_yarn_overs(fabric.stitch_type(code))
+                if stitch is not None and fabric.type_code(stitch) in fabric.makings:
                     meanings[stitch_word(stitch, row.right_side)] = stitch_meaning(stitch, row.right_side)
     named = [f"  {word}: {meaning}" for word, meaning in sorted(meanings.items()) if " in 1 st" not in word]
-    rows = "\n".join(line for line in body if line.startswith("Ro"))
     more = [text for words, text in MORE_WORDS.items() if re.search(words, rows)]
     return ["Words", *named, *(f"  {text}" for text in [*cable_meanings(rows), *more])]
 

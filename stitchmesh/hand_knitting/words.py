@@ -15,7 +15,7 @@ import numpy as np
 
 from stitchmesh.mesh.cable_groups import CableGroup
 from stitchmesh.mesh.own_stitch import OwnStitch, StitchType
-from stitchmesh.mesh.stitch import VOCABULARY, Stitch, from_wrong_side
+from stitchmesh.mesh.stitch import CODES, VOCABULARY, Stitch, from_wrong_side
 
 NAMED = {
     Stitch.KNIT: "k",
@@ -42,13 +42,20 @@ NAMED = {
 ONE_LOOP = frozenset({"k", "p"})
 """Words that are followed by a number: ``k3``, ``k1 tbl``."""
 
+MADE_ONES = {-1: "m1l", 1: "m1r"}
+"""Words of yarn-overs with a half turn."""
+YARN_OVERS = {
+    "yo": "yarn over",
+    "m1l": "make 1 leaning left: a backward loop on the right needle, its right leg in front",
+    "m1r": "make 1 leaning right: a backward loop on the right needle, its left leg in front",
+}
+"""Words of yarn-overs with their explanations in the legend."""
 IN_ONE = {"k": "k1", "p": "p1", "y": "yo", "s": "keep"}
 """Word for each letter of ``Making.made``, inside the brackets of an increase."""
 
 MEANINGS = {
     "k": "knit",
     "p": "purl",
-    "yo": "yarn over",
     "sl1 wyib": "slip 1 purlwise with the yarn in back",
     "sl1 wyif": "slip 1 purlwise with the yarn in front",
     "w1": "slip 1 and wrap the yarn once around it",
@@ -70,6 +77,22 @@ def stitch_word(stitch: StitchType, right_side: bool) -> str:
     if making.n_bottom == 3:
         return f"{making.made}3tog-" + "".join(map(str, making.order))
     return "(" + ", ".join(IN_ONE[letter] for letter in reversed(making.made)) + ") in 1 st"
+
+
+def without_yarn_overs(stitch: StitchType) -> tuple[int, StitchType | None, int]:
+    """Return the number of yarn-overs on the left of a stitch, the stitch without them, and their number on the right.
+
+    The stitch is None if it is nothing but yarn-overs. Tucks stay whole, and so do stitches of the user's own.
+    """
+    if isinstance(stitch, OwnStitch) or stitch not in VOCABULARY or "s" in VOCABULARY[stitch].made:
+        return 0, stitch, 0
+    made = VOCABULARY[stitch].made
+    inner = made.strip("y")
+    left = made.find(inner)
+    right = len(made) - left - len(inner)
+    if left + right == 0:
+        return 0, stitch, 0
+    return left, CODES[inner] if inner else None, right
 
 
 def stitch_meaning(stitch: StitchType, right_side: bool) -> str:

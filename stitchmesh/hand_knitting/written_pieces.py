@@ -8,27 +8,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stitchmesh.errors import check_kind
 from stitchmesh.hand_knitting.pieces import Piece, PieceRow, find_pieces
-from stitchmesh.hand_knitting.rows import Crossings, places_below, times_written, twists_below
+from stitchmesh.hand_knitting.rows import Crossings, WrittenStitch, places_below, stitches_of_face
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.cable_groups import CableGroup
-from stitchmesh.mesh.own_stitch import StitchType
-from stitchmesh.mesh.stitch import Stitch
-
-
-@dataclass(frozen=True)
-class WrittenStitch:
-    """One stitch, as seen from the right side; a face of cast-on or drawn-through loops is one for each loop."""
-
-    stitch: StitchType
-    twists: tuple[int, ...] = ()
-    """Half turn of each loop that it is worked through, from left to right, as in ``StitchMesh.twist``."""
-    yarn: int = 0
-    """Number of the yarn."""
 
 
 @dataclass(frozen=True)
@@ -108,24 +95,14 @@ def _row(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> WrittenRow:
     crossed: list[WrittenCrossing] = []
     loops = 0
     for face in row.faces:
-        stitch, places = fabric.stitch_type(int(fabric.stitch[face])), places_below(fabric, face)
-        for index, place in enumerate(places):
+        for index, place in enumerate(places_below(fabric, face)):
             group = crossings.group_at.get(place)
             if group is not None and place == int(group.sides[0]):
                 crossed.append(_crossing(group, loops + index))
-        twists = tuple(twists_below(fabric, face, crossings))
-        loops += len(twists)
-        stitches += _written(stitch, twists, int(fabric.yarn[face]), times_written(fabric, face))
+        worked = stitches_of_face(fabric, face, crossings)
+        loops += sum(len(stitch.twists) for stitch in worked)
+        stitches += worked
     return WrittenRow(row.right_side, tuple(stitches), tuple(crossed), row.passed, bool(row.left_over), row.bound_off)
-
-
-def _written(stitch: StitchType, twists: tuple[int, ...], yarn: int, times: int) -> Iterator[WrittenStitch]:
-    """Give one stitch, or one for each loop that is cast on or drawn through."""
-    if stitch != Stitch.DRAW_THROUGH:
-        yield from [WrittenStitch(stitch, twists, yarn)] * times
-        return
-    for twist in twists:
-        yield WrittenStitch(stitch, (twist,), yarn)
 
 
 def _crossing(group: CableGroup, first: int) -> WrittenCrossing:

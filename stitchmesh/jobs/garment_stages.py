@@ -96,7 +96,7 @@ def _labeled_fabric(run: JobRun, mesh: Mesh, options: KnitOptions, device: str) 
     _check_memory(
         run, options, device, lambda quality: garment_memory(labeled, options, quality, device, run.job.render)
     )
-    size = options.stitch_width, options.stitch_height, options.counts, options.marked
+    size = options.stitch_width, options.stitch_height, options.counts, options.marked, options.increase
     stage = fabric_stage("tessellate", stage_key("tessellate", labeled, *size))
     fabric = run.run(stage, lambda report: tessellate_stage(labeled, options, report, run.progress))
     return _fabric(run, mesh, fabric, options, device)
@@ -104,7 +104,7 @@ def _labeled_fabric(run: JobRun, mesh: Mesh, options: KnitOptions, device: str) 
 
 def _found_fabric(run: JobRun, mesh: Mesh | PanelMesh, options: KnitOptions, device: str) -> StitchMesh:
     """Return stitches that are found on a mesh of any kind or on panels, evened out on its surface."""
-    size = options.stitch_width, options.stitch_height
+    size = options.stitch_width, options.stitch_height, options.increase
     name = "auto_stitches" if options.panels is None else "shape_panels"
     chosen = options.shaping if options.panels is None else options.panels
     stage = found_stage(name, stage_key(name, mesh, size, chosen))

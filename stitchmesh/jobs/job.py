@@ -171,7 +171,8 @@ def recipe_of(job: Job) -> Recipe:
             turn_inside_out=job.turn_inside_out,
         ),
         stitches=StitchesSection(
-            course_height=size.stitch_height, counts=job.tessellate.counts, marked=job.tessellate.marked
+            course_height=size.stitch_height, increase=size.increase, counts=job.tessellate.counts,
+            marked=job.tessellate.marked,
         ),
         mesh_relaxation=job.relax_mesh,
         finish=finish,

@@ -11,6 +11,7 @@ from dataclasses import dataclass, fields
 from typing import Any, Literal
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase
 from stitchmesh.periodic.swatch_options import KnitState, SwatchOptions
 from stitchmesh.quality import Quality, Solver, quality_named, quality_with
 from stitchmesh.recipe.sections import MarkTable, PhysicsSection, RowsSection
@@ -56,6 +57,8 @@ class TessellateTable:
     """Wale spacing [cm]."""
     stitch_height: float | None = None
     """Course spacing [cm]; None for 0.77 times the width."""
+    increase: Increase = DEFAULT_INCREASE
+    """How increases are made: ``m1``, ``lifted`` or ``yo``."""
     counts: tuple[str, ...] = ()
     """Numbers of stitches along edges, ``V,W=COUNT``."""
     marked: tuple[tuple[int, int], ...] = ()
@@ -74,6 +77,8 @@ class AutoStitchesTable:
     """Wale spacing [cm]."""
     stitch_height: float | None = None
     """Course spacing [cm]; None for 0.77 times the width."""
+    increase: Increase = DEFAULT_INCREASE
+    """How increases are made: ``m1``, ``lifted`` or ``yo``."""
     up: tuple[float, float, float] = ShapingOptions.up
     """Direction in which the garment is knitted where nothing else decides."""
     multiple: int = ShapingOptions.multiple

@@ -328,7 +328,8 @@ class _PieceKnitter:
         """Write the operation that makes one loop of a stitch."""
         letter, half = stitch.letters[place], stitch.half
         operation = {"k": "knit", "p": "knit", "y": "tuck", "s": "miss"}[letter]
-        direction = self._direction(half, right_side)
+        is_made_one = letter == "y" and self.fabric.twist[stitch.above[place]] != 0
+        direction = self._direction(half, right_side != is_made_one)
         note = self._note(stitch, place)
         self.program.stitch(operation, direction, self._bed(stitch, place), stitch.made[place], yarn, note)
 

@@ -4,8 +4,9 @@
 
 A machine makes a knit stitch on the bed that holds the loop, and a purl stitch on the other bed. It can make every
 decrease, because transfers can stack loops on one needle. It makes an increase as a stitch with yarn-overs, which are
-tucks on empty needles beside the stitch. It cannot work two stitches into one loop, because a needle makes one loop at
-a time.
+tucks on empty needles beside the stitch. The tuck of a made one, a yarn-over with crossed legs, runs against the
+direction of the row, so that the yarn crosses itself below the hook; which leg comes to lie in front is not chosen. It
+cannot work two stitches into one loop, because a needle makes one loop at a time.
 """
 
 from __future__ import annotations
@@ -80,9 +81,9 @@ def drawn_together(fabric: StitchMesh, piece: Piece) -> bool:
 def _marks(fabric: StitchMesh) -> list[str]:
     """Twisted loops, wide cables and surplus yarns that cannot be made."""
     found = []
-    twisted = fabric.side_face[(fabric.twist != 0) & (fabric.stitch[fabric.side_face] != Stitch.CAST_ON)]
-    if len(twisted):
-        found.append(f"{len(twisted)} twisted loops (face {first_few(twisted)})")
+    twisted = [side for side in np.flatnonzero(fabric.twist) if letter_made(fabric, int(side)) != "y"]
+    if twisted:
+        found.append(f"{len(twisted)} twisted loops (face {first_few(fabric.side_face[twisted])})")
     wide = [group for group in cable_groups(fabric) if not _within_reach(fabric, group)]
     if wide:
         faces = [int(fabric.side_face[group.sides[0]]) for group in wide]
@@ -90,6 +91,13 @@ def _marks(fabric: StitchMesh) -> list[str]:
     if fabric.yarn.max() >= CARRIERS:
         found.append(f"{fabric.yarn.max() + 1} yarns, at most {CARRIERS}")
     return found
+
+
+def letter_made(fabric: StitchMesh, side: int) -> str:
+    """Return the kind of the loop at a top side (``Making.made``); loops that are cast on are yarn-overs."""
+    face = int(fabric.side_face[side])
+    making = fabric.makings.get(int(fabric.stitch[face]))
+    return making.made[int(fabric.left_wale[face]) - 1 - side] if making else "y"
 
 
 def _within_reach(fabric: StitchMesh, group: CableGroup) -> bool:

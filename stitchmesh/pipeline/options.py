@@ -12,6 +12,7 @@ from stitchmesh.editing.edit import Edit
 from stitchmesh.editing.pattern_regions import PatternRegion
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath
+from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase, check_increase
 from stitchmesh.meshrelax import MeshRelaxOptions
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.shaping.options import ShapingOptions
@@ -74,8 +75,8 @@ class KnitOptions:
     """Options of ``knit``.
 
     Raises:
-        ParameterError: an option names edges or faces of a labeled mesh, and rows are found without one; or rows are
-            found both on any mesh and on panels.
+        ParameterError: an option names edges or faces of a labeled mesh, and rows are found without one; rows are found
+            both on any mesh and on panels; or there is no such form of increases.
     """
 
     stitch_width: float = STITCH_WIDTH
@@ -86,6 +87,8 @@ class KnitOptions:
     """Number of stitches along single edges (``tessellate``)."""
     marked: Sequence[EdgeName] = ()
     """Wale edges at which all increases and decreases of their faces stand (``tessellate``)."""
+    increase: Increase = DEFAULT_INCREASE
+    """How increases are made: ``m1``, ``lifted`` or ``yo`` (``stitchmesh.mesh.shaping_stitches``)."""
     mesh_relaxation: MeshRelaxOptions = field(default_factory=MeshRelaxOptions)
     """Options of the relaxation of the stitch mesh."""
     yarn_radius: float | None = None
@@ -124,6 +127,7 @@ class KnitOptions:
     def __post_init__(self) -> None:
         if self.shaping is not None and self.panels is not None:
             raise ParameterError("panels: rows are also found on the whole mesh (--auto); leave one of the two out")
+        check_increase(self.increase)
         flag = "--auto" if self.panels is None else "--panels"
         for name, words in OF_LABELED_MESHES.items() if self.finds_rows else ():
             if getattr(self, name):

@@ -7,7 +7,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 from stitchmesh.editing.edit import Edit, apply_edit
@@ -18,6 +18,7 @@ from stitchmesh.labeling import label
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.change import PaletteChange, apply_change
 from stitchmesh.mesh.palette import make_palette
+from stitchmesh.mesh.shaping_stitches import with_increases
 from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.meshrelax import relax_mesh_with_report
 from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
@@ -64,7 +65,7 @@ def tessellate_stage(
     progress("tessellate", 0.0, f"{int(labeled.row.max()) + 1} rows")
     fabric = tessellate(
         labeled, stitch_width=options.stitch_width, stitch_height=options.stitch_height, counts=options.counts,
-        marked=options.marked,
+        marked=options.marked, increase=options.increase,
     )  # fmt: skip
     checked_drawn_radius(checked_radius(fabric, options.yarn_radius), options.drawn_radius)
     report["tessellate"] = {"seconds": clock.lap(), **stitch_counts(fabric), **reached_sizes(fabric)}
@@ -99,7 +100,7 @@ def shape_stage(
     else:
         raise ParameterError("panels: got a mesh that is no sewing pattern; read it by sm.read_panels(path)")
     checked_drawn_radius(checked_radius(found.fabric, options.yarn_radius), options.drawn_radius)
-    return found
+    return replace(found, fabric=with_increases(found.fabric, options.increase))
 
 
 def room_stage(

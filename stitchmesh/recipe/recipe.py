@@ -207,6 +207,7 @@ def recipe_options(recipe: Recipe, up: Direction = Y) -> KnitOptions:
         stitch_height=size.stitch_height,
         counts=edges.counts,
         marked=edges.marked,
+        increase=recipe.stitches.increase,
         mesh_relaxation=recipe.mesh_relaxation,
         yarn_radius=size.yarn_radius,
         drawn_radius=size.drawn_radius,

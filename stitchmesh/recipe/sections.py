@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Literal
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase
 from stitchmesh.mesh.upright import Direction, Y, upright_turn
 from stitchmesh.quality import Quality, Solver, quality_named, quality_with
 from stitchmesh.shaping.marks import TimeMark
@@ -161,10 +162,16 @@ def time_marks(marks: Sequence[MarkTable]) -> tuple[TimeMark, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class StitchesSection:
-    """Height of the stitches, and numbers of stitches along single edges of the mesh."""
+    """Height of the stitches, how increases are made, and numbers of stitches along single edges of the mesh.
+
+    Raises:
+        ParameterError: there is no such form of increases.
+    """
 
     course_height: float | None = None
     """Course spacing [cm]."""
+    increase: Increase = DEFAULT_INCREASE
+    """How increases are made: ``m1``, ``lifted`` or ``yo``."""
     counts: tuple[str, ...] = ()
     """Numbers of stitches along edges, ``V,W=COUNT``."""
     marked: tuple[tuple[int, int], ...] = ()

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from stitchmesh.errors import MeshError, ParameterError, TessellationError, check_kind, check_positive
 from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_FOUND_STITCH, check_memory
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
+from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase, with_increases
 from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.shaping.branchings import with_joins_and_parts_apart
 from stitchmesh.shaping.counts import SMALLEST_TIP, StitchSize, rounded_count
@@ -80,7 +81,7 @@ class ShapedFabric:
 def auto_stitches(
     mesh: Mesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
     marks: Sequence[TimeMark] = (), up: ArrayLike = UP, multiple: int = 1, short_rows: bool = True,
-    most_shaping: float | None = None,
+    most_shaping: float | None = None, increase: Increase = DEFAULT_INCREASE,
 ) -> StitchMesh:  # fmt: skip
     """Knit any surface: find rows and stitches without a labeled mesh.
 
@@ -100,6 +101,7 @@ def auto_stitches(
         most_shaping: largest part of the stitches of a row that are increases or decreases, such as 0.25 for one in
             four; one increase or decrease is always permitted. Rows that would need more are stretched. By default as
             many as the surface asks.
+        increase: how increases are made: ``m1``, ``lifted`` or ``yo`` (``with_increases``).
 
     Returns:
         A stitch mesh on the polygons of ``mesh``.
@@ -109,10 +111,11 @@ def auto_stitches(
         MeshError: the mesh has a lattice or is thinner than a stitch.
         TessellationError: a part is too small for its stitches, or the stitches would not fit in memory.
     """
-    return shape_fabric(
+    shaped = shape_fabric(
         mesh, stitch_width=stitch_width, stitch_height=stitch_height, marks=marks, up=up, multiple=multiple,
         short_rows=short_rows, most_shaping=most_shaping,
-    ).fabric  # fmt: skip
+    )  # fmt: skip
+    return with_increases(shaped.fabric, increase)
 
 
 def shape_fabric(
@@ -288,6 +291,7 @@ def joined(fabrics: Sequence[StitchMesh]) -> StitchMesh:
         n_top=np.concatenate([fabric.n_top for fabric in fabrics]),
         stitch=np.concatenate([fabric.stitch for fabric in fabrics]),
         row=np.concatenate([fabric.row + first for fabric, _, _, first in numbered]),
+        twist=np.concatenate([fabric.twist for fabric in fabrics]),
     )
 
 

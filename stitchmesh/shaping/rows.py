@@ -17,6 +17,7 @@ import numpy as np
 from stitchmesh.errors import TessellationError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.connectivity import find_fans, next_sides
+from stitchmesh.mesh.shaping_stitches import with_increases
 from stitchmesh.shaping.chains import Chain, Grafts, divide, owners
 from stitchmesh.shaping.counts import (
     MOST_BESIDE,
@@ -410,7 +411,7 @@ class Rows:
         fan = _fans(start, twin)
         shown = np.zeros(fan.max() + 1, dtype=np.int64)
         shown[fan] = corner
-        return StitchMesh(
+        fabric = StitchMesh(
             vertices=np.array(self.points)[shown],
             face_start=start,
             face_vertex=fan,
@@ -420,6 +421,7 @@ class Rows:
             stitch=with_cast_on(np.array(faces.stitch), start, n_bottom, twin),
             row=_tube_by_tube(self.tube_of_row, self.begun)[faces.row],
         )
+        return with_increases(fabric)
 
 
 def _tube_by_tube(tube_of_row: list[int], begun: dict[int, float]) -> IntArray:

@@ -15,8 +15,9 @@ import numpy as np
 
 from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.mean_value import mean_value_weights
+from stitchmesh.mesh.shaping_stitches import shaping_stitch
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.tessellate.courses import stitch_widths
+from stitchmesh.tessellate.courses import MOST_LOOPS, stitch_widths
 
 
 @dataclass
@@ -110,16 +111,12 @@ def stitch_for(n_bottom: int, n_top: int, left_half: bool) -> Stitch:
         n_top: number of top sides.
         left_half: whether the face is in the left half of its course.
     """
-    by_sides = {
-        (1, 1): Stitch.KNIT,
-        (1, 2): Stitch.KY if left_half else Stitch.YK,
-        (1, 3): Stitch.KYK,
-        (2, 1): Stitch.D21K if left_half else Stitch.D12K,
-        (3, 1): Stitch.D213K,
-    }
     if n_top == 0:
         return Stitch.DRAW_THROUGH
-    return Stitch.CAST_ON if n_bottom == 0 else by_sides[n_bottom, n_top]
+    if n_bottom == 0:
+        return Stitch.CAST_ON
+    triple = max(n_bottom, n_top) == MOST_LOOPS
+    return shaping_stitch(n_bottom, n_top, keeps="middle" if triple else "left" if left_half else "right")
 
 
 def inner_points(corners: FloatArray, bottom: IntArray, top: IntArray, loops: IntArray) -> list[FloatArray]:

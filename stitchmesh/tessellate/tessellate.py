@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError, TessellationError, check_kind
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase, with_increases
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.tessellate.counts import EdgeName, edge_counts, edge_named
 from stitchmesh.tessellate.courses import loops_per_course
@@ -29,6 +30,7 @@ def tessellate(
     stitch_height: float | None = None,
     counts: Mapping[EdgeName, int] | None = None,
     marked: Sequence[EdgeName] = (),
+    increase: Increase = DEFAULT_INCREASE,
 ) -> StitchMesh:
     """Divide each face of a labeled mesh into stitches.
 
@@ -41,10 +43,11 @@ def tessellate(
         stitch_height: course spacing [cm]; by default 0.77 times the width.
         counts: number of stitches along single edges; the count of a wale edge applies to its whole row.
         marked: wale edges at which all increases and decreases of their faces are placed.
+        increase: how increases are made: ``m1``, ``lifted`` or ``yo`` (``with_increases``).
 
     Raises:
-        ParameterError: a size or count is out of range, an edge does not exist, a marked edge is a course edge, or the
-            mesh has a lattice.
+        ParameterError: a size or count is out of range, an edge does not exist, a marked edge is a course edge, there
+            is no such form of increases, or the mesh has a lattice.
         TessellationError: the mesh already consists of stitches, counts of one row differ, a face has too few courses
             for its change of width, the stitches would not fit in memory, or the faces of the mesh are far too
             small for such stitches.
@@ -60,7 +63,7 @@ def tessellate(
     height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
     along = edge_counts(labeled, stitch_width, height, counts or {})
     marks = marked_sides(labeled, marked)
-    return _Tessellation(labeled, along, marks).stitch_mesh()
+    return with_increases(_Tessellation(labeled, along, marks).stitch_mesh(), increase)
 
 
 def marked_sides(labeled: StitchMesh, marked: Sequence[EdgeName]) -> NDArray[np.bool_]:

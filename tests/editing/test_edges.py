@@ -11,6 +11,7 @@ from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.editing.fitting import fitting_stitch
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.mesh.courses import top_sides
 from stitchmesh.mesh.stitch import CODES, Stitch
 from stitchmesh.yarngen import generate_yarns
 from tests.editing.fabrics import around, face_at, flat, names, top_of
@@ -76,12 +77,20 @@ def test_arguments_give_the_new_stitches():
 @pytest.mark.parametrize(
     ("code", "sides", "then"),
     [("k", (1, 2), "ky"), ("p", (1, 2), "py"), ("k", (2, 1), "d12k"), ("p", (2, 1), "d12p"), ("d12k", (3, 1), "d213k"),
-     ("ky", (1, 3), "kyk"), ("kp", (1, 3), "kpk"), ("pyp", (1, 2), "py"), ("kpk", (1, 2), "kp"), ("yk", (1, 1), "k"),
+     ("ky", (1, 3), "yky"), ("kp", (1, 3), "kpk"), ("pyp", (1, 2), "py"), ("kpk", (1, 2), "kp"), ("yk", (1, 1), "k"),
      ("d321p", (2, 1), "d21p"), ("d312k", (2, 1), "d21k"), ("d123k", (2, 1), "d12k"), ("d21p", (1, 1), "p"),
-     ("b", (1, 2), "ky"), ("k", (0, 1), "y"), ("b", (1, 1), "b"), ("sk", (1, 3), "kyk")],
+     ("b", (1, 2), "ky"), ("k", (0, 1), "y"), ("b", (1, 1), "b"), ("sk", (1, 3), "yky")],
 )  # fmt: skip
 def test_the_new_stitch_is_as_similar_as_possible_to_the_old_one(code, sides, then):
     assert fitting_stitch(CODES[code], *sides) == CODES[then]
+
+
+@pytest.mark.parametrize(("stitch", "turns"), [(None, [0, 1]), ("ky", [0, 0]), ("kp", [0, 0])])
+def test_an_increase_that_an_edit_chooses_is_closed_and_one_that_is_named_is_not(stitch, turns):
+    fabric = flat()
+    low = face_at(fabric, 2, 3)
+    split = edited(fabric, "split_course_edge", side=top_of(fabric, low), stitch_below=stitch)
+    assert split.twist[top_sides(split, (low,))].tolist() == turns
 
 
 def test_no_stitch_works_two_loops_to_two_loops():

@@ -19,7 +19,9 @@ NAMES = {
     "k": "k", "p": "p", "yo": "y", "sl1 wyib": "b", "sl1 wyif": "f", "w1": "x", "k2tog": "d12k", "ssk": "d21k",
     "p2tog": "d12p", "ssp": "d21p", "k3tog": "d123k", "sssk": "d321k", "p3tog": "d123p", "sssp": "d321p",
     "s2kp": "d231k", "sk2p": "d312k", "co": "co", "dt": "dt", "k1": "k", "p1": "p",
+    "m1l": "y", "m1r": "y",
 }  # fmt: skip
+HALF_TURNS = {"m1l": -1, "m1r": 1}
 INSIDE = {"k1": "k", "p1": "p", "yo": "y", "keep": "s"}
 
 
@@ -35,6 +37,8 @@ class Worked:
     yarn: str
     turned: tuple[str, ...]
     """For each loop of ``through``: ``L`` or ``R`` if the loop was turned first, else an empty string."""
+    half_turns: tuple[int, ...] = ()
+    """For each loop of ``made``: -1 if it was made with its right leg in front, 1 with its left leg, else 0."""
 
 
 @dataclass
@@ -220,7 +224,8 @@ class _Row:
         elif making:
             code = VOCABULARY[from_wrong_side(CODES[code])].code
         yarn = colour or self.yarn
-        self.stitches.append(Worked(code, tuple(through), tuple(made), yarn, tuple(marks)))
+        turns = (HALF_TURNS.get(stem, 0),) * len(made)
+        self.stitches.append(Worked(code, tuple(through), tuple(made), yarn, tuple(marks), turns))
 
     def _code(self, stem: str) -> str:
         """The code of a word, as seen from the side that the knitter looks at."""

@@ -21,7 +21,8 @@ from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.connectivity import find_twins
 from stitchmesh.mesh.courses import bottom_sides, top_sides
-from stitchmesh.mesh.stitch import CODES, Stitch
+from stitchmesh.mesh.shaping_stitches import with_increases
+from stitchmesh.mesh.stitch import CODES, VOCABULARY, Stitch
 from stitchmesh.tessellate import tessellate
 from tests.gallery import ROOT
 from tests.hand_knitting.hand_knitter import HandKnitter, Worked, words_of
@@ -97,6 +98,7 @@ class Comparison:
         The face of a stitch follows from its loops. If the stitch has no loops below, its face follows from the
         neighbouring stitch.
         """
+        row = self.joined(row)
         faces: list[int | None] = [self.face_above(stitch.through[0]) if stitch.through else None for stitch in row]
         for place in [*range(len(row)), *range(len(row) - 1, -1, -1)]:
             if faces[place] is None and place and faces[place - 1] is not None:
@@ -107,6 +109,36 @@ class Comparison:
             assert after == before or after == self.beside(before, self.fabric.left_wale)
         for face, stitch in zip(faces, row, strict=True):
             self.check_stitch(face, stitch)
+
+    def joined(self, row: list[Worked]) -> list[Worked]:
+        """Join the yarn-overs at the sides of increases, from right to left, to the stitches of their faces."""
+        found: list[Worked] = []
+        left = 0
+        for stitch in row:
+            if left:
+                assert stitch.code == "y"
+                found[-1] = _beside_each_other(stitch, found[-1])
+                left -= 1
+                continue
+            found.append(stitch)
+            if stitch.through and stitch.code not in SPECIAL:
+                left, right = self.yarn_overs(self.face_above(stitch.through[0]))
+                for _ in range(right):
+                    found[-2:] = [_beside_each_other(found[-1], found[-2])]
+        assert not left
+        return found
+
+    def yarn_overs(self, face: int) -> tuple[int, int]:
+        """The numbers of yarn-overs on the left and on the right of the stitch of a face."""
+        making = VOCABULARY.get(Stitch(int(self.fabric.stitch[face])))
+        made = making.made if making and "s" not in making.made else ""
+        return len(made) - len(made.lstrip("y")), len(made) - len(made.rstrip("y"))
+
+    def is_made_one(self, side: int) -> bool:
+        """Whether the loop at a top side is a yarn-over at a side of its stitch, whose word says its half turn."""
+        face = int(self.fabric.side_face[side])
+        (left, right), place = self.yarn_overs(face), int(self.fabric.left_wale[face]) - 1 - side
+        return place < left or place >= self.fabric.n_top[face] - right
 
     def beside(self, face: int, wale: np.ndarray) -> int:
         return int(self.fabric.side_face[self.fabric.twin[wale[face]]])
@@ -121,8 +153,13 @@ class Comparison:
             found = [self.side_of[self.placed(loop)] for loop in stitch.through]
             assert [-1 - side if side < 0 else int(fabric.twin[side]) for side in found] == sides
             own = [self.side_of[loop] for loop in stitch.through]
-            turned = ["" if side < 0 else {0: "", 1: "L", -1: "R"}[int(fabric.twist[side])] for side in own]
+            turned = [
+                "" if side < 0 or self.is_made_one(side) else {0: "", 1: "L", -1: "R"}[int(fabric.twist[side])]
+                for side in own
+            ]
             assert list(stitch.turned) == turned
+            tops = top_sides(fabric, (face,))
+            assert list(stitch.half_turns) == [int(fabric.twist[side]) * self.is_made_one(side) for side in tops]
         if fabric.yarn.any():
             assert stitch.yarn == "ABC"[fabric.yarn[face]]
         self.side_of.update(zip(stitch.made, top_sides(fabric, (face,)), strict=True))
@@ -184,6 +221,31 @@ def test_a_spiral_is_knitted_in_rounds():
     Comparison(fabric).check()
     text = knitting_instructions(fabric)
     assert "Piece 1, worked in rounds" in text and "Seam" not in text
+
+
+def _beside_each_other(left: Worked, right: Worked) -> Worked:
+    return Worked(
+        left.code + right.code, left.through + right.through, left.made + right.made, left.yarn,
+        left.turned + right.turned, left.half_turns + right.half_turns,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("ring", [False, True])
+def test_increases_are_written_as_made_ones_and_yarn_overs_only_where_they_are_open(ring):
+    """Made ones lean left and right in pairs; the stitches above them are plain."""
+    rows = ["co co co co co", "k yk k ky k", "k k k k k k k", "yky k k k k k kyk", "k k k k k k k k k k k"]
+    plain = chart_fabric(rows, ring=ring)
+    Comparison(plain).check()
+    row = "Round" if ring else "Row"
+    side = "" if ring else " (RS)"
+    assert f"{row} 1{side}: k1, yo, k3, yo, k1. (7 sts)" in knitting_instructions(plain).split("\n")
+    fabric = with_increases(plain)
+    Comparison(fabric).check()
+    lines = knitting_instructions(fabric).split("\n")
+    assert f"{row} 1{side}: k1, m1r, k3, m1l, k1. (7 sts)" in lines
+    assert f"{row} 3{side}: m1r, k1, m1l, k5, m1r, k1, m1l. (11 sts)" in lines
+    assert any(line.startswith("  m1l: make 1 leaning left") for line in lines)
+    assert not any(" tbl" in line or "yo" in line for line in lines)
 
 
 @pytest.mark.parametrize("ring", [False, True])

@@ -19,6 +19,7 @@ from stitchmesh.io import read_mesh, write_stitches
 from stitchmesh.labeling import label
 from stitchmesh.machine_knitting import machine_program
 from stitchmesh.mesh import BORDER, StitchMesh
+from stitchmesh.mesh.shaping_stitches import with_increases
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.tessellate import tessellate
 from tests.gallery import ROOT
@@ -163,6 +164,19 @@ def test_a_rib_is_bound_off_with_one_transfer_for_each_loop_on_the_other_bed():
     fabric = chart_fabric([" ".join(["co"] * 16), *["k k p p " * 4] * 3])
     Checked(fabric).check()
     assert machine_program(fabric).count("xfer") == 15 + 1
+
+
+@pytest.mark.parametrize("ring", [False, True])
+def test_a_made_one_is_a_tuck_against_the_direction_of_its_row(ring):
+    """The carrier passes the needle, comes back over it and goes on, so that the legs of the loop cross."""
+    plain = chart_fabric(TUBES["widening"] if ring else FLAT["increases"][:3], ring=ring)
+    checked = Checked(with_increases(plain))
+    checked.check()
+    for face in np.flatnonzero(plain.n_top > plain.n_bottom).tolist():
+        loops = [checked.by_loop[face, place] for place in range(int(plain.n_top[face]))]
+        (along,) = {made.direction for made in loops if made.operation == "knit"}
+        tucks = {made.direction for made in loops if made.operation == "tuck"}
+        assert len(tucks) == 1 and along not in tucks
 
 
 def crossed(fabric: StitchMesh, first: int, destination: list[int], layers: list[int]) -> StitchMesh:

@@ -57,7 +57,9 @@ FULL = Recipe(
         knit=True, directions=(DirectionTable(panel="back", direction=(1.0, 0.0)),), sewn=(("back", 2), (0, 1))
     ),
     label=LabelSection(start_borders=((1, 2),), start_edges=((3, 4), (5, 6)), flip=(7,), turn_inside_out=True),
-    stitches=StitchesSection(course_height=0.5, counts=("4,7=12",), marked=((5, 9),), edges="edges.txt"),
+    stitches=StitchesSection(
+        course_height=0.5, increase="lifted", counts=("4,7=12",), marked=((5, 9),), edges="edges.txt"
+    ),
     mesh_relaxation=MeshRelaxOptions(aspect=0.8, alpha=0.7, area_force=False),
     finish=YarnFinish(bind_off="chain", cast_on="open", longest_float=3),
     material=MaterialSection(name="leaf", stiffness=("k_bend=0.1",)),

@@ -36,10 +36,12 @@ class Tessellate:
         size = self.yarn.size(stitch_width=self.stitch_width, stitch_height=self.stitches.course_height)
         labeled = read_stitches(self.labeled)
         width = STITCH_WIDTH if size.stitch_width is None else size.stitch_width
-        edges = self.stitches.section().edge_settings()
+        section = self.stitches.section()
+        edges = section.edge_settings()
         fabric = tessellate(
-            labeled, stitch_width=width, stitch_height=size.stitch_height, counts=edges.counts, marked=edges.marked
-        )
+            labeled, stitch_width=width, stitch_height=size.stitch_height, counts=edges.counts, marked=edges.marked,
+            increase=section.increase,
+        )  # fmt: skip
         write_stitches(self.output, fabric)
         say(", ".join(f"{count} {name}" for name, count in stitch_counts(fabric).items()))
         for name, reached in reached_sizes(fabric).items():

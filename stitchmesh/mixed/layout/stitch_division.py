@@ -11,7 +11,7 @@ where it has more bottom sides, the k stitches of its first row work them togeth
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -196,7 +196,17 @@ def _divided(
         palette=fabric.palette,
         own_stitches=fabric.own_stitches,
     )
+    divided = replace(divided, twist=_half_turns(fabric, divided, owner))
     return DividedStitches(divided, owner, np.concatenate(places))
+
+
+def _half_turns(fabric: StitchMesh, divided: StitchMesh, owner: IntArray) -> IntArray:
+    """Half turns of the loops of the parts that are increases, as in their faces, shape (C,)."""
+    twist = np.zeros(divided.side_count, dtype=np.int64)
+    for part in np.flatnonzero(divided.n_top > 1):
+        loops = 1 + np.arange(divided.n_top[part])
+        twist[divided.left_wale[part] - loops] = fabric.twist[fabric.left_wale[owner[part]] - loops]
+    return twist
 
 
 def _stitches(fabric: StitchMesh, faces: IntArray, part: _Part, k: int) -> IntArray:

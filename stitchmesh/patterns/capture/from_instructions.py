@@ -8,7 +8,8 @@ from dataclasses import replace
 
 from stitchmesh.errors import PatternError
 from stitchmesh.hand_knitting.parse import parse_instructions
-from stitchmesh.hand_knitting.written_pieces import WrittenPiece, WrittenRow, WrittenStitch
+from stitchmesh.hand_knitting.rows import WrittenStitch
+from stitchmesh.hand_knitting.written_pieces import WrittenPiece, WrittenRow
 from stitchmesh.mesh.own_stitch import StitchType
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.patterns.capture.capture import THROUGH_BACK
@@ -54,7 +55,7 @@ def _check_rows(piece: WrittenPiece, name: str) -> None:
 
 
 def _cell(written: WrittenStitch) -> Cell:
-    return Cell(written.stitch, yarn=written.yarn)
+    return Cell(written.stitch, (written.made,) if written.made else (), written.yarn)
 
 
 def _loops(row: WrittenRow) -> list[Loop]:
@@ -86,6 +87,9 @@ def _give_to_makers(below: list[Cell], held: list[Loop], row: WrittenRow) -> Non
     place = 0
     for index, cell in enumerate(below):
         own = held[place : place + cell.n_top]
+        if any(cell.twist):  # the word of a made one says its half turn
+            place += cell.n_top
+            continue
         taken = [_is_through_back(cell, loop, workers[place + top]) for top, loop in enumerate(own)]
         made = tuple(0 if above else loop.twist for above, loop in zip(taken, own, strict=True))
         below[index] = replace(cell, twist=made)

@@ -19,18 +19,17 @@ from numpy.typing import NDArray
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.courses import Course
 from stitchmesh.mesh.own_stitch import FIRST_OWN
+from stitchmesh.mesh.shaping_stitches import Keeps, shaping_stitch
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.placement.placement import is_plain, is_worked
 from stitchmesh.patterns.placement.rebuilt_runs import (
     MOST_LOOPS,
-    Keeps,
     Line,
     Rebuilt,
     RunPlan,
     line_above,
     line_below,
     rebuild_runs,
-    shaping_stitch,
     spread_loops,
 )
 from stitchmesh.patterns.placement.region import find_runs
@@ -193,7 +192,6 @@ def _stitches(cells: IntArray) -> IntArray:
     stitch = np.full(count, int(Stitch.KNIT))
     for place in np.flatnonzero((cells != 1).any(axis=1)).tolist():
         below, above = cells[place].tolist()
-        # An increase or a decrease of the left half is KY or D21K, as in a panel.
-        keeps: Keeps = "left" if (2 * place < count) == (above > below) else "right"
+        keeps: Keeps = "left" if 2 * place < count else "right"
         stitch[place] = shaping_stitch(below, above, keeps="middle" if below == MOST_LOOPS else keeps)
     return stitch

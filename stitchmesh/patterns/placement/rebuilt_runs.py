@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.change import UNKNOWN_STRETCH, Patch, stretch_at, vertices_left
 from stitchmesh.mesh.courses import Course, bottom_sides, top_sides
 from stitchmesh.mesh.renumbering import Renumbering
+from stitchmesh.mesh.shaping_stitches import closing_half_turns
 from stitchmesh.mesh.stitch import Stitch
 
 
@@ -106,7 +106,10 @@ def rebuild_runs(fabric: StitchMesh, plans: Sequence[RunPlan], positions: FloatA
             "row": fabric.row[old],
             "yarn": fabric.yarn[old],
         },
-        sides={name: sides.marks(name) for name in ("twist", "cable_shift", "cable_layer")},
+        sides={
+            "twist": sides.half_turns(loops, stitch),
+            **{name: sides.marks(name) for name in ("cable_shift", "cable_layer")},
+        },
         stretch=sides.stretch(),
     )
     return Rebuilt(patch, face)
@@ -203,6 +206,22 @@ class _Sides:
         values: IntArray = np.where(kept, getattr(self.fabric, name)[np.where(kept, self.loop, 0)], 0)
         return values
 
+    def half_turns(self, loops: IntArray, stitch: IntArray) -> IntArray:
+        """Return the half turn at each new side: those of new increases, and those of loops that no increase made.
+
+        Args:
+            loops: numbers of loops below and above each new face, shape (n, 2).
+            stitch: type of each new face, shape (n,).
+        """
+        values = self.marks("twist")
+        maker = self.fabric.side_face[np.where(self.loop < self.fabric.side_count, self.loop, 0)]
+        values[self.fabric.n_top[maker] > 1] = 0
+        last_side = np.cumsum(loops.sum(axis=1) + 2) - 1
+        for face in np.flatnonzero(loops[:, 1] > 1):
+            for loop, turn in enumerate(closing_half_turns(Stitch(stitch[face]))):
+                values[last_side[face] - 1 - loop] = turn
+        return values
+
     def stretch(self) -> FloatArray:
         """Return the stretch at all new sides."""
         old = np.where(self.loop < self.fabric.side_count, self.loop, BORDER)
@@ -212,22 +231,6 @@ class _Sides:
 
 MOST_LOOPS = 3
 """Largest number of loops below or above one stitch."""
-
-Keeps = Literal["left", "middle", "right"]
-"""The loop of a shaping stitch that continues the wale; the others begin or end there."""
-
-_SHAPING = {
-    (1, 2): {"left": Stitch.KY, "middle": Stitch.KY, "right": Stitch.YK},
-    (1, 3): {"left": Stitch.KYK, "middle": Stitch.KYK, "right": Stitch.KYK},
-    (2, 1): {"left": Stitch.D12K, "middle": Stitch.D12K, "right": Stitch.D21K},
-    (3, 1): {"left": Stitch.D123K, "middle": Stitch.D213K, "right": Stitch.D321K},
-}
-"""Shaping stitches by the numbers of loops below and above, and by the loop that continues the wale."""
-
-
-def shaping_stitch(below: int, above: int, *, keeps: Keeps) -> Stitch:
-    """Return the stitch of a new face with given numbers of loops, at most 3; at least one of them is 1."""
-    return Stitch.KNIT if below == above == 1 else _SHAPING[below, above][keeps]
 
 
 def spread_loops(below: int, above: int, at: Sequence[int] | None = None) -> IntArray:

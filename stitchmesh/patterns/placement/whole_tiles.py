@@ -15,9 +15,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stitchmesh.mesh import IntArray
+from stitchmesh.mesh.shaping_stitches import Keeps, shaping_stitch
 from stitchmesh.patterns.pattern import Pattern, crossings
 from stitchmesh.patterns.placement.columns import OUTSIDE, TILE, is_tile
-from stitchmesh.patterns.placement.rebuilt_runs import MOST_LOOPS, Keeps, shaping_stitch, spread_loops
+from stitchmesh.patterns.placement.rebuilt_runs import MOST_LOOPS, spread_loops
 from stitchmesh.patterns.placement.units import Units
 
 

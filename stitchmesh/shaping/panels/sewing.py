@@ -19,6 +19,7 @@ from stitchmesh.errors import LabelError, MeshError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.connectivity import find_fans, next_sides
 from stitchmesh.mesh.courses import course_of_faces, courses_below, find_courses, knitting_order
+from stitchmesh.mesh.shaping_stitches import with_increases
 from stitchmesh.shaping.level_lines import LevelLine
 from stitchmesh.shaping.panels.outline_pieces import BEGINS, ENDS, SIDE, Piece
 from stitchmesh.shaping.panels.panel_rows import PanelStitches, RowEnd
@@ -169,7 +170,7 @@ def _stitch_mesh(faces: _Faces, twin: IntArray) -> StitchMesh:
     count = np.bincount(members[:, 0])
     position = faces.points[members[:, 1]]
     vertices = np.stack([np.bincount(members[:, 0], position[:, axis]) / count for axis in range(3)], axis=1)
-    return StitchMesh(
+    fabric = StitchMesh(
         vertices=vertices,
         face_start=faces.start,
         face_vertex=fan,
@@ -179,6 +180,7 @@ def _stitch_mesh(faces: _Faces, twin: IntArray) -> StitchMesh:
         stitch=with_cast_on(faces.stitch, faces.start, faces.n_bottom, twin),
         row=faces.row,
     )
+    return with_increases(fabric)
 
 
 def _with_twins(
