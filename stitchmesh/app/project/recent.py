@@ -10,6 +10,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from stitchmesh.app.preferences import state_folder
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.project_folder import TABLE_NAME
 from stitchmesh.errors import ParameterError, StitchMeshError
@@ -79,5 +80,4 @@ def remember(project: Project) -> None:
 
 
 def _list_path() -> Path:
-    state = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
-    return Path(state) / "stitchmesh" / "projects.json"
+    return state_folder() / "projects.json"

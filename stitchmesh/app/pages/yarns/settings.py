@@ -15,6 +15,7 @@ from stitchmesh.io.checked import check_table
 from stitchmesh.pipeline.options import RelaxOptions
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named, quality_with
 from stitchmesh.yarn.rest_length import RestLengths
+from stitchmesh.yarn.yarn_presets import Yarn
 from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.constraints.pins import Pins
@@ -69,12 +70,12 @@ class YarnSettings:
     """Iterations after which the relaxation ends."""
     device: str = AUTOMATIC
 
-    def generation(self) -> dict[str, Any]:
-        """Return the arguments of ``generate_yarns``."""
-        return {
-            "quality": self.quality, "yarn_radius": self.yarn_radius or None, "bind_off": self.bind_off,
-            "cast_on": self.cast_on,
-        }  # fmt: skip
+    def generation(self, yarn: Yarn | None) -> dict[str, Any]:
+        """Return the arguments of ``generate_yarns``; the yarn of the project has its own radii."""
+        radii: dict[str, Any] = {"yarn_radius": self.yarn_radius or None}
+        if yarn is not None and not self.yarn_radius:
+            radii = {"yarn_radius": yarn.core_radius, "drawn_radius": yarn.apparent_radius}
+        return {"quality": self.quality, **radii, "bind_off": self.bind_off, "cast_on": self.cast_on}
 
     def solver_quality(self) -> Quality:
         """Return the quality of the relaxation.
