@@ -67,7 +67,7 @@ def actions(page: Headless) -> list[tuple[str, Callable[[], Any]]]:
         ("flip a row by a click", lambda: page.click_face(100)),
         ("undo the flip", lambda: press("Steps", "Undo")),
         ("open Divide", lambda: page.app.open_page("Divide")),
-        ("another stitch width", lambda: set_value("Stitch width", 0.9)),
+        ("another stitch width", lambda: set_value("Stitch width [cm]", 0.9)),
         ("choose an edge by a click", lambda: page.click_side(100)),
         ("a number on the edge", lambda: set_value("Number", 3)),
     ]

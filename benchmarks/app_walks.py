@@ -112,7 +112,7 @@ def sweater(walk: Walk) -> None:
     walk.step("click the hem: the first row", lambda: rig.click_at(border_point(mesh)), picture="sweater-3-first-row")
     walk.step("label all rows", lambda: press("Label all"), picture="sweater-4-rows")
     walk.step("go on to Divide", lambda: press("Go on: divide into stitches"))
-    walk.step("divide", lambda: rig.type("Stitch width", STITCH_WIDTH), lambda: press("Divide into stitches"),
+    walk.step("divide", lambda: rig.type("Stitch width [cm]", STITCH_WIDTH), lambda: press("Divide into stitches"),
               picture="sweater-5-divided")  # fmt: skip
     walk.step("go on to Edit", lambda: press("Go on: edit the stitches"), picture="sweater-6-edit")
     walk.step("select the hem", lambda: rig.type("Select by words", "hem 6"), lambda: press("Select these"))

@@ -14,6 +14,7 @@ from stitchmesh.app.pages.all_pages import PAGES
 from stitchmesh.app.pages.navigation import Navigation
 from stitchmesh.app.pages.not_yet import show_not_yet
 from stitchmesh.app.pages.page import Page
+from stitchmesh.app.preferences import keep_dark, prefers_dark
 from stitchmesh.app.scene.scene import Pick, Scene, ScreenBox, Stroke
 from stitchmesh.app.task import TaskRunner
 from stitchmesh.errors import ParameterError, StitchMeshError
@@ -40,7 +41,9 @@ class App:
         self.page: Page | None = None
         self._is_built = False
         self._pages: dict[str, Page] = {}
-        self._navigation = Navigation(front.navigation, self.open_page)
+        self._navigation = Navigation(front.navigation, self.open_page, self._set_dark)
+        self._navigation.dark = prefers_dark()
+        front.set_dark(self._navigation.dark)
         self._watch_project()
         front.listen(Listener(self._picked, self._stroked, self._boxed, self._camera_moved))
 
@@ -151,6 +154,11 @@ class App:
             self.project.close()
         except StitchMeshError as error:
             refused.append(error)
+
+    def _set_dark(self, dark: bool) -> None:
+        """Show dark or light colours, now and at the next start."""
+        self.front.set_dark(dark)
+        keep_dark(dark)
 
     def _watch_project(self) -> None:
         """Say it when the project cannot be saved, and when it can be saved again."""

@@ -77,6 +77,13 @@ class FolderLock:
                 self._path.unlink(missing_ok=True)
         self.release()
 
+    def remove_folder(self) -> None:
+        """Release the lock of a folder that is not used any more, and remove the folder if nothing else is in it."""
+        with contextlib.suppress(OSError):  # Somebody else's files are in it; Windows removes no open file.
+            self._path.unlink(missing_ok=True)
+            self._path.parent.rmdir()
+        self.release()
+
     def _take(self, held: str) -> None:
         self.release()
         self._file = os.fdopen(open_own(self._path), "r+")

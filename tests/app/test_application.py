@@ -81,6 +81,21 @@ def test_an_open_page_has_its_controls_and_drawings_and_gets_events(app):
     assert [control.label for control in app.controls.made] == ["Go to Label"] and app.scene.drawings == {}
 
 
+def test_help_and_dark_colours_are_a_click_away_and_colours_are_remembered(app, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    do(app, app.open_page, "Label")
+    do(app, app.front.navigation.act, "help", "Label")
+    assert 'aria-label="Help on Label"' in app.front.navigation.text_shown()
+    do(app, app.front.navigation.act, "dark", "dark")
+    assert app.front.dark and "Light colours" in app.front.navigation.text_shown()
+    other = App(Project.create(tmp_path / "sock"), NullFront())
+    assert other.front.dark
+    other.close()
+    do(app, app.open_page, "Divide")
+    assert "Help on Divide" in app.front.navigation.text_shown()
+    assert "sm-help" not in app.front.navigation.text_shown().split("</style>")[-1]  # help on another page is closed
+
+
 def test_an_unavailable_page_says_what_to_do_first(app):
     do(app, app.open_page, "Divide")
     assert "Label the mesh first." in app.front.navigation.text_shown()

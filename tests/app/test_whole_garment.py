@@ -73,7 +73,7 @@ def test_the_clicks_make_what_the_same_calls_make(app_in_browser, skirt_file, tm
             assert len(project.label_steps) == 2 + flips
         rig.press("Go on: divide into stitches")
         rig.settle()
-        rig.type("Stitch width", STITCH_WIDTH)
+        rig.type("Stitch width [cm]", STITCH_WIDTH)
         rig.press("Divide into stitches")
         rig.settle()
         rig.press("Go on: edit the stitches")

@@ -1,5 +1,5 @@
 // Names for screen readers and darker letters: viser leaves some of its inputs and icons without a name, and some of its
-// letters too pale to be read.
+// letters too pale to be read. Settings that serve no user are hidden.
 (() => {
   if (document.getElementById("stitchmesh-letters")) return;
   const style = document.createElement("style");
@@ -29,6 +29,9 @@
           input.setAttribute("aria-label", label.textContent.trim());
         }
       }
+    }
+    for (const label of document.querySelectorAll(".mantine-Checkbox-label")) {  // They are those of viser's authors.
+      if (label.textContent === "Dev Settings") label.closest(".mantine-Checkbox-root").style.display = "none";
     }
     for (const button of document.querySelectorAll("button")) {
       if (!named(button)) button.setAttribute("aria-label", iconName(button));

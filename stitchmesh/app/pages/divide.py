@@ -11,6 +11,7 @@ from stitchmesh.app.controls.legend import legend
 from stitchmesh.app.pages.divide_text import edge_text, estimate_table, no_edge_text, refusal
 from stitchmesh.app.pages.division_draft import DivisionDraft, with_count, with_edges, with_mark
 from stitchmesh.app.pages.division_view import DivisionView
+from stitchmesh.app.pages.gauge_panel import GaugePanel, yarn_of
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.project.division import Division, with_known_edges
 from stitchmesh.app.scene.scene import Pick
@@ -25,28 +26,14 @@ from stitchmesh.quality import DEFAULT_QUALITY, PRESETS
 from stitchmesh.recipe.estimate import GarmentEstimate, estimate_garment
 from stitchmesh.tessellate.counts import edge_named, edges_with_one_count
 from stitchmesh.tessellate.edge_file import EdgeSettings, VertexPair, edge_settings_text, parse_edge_settings
-from stitchmesh.yarn.yarn_presets import Yarn, yarn_names
 
 if TYPE_CHECKING:
     from stitchmesh.app.application import App
-    from stitchmesh.app.project.project import Project
 
-OWN_SIZE = "own size"
-"""Choice of the yarn if the sizes are the user's own."""
-SMALLEST, LARGEST = 0.1, 5.0
-"""Bounds of the stitch width and of the stitch height [cm]."""
-DIGITS = 3
-"""Decimal digits of the sizes that are shown."""
 MOST_COUNT = 10_000
 """Largest number of stitches on one edge."""
 MESH, STITCHES = "mesh", "stitches"
 """What can be shown."""
-
-
-def chosen_yarn(project: Project) -> str | None:
-    """Return the name of the hand-knitting yarn that was chosen for the stitches of a project; None for own sizes."""
-    name: str = project.settings(DividePage.name).get("yarn", OWN_SIZE)
-    return None if name == OWN_SIZE else name
 
 
 class DividePage(Page):
@@ -79,9 +66,7 @@ class DividePage(Page):
     def build(self) -> None:
         """Make the controls, and draw the mesh."""
         kept = self.app.project.settings(self.name)
-        self._settings: dict[str, str] = {
-            "yarn": kept.get("yarn", OWN_SIZE), "quality": kept.get("quality", DEFAULT_QUALITY)
-        }  # fmt: skip
+        self._settings: dict[str, str] = {"quality": kept.get("quality", DEFAULT_QUALITY)}
         if kept.get("draft") != self._draft.table:
             self._draft = DivisionDraft.of_settings(kept, self.app.project.division or Division())
         controls = self.app.controls
@@ -110,22 +95,9 @@ class DividePage(Page):
     def _make_size_controls(self) -> None:
         """Make the controls of the sizes."""
         controls, draft = self.app.controls, self._draft
-        width, height = draft.division.stitch_width, draft.height
-        self._yarn = controls.choice(
-            "Yarn", "A hand-knitting yarn at its usual gauge, or your own size.", (OWN_SIZE, *yarn_names()),
-            self._settings["yarn"], self._take_yarn,
-        )  # fmt: skip
-        self._width = controls.slider(
-            "Stitch width", "Width of a stitch in cm; type it for an exact one.", round(width, DIGITS),
-            self._set_width, least=min(SMALLEST, width), most=max(LARGEST, width), step=0.01,
-        )  # fmt: skip
-        self._usual = controls.toggle(
-            "Usual height", "The height of a stitch is 0.77 of its width, as in relaxed stockinette.",
-            draft.division.stitch_height is None, self._set_usual,
-        )  # fmt: skip
-        self._height = controls.slider(
-            "Stitch height", "Height of a stitch in cm.", round(height, DIGITS), self._set_height,
-            least=min(SMALLEST, height) / 2.0, most=max(LARGEST, height), step=0.01,
+        division = draft.division
+        self._gauge = GaugePanel(
+            self.app.project, controls, division.stitch_width, division.stitch_height, self._take_size
         )  # fmt: skip
         self._quality = controls.choice(
             "Quality", "Quality of the yarns for which time and memory are estimated.", tuple(PRESETS),
@@ -214,46 +186,14 @@ class DividePage(Page):
 
     def _undo(self) -> None:
         self._draft.undo()
-        self._show_sizes()
         self._keep()
 
     def _redo(self) -> None:
         self._draft.redo()
-        self._show_sizes()
         self._keep()
 
-    def _take_yarn(self, name: str) -> None:
-        """Take the usual gauge of a yarn."""
-        self._settings["yarn"] = name
-        if name != OWN_SIZE:
-            gauge = Yarn.named(name).gauge
-            self._draft.change(
-                replace(self._draft.division, stitch_width=gauge.stitch_width, stitch_height=gauge.stitch_height)
-            )
-            self._show_sizes()
-        self._keep()
-
-    def _set_width(self, width: float) -> None:
-        self._set_size(replace(self._draft.division, stitch_width=width), "width")
-
-    def _set_height(self, height: float) -> None:
-        self._set_size(replace(self._draft.division, stitch_height=height), "height")
-
-    def _set_usual(self, usual: bool) -> None:
-        height = None if usual else round(self._draft.height, DIGITS)
-        self._set_size(replace(self._draft.division, stitch_height=height))
-        self._show_sizes()
-
-    def _set_size(self, division: Division, what: str = "") -> None:
-        """Take a size that the user has chosen instead of a yarn."""
-        self._settings["yarn"] = self._yarn.value = OWN_SIZE
-        self._change(division, what)
-
-    def _show_sizes(self) -> None:
-        """Show the sizes of the draft in their controls."""
-        self._width.value = round(self._draft.division.stitch_width, DIGITS)
-        self._usual.value = self._draft.division.stitch_height is None
-        self._height.value = round(self._draft.height, DIGITS)
+    def _take_size(self, width: float, height: float | None, what: str) -> None:
+        self._change(replace(self._draft.division, stitch_width=width, stitch_height=height), what)
 
     def _set_quality(self, name: str) -> None:
         self._settings["quality"] = name
@@ -310,7 +250,7 @@ class DividePage(Page):
         self._go_on.visible, self._divide_button.visible = ready, not ready
         self._divide_button.disabled = estimate is None or self.app.tasks.running
         self._show_choice.visible, self._show_choice.value = ready, self._shown
-        self._height.visible = not self._usual.value
+        self._gauge.show(self._draft.division.stitch_width, self._draft.division.stitch_height)
         self._show_chosen(estimate)
         division = self._draft.division
         if not self._typing:  # The text under the user's hands stays as it is.
@@ -324,7 +264,7 @@ class DividePage(Page):
     def _estimated(self) -> GarmentEstimate | None:
         """Estimate what the garment costs, and show it; None if such stitches are not possible."""
         assert self._labeled is not None
-        division, yarn = self._draft.division, self._settings["yarn"]
+        division = self._draft.division
         try:
             estimate = estimate_garment(
                 self._labeled, stitch_width=division.stitch_width, stitch_height=division.stitch_height,
@@ -333,8 +273,9 @@ class DividePage(Page):
         except StitchMeshError as error:
             self._estimate.content = refusal(str(error))
             return None
-        known = None if yarn == OWN_SIZE else Yarn.named(yarn)
-        self._estimate.content = estimate_table(estimate, division.stitch_width, self._draft.height, known)
+        self._estimate.content = estimate_table(
+            estimate, division.stitch_width, self._draft.height, yarn_of(self.app.project)
+        )  # fmt: skip
         return estimate
 
     def _show_chosen(self, estimate: GarmentEstimate | None) -> None:

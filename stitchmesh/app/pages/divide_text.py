@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from stitchmesh.app.controls.legend import LegendEntry
+from stitchmesh.app.pages.gauge_panel import gauge_words
 from stitchmesh.app.scene.drawing import Colour
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import StitchMesh
@@ -41,7 +42,7 @@ def estimate_table(estimate: GarmentEstimate, width: float, height: float, yarn:
     if yarn is not None:
         length += f", about {estimate.yarn_length / 100.0 * yarn.grams_per_metre:,.0f} g"
     rows = {
-        "Gauge": str(Gauge.of_stitch(width, height)),
+        "Gauge": gauge_words(Gauge.of_stitch(width, height)),
         "Stitches": f"{estimate.stitches:,} in {estimate.rows:,} rows",
         "Yarn": length,
         "Control points": f"{estimate.control_points:,}",

@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The navigation: the pages as buttons, above the controls of the open page."""
+"""The navigation: the pages as buttons, help and the colours of the program, above the controls of the open page."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.pages.help_text import help_html
 from stitchmesh.markup import Markup, joined, markup
 
 SECTIONS: dict[str, tuple[str, ...]] = {
@@ -24,39 +25,76 @@ STYLE = markup("""<style>
  color:var(--mantine-color-text)}
 .sm-nav button[aria-current=page],.sm-nav button[aria-current=true]{background:#1f5673;border-color:#1f5673;color:#fff;
  font-weight:600}
-.sm-nav button:focus-visible{outline:3px solid #e08a1e;outline-offset:1px}
+.sm-nav button:focus-visible,.sm-more button:focus-visible{outline:3px solid #e08a1e;outline-offset:1px}
+.sm-more{display:flex;justify-content:space-between;margin:.25em .1em 0}
+.sm-more button{font:inherit;font-size:.8em;padding:0;border:0;background:none;cursor:pointer;text-decoration:underline;
+ color:var(--mantine-color-text)}
 .sm-hint{margin:.1em .1em 0;font-size:.86em;line-height:1.35}
 </style>""")
 
 
 class Navigation:
-    """The row of sections, the row of pages of the open section, and the hint of the open page."""
+    """The row of sections, the row of pages of the open section, the hint of the open page, and help on it."""
 
-    def __init__(self, controls: Controls, open_page: Callable[[str], None]) -> None:
-        """Make the rows; ``open_page`` is called with the name of a page."""
+    def __init__(self, controls: Controls, open_page: Callable[[str], None], set_dark: Callable[[bool], None]) -> None:
+        """Make the rows.
+
+        Args:
+            controls: where they are added.
+            open_page: called with the name of a page.
+            set_dark: called with whether the program shall be dark.
+        """
         self._last_of = {section: pages[0] for section, pages in SECTIONS.items()}
-        self._open = open_page
+        self._open, self._set_dark = open_page, set_dark
+        self._page, self._hint, self._helps = "", "", False
+        self.dark = False
+        """Whether the program is dark."""
         self._rows = controls.html(Markup(), self._clicked)
 
     def show(self, page: str, hint: str) -> None:
         """Show which page is open, and what to do on it."""
-        section = section_of(page)
-        self._last_of[section] = page
+        self._helps = self._helps and page == self._page
+        self._page, self._hint = page, hint
+        self._last_of[section_of(page)] = page
+        self._show()
+
+    def _show(self) -> None:
+        page, section = self._page, section_of(self._page)
         sections = _row("Sections", "section", SECTIONS, section, "true")
         pages = SECTIONS[section]
         steps = _row("Steps", "page", pages, page, "page") if len(pages) > 1 else Markup()
-        self._rows.content = markup('{}{}{}<p class="sm-hint" role="status">{}</p>', STYLE, sections, steps, hint)
+        more = joined([
+            _button("help", page, f"Help on {page}", expanded=self._helps),
+            _button("dark", "" if self.dark else "dark", "Light colours" if self.dark else "Dark colours"),
+        ])  # fmt: skip
+        self._rows.content = markup(
+            '{}{}{}<p class="sm-hint" role="status">{}</p><p class="sm-more">{}</p>{}',
+            STYLE, sections, steps, self._hint, more, help_html(page) if self._helps else "",
+        )
 
     def _clicked(self, action: str, value: str) -> None:
         if action == "section":
             self._open(self._last_of[value])
         elif action == "page":
             self._open(value)
+        elif action == "help":
+            self._helps = not self._helps
+            self._show()
+        elif action == "dark":
+            self.dark = value == "dark"
+            self._set_dark(self.dark)
+            self._show()
 
 
 def section_of(page: str) -> str:
     """Return the section of a page."""
     return next(section for section, pages in SECTIONS.items() if page in pages)
+
+
+def _button(action: str, value: str, label: str, *, expanded: bool | None = None) -> Markup:
+    """Return a button that looks like a link; ``expanded`` says whether what it shows is there."""
+    state = Markup() if expanded is None else markup(' aria-expanded="{}"', str(expanded).lower())
+    return markup('<button type="button" data-action="{}" data-value="{}"{}>{}</button>', action, value, state, label)
 
 
 def _row(title: str, action: str, names: object, current: str, mark: str) -> Markup:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 FABRIC_COLOUR = (206, 200, 186)
 EDGE_COLOUR = (96, 96, 104)
+GARMENT, EDGES = "garment", "edges"
+"""Names of the drawings of a plain garment."""
 
 
 def show_not_yet(app: App, page: Page, pages: dict[str, MakePage]) -> None:
@@ -45,7 +47,13 @@ def page_needed(app: App, page: Page, pages: dict[str, MakePage]) -> str:
 def draw_plainly(scene: Scene, mesh: Mesh, opacity: float = 1.0) -> None:
     """Draw a mesh in one colour with its edges."""
     surface = Surface(mesh.vertices, mesh.face_vertex[face_triangles(mesh).corners], FABRIC_COLOUR, opacity=opacity)
-    scene.show("garment", surface)
+    scene.show(GARMENT, surface)
     ends = np.stack([mesh.edge_side, mesh.side_next[mesh.edge_side]], axis=1)
-    scene.show("edges", Lines(mesh.vertices[mesh.face_vertex[ends]], EDGE_COLOUR, 1.0))
+    scene.show(EDGES, Lines(mesh.vertices[mesh.face_vertex[ends]], EDGE_COLOUR, 1.0))
     scene.look_at(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))
+
+
+def remove_plain(scene: Scene) -> None:
+    """Remove what ``draw_plainly`` has drawn."""
+    scene.remove(GARMENT)
+    scene.remove(EDGES)

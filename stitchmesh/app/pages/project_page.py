@@ -7,6 +7,7 @@ from __future__ import annotations
 import threading
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from stitchmesh.app.pages.not_yet import draw_plainly
@@ -51,6 +52,8 @@ class ProjectPage(Page):
         super().__init__(app)
         self._unit = DEFAULT_UNIT
         self._new_name = "Garment"
+        self._doomed: Path | None = None
+        """Folder of the project of which the user is asked whether it shall be deleted."""
         self._drawn: Mesh | None = None
         self._files: list[Export] = []
         names = example_names()
@@ -89,7 +92,7 @@ class ProjectPage(Page):
         self._restore.label = f"Bring back: {restored}"
         self._files = exports(project)
         self._downloads.content = download_list(self._files)
-        self._recent.content = recent_list(recent_projects(), project.folder)
+        self._recent.content = recent_list(recent_projects(), project.folder, self._doomed)
         self._draw()
 
     def import_file(self, name: str, content: bytes) -> None:
@@ -224,15 +227,17 @@ class ProjectPage(Page):
         if action == "download":
             self._download(value)
         elif action == "open":
-            self._open_recent(value)
+            self._change_to(Project.open(_recent_folder(value)))
+        elif action == "delete-now":
+            folder, self._doomed = self._doomed, None
+            if folder is not None and folder != self.app.project.folder:
+                Project.delete(folder)
+            self.refresh()
+        elif action in ("delete", "keep"):
+            self._doomed = _recent_folder(value) if action == "delete" else None
+            self.refresh()
         elif action == "unit" and value in CENTIMETRES:
             self._set_unit(value)
-
-    def _open_recent(self, place: str) -> None:
-        projects = recent_projects()
-        if not place.isdecimal() or int(place) >= len(projects):
-            raise ParameterError("open: the list of projects has changed; look at it again")
-        self._change_to(Project.open(projects[int(place)].folder))
 
     def _download(self, name: str) -> None:
         """Send a file; it is written in a thread of its own, because large files take seconds."""
@@ -261,6 +266,18 @@ class ProjectPage(Page):
             return
         self._drawn = mesh
         draw_plainly(self.app.scene, mesh, opacity)
+
+
+def _recent_folder(place: str) -> Path:
+    """Return the folder of a project by its place in the list.
+
+    Raises:
+        ParameterError: there is no such project any more.
+    """
+    projects = recent_projects()
+    if not place.isdecimal() or int(place) >= len(projects):
+        raise ParameterError("projects: the list has changed; look at it again")
+    return projects[int(place)].folder
 
 
 @cache

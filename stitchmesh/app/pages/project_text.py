@@ -27,7 +27,8 @@ STYLE = markup("""<style>
  border:1px solid var(--mantine-color-default-border);background:var(--mantine-color-default);
  color:var(--mantine-color-text)}
 .sm-project button:focus-visible{outline:3px solid #e08a1e;outline-offset:1px}
-.sm-project .wide{display:block;width:100%;text-align:left}
+.sm-project .one{display:flex;align-items:center;gap:.2em}
+.sm-project .wide{display:flex;flex:1 1 auto;gap:.5em;align-items:center;text-align:left;overflow-wrap:anywhere}
 .sm-project .trouble{border-left:4px solid #96233c;padding-left:.5em;font-weight:600}
 </style>""")
 NOT_YET = "not yet"
@@ -105,20 +106,47 @@ def download_list(files: list[Export]) -> Markup:
     return markup('{}<div class="sm-project">{}</div>', STYLE, text)
 
 
-def recent_list(projects: list[RecentProject], present: Path) -> Markup:
-    """Return a button for each recent project except the present one; ``data-value`` is its place in the list."""
+def recent_list(projects: list[RecentProject], present: Path, doomed: Path | None) -> Markup:
+    """Return two buttons for each recent project except the present one, which open and delete it.
+
+    Args:
+        projects: the projects; ``data-value`` of a button is the place in this list.
+        present: folder of the present project.
+        doomed: folder of the project of which the user is asked whether it shall be deleted; None if of none.
+    """
     buttons = joined(
-        markup(
-            '<button type="button" class="wide" data-action="open" data-value="{}"'
-            ' aria-label="Open the project {}">{}'
-            "<br><small>{}</small></button>",
-            number, one.name, one.name, _short(one.folder),
-        )
+        _question(number, one) if one.folder == doomed else _recent(number, one)
         for number, one in enumerate(projects)
         if one.folder != present
     )
     others = buttons or markup("<p>No other project was open yet.</p>")
     return markup('{}<div class="sm-project">{}</div>', STYLE, others)
+
+
+def _recent(number: int, one: RecentProject) -> Markup:
+    """Return the buttons that open and delete a project."""
+    picture = markup(
+        '<svg viewBox="-4 -4 108 108" width="44" height="44" aria-hidden="true">'
+        '<path d="{}" stroke="currentColor" stroke-width="2" fill="none"/></svg>',
+        one.outline,
+    )
+    return markup(
+        '<div class="one"><button type="button" class="wide" data-action="open" data-value="{}"'
+        ' aria-label="Open the project {}">{}<span>{}<br><small>{}<br>{}</small></span></button>'
+        '<button type="button" data-action="delete" data-value="{}" aria-label="Delete the project {}">Delete</button>'
+        "</div>",
+        number, one.name, picture, one.name, f"{one.changed:%d %b %Y, %H:%M}", _short(one.folder), number, one.name,
+    )
+
+
+def _question(number: int, one: RecentProject) -> Markup:
+    """Return the question whether a project shall be deleted."""
+    return markup(
+        '<div class="one" role="alert"><span>Delete <b>{}</b> for ever? </span>'
+        '<button type="button" data-action="delete-now" data-value="{}">Delete it</button>'
+        '<button type="button" data-action="keep" data-value="{}">Keep it</button></div>',
+        one.name, number, number,
+    )
 
 
 def _mesh(project: Project) -> str:

@@ -122,6 +122,23 @@ class Project:
             lock.give_up()
             raise
 
+    @staticmethod
+    def delete(folder: Path) -> None:
+        """Delete the project of a folder; files in the folder that are none of the program's stay, with the folder.
+
+        Raises:
+            FileError: the folder holds no project, another program uses it, or something cannot be removed.
+        """
+        if not is_there(folder / TABLE_NAME):
+            raise FileError(f"{folder}: holds no project; expected a folder with {TABLE_NAME}")
+        lock = FolderLock(folder, OPEN_ELSEWHERE)
+        try:
+            ProjectFolder(folder).delete()
+        except FileError:
+            lock.release()
+            raise
+        lock.remove_folder()
+
     @classmethod
     def open_or_create(cls, folder: Path) -> Project:
         """Open the project of a folder, or make an empty one there.

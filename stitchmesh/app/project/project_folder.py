@@ -12,6 +12,7 @@ from __future__ import annotations
 import contextlib
 import json
 import re
+import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -25,6 +26,7 @@ from stitchmesh.errors import FileError, ParameterError, StitchMeshError
 from stitchmesh.io.atomic import write_bytes, write_text
 from stitchmesh.io.checked import check_value
 from stitchmesh.io.contents import read_bytes
+from stitchmesh.io.disk_refusal import refusal
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.io.json_file import read_json
 from stitchmesh.io.stitches import read_stitches, write_stitches
@@ -35,6 +37,8 @@ TABLE_NAME = "project.json"
 """Name of the file with the table."""
 FILES = "files"
 """Name of the folder with the files that the table names."""
+OWN_FOLDERS = ("checkpoint", "bodies", "drape")
+"""Names of the other folders of a project: checkpoints of its relaxation, bodies of its yarns, and its scene."""
 
 
 @dataclass(frozen=True)
@@ -123,6 +127,19 @@ class ProjectFolder:
             raise FileError(f"{self.table_path}: {error}") from error
         self._number = max((_number(name) for name in self._names()), default=0)
         return state, tuple(notes)
+
+    def delete(self) -> None:
+        """Remove all that the program writes into the folder of a project, the table last.
+
+        Raises:
+            FileError: something cannot be removed; the project is then still in the list.
+        """
+        try:
+            for name in (*OWN_FOLDERS, FILES):
+                shutil.rmtree(self.folder / name, ignore_errors=True)
+            self.table_path.unlink()
+        except OSError as error:
+            raise FileError(f"{self.folder}: cannot be removed {refusal(error)}") from error
 
     def _table(self) -> ProjectTable:
         try:

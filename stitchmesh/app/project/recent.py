@@ -8,8 +8,12 @@ import json
 import os
 import re
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
+import numpy as np
+
+from stitchmesh.app.preferences import state_folder
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.project_folder import TABLE_NAME
 from stitchmesh.errors import ParameterError, StitchMeshError
@@ -17,9 +21,13 @@ from stitchmesh.io.atomic import write_text
 from stitchmesh.io.checked import check_value
 from stitchmesh.io.json_file import read_json
 from stitchmesh.io.path_kind import is_file, is_there
+from stitchmesh.mesh import BORDER, Mesh
 
 MOST_RECENT = 12
 """Number of projects that are remembered."""
+MOST_LINES = 400
+"""Largest number of lines of the outline of a garment."""
+OUTLINE = re.compile(r"(M-?\d{1,3} -?\d{1,3}L-?\d{1,3} -?\d{1,3})*")
 LONGEST_NAME = 60
 """Largest number of characters in the name of a new project."""
 
@@ -32,6 +40,17 @@ class RecentProject:
     """Folder of the project."""
     name: str
     """Name of the project when it was open."""
+    outline: str = ""
+    """Its garment from the front, as a path of SVG in a square of 100 units; empty if it had none."""
+
+    @property
+    def changed(self) -> datetime:
+        """When the project was changed last.
+
+        Raises:
+            OSError: the project is gone.
+        """
+        return datetime.fromtimestamp((self.folder / TABLE_NAME).stat().st_mtime)
 
 
 def projects_folder() -> Path:
@@ -61,7 +80,8 @@ def recent_projects() -> list[RecentProject]:
     """Return the projects that were open, the last one first; projects whose folders are gone are left out."""
     try:
         entries = check_value(read_json(_list_path()), list[dict[str, str]])
-        found = [RecentProject(Path(entry["folder"]), entry["name"]) for entry in entries]
+        found = [RecentProject(Path(entry["folder"]), entry["name"], _checked(entry.get("outline", "")))
+                 for entry in entries]  # fmt: skip
         return [project for project in found if is_file(project.folder / TABLE_NAME)]
     except (StitchMeshError, KeyError):
         return []  # The list is a convenience: a damaged one is made anew.
@@ -70,14 +90,36 @@ def recent_projects() -> list[RecentProject]:
 def remember(project: Project) -> None:
     """Put a project first in the list; a list that cannot be written is left as it is."""
     others = [one for one in recent_projects() if one.folder != project.folder]
-    entries = [RecentProject(project.folder, project.name), *others][:MOST_RECENT]
-    text = json.dumps([{"folder": str(one.folder), "name": one.name} for one in entries], indent=1)
+    mesh = project.evened or project.fabric or project.mesh
+    entries = [RecentProject(project.folder, project.name, "" if mesh is None else outline_of(mesh)), *others]
+    table = [{"folder": str(one.folder), "name": one.name, "outline": one.outline} for one in entries[:MOST_RECENT]]
+    text = json.dumps(table, indent=1)
     try:
         write_text(_list_path(), text + "\n")
     except StitchMeshError:
         return
 
 
+def outline_of(mesh: Mesh) -> str:
+    """Return the borders and the outline of a garment from the front as a path of SVG, in a square of 100 units.
+
+    An edge belongs to the outline if one of its faces looks to the front and the other one to the back.
+    """
+    towards = mesh.face_vector_area[:, 2] > 0.0
+    side = mesh.edge_side
+    other = mesh.twin[side]
+    shown = side[(other == BORDER) | (towards[mesh.side_face[side]] != towards[mesh.side_face[other]])]
+    shown = shown[:: len(shown) // MOST_LINES + 1]
+    low, size = mesh.vertices.min(axis=0), float(np.ptp(mesh.vertices[:, :2], axis=0).max()) or 1.0
+    place = np.rint(100.0 * (mesh.vertices[:, :2] - low[:2]) / size).astype(int)
+    ends = place[mesh.face_vertex[np.stack([shown, mesh.side_next[shown]], axis=1)]]
+    return "".join(f"M{x} {100 - y}L{u} {100 - v}" for (x, y), (u, v) in ends.tolist())
+
+
+def _checked(outline: str) -> str:
+    """Return a path that a file holds; nothing if it is none of ``outline_of``."""
+    return outline if OUTLINE.fullmatch(outline) else ""
+
+
 def _list_path() -> Path:
-    state = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
-    return Path(state) / "stitchmesh" / "projects.json"
+    return state_folder() / "projects.json"

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stitchmesh.app.pages.divide import OWN_SIZE
+from stitchmesh.app.pages.gauge_panel import yarn_of
 from stitchmesh.app.project.division import Division
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.drawing import Labels, Lines, Surface
@@ -32,7 +32,7 @@ def page(tmp_path: Path) -> Iterator[Headless]:
     with headless(tmp_path, tube(12, 4, radius=6.0, height=1.5), "Label") as opened:
         opened.project.apply_label_step(LabelStep("label_all"))
         opened.app.open_page("Divide")
-        opened.controls.set("Stitch width", WIDTH)
+        opened.controls.set("Stitch width [cm]", WIDTH)
         yield opened
 
 
@@ -79,7 +79,7 @@ def test_the_division_is_that_of_python(page):
 
 def test_the_estimate_follows_the_size(page):
     for width in (0.4, 0.8):
-        page.controls.set("Stitch width", width)
+        page.controls.set("Stitch width [cm]", width)
         estimate = estimate_garment(labeled_of(page), stitch_width=width)
         text = page.controls.text_shown()
         assert f"{estimate.stitches:,} in {estimate.rows:,} rows" in text
@@ -102,15 +102,18 @@ def test_a_yarn_gives_its_gauge_and_the_weight(page):
         stitch_width=yarn.gauge.stitch_width, stitch_height=yarn.gauge.stitch_height
     )
     assert " g</td>" in page.controls.text_shown()
-    page.controls.set("Stitch width", 0.6)
-    assert page.controls.find("Yarn").value == OWN_SIZE
+    page.controls.set("Stitch width [cm]", 0.6)
+    assert page.controls.find("Yarn").value == "worsted"  # at the user's own gauge
+    assert yarn_of(page.project) == yarn
+    # 10 cm / 0.6 cm, and 10.16 cm / 0.6 cm
+    assert "16.7 stitches" in page.controls.text_shown() and "16.9 and" in page.controls.text_shown()
 
 
 def test_the_height_is_the_usual_one_until_it_is_set(page):
     with pytest.raises(ParameterError, match="is hidden"):
-        page.controls.find("Stitch height")
+        page.controls.find("Stitch height [cm]")
     page.controls.set("Usual height", False)
-    page.controls.set("Stitch height", 0.6)
+    page.controls.set("Stitch height [cm]", 0.6)
     divided(page)
     assert page.project.division == Division(stitch_width=WIDTH, stitch_height=0.6)
     page.controls.set("Usual height", True)
@@ -214,7 +217,7 @@ def test_what_is_not_possible_says_why_and_cannot_be_divided(page):
 
 
 def test_a_doubt_is_shown_with_the_estimate(page):
-    page.controls.set("Stitch width", 2.4)
+    page.controls.set("Stitch width [cm]", 2.4)
     assert "Please note" in page.controls.text_shown()
 
 
@@ -223,7 +226,7 @@ def test_what_a_new_division_removes_is_said(page):
     from stitchmesh.editing.edit import Edit
 
     page.project.apply_edit(Edit("change_stitch", {"faces": [30], "stitch": "p"}))
-    page.controls.set("Stitch width", 0.6)
+    page.controls.set("Stitch width [cm]", 0.6)
     divided(page)
     assert "Removed: edits" in page.notices()
 
@@ -244,14 +247,14 @@ def test_the_stitches_are_shown_with_their_numbers(page):
 
 def test_changes_are_undone_and_redone_by_keys(page):
     page.controls.set("Usual height", False)
-    page.controls.set("Stitch width", 0.7)
+    page.controls.set("Stitch width [cm]", 0.7)
     page.controls.press("Undo the last change")
-    assert page.controls.find("Stitch width").value == WIDTH
+    assert page.controls.find("Stitch width [cm]").value == WIDTH
     page.controls.press("Changes", "Undo")
     assert page.controls.find("Usual height").value is True
     page.controls.press("Redo the change")
     page.controls.press("Changes", "Redo")
-    assert page.controls.find("Stitch width").value == 0.7
+    assert page.controls.find("Stitch width [cm]").value == 0.7
     with pytest.raises(ParameterError, match="no change of the division to undo"):
         for _ in range(9):
             page.controls.press("Undo the last change")
@@ -260,9 +263,9 @@ def test_changes_are_undone_and_redone_by_keys(page):
 def test_the_moves_of_a_slider_are_undone_together(page):
     page.controls.set("Usual height", False)
     for width in (0.6, 0.7, 0.8):
-        page.controls.set("Stitch width", width)
+        page.controls.set("Stitch width [cm]", width)
     page.controls.press("Undo the last change")
-    assert page.controls.find("Stitch width").value == WIDTH
+    assert page.controls.find("Stitch width [cm]").value == WIDTH
     assert page.controls.find("Usual height").value is False
 
 
@@ -282,12 +285,12 @@ def test_what_was_chosen_is_there_again_after_the_project_was_closed(tmp_path):
     with headless(tmp_path, tube(12, 4, radius=6.0, height=1.5), "Label") as page:
         page.project.apply_label_step(LabelStep("label_all"))
         page.app.open_page("Divide")
-        page.controls.set("Stitch width", 0.65)
+        page.controls.set("Stitch width [cm]", 0.65)
         page.click_side(int(labeled_of(page).face_start[14]))
         page.controls.set("Number", 9)
         page.app.open_page("Label")
         page.app.open_page("Divide")
-        assert (page.controls.find("Stitch width").value, lines(page, "counted")) == (0.65, 1)
+        assert (page.controls.find("Stitch width [cm]").value, lines(page, "counted")) == (0.65, 1)
     project = Project.open(tmp_path / "project")
     assert project.settings("Divide")["draft"]["stitch_width"] == 0.65
     project.close()

@@ -118,7 +118,7 @@ def test_a_labeled_garment_is_divided_with_a_number_and_a_marked_edge(opened):
         rig.settle()
         rig.press("Go on: divide into stitches")
         rig.settle()
-        rig.type("Stitch width", 0.5)
+        rig.type("Stitch width [cm]", 0.5)
         rig.settle()
         labeled = rig.app.project.labeled
         face = face_in_row(labeled, labeled.row, 2)

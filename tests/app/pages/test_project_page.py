@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import threading
 from dataclasses import replace
 
@@ -239,7 +241,7 @@ def test_only_files_of_the_project_can_be_asked_for(opened, tmp_path):
     app = opened(relaxed_project(tmp_path / "one"))
     with pytest.raises(ParameterError, match="does not hold it"):
         app.page._clicked("download", "../../project.json")
-    with pytest.raises(ParameterError, match="list of projects has changed"):
+    with pytest.raises(ParameterError, match="the list has changed"):
         app.page._clicked("open", "-1")
 
 
@@ -253,6 +255,47 @@ def test_projects_are_made_opened_and_remembered(opened, tmp_path):
     assert app.project.folder == tmp_path / "one" and app.project.fabric is not None
     app.controls.set("Name", "Sleeve")
     assert recent_projects()[0].name == "Sleeve"
+
+
+def test_a_project_is_deleted_after_a_question_and_files_of_others_stay(opened, tmp_path):
+    for name in ("one", "two", "three"):
+        app = opened(divided_project(tmp_path / name))
+        if name != "three":
+            app.close()
+    (tmp_path / "two" / "notes.txt").write_text("mine")
+    for name, left in (("one", []), ("two", ["notes.txt"])):
+        place = next(str(number) for number, one in enumerate(recent_projects()) if one.name == name)
+        app.controls.act("delete", place)
+        assert f"Delete <b>{name}</b> for ever?" in app.controls.text_shown()
+        app.controls.act("keep", place)
+        assert (tmp_path / name / "project.json").exists()
+        app.controls.act("delete", place)
+        app.controls.act("delete-now", place)
+        folder = tmp_path / name
+        assert (sorted(path.name for path in folder.iterdir()) if folder.exists() else []) == left
+    assert [one.name for one in recent_projects()] == ["three"]
+    with pytest.raises(FileError, match="open in another"):
+        Project.delete(tmp_path / "three")
+
+
+def test_a_recent_project_has_its_outline_and_its_date(opened, tmp_path):
+    opened(divided_project(tmp_path / "one"))
+    (one,) = recent_projects()
+    # The tube is 6 cm wide and 4 cm high: in the square of 100 it reaches from 100 to 100 - 400 / 6 downwards.
+    heights = {int(number) for number in re.findall(r"[ML]-?\d+ (-?\d+)", one.outline)}
+    assert (min(heights), max(heights)) == (33, 100)
+    assert abs(one.changed.timestamp() - (tmp_path / "one" / "project.json").stat().st_mtime) < 1e-3  # float of a time
+    app = opened(Project.create(tmp_path / "two"))
+    shown = app.controls.text_shown()
+    assert f'<path d="{one.outline}"' in shown and f"{one.changed:%d %b %Y}" in shown
+
+
+def test_an_outline_that_is_none_is_not_shown(tmp_path):
+    (tmp_path / "state" / "stitchmesh").mkdir(parents=True)
+    Project.create(tmp_path / "one").close()
+    entry = {"folder": str(tmp_path / "one"), "name": "one", "outline": 'M0 0L9 9"/><script>'}
+    (tmp_path / "state" / "stitchmesh" / "projects.json").write_text(json.dumps([entry]))
+    assert [one.outline for one in recent_projects()] == [""]
 
 
 def test_what_a_change_dropped_is_brought_back(opened, tmp_path):

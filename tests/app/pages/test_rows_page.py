@@ -12,6 +12,7 @@ import pytest
 
 from stitchmesh.app.application import App
 from stitchmesh.app.front import NullFront
+from stitchmesh.app.pages.gauge_panel import yarn_of
 from stitchmesh.app.pages.project_page import next_page
 from stitchmesh.app.pages.rows.page import BORDER, LINE, MOVE, TIP
 from stitchmesh.app.project.project import Project
@@ -25,6 +26,7 @@ from stitchmesh.mesh.face_triangles import face_triangles
 from stitchmesh.meshrelax import relax_mesh
 from stitchmesh.shaping.auto_stitches import shape_fabric
 from stitchmesh.shaping.marks import TimeMark
+from stitchmesh.yarn.yarn_presets import Yarn
 from tests.app.pages.headless import Headless, headless
 from tests.app.pages.tasks import call, wait_for_task
 from tests.app.project.projects import LABEL_ALL, PURL, same, same_project
@@ -44,7 +46,7 @@ def page(tmp_path: Path) -> Iterator[Headless]:
     with headless(tmp_path, triangles_of(tube(12, 8)), "Project") as opened:
         call(opened, opened.app.open_page, next_page(opened.project))
         settle(opened)
-        set_value(opened, "Stitch width", WIDTH)
+        set_value(opened, "Stitch width [cm]", WIDTH)
         yield opened
 
 
@@ -324,3 +326,22 @@ def test_short_rows_and_the_largest_part_of_increases_are_chosen_and_kept(page):
 def test_a_shaping_of_an_earlier_version_has_the_other_options_by_default():
     earlier = {"stitch_width": 1.2, "stitch_height": None, "marks": [], "up": [0.0, 1.0, 0.0], "multiple": 2}
     assert shaping_of(earlier) == Shaping(stitch_width=1.2, multiple=2)
+
+
+def test_a_mesh_of_triangles_gets_a_yarn_and_its_gauge(page: Headless):
+    yarn = Yarn.named("super-bulky")
+    set_value(page, "Yarn", yarn.name)
+    assert yarn_of(page.project) == yarn
+    assert page.controls.find("Stitch width [cm]").value == pytest.approx(yarn.stitch_width, abs=0.0005)  # 3 digits
+    assert "10 cm" in page.controls.text_shown() and "4 inches" in page.controls.text_shown()
+    call(page, page.controls.press, "Find the stitches")
+    settle(page)
+    call(page, page.controls.press, "Knit these rows")
+    assert page.project.shaping.stitch_width == yarn.stitch_width
+    page.project.set_evened(relax_mesh(page.project.fabric, surface=page.project.surface))
+    call(page, page.app.open_page, "Yarns")
+    call(page, page.controls.set, "Quality", "draft")
+    call(page, page.controls.press, "Generate the yarns")
+    wait_for_task(page)
+    assert set(page.project.yarns.radius) == {yarn.core_radius}
+    assert set(page.project.yarns.drawn_radius) == {yarn.apparent_radius}

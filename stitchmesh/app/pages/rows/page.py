@@ -10,6 +10,7 @@ import numpy as np
 
 from stitchmesh.app.controls.legend import legend
 from stitchmesh.app.pages.divide_text import legend_of_stitches, refusal
+from stitchmesh.app.pages.gauge_panel import GaugePanel
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.rows.handle_drag import HandleDrag, as_point
 from stitchmesh.app.pages.rows.mark_edits import with_next_role, with_point, with_tip
@@ -75,7 +76,11 @@ class RowsPage(Page):
         self._session.on_change, self._session.on_choice = self._changed, self._show_all
         self._make_main_controls()
         self._marks = MarkPanel(self._session, self.app.controls)
-        with self.app.controls.group("Sizes"):
+        shaping = self._session.shaping
+        self._gauge = GaugePanel(
+            project, self.app.controls, shaping.stitch_width, shaping.stitch_height, self._take_size
+        )  # fmt: skip
+        with self.app.controls.group("How rows are found"):
             self._sizes = SizePanel(self._session, self.app.controls)
         self._make_other_controls()
         self._drawn: Mesh | None = None
@@ -181,6 +186,9 @@ class RowsPage(Page):
         self._shown = ROWS
         self._find_rows()
 
+    def _take_size(self, width: float, height: float | None, what: str) -> None:
+        self._session.change(what, stitch_width=width, stitch_height=height)
+
     def _act_at(self, point: Point) -> None:
         """Do what a click at a place of the mesh means."""
         session = self._session
@@ -277,6 +285,7 @@ class RowsPage(Page):
         self._finish.visible = bool(session.line)
         self._click_hint.content = text_line(self._words_of_click())
         self._marks.show(self._borders, self._finder.found)
+        self._gauge.show(session.shaping.stitch_width, session.shaping.stitch_height)
         self._sizes.show()
         self._borders_list.content = border_list(self._borders, session.marks)
         self._show_status()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The controls of the stitch size, of the direction upwards and of how many stitches a row has."""
+"""The controls of the direction upwards and of how many stitches a row has."""
 
 from __future__ import annotations
 
@@ -9,10 +9,6 @@ from stitchmesh.app.pages.rows.rows_session import RowsSession
 from stitchmesh.app.project.shaping import Point
 from stitchmesh.shaping.options import UP
 
-SMALLEST, LARGEST = 0.1, 5.0
-"""Bounds of the stitch width and of the stitch height [cm]."""
-DIGITS = 3
-"""Decimal digits of the sizes that are shown."""
 UPWARDS: dict[str, Point] = {
     "+y": UP, "+z": (0.0, 0.0, 1.0), "+x": (1.0, 0.0, 0.0), "-y": (0.0, -1.0, 0.0), "-z": (0.0, 0.0, -1.0),
     "-x": (-1.0, 0.0, 0.0),
@@ -26,27 +22,12 @@ SHAPING_PARTS: dict[str, float | None] = {AS_ASKED: None, **{f"1 in {count}": 1.
 
 
 class SizePanel:
-    """Controls of all that is no mark."""
+    """Controls of all that is neither a mark nor the size of a stitch."""
 
     def __init__(self, session: RowsSession, controls: Controls) -> None:
         """Make the controls."""
         self._session = session
         shaping = session.shaping
-        width, height = shaping.stitch_width, shaping.height
-        self._width = controls.slider(
-            "Stitch width", "Width of a stitch in cm; type it for an exact one.", round(width, DIGITS),
-            lambda value: session.change("width", stitch_width=value),
-            least=min(SMALLEST, width), most=max(LARGEST, width), step=0.01,
-        )  # fmt: skip
-        self._usual = controls.toggle(
-            "Usual height", "The height of a stitch is 0.77 of its width, as in relaxed stockinette.",
-            shaping.stitch_height is None, self._set_usual,
-        )  # fmt: skip
-        self._height = controls.slider(
-            "Stitch height", "Height of a stitch in cm.", round(height, DIGITS),
-            lambda value: session.change("height", stitch_height=value),
-            least=min(SMALLEST, height) / 2.0, most=max(LARGEST, height), step=0.01,
-        )  # fmt: skip
         self._up = controls.choice(
             "Knitted towards", "Direction in which the garment is knitted, where no mark says it.", self._directions(),
             "+y", self._set_up,
@@ -68,9 +49,6 @@ class SizePanel:
     def show(self) -> None:
         """Show the values of the session."""
         shaping = self._session.shaping
-        self._width.value, self._height.value = round(shaping.stitch_width, DIGITS), round(shaping.height, DIGITS)
-        self._usual.value = shaping.stitch_height is None
-        self._height.visible = shaping.stitch_height is not None
         self._up.value = next((name for name, up in UPWARDS.items() if up == shaping.up), OTHER)
         self._multiple.value, self._short_rows.value = shaping.multiple, shaping.short_rows
         parts = SHAPING_PARTS.items()
@@ -79,9 +57,6 @@ class SizePanel:
     def _directions(self) -> tuple[str, ...]:
         """The directions to choose from; one that a project has from elsewhere too."""
         return tuple(UPWARDS) if self._session.shaping.up in UPWARDS.values() else (*UPWARDS, OTHER)
-
-    def _set_usual(self, usual: bool) -> None:
-        self._session.change(stitch_height=None if usual else round(self._session.shaping.height, DIGITS))
 
     def _set_up(self, name: str) -> None:
         if name in UPWARDS:

@@ -8,8 +8,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from stitchmesh.app.controls.controls import Control, Controls
+from stitchmesh.app.pages.gauge_panel import DIGITS, GROUP, add_yarn_choice, name_of
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.swatch_design import SwatchDesign, SwatchDials, acting_dials
+from stitchmesh.yarn.yarn_presets import Yarn, yarn_names
+
+GRAMS_OF_100_METRES = 100.0
+"""1 g/m in g/100 m."""
 
 
 @dataclass(frozen=True)
@@ -70,16 +75,36 @@ SIZES = (
 )
 
 
+def dials_of_yarn(yarn: Yarn, design: SwatchDesign) -> dict[str, float]:
+    """Return the dials that a yarn sets: thickness where it touches, weight, and in a knit the loops of its gauge."""
+    dials = {
+        "yarn_radius": yarn.core_radius, "loop_length": yarn.gauge.loop_length,
+        "mass": GRAMS_OF_100_METRES * yarn.grams_per_metre,
+    }  # fmt: skip
+    acting = acting_dials(design.pattern)
+    return {name: round(value, DIGITS) for name, value in dials.items() if name in acting}
+
+
+def yarn_of_dials(design: SwatchDesign) -> Yarn | None:
+    """Return the yarn to which the dials of a design are set; None if they are set to none."""
+    for yarn in map(Yarn.named, yarn_names()):
+        if all(getattr(design.dials, name) == value for name, value in dials_of_yarn(yarn, design).items()):
+            return yarn
+    return None
+
+
 class DialPanel:
     """The dials of the edited design."""
 
     def __init__(self, controls: Controls, design: SwatchDesign, turned: Callable[..., object]) -> None:
         """Make the controls; ``turned`` is called with the name and the new value of a dial as a keyword."""
-        self._turned = turned
+        self._turned, self._design = turned, design
         self._frame: Frame | None = None
         self._dials: dict[str, Control] = {}
         self._holds: dict[str, Control] = {}
         self._groups: dict[str, tuple[Control, tuple[Dial, ...]]] = {}
+        with controls.group(GROUP):
+            self._yarn = add_yarn_choice(controls, yarn_of_dials(design), self._take_yarn)
         self._group(controls, "Fabric", FABRIC, design, opened=True)
         self._group(controls, "Yarn lengths (factors)", LENGTHS, design, opened=True)
         self._group(controls, "Stiffness and weight of the yarn", STIFFNESSES, design, opened=False)
@@ -89,6 +114,8 @@ class DialPanel:
     def show(self, design: SwatchDesign, frame: Frame | None = None) -> None:
         """Show the dials of a design; a frame tells the size that a hold takes."""
         self._frame = frame or self._frame
+        self._design = design
+        self._yarn.value = name_of(yarn_of_dials(design))
         acting = acting_dials(design.pattern)
         for name, control in self._dials.items():
             control.visible = name in acting
@@ -133,6 +160,11 @@ class DialPanel:
             label, "The fabric is stretched or compressed to this size in small steps", size or 1.0,
             lambda given: self._turned(**{name: given}), least=0.01, most=1000.0, step=0.01,
         )  # fmt: skip
+
+    def _take_yarn(self, yarn: Yarn | None) -> None:
+        """Take thickness, weight and loops of a yarn."""
+        if yarn is not None:
+            self._turned(**dials_of_yarn(yarn, self._design))
 
     def _hold(self, name: str, held: bool) -> None:
         """Hold the present size, or let it free."""

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.controls.html_pieces import message
+from stitchmesh.app.pages.gauge_panel import FOUR_INCHES
 from stitchmesh.app.pages.swatch.variant import Variant
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.periodic.gauge import FabricMeasures
@@ -20,8 +21,6 @@ STYLE = markup("""<style>
 .sm-measures thead th{font-weight:700;border-bottom:1px solid var(--mantine-color-default-border)}
 .sm-state{margin:.1em 0 .45em;font-size:.86em;line-height:1.35}
 </style>""")
-MILLIMETRES = 10.0
-"""Millimetres in a centimetre."""
 GRAMS_PER_SQUARE_METRE = 1e4
 """1 g/cm^2 in g/m^2."""
 
@@ -55,7 +54,7 @@ def state_of(variant: Variant) -> tuple[str, bool]:
     if frame.report["at_rest"]:
         return f"At rest after {iteration} iterations.", False
     if frame.report["running"]:
-        return f"Relaxing: iteration {iteration}{_residual(frame)}.", False
+        return f"The fabric moves: it finds its shape (iteration {iteration}{_residual(frame)}).", False
     if variant.stopped:
         return f"Stopped at iteration {iteration}{_residual(frame)}.", False
     return f"Not at rest after {iteration} iterations{_residual(frame)}; relax again, or turn a dial back.", True
@@ -67,9 +66,11 @@ def rows_of(measures: FabricMeasures, woven: bool) -> list[tuple[str, str]]:
     return [
         (f"{across} in 10 cm", f"{measures.gauge.stitches:.1f}"),
         (f"{upwards} in 10 cm", f"{measures.gauge.rows:.1f}"),
+        (f"{across} and {upwards.lower()} in 4 inches",
+         f"{FOUR_INCHES * measures.gauge.stitches:.1f} and {FOUR_INCHES * measures.gauge.rows:.1f}"),
         ("Repeat [cm]", f"{measures.width:.2f} x {measures.height:.2f}"),
-        ("Yarn at a crossing [mm]" if woven else "Loop length [mm]", f"{MILLIMETRES * measures.loop_length:.1f}"),
-        ("Thickness [mm]", f"{MILLIMETRES * measures.thickness:.1f}"),
+        ("Yarn at a crossing [cm]" if woven else "Loop length [cm]", f"{measures.loop_length:.2f}"),
+        ("Thickness [cm]", f"{measures.thickness:.2f}"),
         ("Weight [g/m²]", f"{GRAMS_PER_SQUARE_METRE * measures.areal_density:.0f}"),
     ]
 

@@ -92,8 +92,8 @@ class StretchPanel:
             "the stretch test", lambda control: _test(designs, direction, strain, control), self._done, self._failed
         )
         self._task.on_frame = self._show
-        self._snaps.content = Markup()
         self._show_running(True)
+        self._say_progress(0)
 
     def leave(self) -> None:
         """End a test that runs; its controls are about to be removed."""
@@ -119,6 +119,7 @@ class StretchPanel:
     def _failed(self, error: Exception | None) -> None:
         if not self._left:
             self._show_running(False)
+            self._snaps.content = Markup()
 
     def _show(self, curves: list[Curve]) -> None:
         """Show the points so far."""
@@ -126,8 +127,15 @@ class StretchPanel:
             return
         count = sum(len(curve.points) for curve in curves)
         self._bar.value = 100.0 * count / (STEPS * len(self._designs()))
+        if self._stop.visible:
+            self._say_progress(count)
         if any(curve.points for curve in curves):
             self._plot.figure = stretch_figure(curves)
+
+    def _say_progress(self, count: int) -> None:
+        """Say how many states of the test are at rest."""
+        of_all = f"{count} of {STEPS * len(self._designs())} states are at rest"
+        self._snaps.content = message(f"The stretch test runs: {of_all}. The live fabric waits meanwhile.", "info")
 
     def _show_running(self, running: bool) -> None:
         self._run.disabled, self._stop.visible, self._bar.visible = running, running, running

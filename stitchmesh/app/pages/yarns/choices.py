@@ -15,6 +15,9 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarngen.finish import BIND_OFFS, CAST_ONS
 from stitchmesh.yarnrelax.model.material import NAMED
 
+DEFAULT_MOST = 1000
+"""Iterations that are proposed where the user limits them."""
+
 
 class Choices:
     """Controls that call a function with the fields of ``YarnSettings`` that change."""
@@ -25,14 +28,15 @@ class Choices:
         self.made: list[Control] = []
         """All controls, which the page disables while a relaxation runs."""
 
-    def yarn_group(self) -> None:
-        """Make the controls of the generation."""
+    def yarn_group(self, usual_radius: float) -> None:
+        """Make the controls of the generation; the usual radius of the yarn [cm] is shown where none was given."""
         settings = self._settings
-        with self._controls.group("Yarn and accuracy", opened=False):
+        with self._controls.group("Accuracy and edges", opened=False):
             self._choice("Quality", "quality", "Accuracy and cost: draft is fast, reference is exact", PRESETS)
-            self._number(
-                "Yarn radius [cm]", "yarn_radius", "Radius of the yarn where it touches; 0 takes an eighth of a stitch",
-                least=0.0, most=5.0, step=0.005,
+            self._automatic(
+                "Automatic yarn radius", "Take the radius of the yarn, or an eighth of the width of a stitch",
+                "Yarn radius [cm]", "yarn_radius", "Radius of the yarn where it touches", usual_radius,
+                least=0.001, most=5.0, step=0.005,
             )  # fmt: skip
             self._choice("Cast-on", "cast_on", "First rows: backward loops cannot unravel, open loops can", CAST_ONS)
             self._choice("Bind-off", "bind_off", "Last rows: a yarn drawn through loops, or a chain", BIND_OFFS)
@@ -41,9 +45,10 @@ class Choices:
             if settings.device not in devices:  # The project comes from another machine.
                 self._changed(device=AUTOMATIC)
             self._choice("Device", "device", "Processor that relaxes; automatic takes a GPU if there is one", devices)
-            self._number(
-                "Most iterations", "most_iterations", "Iterations after which it ends; 0 takes those of the quality",
-                least=0, most=1_000_000, step=100,
+            self._automatic(
+                "Automatic end", "End at rest, or after the iterations of the quality",
+                "Most iterations", "most_iterations", "Iterations after which it ends", DEFAULT_MOST,
+                least=1, most=1_000_000, step=100,
             )  # fmt: skip
 
     def force_group(self) -> None:
@@ -76,6 +81,25 @@ class Choices:
     def _toggle(self, label: str, field: str, hint: str) -> None:
         value = getattr(self._settings, field)
         self.made.append(self._controls.toggle(label, hint, value, lambda new: self._changed(**{field: new})))
+
+    def _automatic(
+        self, toggle: str, toggle_hint: str, label: str, field: str, hint: str, usual: float, *,
+        least: float, most: float, step: float,
+    ) -> None:  # fmt: skip
+        """Make a box that leaves a number to the program, and the number, which is hidden while the box is ticked."""
+        given = getattr(self._settings, field)
+        kind = type(given)
+        number = self._controls.number(
+            label, hint, given or usual, lambda new: self._changed(**{field: kind(new)}), least=least, most=most,
+            step=step,
+        )  # fmt: skip
+        number.visible = bool(given)
+
+        def choose(automatic: bool) -> None:
+            number.visible = not automatic
+            self._changed(**{field: kind(0 if automatic else number.value)})
+
+        self.made += [self._controls.toggle(toggle, toggle_hint, not given, choose), number]
 
     def _number(self, label: str, field: str, hint: str, *, least: float, most: float, step: float) -> None:
         value = getattr(self._settings, field)

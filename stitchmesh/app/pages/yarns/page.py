@@ -11,9 +11,17 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from stitchmesh.app.controls.html_pieces import message
+from stitchmesh.app.controls.html_pieces import message, paragraph
 from stitchmesh.app.live_run import LiveRun
-from stitchmesh.app.pages.divide import chosen_yarn
+from stitchmesh.app.pages.gauge_panel import (
+    DIGITS,
+    GROUP,
+    add_yarn_choice,
+    drawn_height,
+    gauge_words,
+    take_yarn,
+    yarn_of,
+)
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.run_panel import RunPanel
 from stitchmesh.app.pages.verdict_html import figures_html, verdict_html
@@ -25,7 +33,7 @@ from stitchmesh.app.pages.yarns.settings import YarnSettings, decisive_choices, 
 from stitchmesh.app.pages.yarns.yarn_view import COLOURINGS, YarnView
 from stitchmesh.app.scene.scene import Pick, ScreenBox
 from stitchmesh.errors import ParameterError
-from stitchmesh.markup import Markup, markup
+from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.pipeline.yarn_relaxation import relax_with_options
 from stitchmesh.progress import Progress
@@ -34,8 +42,8 @@ from stitchmesh.reporting.figures import report_figures
 from stitchmesh.reporting.verdict import relaxation_verdict
 from stitchmesh.run_control import RunControl, Snapshot
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarn.fabric_gauge import fabric_gauge
-from stitchmesh.yarn.yarn_presets import yarn_for_gauge
+from stitchmesh.yarn.fabric_gauge import fabric_gauge, yarn_gauge
+from stitchmesh.yarn.yarn_presets import WIDTH_OVER_CORE, Gauge, Yarn, yarn_for_gauge
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarnrelax import Relaxation
 
@@ -108,7 +116,10 @@ class YarnsPage(Page):
         with controls.group("Figures", opened=False) as self._figure_group:
             self._figures = controls.html(Markup())
         self._choices = Choices(controls, self.settings, self._set)
-        self._choices.yarn_group()
+        with controls.group(GROUP):
+            add_yarn_choice(controls, yarn_of(self.app.project), self._take_yarn)
+            self._gauge = controls.html(Markup())
+        self._choices.yarn_group(self._usual_radius())
         self._choices.force_group()
         self._body = BodyPanel(self.app, self._view, lambda: self.settings, self._set)
         self._pins = PinPanel(self.app, self._view, lambda: self.settings, self._set)
@@ -139,7 +150,7 @@ class YarnsPage(Page):
     def generate(self) -> None:
         """Generate yarns from the stitches."""
         project, settings, fabric = self.app.project, self.settings, self._even_fabric()
-        arguments = settings.generation(chosen_yarn(project))
+        arguments = settings.generation(yarn_of(project))
 
         def done(yarns: YarnSet) -> None:
             if self._is_wanted(project, self.app.project is project and self.fabric is fabric):
@@ -241,8 +252,10 @@ class YarnsPage(Page):
         yarns = project.relaxed or project.yarns
         self._colouring.visible = yarns is not None
         self._verdict.content = self._verdict_content()
+        self._gauge.content = self._gauge_content()
         if yarns is None:
             self._legend.content = Markup()
+            self._view.show_stitches(self._even_fabric())
             return
         first = self._view.yarns is None
         self._view.show(yarns, self.fabric)
@@ -274,21 +287,41 @@ class YarnsPage(Page):
     def _changed_note(self) -> Markup:
         """Return a box that says that the yarns do not have the present settings; nothing if they have."""
         made = self.app.project.yarn_settings
-        if made is None or made == self.settings.generation(chosen_yarn(self.app.project)):
+        if made is None or made == self.settings.generation(yarn_of(self.app.project)):
             return Markup()
         return message(OTHER_SETTINGS, "doubtful")
 
     def _amount(self, yarns: YarnSet) -> str:
         """Return how much yarn there is, as a sentence."""
         metres = float(yarns.lengths.sum()) / 100.0
-        known = yarn_for_gauge(fabric_gauge(self._even_fabric()))
+        own = yarn_of(self.app.project)
+        known = own or yarn_for_gauge(fabric_gauge(self._even_fabric()))
         grams = yarns.mass(known.mass_per_length)
         typical = f" if it is {known.name}" if np.isnan(yarns.mass_per_length).any() else ""
         count = f"{yarns.yarn_count:,} yarn{'' if yarns.yarn_count == 1 else 's'}"
         return (
             f"{count}, {len(yarns.points):,} control points, {metres:,.4g} m; "
-            f"about {grams:,.{0 if grams >= 10.0 else 1}f} g{typical}."
+            f"about {grams:,.{0 if grams >= 10.0 else 1}f} g{typical if own is None else f' of {known.name}'}."
         )
+
+    def _usual_radius(self) -> float:
+        """Return the radius of the yarn of the project, or an eighth of the width of a stitch [cm]."""
+        yarn = yarn_of(self.app.project)
+        width = fabric_gauge(self._even_fabric()).stitch_width
+        return round(width / WIDTH_OVER_CORE if yarn is None else yarn.core_radius, DIGITS)
+
+    def _gauge_content(self) -> Markup:
+        """Return the gauge of the stitches, and the one that the relaxed yarns have reached."""
+        project, even = self.app.project, self._even_fabric()
+        lines = [paragraph(f"Even stitches: {gauge_words(fabric_gauge(even))}")]
+        sizes = project.division or project.shaping
+        if sizes is not None:
+            asked = Gauge.of_stitch(sizes.stitch_width, drawn_height(sizes.stitch_width, sizes.stitch_height))
+            lines.insert(0, paragraph(f"Asked for: {gauge_words(asked)}"))
+        reached = None if project.relaxed is None else yarn_gauge(project.relaxed, even)
+        if reached is not None:
+            lines.append(paragraph(f"Reached by the relaxed yarns: {gauge_words(reached)}"))
+        return joined(lines)
 
     def _show_snapshot(self, snapshot: Snapshot[YarnSet]) -> None:
         """Show a state of the relaxation."""
@@ -327,6 +360,10 @@ class YarnsPage(Page):
     def _show_legend(self) -> None:
         self._colouring.value = self._view.colouring
         self._legend.content = self._view.legend()
+
+    def _take_yarn(self, yarn: Yarn | None) -> None:
+        take_yarn(self.app.project, yarn)
+        self._set()
 
     def _set(self, **changes: Any) -> None:
         """Keep changed choices, and show what follows from them."""

@@ -16,6 +16,7 @@ from stitchmesh.pipeline.options import RelaxOptions
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named, quality_with
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarn.stitch_size import stitch_size
+from stitchmesh.yarn.yarn_presets import Yarn
 from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.constraints.pins import Pins
@@ -70,12 +71,8 @@ class YarnSettings:
     """Iterations after which the relaxation ends."""
     device: str = AUTOMATIC
 
-    def generation(self, yarn: str | None) -> dict[str, Any]:
-        """Return the arguments of ``generate_yarns``.
-
-        Args:
-            yarn: name of the hand-knitting yarn that was chosen for the stitches; None for stitches of the user's size.
-        """
+    def generation(self, yarn: Yarn | None) -> dict[str, Any]:
+        """Return the arguments of ``generate_yarns``; the yarn of the project has its own radii and its own mass."""
         size = stitch_size(yarn, yarn_radius=self.yarn_radius or None)
         own = {"drawn_radius": size.drawn_radius, "mass_per_length": size.mass_per_length}
         return {

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.app.controls.legend import LegendEntry, legend
+from stitchmesh.app.pages.not_yet import draw_plainly, remove_plain
 from stitchmesh.app.pages.view.thing_view import SLOW_COLOURS
 from stitchmesh.app.scene.drawing import Colour, Surface, YarnTubes
 from stitchmesh.app.scene.point_marks import point_marks
@@ -62,6 +63,8 @@ class YarnView:
         """
         if self._yarns is None or not np.array_equal(self._yarns.start, yarns.start):
             self._blocks = self._coloured = None
+        if self._yarns is None:
+            remove_plain(self._scene)
         self._yarns, self._fabric = yarns, fabric
         if self._blocks is None:
             self._blocks = make_blocks(yarns)
@@ -70,6 +73,10 @@ class YarnView:
         if self._coloured is None or not moving or COLOURINGS[self.colouring] in MOVING:
             self._coloured = self._colours(yarns, fabric)
         self._scene.show("yarns", YarnTubes(self._blocks, yarns.points, self._coloured.points))
+
+    def show_stitches(self, fabric: StitchMesh) -> None:
+        """Draw the stitches from which yarns will be generated; the yarns take their place."""
+        draw_plainly(self._scene, fabric)
 
     def set_colouring(self, colouring: str) -> None:
         """Show other colours."""

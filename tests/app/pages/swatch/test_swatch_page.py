@@ -16,6 +16,7 @@ import pytest
 import stitchmesh as sm
 from stitchmesh.app.application import App
 from stitchmesh.app.front import NullFront
+from stitchmesh.app.pages.gauge_panel import OWN_YARN
 from stitchmesh.app.pages.swatch.page import SwatchPage
 from stitchmesh.app.pages.swatch.state import state_table
 from stitchmesh.app.pages.swatch.stretch_panel import snap_texts
@@ -24,6 +25,7 @@ from stitchmesh.app.scene.drawing import Copies, Labels
 from stitchmesh.errors import ParameterError
 from stitchmesh.periodic.stretch import StretchCurve, StretchPoint
 from stitchmesh.periodic.swatch_design import SwatchDesign
+from stitchmesh.yarn.yarn_presets import Yarn
 
 SAFETY = 60.0
 """Seconds after which a waiting test fails; what it waits for takes a second."""
@@ -346,3 +348,16 @@ def test_snaps_are_said_in_words():
     said = "etween 10 % and 20 % the fabric snapped from branch 1 to branch 2"
     assert [text.partition(",")[0] for text in snap_texts([("A", curve)])] == [f"B{said}"]
     assert snap_texts([("A", curve), ("B", curve)])[1].startswith(f"B: b{said}")
+
+
+def test_a_yarn_sets_thickness_weight_and_loops(rig):
+    rig.set("Yarn", "worsted")
+    dials, yarn = rig.page.state.design.dials, Yarn.named("worsted")
+    found = dials.yarn_radius, dials.loop_length, dials.mass / 100.0
+    # dials have 3 digits
+    assert found == pytest.approx((yarn.core_radius, yarn.gauge.loop_length, yarn.grams_per_metre), abs=0.0005)
+    rig.set("Loop length [cm]", 2.0)
+    assert rig.front.controls.find("Yarn").value == OWN_YARN
+    rig.choose("plain")  # a weave has no loops
+    rig.set("Yarn", "lace")
+    assert rig.front.controls.find("Yarn").value == "lace"

@@ -53,6 +53,7 @@ def shown(tmp_path: Path) -> Iterator[Headless]:
         app.project.set_evened(relax_mesh(app.project.fabric, surface=app.project.mesh))
         app.app.open_page("Yarns")
         app.controls.set("Quality", "draft")
+        app.controls.set("Automatic end", False)
         app.controls.set("Most iterations", MOST)
         yield app
 
@@ -282,6 +283,31 @@ def body_bytes(folder: Path) -> bytes:
     write_mesh(path, Mesh(vertices=0.3 * cone.vertices, face_start=cone.face_start, face_vertex=cone.face_vertex,
                           twin=cone.twin))  # fmt: skip
     return path.read_bytes()
+
+
+def test_the_stitches_are_shown_until_there_are_yarns(shown: Headless):
+    assert set(shown.scene.drawings) == {"garment", "edges"}
+    press(shown, GENERATE)
+    wait_for_task(shown)
+    assert set(shown.scene.drawings) == {"yarns"}
+
+
+def test_the_program_chooses_radius_and_end_until_the_user_does(shown: Headless):
+    with pytest.raises(ParameterError, match="is hidden"):
+        shown.controls.find("Yarn radius [cm]")
+    call(shown, shown.controls.set, "Automatic yarn radius", False)
+    radius = shown.controls.find("Yarn radius [cm]").value
+    assert shown.app.page.settings.yarn_radius == radius > 0.0
+    call(shown, shown.controls.set, "Automatic yarn radius", True)
+    assert shown.app.page.settings.yarn_radius == 0.0
+
+
+def test_the_gauge_that_relaxed_yarns_reach_is_said(generated: Headless):
+    assert "Reached by the relaxed yarns" not in generated.controls.text_shown()
+    press(generated, RELAX)
+    wait_for_task(generated)
+    assert "Asked for: 7.69 stitches" in generated.controls.text_shown()  # 10 cm / 1.3 cm
+    assert "Reached by the relaxed yarns" in generated.controls.text_shown()
 
 
 def test_a_body_is_kept_in_the_project_drawn_and_used(generated: Headless, tmp_path: Path):

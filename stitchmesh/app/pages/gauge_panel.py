@@ -1,0 +1,140 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The group Yarn and gauge, which is the same on all pages where a yarn or the size of its stitches is chosen.
+
+A project has one yarn. Choosing it takes its usual gauge; the size of the stitches can then be changed, and the yarn
+stays. Without a named yarn the size is the user's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from stitchmesh.app.controls.controls import Control, Controls
+from stitchmesh.app.controls.html_pieces import paragraph
+from stitchmesh.app.project.project import Project
+from stitchmesh.markup import Markup
+from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
+from stitchmesh.yarn.yarn_presets import CENTIMETRES_PER_INCH, Gauge, Yarn, yarn_names
+
+GROUP = "Yarn and gauge"
+"""Name of the group, and of the settings of a project that hold its yarn."""
+OWN_YARN = "no named yarn"
+"""Choice of the yarn if only sizes are given."""
+SMALLEST, LARGEST = 0.1, 5.0
+"""Bounds of the stitch width and of the stitch height [cm]."""
+DIGITS = 3
+"""Decimal digits of the sizes that are shown."""
+FOUR_INCHES = 4.0 * CENTIMETRES_PER_INCH / 10.0
+"""Stitches in 4 inches over those in 10 cm."""
+
+
+def yarn_of(project: Project) -> Yarn | None:
+    """Return the yarn of a project; None if none is named."""
+    name = project.settings(GROUP).get("yarn")
+    return Yarn.named(name) if name in yarn_names() else None
+
+
+def name_of(yarn: Yarn | None) -> str:
+    """Return the option of the list of yarns that stands for a yarn, or for none."""
+    return OWN_YARN if yarn is None else yarn.name
+
+
+def add_yarn_choice(controls: Controls, yarn: Yarn | None, changed: Callable[[Yarn | None], object]) -> Control:
+    """Add the list of yarns; ``changed`` is called with the one that is chosen, or None."""
+    return controls.choice(
+        "Yarn", "A hand-knitting yarn, at its usual gauge.", (OWN_YARN, *yarn_names()), name_of(yarn),
+        lambda name: changed(None if name == OWN_YARN else Yarn.named(name)),
+    )  # fmt: skip
+
+
+def take_yarn(project: Project, yarn: Yarn | None) -> None:
+    """Make a yarn that of a project, or leave the project without one."""
+    project.set_settings(GROUP, {} if yarn is None else {"yarn": yarn.name})
+
+
+Taken = Callable[[float, float | None, str], object]
+"""Function that takes the width of a stitch [cm], its height or None for the usual one [cm], and what has changed."""
+
+
+class GaugePanel:
+    """The yarn, and the size of its stitches."""
+
+    def __init__(
+        self, project: Project, controls: Controls, width: float, height: float | None, changed: Taken
+    ) -> None:  # fmt: skip
+        """Make the controls.
+
+        Args:
+            project: the project, which keeps the yarn.
+            controls: where the controls are added.
+            width: width of a stitch [cm].
+            height: height of a stitch [cm]; None for the usual one.
+            changed: called with another size, and with ``width`` or ``height`` if that was set alone.
+        """
+        self._project, self._changed = project, changed
+        with controls.group(GROUP):
+            add_yarn_choice(controls, yarn_of(project), self._take_yarn)
+            self._width = controls.slider(
+                "Stitch width [cm]", "Distance from one stitch to the next; type it for an exact one.", width,
+                lambda width: self._take(width, self._size[1], "width"),
+                least=min(SMALLEST, width), most=max(LARGEST, width), step=0.01,
+            )  # fmt: skip
+            self._usual = controls.toggle(
+                "Usual height", "The height of a stitch is 0.77 of its width, as in relaxed stockinette.",
+                height is None, self._set_usual,
+            )  # fmt: skip
+            shown = drawn_height(width, height)
+            self._height = controls.slider(
+                "Stitch height [cm]", "Distance from one row to the next.", shown,
+                lambda height: self._take(self._size[0], height, "height"),
+                least=min(SMALLEST, shown) / 2.0, most=max(LARGEST, shown), step=0.01,
+            )  # fmt: skip
+            self._text = controls.html(Markup())
+        self.show(width, height)
+
+    def show(self, width: float, height: float | None) -> None:
+        """Show a size [cm]."""
+        self._size = width, height
+        self._width.value, self._height.value = round(width, DIGITS), round(drawn_height(width, height), DIGITS)
+        self._usual.value, self._height.visible = height is None, height is not None
+        gauge = gauge_words(Gauge.of_stitch(width, drawn_height(width, height)))
+        self._text.content = paragraph(f"{gauge}{_yarn_words(yarn_of(self._project))}")
+
+    def _take(self, width: float, height: float | None, what: str = "") -> None:
+        self.show(width, height)
+        self._changed(width, height, what)
+
+    def _take_yarn(self, yarn: Yarn | None) -> None:
+        take_yarn(self._project, yarn)
+        self._take(*self._size if yarn is None else (yarn.stitch_width, yarn.stitch_height))
+
+    def _set_usual(self, usual: bool) -> None:
+        width, height = self._size
+        self._take(width, None if usual else round(drawn_height(width, height), DIGITS))
+
+
+def drawn_height(width: float, height: float | None) -> float:
+    """Return the height of a stitch [cm], which is the usual one of its width if None is given."""
+    return COURSE_OVER_WALE_SPACING * width if height is None else height
+
+
+def gauge_words(gauge: Gauge) -> str:
+    """Return a gauge as knitters write it, in centimetres and in inches."""
+    stitches, rows = gauge.stitches * FOUR_INCHES, gauge.rows * FOUR_INCHES
+    return f"{gauge} ({stitches:.3g} and {rows:.3g} in 4 inches)."
+
+
+def length_words(centimetres: float) -> str:
+    """Return a length in centimetres and in inches."""
+    return f"{centimetres:.3g} cm ({centimetres / CENTIMETRES_PER_INCH:.2g} in)"
+
+
+def _yarn_words(yarn: Yarn | None) -> str:
+    """Return how thick a yarn is and which needle fits it; nothing without a yarn."""
+    if yarn is None:
+        return ""
+    thin, thick = yarn.needle
+    needle = f", needle {thin:g} to {thick:g} mm" if thin == thin else ""
+    usual = f"{yarn.gauge.stitches:.3g} stitches in 10 cm"
+    return f" {yarn.name}: {length_words(2.0 * yarn.apparent_radius)} thick, usually {usual}{needle}."
