@@ -17,6 +17,7 @@ from stitchmesh.editing.on_selection import ON
 from stitchmesh.editing.pattern_regions import PatternRegion
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.mesh.layers import Layer
 from stitchmesh.mesh.palette import STOCK, colour_text, make_palette, parse_colour
 from stitchmesh.mesh.upright import Direction, Y
 from stitchmesh.meshrelax.options import MeshRelaxOptions
@@ -104,6 +105,10 @@ class Recipe:
     """Unit of a mesh file that states no unit."""
     up: Direction | None = None
     """Direction in the coordinates of the mesh file that points up; None if the file or the shape of the mesh tells."""
+    objects: tuple[str, ...] = ()
+    """Names of objects or groups of the mesh file that are knitted; none for all that can be garments."""
+    layer: Layer = "outer"
+    """Layer of a garment with a thickness that is knitted: outer, inner or middle."""
     yarn: str | None = None
     """Name of a hand-knitting yarn, from which the sizes follow that are not given."""
     gauge: str | None = None
@@ -164,13 +169,16 @@ class Recipe:
 
         # A direction of knitting of its own is one of the mesh as it lies.
         up = Y if self.up is None and self.rows.up != Y else self.up
-        reading = MeshReading(unit=self.unit, up=up)
+        reading = MeshReading(unit=self.unit, up=up, objects=self.objects, layer=self.layer)
         if self.panels.knit:
+            if self.objects:
+                raise ParameterError("objects: are panels of a sewing pattern; leave --object out")
             from stitchmesh.shaping.panels.read_panels import read_panels
 
-            whole = read_garment(self.mesh, reading, repaired=True) if up is None else None
-            self._warn(*(whole.notes if whole else ()))
-            up = whole.up if whole else up
+            if up is None:
+                whole = read_garment(self.mesh, reading, repaired=True)
+                self._warn(*whole.notes)
+                up = whole.up
             panels = read_panels(self.mesh, unit=self.unit, up=up)
             return RecipeMesh(panels.turned_inside_out() if self.label.turn_inside_out else panels, up, None)
         found = read_garment(self.mesh, reading, repaired=self.rows.auto)

@@ -11,15 +11,16 @@ from pathlib import Path
 import numpy as np
 
 from stitchmesh.errors import FileError, ParameterError
-from stitchmesh.io.any_file import read_any
+from stitchmesh.io.any_file import holds_mesh, read_any
 from stitchmesh.io.atomic import write_bytes
-from stitchmesh.io.garments import found_up
+from stitchmesh.io.garments import GarmentMesh, MeshReading, read_garment
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.labeling import PartialLabeling, read_labeling, start_labeling
 from stitchmesh.labeling.labeling_file import holds_labeling
 from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh.layers import Layer
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.mesh.upright import Direction, Y, turned_upright
+from stitchmesh.mesh.upright import Direction
 from stitchmesh.yarn import YarnSet
 
 
@@ -35,11 +36,20 @@ class Source:
     """Unit of the coordinates in the file."""
     up: Direction | None = None
     """Direction in the coordinates of the file that points up; None if it is to be found."""
+    objects: tuple[str, ...] = ()
+    """Names of objects of the file that are the garment; none for all that can be garments."""
+    layer: Layer = "outer"
+    """Layer of a garment with a thickness."""
+
+    @property
+    def reading(self) -> MeshReading:
+        """How the mesh is read."""
+        return MeshReading(unit=self.unit, up=self.up, objects=self.objects, layer=self.layer)
 
 
-def source_of(name: str, content: bytes, unit: str = DEFAULT_UNIT, up: Direction | None = None) -> Source:
+def source_of(name: str, content: bytes, unit: str = DEFAULT_UNIT) -> Source:
     """Return an imported file; its name may be given with folders, as on Windows too."""
-    return Source(Path(name.replace("\\", "/")).name, content, unit, up)
+    return Source(Path(name.replace("\\", "/")).name, content, unit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +60,8 @@ class Start:
     """The labeling; None if the file holds stitches."""
     fabric: StitchMesh | None
     """The stitches; None if the file holds a mesh that is not divided."""
-    up: Direction = Y
-    """Direction in the coordinates of the file that points up."""
+    garment: GarmentMesh | None = None
+    """The mesh as it was read, with what was found out about its file; None for labels and stitches."""
 
     @property
     def mesh(self) -> Mesh | None:
@@ -77,15 +87,15 @@ def read_source(source: Source) -> Start:
 def _start(path: Path, source: Source) -> Start:
     if holds_labeling(path):
         return Start(read_labeling(path), None)
+    if holds_mesh(path):
+        garment = read_garment(path, source.reading, repaired=False)
+        return Start(start_labeling(garment.mesh), None, garment)
     found = read_any(path, unit=source.unit)
-    if not isinstance(found, Mesh):
+    if not isinstance(found, StitchMesh):
         kind = "yarns" if isinstance(found, YarnSet) else "faces that are no stitches"
         expected = "expected a mesh or stitches; look at yarns on the page View"
         raise ParameterError(f"{source.name}: holds {kind}; {expected}")
-    if isinstance(found, StitchMesh):
-        return _start_of_stitches(found, source.name)
-    up = found_up(path, found)[0] if source.up is None else source.up
-    return Start(start_labeling(turned_upright(found, up)), None, up)
+    return _start_of_stitches(found, source.name)
 
 
 def _start_of_stitches(fabric: StitchMesh, name: str) -> Start:

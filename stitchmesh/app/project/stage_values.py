@@ -15,6 +15,7 @@ from stitchmesh.app.project.source import Start, read_source
 from stitchmesh.app.project.state import ProjectState
 from stitchmesh.editing.edit import Edit, Edited, apply_changes, apply_edit
 from stitchmesh.errors import ParameterError
+from stitchmesh.io.garments import GarmentMesh
 from stitchmesh.labeling import PartialLabeling
 from stitchmesh.labeling.steps import LabelStep, apply_label_step
 from stitchmesh.mesh import StitchMesh
@@ -29,6 +30,8 @@ class StageValues:
     """The labeling before the first step and after each step; empty if there is no mesh."""
     labeled: StitchMesh | None = None
     """The labeled mesh; None until every face has a row."""
+    garment: GarmentMesh | None = None
+    """The imported mesh, with what was found out about its file; None for labels and stitches."""
     fabric: StitchMesh | None = None
     """The fabric with all edits; None until the mesh is divided."""
     inverses: tuple[tuple[Change, ...], ...] = ()
@@ -55,7 +58,7 @@ class StageValues:
         """Return the values of an imported file."""
         if start.labeling is None:
             return cls(fabric=start.fabric)
-        return cls(labelings=(start.labeling,), labeled=_labeled(start.labeling))
+        return cls(labelings=(start.labeling,), labeled=_labeled(start.labeling), garment=start.garment)
 
     @property
     def labeling(self) -> PartialLabeling | None:
@@ -71,11 +74,14 @@ class StageValues:
         if self.labeling is None:
             raise ParameterError(f"step {step.name}: there is no mesh to label; import a polygon mesh first")
         labeling = apply_label_step(self.labeling, step)
-        return StageValues(labelings=(*self.labelings, labeling), labeled=_labeled(labeling))
+        return StageValues(
+            labelings=(*self.labelings, labeling), labeled=_labeled(labeling), garment=self.garment
+        )
 
     def without_label_step(self) -> StageValues:
         """Return the values before the last step of the labeling."""
-        return StageValues(labelings=self.labelings[:-1], labeled=_labeled(self.labelings[-2]))
+        labelings = self.labelings[:-1]
+        return StageValues(labelings=labelings, labeled=_labeled(labelings[-1]), garment=self.garment)
 
     def divided_as(self, state: ProjectState) -> StageValues:
         """Return the values with the stitches and the edits of a state; the labeling must be that of the state.
