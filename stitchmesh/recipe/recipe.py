@@ -169,26 +169,34 @@ class Recipe:
 
         # A direction of knitting of its own is one of the mesh as it lies.
         up = Y if self.up is None and self.rows.up != Y else self.up
-        reading = MeshReading(unit=self.unit, up=up, objects=self.objects, layer=self.layer)
         if self.panels.knit:
-            if self.objects:
-                raise ParameterError("objects: are panels of a sewing pattern; leave --object out")
-            from stitchmesh.shaping.panels.read_panels import read_panels
-
-            if up is None:
-                whole = read_garment(self.mesh, reading, repaired=True)
-                self._warn(*whole.notes)
-                up = whole.up
-            panels = read_panels(self.mesh, unit=self.unit, up=up)
-            return RecipeMesh(panels.turned_inside_out() if self.label.turn_inside_out else panels, up, None)
+            return self._read_panels(up)
+        reading = MeshReading(unit=self.unit, up=up, objects=self.objects, layer=self.layer)
         found = read_garment(self.mesh, reading, repaired=self.rows.auto)
         self._warn(*found.notes)
         mesh = turn_inside_out(found.mesh) if self.label.turn_inside_out else found.mesh
         return RecipeMesh(mesh, found.up, found.repairs)
 
+    def _read_panels(self, up: Direction | None) -> RecipeMesh:
+        """Read the panels of a sewing pattern; ``up`` is None if their openings tell which direction points up."""
+        from stitchmesh.io.garments import doubt_of_unit, found_up
+        from stitchmesh.io.meshes import read_repaired_mesh
+        from stitchmesh.shaping.panels.read_panels import read_panels
+
+        if self.objects:
+            raise ParameterError("objects: are panels of a sewing pattern; leave --object out")
+        panels = read_panels(self.mesh, unit=self.unit)
+        self._warn(doubt_of_unit(self.mesh, panels.mesh, self.unit))
+        if up is None:  # Panels have borders at their seams, the whole garment has none there.
+            up, said = found_up(self.mesh, read_repaired_mesh(self.mesh, unit=self.unit).mesh)
+            self._warn(said)
+        if up != Y:
+            panels = read_panels(self.mesh, unit=self.unit, up=up)
+        return RecipeMesh(panels.turned_inside_out() if self.label.turn_inside_out else panels, up, None)
+
     def _warn(self, *notes: str) -> None:
         """Warn of what the file of the mesh does not state."""
-        for note in notes:
+        for note in filter(None, notes):
             logger.warning(f"{self.mesh}: {note}")
 
 

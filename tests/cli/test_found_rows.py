@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 
 from stitchmesh.cli import main as cli
+from stitchmesh.errors import YarnError
 from stitchmesh.io import read_mesh, read_stitches, write_mesh
 from stitchmesh.io.mesh_formats.stl import write_stl_polygons
 from stitchmesh.mesh import Mesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.recipe.recipe_file import read_recipe
+from stitchmesh.yarngen.generate import ROOM_FOR_YARNS
 from tests.gallery import moebius, odd_corner, torus, tube
 from tests.labeling.test_partial_labeling import triangulated
 from tests.output_files import visible
@@ -132,6 +134,18 @@ def test_what_the_repair_changes_is_printed_and_reported(tmp_path, capsys):
     assert [entry["name"] for entry in entries] == ["duplicate faces", "welded vertices"]
     assert lines == [f"Repair: {entry['text']}." for entry in entries]
     assert lines[0] == "Repair: 1 face with the same vertices as another face was removed: face 48."
+
+
+def test_yarns_without_room_are_told_what_was_not_done_yet(cone_obj, tmp_path, capsys, monkeypatch):
+    """Found stitches are relaxed and given room by the command itself."""
+
+    def crowded(*_, **__):
+        raise YarnError(f"face 0 and 9: yarns start 0.1 radii apart; {ROOM_FOR_YARNS}", face=0)
+
+    monkeypatch.setattr("stitchmesh.pipeline.stages.generate_yarns", crowded)
+    message = refused(capsys, "knit", cone_obj, *SHORT, "-o", tmp_path / "out")
+    assert "two parts of the mesh touch there or fold sharply: move them apart" in message
+    assert "make room" not in message and "relax the stitch mesh" not in message
 
 
 def test_marks_decide_where_knitting_begins(cone_obj, tmp_path):
