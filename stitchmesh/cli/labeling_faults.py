@@ -37,7 +37,8 @@ def faults_drawn(folder: Path, remedy: str = REMEDY) -> Iterator[None]:
             raise
         from stitchmesh.render.labeling_picture import render_labeling
 
-        picture, message = folder / FAULTS_PICTURE, f"{error}; or {remedy}"
+        picture = folder / FAULTS_PICTURE
+        message = f"{remedy}, which finds rows where a mesh has none; or change the mesh: {error}"
         try:
             render_labeling(error.labeling, picture)
         except DisplayError:

@@ -18,6 +18,7 @@ from stitchmesh.cli.arguments import Direction, Flag, OneOrTwo, Pair, help_entry
 from stitchmesh.compute.threads import VARIABLE
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
+from stitchmesh.mesh.layers import Layer
 from stitchmesh.mesh.palette import Palette, parse_yarn_colours, recolour_palette
 from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase
 from stitchmesh.meshrelax.options import MeshRelaxOptions
@@ -101,9 +102,13 @@ ReportFolder = Annotated[
 
 
 @dataclass(frozen=True)
-class MeshAxes:
-    """How a mesh stands in its file."""
+class MeshInFile:
+    """What of the file of a mesh is knitted, and how it stands."""
 
+    object: Annotated[UseAppendAction[tuple[str, ...]], help_entry("NAME", "all that can be garments")] = ()
+    """object or group of the file that is knitted, by its name; may be repeated"""
+    layer: Annotated[Layer, help_entry("LAYER")] = "outer"
+    """layer of a garment with a thickness that is knitted: outer, inner or middle"""
     up: Annotated[Direction, help_entry("AXIS|X,Y,Z", "as the file states, or as its openings tell")] = None
     """direction in the file that points up, which becomes y: an axis such as z or -x, or three numbers"""
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from os import fspath
+from pathlib import Path
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.faces.face_mesh import FaceMesh
@@ -44,13 +45,23 @@ def read_any(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None =
     suffix = suffix_of(path, dict.fromkeys([*YARN_FORMATS, *MESH_FORMATS, ".smobj", ".st"]))
     read_bytes(path)  # The errors of a missing file and of a folder are raised here, with one message for all formats.
     stitches = suffix in (".smobj", ".st") or (suffix == ".h5" and stored_format(path) == STITCHES)
-    if not stitches and (suffix not in MESH_FORMATS or _holds_polylines(path, suffix)):
+    if not stitches and not holds_mesh(path):
         return read_yarns(path, unit=unit, radius=radius)
     if radius is not None:
         raise ParameterError(f"radius: {fspath(path)} holds no yarns; leave the yarn radius out")
     if suffix == ".smobj" and holds_foreign_faces(path):
         return read_face_mesh(path)
     return read_stitches(path) if stitches else read_mesh(path, unit=unit)
+
+
+def holds_mesh(path: FilePath) -> bool:
+    """Return whether a file holds a polygon mesh, by its suffix and its content.
+
+    Raises:
+        FileError: the file cannot be read.
+    """
+    suffix = Path(path).suffix.lower()
+    return suffix in MESH_FORMATS and not _holds_polylines(path, suffix)
 
 
 def _holds_polylines(path: FilePath, suffix: str) -> bool:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The mesh of a garment from a file that may say little about it.
 
+It may hold other objects too, such as a body, and a garment with a thickness has two layers, one of which is knitted.
 Its unit and its direction upwards may be other ones than those of the program. glTF fixes both; of other files the
 shape of the mesh tells which direction is up, or the caller says it.
 """
@@ -9,12 +10,17 @@ shape of the mesh tells which direction is up, or the caller says it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from os import fspath
+from typing import get_args
 
+from stitchmesh.errors import MeshError
 from stitchmesh.io.contents import FilePath
-from stitchmesh.io.meshes import read_mesh, read_repaired_mesh, stated_unit
+from stitchmesh.io.mesh_objects import about_objects, faces_alone, scene_objects
+from stitchmesh.io.meshes import read_mesh, read_polygons, read_strict_polygons, stated_unit
 from stitchmesh.io.units import DEFAULT_UNIT, size_doubt
 from stitchmesh.mesh import Mesh
-from stitchmesh.mesh.repair import RepairAction
+from stitchmesh.mesh.layers import Layer, ParallelLayers, layer_of, parallel_layers
+from stitchmesh.mesh.repair import RepairAction, repair_mesh
 from stitchmesh.mesh.upright import Direction, Y, Z, turned_upright, up_of_openings
 
 LYING = "z was taken as up, because the openings of the mesh face along it; --up y leaves it as it lies in the file"
@@ -32,6 +38,10 @@ class MeshReading:
     up: Direction | None = None
     """Direction in the coordinates of the file that points up; if it is None, glTF states y, and the shape of another
     mesh tells whether it is y or z (``up_of_openings``)."""
+    objects: tuple[str, ...] = ()
+    """Names of objects or groups of the file that are the garment; if it is empty, all that can be garments are."""
+    layer: Layer = "outer"
+    """Layer of a garment with a thickness: outer, inner or middle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +56,10 @@ class GarmentMesh:
     """What a repair has changed; None if the mesh was not repaired."""
     notes: tuple[str, ...]
     """Sentences about what was taken where the file does not say it, and how to take something else."""
+    objects: tuple[str, ...]
+    """Names of all objects of the file (``SceneObjects``)."""
+    has_layers: bool
+    """Whether the mesh is one layer of a garment with a thickness."""
 
 
 def read_garment(path: FilePath, reading: MeshReading, *, repaired: bool) -> GarmentMesh:
@@ -57,16 +71,41 @@ def read_garment(path: FilePath, reading: MeshReading, *, repaired: bool) -> Gar
         repaired: whether the polygons need not form a surface, and a valid mesh is made of them.
 
     Raises:
-        ParameterError, FileError, MeshError: as for ``read_mesh`` or ``read_repaired_mesh``.
+        ParameterError: as for ``read_mesh``, or nothing in the file has the name of a chosen object.
+        FileError, MeshError: as for ``read_mesh`` or ``read_repaired_mesh``.
     """
-    if repaired:
-        found = read_repaired_mesh(path, unit=reading.unit)
-        mesh, repairs = found.mesh, found.actions
-    else:
-        mesh, repairs = read_mesh(path, unit=reading.unit), None
-    up, said = (reading.up, "") if reading.up is not None else found_up(path, mesh)
-    notes = filter(None, [doubt_of_unit(path, mesh, reading.unit), said])
-    return GarmentMesh(turned_upright(mesh, up), up, repairs, tuple(notes))
+    polygons = read_polygons(path, unit=reading.unit) if repaired else read_strict_polygons(path, unit=reading.unit)
+    scene = scene_objects(path, *polygons)
+    kept = scene.chosen(reading.objects) if reading.objects else scene.garments()
+    chosen = polygons if kept.all() else faces_alone(*polygons, kept)
+    try:
+        found = repair_mesh(*chosen) if repaired else None
+        mesh = Mesh.from_polygons(*chosen) if found is None else found.mesh
+    except MeshError as error:
+        raise MeshError(f"{fspath(path)}: {error}") from error
+    layers = parallel_layers(mesh)
+    if layers is not None:
+        mesh = layer_of(mesh, layers, reading.layer)
+    up, about_up = (reading.up, "") if reading.up is not None else found_up(path, mesh)
+    mesh = turned_upright(mesh, up)
+    notes = [
+        "" if reading.objects else about_objects(scene, kept),
+        "" if layers is None else _about_layers(layers, reading.layer),
+        about_up, doubt_of_unit(path, mesh, reading.unit),
+    ]  # fmt: skip
+    return GarmentMesh(
+        mesh, up, None if found is None else found.actions, tuple(filter(None, notes)),
+        scene.objects, layers is not None,
+    )  # fmt: skip
+
+
+def _about_layers(layers: ParallelLayers, layer: Layer) -> str:
+    """Return a sentence about the two layers of a garment, of which one is taken."""
+    others = " or ".join(other for other in get_args(Layer) if other != layer)
+    return (
+        f"the mesh has two layers {layers.thickness:.2g} cm apart, of which the {layer} one is knitted; "
+        f"--layer {others} takes another one"
+    )
 
 
 def found_up(path: FilePath, mesh: Mesh) -> tuple[Direction, str]:

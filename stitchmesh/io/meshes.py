@@ -90,12 +90,21 @@ def read_mesh(path: FilePath, *, unit: str = DEFAULT_UNIT) -> Mesh:
         FileError: the file cannot be read or is malformed; for text formats the message names the line.
         MeshError: the polygons do not form an oriented manifold surface.
     """
-    mesh_format = FORMATS[suffix_of(path, FORMATS)]
-    vertices, faces = _in_centimetres(path, mesh_format, mesh_format.read, unit)
+    vertices, faces = read_strict_polygons(path, unit=unit)
     try:
         return Mesh.from_polygons(vertices, faces)
     except MeshError as error:
         raise MeshError(f"{fspath(path)}: {error}") from error
+
+
+def read_strict_polygons(path: FilePath, *, unit: str = DEFAULT_UNIT) -> tuple[FloatArray, list[list[int]]]:
+    """Read polygons of three corners or more; the arguments, the result and the errors are those of ``read_polygons``.
+
+    Raises:
+        FileError: also for a face with fewer than three corners.
+    """
+    mesh_format = FORMATS[suffix_of(path, FORMATS)]
+    return _in_centimetres(path, mesh_format, mesh_format.read, unit)
 
 
 def read_polygons(path: FilePath, *, unit: str = DEFAULT_UNIT) -> tuple[FloatArray, list[list[int]]]:

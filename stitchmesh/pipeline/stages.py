@@ -38,7 +38,7 @@ from stitchmesh.time_limit import limited_to_share
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.fabric_gauge import fabric_gauge
 from stitchmesh.yarngen import generate_yarns
-from stitchmesh.yarngen.generate import checked_drawn_radius, checked_radius
+from stitchmesh.yarngen.generate import ROOM_FOR_YARNS, checked_drawn_radius, checked_radius
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
 from stitchmesh.yarngen.room import make_room_with_report
 
@@ -233,8 +233,18 @@ def yarn_stage(
 
 
 def _with_panel(error: YarnError, fabric: StitchMesh, shape: Mapping[str, Any]) -> YarnError:
-    """Return an error about the yarns of a face with the panel of the face, and what helps there."""
+    """Return an error about the yarns of a face with the panel of the face, and what helps there.
+
+    Found stitches were relaxed and given room already, so that something else must help.
+    """
     panel = None if error.face is None else panel_of_face(error.face, fabric, shape)
+    if panel is None and shape and str(error).endswith(ROOM_FOR_YARNS):
+        found = str(error).removesuffix(ROOM_FOR_YARNS)
+        return YarnError(
+            f"{found}two parts of the mesh touch there or fold sharply: move them apart by a stitch, choose a smaller "
+            "stitch, or use a thinner yarn (--yarn-radius)",
+            face=error.face,
+        )
     if panel is None:
         return error
     return YarnError(

@@ -17,6 +17,7 @@ from stitchmesh.editing.on_selection import ON
 from stitchmesh.editing.pattern_regions import PatternRegion
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.mesh.layers import Layer
 from stitchmesh.mesh.palette import STOCK, colour_text, make_palette, parse_colour
 from stitchmesh.mesh.upright import Direction, Y
 from stitchmesh.meshrelax.options import MeshRelaxOptions
@@ -106,6 +107,10 @@ class Recipe:
     """Unit of a mesh file that states no unit."""
     up: Direction | None = None
     """Direction in the coordinates of the mesh file that points up; None if the file or the shape of the mesh tells."""
+    objects: tuple[str, ...] = ()
+    """Names of objects or groups of the mesh file that are knitted; none for all that can be garments."""
+    layer: Layer = "outer"
+    """Layer of a garment with a thickness that is knitted: outer, inner or middle."""
     yarn: str | None = None
     """Name of a hand-knitting yarn, from which the sizes follow that are not given."""
     gauge: str | None = None
@@ -168,23 +173,34 @@ class Recipe:
 
         # A direction of knitting of its own is one of the mesh as it lies.
         up = Y if self.up is None and self.rows.up != Y else self.up
-        reading = MeshReading(unit=self.unit, up=up)
         if self.panels.knit:
-            from stitchmesh.shaping.panels.read_panels import read_panels
-
-            whole = read_garment(self.mesh, reading, repaired=True) if up is None else None
-            self._warn(*(whole.notes if whole else ()))
-            up = whole.up if whole else up
-            panels = read_panels(self.mesh, unit=self.unit, up=up)
-            return RecipeMesh(panels.turned_inside_out() if self.label.turn_inside_out else panels, up, None)
+            return self._read_panels(up)
+        reading = MeshReading(unit=self.unit, up=up, objects=self.objects, layer=self.layer)
         found = read_garment(self.mesh, reading, repaired=self.rows.auto)
         self._warn(*found.notes)
         mesh = turn_inside_out(found.mesh) if self.label.turn_inside_out else found.mesh
         return RecipeMesh(mesh, found.up, found.repairs)
 
+    def _read_panels(self, up: Direction | None) -> RecipeMesh:
+        """Read the panels of a sewing pattern; ``up`` is None if their openings tell which direction points up."""
+        from stitchmesh.io.garments import doubt_of_unit, found_up
+        from stitchmesh.io.meshes import read_repaired_mesh
+        from stitchmesh.shaping.panels.read_panels import read_panels
+
+        if self.objects:
+            raise ParameterError("objects: are panels of a sewing pattern; leave --object out")
+        panels = read_panels(self.mesh, unit=self.unit)
+        self._warn(doubt_of_unit(self.mesh, panels.mesh, self.unit))
+        if up is None:  # Panels have borders at their seams, the whole garment has none there.
+            up, said = found_up(self.mesh, read_repaired_mesh(self.mesh, unit=self.unit).mesh)
+            self._warn(said)
+        if up != Y:
+            panels = read_panels(self.mesh, unit=self.unit, up=up)
+        return RecipeMesh(panels.turned_inside_out() if self.label.turn_inside_out else panels, up, None)
+
     def _warn(self, *notes: str) -> None:
         """Warn of what the file of the mesh does not state."""
-        for note in notes:
+        for note in filter(None, notes):
             logger.warning(f"{self.mesh}: {note}")
 
 

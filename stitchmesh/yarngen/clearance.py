@@ -20,21 +20,22 @@ SAME_IMAGE = np.zeros(2, dtype=np.int64)
 """The lattice image of the cell itself."""
 
 
-def smallest_distance(yarns: YarnSet, within: float) -> tuple[float, int]:
-    """Smallest distance [cm] between sample points of segments that may touch, and a control point at that place.
+def smallest_distance(yarns: YarnSet, within: float) -> tuple[float, tuple[int, int]]:
+    """Smallest distance [cm] between sample points of segments that may touch, and a control point of either segment.
 
     Args:
         yarns: the yarns; on a lattice, distances to all images are measured too.
         within: largest distance that is searched [cm].
 
     Returns:
-        The distance [cm] and the number of a control point; infinity and 0 where no distance is at most ``within``.
+        The distance [cm] and the numbers of two control points; infinity and 0 where no distance is at most ``within``.
     """
     segments, distance = _pairs_that_may_touch(yarns, within)
     if not len(segments):
-        return np.inf, 0
+        return np.inf, (0, 0)
     nearest = int(distance.argmin())
-    return float(distance[nearest]), int(yarns.segment_points[segments[nearest, 0], 1])
+    one, other = yarns.segment_points[segments[nearest], 1].tolist()
+    return float(distance[nearest]), (one, other)
 
 
 def crowded_points(yarns: YarnSet, within: float) -> IntArray:

@@ -33,6 +33,8 @@ LARGEST_RADIUS_OVER_WIDTH = 0.2
 """Largest yarn radius over the mean stitch width. Thicker yarn does not fit into the loops that hold it."""
 LARGEST_DRAWN_OVER_CONTACT = 5.0
 """Largest apparent radius over contact radius: at five radii even stitches far apart would fill one another."""
+ROOM_FOR_YARNS = "relax the stitch mesh first, make room (sm.make_room), or use a thinner yarn"
+"""What helps where yarns start too close, unless it was done already."""
 SMALLEST_DISTANCE_OVER_RADIUS = 0.25
 """Smallest distance between the centre lines of generated yarns, over the radius. Touching yarns are 2 apart."""
 
@@ -321,12 +323,12 @@ def _pieces_of(
 
 def _check_clearance(yarns: YarnSet, radius: float) -> None:
     """Raise ``YarnError`` if two yarns start closer than the smallest permitted distance."""
-    distance, point = smallest_distance(yarns, SMALLEST_DISTANCE_OVER_RADIUS * radius)
+    distance, points = smallest_distance(yarns, SMALLEST_DISTANCE_OVER_RADIUS * radius)
     if distance < SMALLEST_DISTANCE_OVER_RADIUS * radius:
-        place = yarns.points[point].round(1).tolist()
+        place = yarns.points[points[0]].round(1).tolist()
+        one, other = yarns.face[list(points)].tolist()
         raise YarnError(
-            f"face {yarns.face[point]}: yarns start {distance / radius:.2f} radii apart, expected at least "
-            f"{SMALLEST_DISTANCE_OVER_RADIUS}, near {place} cm; relax the stitch mesh first, make room (sm.make_room), "
-            "or use a thinner yarn",
-            face=int(yarns.face[point]),
+            f"face {one}{'' if one == other else f' and {other}'}: yarns start {distance / radius:.2f} radii apart, "
+            f"expected at least {SMALLEST_DISTANCE_OVER_RADIUS}, near {place} cm; {ROOM_FOR_YARNS}",
+            face=one,
         )

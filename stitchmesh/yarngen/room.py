@@ -12,11 +12,14 @@ that is moved all around, as at a tip, keeps its length: without, it would shrin
 A row can end where a border is straight, as where the front of a cardigan passes smoothly into its neck. Its last
 stitch then has two sides along one line, between which its yarns have little room or none. If they have none, its
 corner is moved away from the stitch first, by a fifth of a stitch.
+
+Two layers of a fabric that lie too close, such as a brim that is folded up, get no room by smoothing. They are then
+moved apart (``layers_apart``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -35,6 +38,7 @@ from stitchmesh.yarngen.generate import (
     trace_yarn_routes,
     yarns_along_routes,
 )
+from stitchmesh.yarngen.layers_apart import THICKNESS_OVER_RADIUS, layers_apart
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -107,15 +111,26 @@ def make_room_with_report(
     radius = checked_radius(fabric, yarn_radius)
     points_per_stitch = quality_named(quality).control_points_per_stitch
     yarns_of = partial(_yarns, radius=radius, points_per_stitch=points_per_stitch, finish=finish)
-    for along_borders in (False, True):
-        smoothed, found = _with_room(fabric, radius, yarns_of, along_borders=along_borders)
-        if smoothed is not None:
-            return (_moved(fabric, smoothed.vertices) if found else fabric), _room(fabric, smoothed, found)
+    crowded: set[int] = set()
+    for begun in _starts(fabric, radius):
+        for along_borders in (False, True):
+            smoothed, found = _with_room(begun, radius, yarns_of, along_borders=along_borders)
+            crowded |= found
+            if smoothed is not None:
+                return (_moved(fabric, smoothed.vertices) if crowded else fabric), _room(fabric, smoothed, crowded)
     return fabric, Room((), 0.0)
 
 
 def _yarns(fabric: StitchMesh, radius: float, points_per_stitch: int, finish: YarnFinish) -> YarnSet:
     return yarns_along_routes(trace_yarn_routes(fabric, radius, points_per_stitch, finish), radius)
+
+
+def _starts(fabric: StitchMesh, radius: float) -> Iterator[StitchMesh]:
+    """Yield the fabric, and, if it has two layers that are too close, the fabric with these moved apart."""
+    yield fabric
+    apart = layers_apart(fabric, THICKNESS_OVER_RADIUS * radius)
+    if apart is not fabric:
+        yield apart
 
 
 def _with_room(

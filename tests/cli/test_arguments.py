@@ -131,7 +131,7 @@ def test_a_period_is_two_sizes_or_free(words, period):
     ],
 )
 def test_a_direction_is_an_axis_or_three_numbers(words, up):
-    assert parsed([*words_of("knit"), *words]).axes.up == up
+    assert parsed([*words_of("knit"), *words]).in_file.up == up
 
 
 @pytest.mark.parametrize(

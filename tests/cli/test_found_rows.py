@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 
 from stitchmesh.cli import main as cli
+from stitchmesh.errors import YarnError
 from stitchmesh.io import read_mesh, read_stitches, write_mesh
 from stitchmesh.io.mesh_formats.stl import write_stl_polygons
 from stitchmesh.mesh import Mesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.recipe.recipe_file import read_recipe
+from stitchmesh.yarngen.generate import ROOM_FOR_YARNS
 from tests.gallery import moebius, odd_corner, torus, tube
 from tests.labeling.test_partial_labeling import triangulated
 from tests.output_files import visible
@@ -134,6 +136,18 @@ def test_what_the_repair_changes_is_printed_and_reported(tmp_path, capsys):
     assert lines[0] == "Repair: 1 face with the same vertices as another face was removed: face 48."
 
 
+def test_yarns_without_room_are_told_what_was_not_done_yet(cone_obj, tmp_path, capsys, monkeypatch):
+    """Found stitches are relaxed and given room by the command itself."""
+
+    def crowded(*_, **__):
+        raise YarnError(f"face 0 and 9: yarns start 0.1 radii apart; {ROOM_FOR_YARNS}", face=0)
+
+    monkeypatch.setattr("stitchmesh.pipeline.stages.generate_yarns", crowded)
+    message = refused(capsys, "knit", cone_obj, *SHORT, "-o", tmp_path / "out")
+    assert "two parts of the mesh touch there or fold sharply: move them apart" in message
+    assert "make room" not in message and "relax the stitch mesh" not in message
+
+
 def test_marks_decide_where_knitting_begins(cone_obj, tmp_path):
     marks = [{"kind": "border", "points": [[0, 4.5, 1.2]], "role": "begin"}]
     (tmp_path / "marks.json").write_text(json.dumps(marks))
@@ -240,7 +254,7 @@ def test_a_mesh_that_cannot_be_labeled_names_the_remedy(tmp_path, capsys, monkey
     monkeypatch.setattr(labeling_picture, "render_labeling", lambda *_: None)
     write_mesh(tmp_path / "mesh.obj", mesh())
     message = refused(capsys, command, tmp_path / "mesh.obj", "-o", tmp_path / "out.h5")
-    assert reason in message and "; or knit it with --auto; " in message
+    assert message.startswith("LabelError: knit it with --auto, which finds rows") and reason in message
 
 
 def test_a_recipe_whose_mesh_cannot_be_labeled_names_the_remedy(tmp_path, cone_obj, capsys, monkeypatch):
@@ -250,7 +264,7 @@ def test_a_recipe_whose_mesh_cannot_be_labeled_names_the_remedy(tmp_path, cone_o
     recipe = tmp_path / "garment.toml"
     recipe.write_text(f'mesh = "{cone_obj}"\n')
     message = refused(capsys, "knit", recipe, "-o", tmp_path / "out")
-    assert f"; or write auto = true under [rows] into {recipe}; " in message
+    assert message.startswith(f"LabelError: write auto = true under [rows] into {recipe}, which finds rows")
     assert "found-rows: is part of a recipe" in refused(capsys, "knit", recipe, "--auto", "-o", tmp_path / "out")
 
 

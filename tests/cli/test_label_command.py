@@ -90,7 +90,7 @@ def test_a_mesh_that_cannot_be_labeled_gets_a_picture_of_its_faults_and_nothing_
     for command, folder in (("label", tmp_path / "new" / "rows.h5"), ("knit", tmp_path / "knit")):
         message = refused(capsys, command, tmp_path / "odd.obj", "-o", folder)
         where = folder if command == "knit" else folder.parent
-        assert message.startswith("LabelError: face ") and "would be both wale and course" in message
+        assert message.startswith("LabelError: knit it with --auto") and "would be both wale and course" in message
         assert message.endswith(f"; {where / 'labeling-faults.png'} shows the faces\n")
         assert visible(where) == {"labeling-faults.png"}
 

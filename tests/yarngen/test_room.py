@@ -14,6 +14,7 @@ from stitchmesh.errors import YarnError
 from stitchmesh.mesh import BORDER, Mesh, StitchMesh
 from stitchmesh.patterns import read_pattern
 from stitchmesh.periodic.repeat.torus import torus_mesh
+from stitchmesh.yarngen.layers_apart import THICKNESS_OVER_RADIUS, layers_apart
 from stitchmesh.yarngen.room import CORNER_HEIGHT, RINGS, make_room_with_report
 from tests.gallery import grid, tube
 
@@ -153,3 +154,32 @@ def test_a_fabric_on_a_lattice_and_panels_are_refused():
         sm.make_room(torus_mesh(read_pattern("garter"), columns=4, stitch_width=1.0, stitch_height=0.7))
     with pytest.raises(YarnError, match=r"stitch PANEL .* tessellate the mesh first"):
         sm.make_room(sm.label(grid(4, 1)))
+
+
+def two_layers(apart: float) -> StitchMesh:
+    """Two tubes with stitches 1 cm wide, one in the other."""
+    outer, inner = (tube(12, 2, radius=4.0 - inwards, height=2.0) for inwards in (0.0, apart))
+    corners = np.concatenate([outer.face_vertex, inner.face_vertex + len(outer.vertices)]).reshape(-1, 4)
+    both = Mesh.from_polygons(np.concatenate([outer.vertices, inner.vertices]), corners.tolist())
+    return sm.tessellate(sm.label(both), stitch_width=1.0)
+
+
+def test_layers_that_touch_are_moved_apart_and_loops_hold():
+    """The two layers lie 2 radii apart, and loops of stockinette are about 4 radii thick."""
+    fabric, radius = two_layers(0.25), 0.125
+    half = len(fabric.vertices) // 2
+    with pytest.raises(YarnError, match=r"face \d+ and \d+: yarns start .* radii apart, .* make room"):
+        sm.generate_yarns(fabric, yarn_radius=radius, quality="draft")
+    roomy, room = make_room_with_report(fabric, yarn_radius=radius, quality="draft")
+    yarns = sm.generate_yarns(roomy, yarn_radius=radius, quality="draft")
+    sm.check_loops(roomy, yarns)
+    around = np.linalg.norm(roomy.vertices[:, [0, 2]], axis=1)
+    outward = np.sort(around)[half:].mean() - np.sort(around)[:half].mean()
+    # vertices lie on chords and across from the faces between others, so that not all move by exactly the same
+    assert outward == pytest.approx(THICKNESS_OVER_RADIUS * radius, rel=0.1)
+    assert room.faces and room.farthest < 0.5  # half of a stitch
+
+
+def test_layers_with_room_stay_where_they_are():
+    fabric = two_layers(1.0)
+    assert layers_apart(fabric, 0.625) is fabric and sm.make_room(fabric, yarn_radius=0.125) is fabric

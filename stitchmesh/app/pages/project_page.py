@@ -8,7 +8,7 @@ import threading
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, cast, get_args
 
 from stitchmesh.app.pages.not_yet import draw_plainly
 from stitchmesh.app.pages.page import Page
@@ -26,6 +26,7 @@ from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
 from stitchmesh.labeling.faults import triangles_message
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import Mesh
+from stitchmesh.mesh.layers import Layer
 from stitchmesh.mesh.upright import Direction, Y, Z
 
 if TYPE_CHECKING:
@@ -37,6 +38,8 @@ AXES: dict[str, Direction] = {
     "+y": Y, "+z": Z, "+x": (1.0, 0.0, 0.0), "-y": (0.0, -1.0, 0.0), "-z": (0.0, 0.0, -1.0), "-x": (-1.0, 0.0, 0.0),
 }  # fmt: skip
 """Directions of a file that can point up, by the axis along which they do."""
+ALL_OBJECTS = "all that can be garments"
+"""Words for no choice among the objects of a file."""
 PREVIEW_OPACITY = 0.5
 """Opacity of an example that is only looked at."""
 
@@ -121,6 +124,7 @@ class ProjectPage(Page):
             "Unit", "Unit of the coordinates in the file, this one and the next; glTF is always in metres.",
             tuple(CENTIMETRES), self._unit, self._set_unit,
         )  # fmt: skip
+        self._make_parts()
         self._up_choice = controls.choice(
             "Up in the file", "Direction in the file of the mesh that points up; found by the openings at an import.",
             tuple(AXES), next(iter(AXES)), self._set_up,
@@ -178,16 +182,43 @@ class ProjectPage(Page):
         if source is not None:
             self._read_again(replace(source, up=AXES[axis]))
 
+    def _make_parts(self) -> None:
+        """Make the choices of an object and of a layer, where the file has several."""
+        garment, source = self.app.project.garment, self.app.project.source
+        if garment is None or source is None:
+            return
+        if len(garment.objects) > 1:
+            chosen = source.objects[0] if len(source.objects) == 1 else ALL_OBJECTS
+            self.app.controls.choice(
+                "Object", "Object of the file that is knitted, by its name in it.", (ALL_OBJECTS, *garment.objects),
+                chosen, self._set_object,
+            )  # fmt: skip
+        if garment.has_layers:
+            self.app.controls.choice(
+                "Layer", "Layer of a garment with a thickness that is knitted.", get_args(Layer), source.layer,
+                self._set_layer,
+            )  # fmt: skip
+
+    def _set_object(self, name: str) -> None:
+        source = self.app.project.source
+        if source is not None:
+            self._read_again(replace(source, objects=() if name == ALL_OBJECTS else (name,)))
+
+    def _set_layer(self, name: str) -> None:
+        source = self.app.project.source
+        if source is not None:
+            self._read_again(replace(source, layer=cast(Layer, name)))
+
     def _read_again(self, source: Source) -> None:
         """Read the file of the present mesh in another way, unless it was read so."""
         project, before = self.app.project, self.app.project.source
-        if project.mesh is None or before is None or (source.unit, source.up) == (before.unit, before.up):
+        if project.mesh is None or before is None or source.reading == before.reading:
             return
         if project.label_steps or project.fabric is not None:
             self._start_project(source)
         else:
-            project.import_mesh(source.name, source.content, source.unit, source.up)
-            self.app.refresh()
+            project.read_source(source)
+            self.app.open_page(self.name)
 
     def _show_reading(self) -> None:
         """Show the unit and the direction upwards with which the present mesh was read."""

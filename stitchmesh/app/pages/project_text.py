@@ -39,9 +39,10 @@ def project_summary(project: Project) -> Markup:
     rows = joined(markup("<tr><th scope='row'>{}</th><td>{}</td></tr>", name, text)
                    for name, text in stage_lines(project))  # fmt: skip
     notes = joined(markup('<p class="trouble">{}</p>', note) for note in project.notes)
+    taken = joined(markup("<p>{}.</p>", _sentence(note)) for note in _taken(project))
     return markup(
-        '{}<div class="sm-project">{}{}<table>{}</table></div>',
-        STYLE, saving_line(project), notes, rows,
+        '{}<div class="sm-project">{}{}<table>{}</table>{}</div>',
+        STYLE, saving_line(project), notes, rows, taken,
     )
 
 
@@ -179,6 +180,14 @@ def _relaxed(project: Project) -> str:
     if report.get("unfinished"):
         return "stopped before rest"
     return "at rest" if report.get("converged", True) else "not at rest"
+
+
+def _taken(project: Project) -> list[str]:
+    """Return what was taken of the file, without the options of the command line, for which there are choices here."""
+    if project.garment is None or project.source is None:
+        return []
+    doubt = doubt_of_unit(project.source.name, project.garment.mesh, project.source.unit)
+    return [note.rpartition(";")[0] for note in project.garment.notes if note != doubt]
 
 
 def _sentence(clause: str) -> str:

@@ -38,6 +38,7 @@ from stitchmesh.editing.edit import Edit
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.checked import check_value, parse_json
 from stitchmesh.io.folder_lock import FolderLock
+from stitchmesh.io.garments import GarmentMesh
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.io.part_folder import remove_stale_parts
 from stitchmesh.io.path_kind import is_there
@@ -258,21 +259,31 @@ class Project:
         """Assessments of the relaxation; None until the yarns are relaxed."""
         return self._state.results.history
 
-    def import_mesh(
-        self, name: str, content: bytes, unit: str = DEFAULT_UNIT, up: Direction | None = None
-    ) -> tuple[str, ...]:
+    @property
+    def garment(self) -> GarmentMesh | None:
+        """The imported mesh with what was found out about its file; None if labels or stitches were imported."""
+        return self._values.garment
+
+    def import_mesh(self, name: str, content: bytes, unit: str = DEFAULT_UNIT) -> tuple[str, ...]:
         """Start again from a file: a polygon mesh, a labeled or partly labeled mesh, or stitches.
 
         Args:
             name: name of the file; its suffix decides the format.
             content: the bytes of the file.
             unit: unit of the coordinates in the file.
-            up: direction in these coordinates that points up; None if the shape of the mesh tells.
 
         Raises:
             StitchMeshError: the file cannot be read, or it holds yarns.
         """
-        source, values = _read(source_of(name, content, unit, up))
+        return self.read_source(source_of(name, content, unit))
+
+    def read_source(self, imported: Source) -> tuple[str, ...]:
+        """Start again from a file, read as it says.
+
+        Raises:
+            StitchMeshError: as for ``import_mesh``, or the file has no object of a chosen name.
+        """
+        source, values = _read(imported)
         return self._change(ProjectState(name=self.name, source=source, settings=self._state.settings), values)
 
     def apply_label_step(self, step: LabelStep) -> tuple[str, ...]:
@@ -502,7 +513,8 @@ def _read(source: Source | None) -> tuple[Source | None, StageValues]:
     if source is None:
         return None, StageValues()
     start = read_source(source)
-    return replace(source, up=start.up), StageValues.start(start)
+    up = source.up if start.garment is None else start.garment.up
+    return replace(source, up=up), StageValues.start(start)
 
 
 def _plain(what: str, values: Mapping[str, Any]) -> dict[str, Any]:

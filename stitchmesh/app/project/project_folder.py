@@ -156,7 +156,10 @@ class ProjectFolder:
             return None
         write = lambda path, value: write_bytes(path, value.content)  # noqa: E731
         file = self._file_of(source, SOURCE, Path(source.name).suffix.lower(), write, named)
-        return SourceTable(name=source.name, unit=source.unit, file=file, up=source.up or Y)
+        return SourceTable(
+            name=source.name, unit=source.unit, file=file, up=source.up or Y, objects=source.objects,
+            layer=source.layer,
+        )  # fmt: skip
 
     def _work_table(self, state: ProjectState, named: dict[str, object]) -> WorkTable:
         files: dict[str, str] = {}
@@ -183,7 +186,8 @@ class ProjectFolder:
     def _read_source(self, table: SourceTable | None) -> Source | None:
         if table is None:
             return None
-        source = Source(Path(table.name).name, read_bytes(self._path(table.file)), table.unit, table.up)
+        source = Source(Path(table.name).name, read_bytes(self._path(table.file)), table.unit, table.up,
+                        table.objects, table.layer)  # fmt: skip
         self._written[table.file] = source
         return source
 

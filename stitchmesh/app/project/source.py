@@ -10,19 +10,18 @@ from pathlib import Path
 import numpy as np
 
 from stitchmesh.errors import FileError, MeshError, ParameterError
-from stitchmesh.io.any_file import read_any
-from stitchmesh.io.garments import found_up
-from stitchmesh.io.meshes import FORMATS as MESH_FORMATS
-from stitchmesh.io.meshes import read_repaired_mesh
+from stitchmesh.io.any_file import holds_mesh, read_any
+from stitchmesh.io.garments import GarmentMesh, MeshReading, read_garment
 from stitchmesh.io.temporary_file import temporary_file
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.labeling import PartialLabeling, read_labeling, start_labeling
 from stitchmesh.labeling.faults import triangles_message
 from stitchmesh.labeling.labeling_file import holds_labeling
 from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh.layers import Layer
 from stitchmesh.mesh.repair import RepairAction, Repaired, repair_mesh
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.mesh.upright import Direction, Y, turned_upright
+from stitchmesh.mesh.upright import Direction
 from stitchmesh.yarn import YarnSet
 
 
@@ -38,11 +37,20 @@ class Source:
     """Unit of the coordinates in the file."""
     up: Direction | None = None
     """Direction in the coordinates of the file that points up; None if it is to be found."""
+    objects: tuple[str, ...] = ()
+    """Names of objects of the file that are the garment; none for all that can be garments."""
+    layer: Layer = "outer"
+    """Layer of a garment with a thickness."""
+
+    @property
+    def reading(self) -> MeshReading:
+        """How the mesh is read."""
+        return MeshReading(unit=self.unit, up=self.up, objects=self.objects, layer=self.layer)
 
 
-def source_of(name: str, content: bytes, unit: str = DEFAULT_UNIT, up: Direction | None = None) -> Source:
+def source_of(name: str, content: bytes, unit: str = DEFAULT_UNIT) -> Source:
     """Return an imported file; its name may be given with folders, as on Windows too."""
-    return Source(Path(name.replace("\\", "/")).name, content, unit, up)
+    return Source(Path(name.replace("\\", "/")).name, content, unit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,12 +61,12 @@ class Start:
     """The labeling; None if the file holds stitches."""
     fabric: StitchMesh | None
     """The stitches; None if the file holds a mesh that is not divided."""
+    garment: GarmentMesh | None = None
+    """The mesh as it was read, with what was found out about its file; None for labels and stitches."""
     surface: Mesh | None = None
     """The repaired mesh, on which rows are found; None if the file holds stitches."""
     repairs: tuple[RepairAction, ...] = ()
     """What was changed in it."""
-    up: Direction = Y
-    """Direction in the coordinates of the file that points up."""
 
     @property
     def mesh(self) -> Mesh | None:
@@ -82,37 +90,36 @@ def read_source(source: Source) -> Start:
 def _start(path: Path, source: Source) -> Start:
     if holds_labeling(path):
         return _start_of_mesh(read_labeling(path))
-    try:
-        found = read_any(path, unit=source.unit)
-    except (FileError, MeshError):
-        if path.suffix.lower() not in MESH_FORMATS:
-            raise
-        repaired = read_repaired_mesh(path, unit=source.unit)
-        up = _up(path, repaired.mesh, source)
-        return replace(_start_of_repaired(replace(repaired, mesh=turned_upright(repaired.mesh, up))), up=up)
-    if not isinstance(found, Mesh):
+    if holds_mesh(path):
+        return _start_of_garment(path, source.reading)
+    found = read_any(path, unit=source.unit)
+    if not isinstance(found, StitchMesh):
         kind = "yarns" if isinstance(found, YarnSet) else "faces that are no stitches"
         expected = "expected a mesh or stitches; look at yarns on the page View"
         raise ParameterError(f"{source.name}: holds {kind}; {expected}")
-    if isinstance(found, StitchMesh):
-        return _start_of_stitches(found, source.name)
-    up = _up(path, found, source)
-    mesh = turned_upright(found, up)
-    start = _start_of_repaired(_repaired(mesh)) if triangles_message(mesh) else _start_of_mesh(start_labeling(mesh))
-    return replace(start, up=up)
+    return _start_of_stitches(found, source.name)
 
 
-def _up(path: Path, mesh: Mesh, source: Source) -> Direction:
-    return found_up(path, mesh)[0] if source.up is None else source.up
+def _start_of_garment(path: Path, reading: MeshReading) -> Start:
+    try:
+        garment = read_garment(path, reading, repaired=False)
+    except (FileError, MeshError):  # Its polygons form no surface, or it cannot be read at all.
+        garment = read_garment(path, reading, repaired=True)
+        start = _start_of_repaired(Repaired(garment.mesh, garment.repairs or ()))
+    else:
+        mesh = garment.mesh
+        start = _start_of_repaired(_repaired(mesh)) if triangles_message(mesh) else _start_of_mesh(start_labeling(mesh))
+    return replace(start, garment=garment)
 
 
 def _start_of_repaired(repaired: Repaired) -> Start:
-    return Start(start_labeling(repaired.mesh), None, repaired.mesh, repaired.actions)
+    return Start(start_labeling(repaired.mesh), None, surface=repaired.mesh, repairs=repaired.actions)
 
 
 def _start_of_mesh(labeling: PartialLabeling) -> Start:
     repaired = _repaired(labeling.mesh)
-    return Start(labeling, None, repaired.mesh if repaired.actions else labeling.mesh, repaired.actions)
+    surface = repaired.mesh if repaired.actions else labeling.mesh
+    return Start(labeling, None, surface=surface, repairs=repaired.actions)
 
 
 def _repaired(mesh: Mesh) -> Repaired:

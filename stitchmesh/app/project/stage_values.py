@@ -15,6 +15,7 @@ from stitchmesh.app.project.source import Start, read_source
 from stitchmesh.app.project.state import ProjectState
 from stitchmesh.editing.edit import Edit, Edited, apply_changes, apply_edit
 from stitchmesh.errors import ParameterError
+from stitchmesh.io.garments import GarmentMesh
 from stitchmesh.labeling import PartialLabeling
 from stitchmesh.labeling.steps import LabelStep, apply_label_step
 from stitchmesh.mesh import Mesh, StitchMesh
@@ -30,6 +31,8 @@ class StageValues:
     """The labeling before the first step and after each step; empty if there is no mesh."""
     labeled: StitchMesh | None = None
     """The labeled mesh; None until every face has a row."""
+    garment: GarmentMesh | None = None
+    """The imported mesh, with what was found out about its file; None for labels and stitches."""
     surface: Mesh | None = None
     """The repaired mesh, on which rows are found; None if there is no mesh."""
     repairs: tuple[RepairAction, ...] = ()
@@ -61,7 +64,8 @@ class StageValues:
         if start.labeling is None:
             return cls(fabric=start.fabric)
         return cls(
-            labelings=(start.labeling,), labeled=_labeled(start.labeling), surface=start.surface, repairs=start.repairs
+            labelings=(start.labeling,), labeled=_labeled(start.labeling), garment=start.garment, surface=start.surface,
+            repairs=start.repairs,
         )  # fmt: skip
 
     @property
@@ -134,8 +138,10 @@ class StageValues:
         return replace(self._of(apply_changes(self.fabric, self.inverses[-1])), inverses=self.inverses[:-1])
 
     def _labeled_as(self, labelings: tuple[PartialLabeling, ...]) -> StageValues:
-        labeled = _labeled(labelings[-1])
-        return StageValues(labelings=labelings, labeled=labeled, surface=self.surface, repairs=self.repairs)
+        return StageValues(
+            labelings=labelings, labeled=_labeled(labelings[-1]), garment=self.garment, surface=self.surface,
+            repairs=self.repairs,
+        )  # fmt: skip
 
     def _of(self, edited: Edited) -> StageValues:
         return replace(self, fabric=edited.fabric, last_changes=edited.changes)

@@ -16,6 +16,7 @@ from stitchmesh.app.project.shaping import shaping_table
 from stitchmesh.app.project.state import ProjectState
 from stitchmesh.editing.edit import Edit
 from stitchmesh.labeling.steps import LabelStep
+from stitchmesh.mesh.layers import Layer
 from stitchmesh.mesh.upright import Y
 
 FORMAT = "stitchmesh project"
@@ -51,6 +52,10 @@ class SourceTable:
     """Name of the file in the project, which holds the same bytes."""
     up: tuple[float, float, float] = Y
     """Direction in the coordinates of the file that points up."""
+    objects: tuple[str, ...] = ()
+    """Names of the objects of the file that are the garment; none for all that can be garments."""
+    layer: Layer = "outer"
+    """Layer of a garment with a thickness."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -28,7 +28,7 @@ from stitchmesh.cli.options import (
     Device,
     Ground,
     MaterialOptions,
-    MeshAxes,
+    MeshInFile,
     MeshRelaxation,
     MorePhysics,
     Overwrite,
@@ -85,7 +85,7 @@ class Knit:
     output: Annotated[str, help_entry("DIR", short="-o")]
     """output folder for the stitches, the yarns, a picture, a report, the convergence and the recipe"""
     unit: Unit = DEFAULT_UNIT
-    axes: MeshAxes = field(default_factory=MeshAxes)
+    in_file: MeshInFile = field(default_factory=MeshInFile)
     stitch_width: StitchWidth = None
     pattern: Annotated[UseAppendAction[tuple[str, ...]], help_entry("NAME|FILE", "all knit")] = ()
     """pattern of the stitches: a name of `stitchmesh patterns`, or a file; may be repeated, each with its --on"""
@@ -197,7 +197,9 @@ class Knit:
         return Recipe(
             mesh=self.mesh,
             unit=self.unit,
-            up=self.axes.up,
+            up=self.in_file.up,
+            objects=self.in_file.object,
+            layer=self.in_file.layer,
             yarn=self.yarn.yarn,
             gauge=self.yarn.gauge,
             stitch_width=self.stitch_width,

@@ -12,14 +12,15 @@ from tyro.conf import Positional, UseAppendAction, arg
 
 from stitchmesh.cli.arguments import Pair, help_entry, pair, parsed_by
 from stitchmesh.cli.found_rows import FoundPanels, FoundRows
-from stitchmesh.cli.options import MeshAxes, Overwrite, Rows, Unit
+from stitchmesh.cli.options import MeshInFile, Overwrite, Rows, Unit
 from stitchmesh.cli.say import say
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
 
 if TYPE_CHECKING:
     from stitchmesh.labeling import PartialLabeling
-    from stitchmesh.recipe.sections import RowsSection
+    from stitchmesh.recipe.recipe import Recipe
+    from stitchmesh.recipe.sections import LabelSection, RowsSection
 
 CLEAR = "clear"
 """Word for the removal of the label of an edge."""
@@ -45,7 +46,7 @@ class Label:
     output: Annotated[str, help_entry("FILE", short="-o")]
     """labeled mesh: .h5 or .smobj; with --rows a partly labeled mesh: .h5"""
     unit: Unit = DEFAULT_UNIT
-    axes: MeshAxes = field(default_factory=MeshAxes)
+    in_file: MeshInFile = field(default_factory=MeshInFile)
     set_edge: Annotated[UseAppendAction[tuple[EdgeWithLabel, ...]], help_entry("V,W=LABEL")] = ()
     """label of one edge, set by hand before rows are labeled: course, wale, or clear for no label"""
     starts: Annotated[Rows, arg(name="")] = field(default_factory=Rows)
@@ -90,7 +91,6 @@ class Label:
         from stitchmesh.io.stitches import READABLE
         from stitchmesh.labeling import PartialLabeling
         from stitchmesh.pipeline.stages import whole_mesh
-        from stitchmesh.recipe.recipe import Recipe
         from stitchmesh.recipe.sections import LabelSection
         from stitchmesh.shaping.auto_labels import auto_labels
 
@@ -98,7 +98,7 @@ class Label:
         if self.mesh.lower().endswith(READABLE):
             raise ParameterError("--auto: the mesh has rows already; give the polygon mesh")
         side = LabelSection(turn_inside_out=self.starts.turn_inside_out)
-        found = Recipe(mesh=self.mesh, unit=self.unit, up=self.axes.up, rows=rows, label=side).read_mesh()
+        found = self._recipe(rows, side).read_mesh()
         for action in found.repairs or ():
             say(f"Repair: {action.text}: {action.places}.")
         options = rows.options(found.up)
@@ -108,6 +108,15 @@ class Label:
             **self.panels.arguments(),
         )  # fmt: skip
         return PartialLabeling.of_rows(made)
+
+    def _recipe(self, rows: RowsSection, side: LabelSection) -> Recipe:
+        """Return a recipe for the reading of the mesh."""
+        from stitchmesh.recipe.recipe import Recipe
+
+        return Recipe(
+            mesh=self.mesh, unit=self.unit, up=self.in_file.up, objects=self.in_file.object, layer=self.in_file.layer,
+            rows=rows, label=side,
+        )  # fmt: skip
 
     def _refuse_with_auto(self, rows: RowsSection) -> None:
         """Refuse options that name edges or faces of the given mesh, or that are for stitches.
@@ -133,17 +142,19 @@ class Label:
         from stitchmesh.labeling.label import warn_if_inside_out
         from stitchmesh.labeling.labeling_file import holds_labeling, read_labeling
         from stitchmesh.pipeline.stages import whole_mesh
-        from stitchmesh.recipe.recipe import Recipe
+        from stitchmesh.recipe.sections import RowsSection
 
         self.panels.refuse()
         if self.mesh.lower().endswith(READABLE):
-            for option, given in (("--turn-inside-out", self.starts.turn_inside_out), ("--up", self.axes.up)):
+            for option, given in (("--turn-inside-out", self.starts.turn_inside_out), ("--up", self.in_file.up)):
                 if given:
                     raise ParameterError(f"{option}: the mesh has rows already; turn the polygon mesh")
+            if self.in_file.object:
+                raise ParameterError("--object: the mesh has rows already; choose from the polygon mesh")
             if holds_labeling(self.mesh):
                 return read_labeling(self.mesh)
             return PartialLabeling.of_rows(read_stitches(self.mesh))
-        found = Recipe(mesh=self.mesh, unit=self.unit, up=self.axes.up, label=self.starts.section()).read_mesh()
+        found = self._recipe(RowsSection(), self.starts.section()).read_mesh()
         mesh = whole_mesh(found.mesh)
         warn_if_inside_out(mesh)
         return start_labeling(mesh)

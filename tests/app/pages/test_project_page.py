@@ -27,7 +27,9 @@ from stitchmesh.mesh import extent
 from stitchmesh.mesh.upright import Y, Z, upright_turn
 from tests.app.project.projects import LABEL_ALL, divided_project, mesh_bytes, relaxed_project, same
 from tests.app.project.test_source import with_a_button
-from tests.gallery import tube
+from tests.gallery import torus, tube
+from tests.io.test_garments import scene
+from tests.mesh.test_layers import with_thickness
 
 
 class Other(Page):
@@ -154,6 +156,27 @@ def test_a_mesh_that_lies_in_its_file_stands_and_can_be_turned(opened, tmp_path)
     app.project.close()
     again = Project.open(tmp_path / "one")
     assert again.up == Y and extent(again.mesh.vertices) == "36.0 x 36.0 x 20.0 cm"
+    again.close()
+
+
+def test_an_object_and_a_layer_of_a_file_are_chosen_by_name(opened, tmp_path):
+    """A closed body, and a tube of 36 cm with a thickness of 0.5 cm."""
+    skirt = with_thickness(tube(32, 4, radius=18.0, height=5.0), 0.5)
+    path = scene(tmp_path / "scene.obj", ("body", torus(12, 8)), ("<skirt>", skirt))
+    app = opened(Project.create(tmp_path / "one"))
+    app.controls.send("Import a mesh", "scene.obj", path.read_bytes())
+    app.open_page("Project")
+    shown = app.controls.text_shown()
+    assert "The file holds body, &lt;skirt&gt;; body was left out" in shown and "of which the outer one" in shown
+    assert "--object" not in shown and "--layer" not in shown
+    outer = np.ptp(app.project.mesh.vertices, axis=0)
+    app.controls.set("Layer", "inner")
+    np.testing.assert_allclose(np.ptp(app.project.mesh.vertices, axis=0), outer - [1.0, 0.0, 1.0], atol=1e-9)
+    app.controls.set("Object", "body")
+    assert app.project.mesh.face_count == torus(12, 8).face_count
+    app.project.close()
+    again = Project.open(tmp_path / "one")
+    assert again.source.objects == ("body",) and again.mesh.face_count == torus(12, 8).face_count
     again.close()
 
 

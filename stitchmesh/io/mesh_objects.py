@@ -1,0 +1,205 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The objects of a scene: which faces of a mesh file belong to which object, and which objects are garments.
+
+OBJ names objects (``o``) and groups (``g``), and glTF names nodes and meshes. In other files, and where a file names
+nothing, the connected parts are the objects, ``part 1`` and so on in the order of their first faces.
+
+A garment has openings, or two layers; a body and a button have neither. Where a file holds both and the caller chooses
+no object, what has neither is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.errors import MeshError, ParameterError
+from stitchmesh.io.checked import parse_json
+from stitchmesh.io.contents import FilePath, read_bytes, read_lines
+from stitchmesh.io.obj_elements import element_lines
+from stitchmesh.mesh import FloatArray, IntArray, Mesh
+from stitchmesh.mesh.layers import parallel_layers
+
+SMALLEST_GARMENT_PART = 0.05
+"""Area of a connected part with openings, over that of all faces, below which it is no garment, such as an eyelash."""
+MOST_NAMES = 12
+"""Number of names of objects that a message lists."""
+
+
+@dataclass(frozen=True, eq=False)
+class SceneObjects:
+    """The faces of a file, with the names of their objects."""
+
+    vertices: FloatArray
+    """Positions [cm], shape (V, 3)."""
+    faces: list[list[int]]
+    """Vertices of each face, counted from 0."""
+    face_names: list[tuple[str, ...]]
+    """Names of the object and of the groups of each face, the object first; empty where the file names nothing."""
+
+    @cached_property
+    def part(self) -> IntArray:
+        """Connected part of each face, numbered in the order of their first faces, shape (F,)."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        size = np.array([len(face) for face in self.faces])
+        corner = np.array([vertex for face in self.faces for vertex in face])
+        # Programs repeat a vertex for its normals; positions tell what is connected.
+        place = np.unique(self.vertices, axis=0, return_inverse=True)[1].reshape(-1)[corner]
+        face = np.repeat(np.arange(len(size)), size)
+        count = len(self.vertices) + len(size)
+        graph = coo_array((np.ones(len(face)), (place, len(self.vertices) + face)), shape=(count, count))
+        label = connected_components(graph.tocsr(), directed=False)[1][len(self.vertices) :]
+        _, first, number = np.unique(label, return_index=True, return_inverse=True)
+        rank: IntArray = np.argsort(np.argsort(first))[number.reshape(-1)]
+        return rank
+
+    @cached_property
+    def names(self) -> list[tuple[str, ...]]:
+        """Names of each face; those of the connected parts if the file names nothing."""
+        return self.face_names if any(self.face_names) else [(f"part {number + 1}",) for number in self.part.tolist()]
+
+    @cached_property
+    def objects(self) -> tuple[str, ...]:
+        """First name of each object, in the order of the file."""
+        return tuple(dict.fromkeys(names[0] for names in self.names if names))
+
+    def chosen(self, objects: Sequence[str]) -> NDArray[np.bool_]:
+        """Return whether each face belongs to one of some objects or groups, shape (F,).
+
+        Raises:
+            ParameterError: nothing in the file has one of the names.
+        """
+        for name in objects:
+            if not any(name in names for names in self.names):
+                expected = f"expected one of {_listed(self.objects)}"
+                raise ParameterError(f"object {name!r}: the file has no such object or group; {expected}")
+        return np.array([not set(objects).isdisjoint(names) for names in self.names])
+
+    def garments(self) -> NDArray[np.bool_]:
+        """Return whether each face is of a garment, as far as that can be told, shape (F,)."""
+        part_count = int(self.part.max()) + 1
+        if part_count == 1:
+            return np.ones(len(self.faces), dtype=bool)
+        area = np.array([_area(self.vertices[face]) for face in self.faces])
+        share = np.bincount(self.part, area) / max(float(area.sum()), np.finfo(np.float64).tiny)
+        is_open = self._open_parts(part_count)
+        garment = is_open & (share >= SMALLEST_GARMENT_PART)
+        for number in np.flatnonzero(~is_open & (share >= SMALLEST_GARMENT_PART)).tolist():
+            garment[number] = self._has_layers(number)
+        if not garment.any():
+            return np.ones(len(self.faces), dtype=bool)
+        kept: NDArray[np.bool_] = (garment | is_open)[self.part]
+        return kept
+
+    def _open_parts(self, part_count: int) -> NDArray[np.bool_]:
+        """Return whether each part has an edge of one face, shape (part_count,)."""
+        size = np.array([len(face) for face in self.faces])
+        place = np.unique(self.vertices, axis=0, return_inverse=True)[1].reshape(-1)
+        start = place[[vertex for face in self.faces for vertex in face]]
+        end = place[[vertex for face in self.faces for vertex in [*face[1:], face[0]]]]
+        edges = np.sort(np.stack([start, end], axis=1), axis=1)
+        number, uses = np.unique(edges, axis=0, return_inverse=True, return_counts=True)[1:]
+        side_part = np.repeat(self.part, size)
+        return np.bincount(side_part[uses[number.reshape(-1)] == 1], minlength=part_count) > 0
+
+    def _has_layers(self, number: int) -> bool:
+        """Return whether a closed part is a garment with a thickness."""
+        try:
+            mesh = Mesh.from_polygons(*faces_alone(self.vertices, self.faces, self.part == number))
+        except MeshError:
+            return False
+        return parallel_layers(mesh) is not None
+
+
+def scene_objects(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> SceneObjects:
+    """Return the objects of a file whose polygons were read."""
+    reader = {".obj": _obj_names, ".glb": _glb_names}.get(Path(path).suffix.lower())
+    names = [] if reader is None else reader(path)
+    return SceneObjects(vertices, faces, names if len(names) == len(faces) else [()] * len(faces))
+
+
+def faces_alone(
+    vertices: FloatArray, faces: list[list[int]], kept: NDArray[np.bool_]
+) -> tuple[FloatArray, list[list[int]]]:
+    """Return some polygons with the vertices that they use, in their order."""
+    chosen = [faces[face] for face in np.flatnonzero(kept).tolist()]
+    used, corner = np.unique([vertex for face in chosen for vertex in face], return_inverse=True)
+    ends = np.cumsum([len(face) for face in chosen])[:-1]
+    return vertices[used], [face.tolist() for face in np.split(corner.reshape(-1), ends)]
+
+
+def about_objects(scene: SceneObjects, kept: NDArray[np.bool_]) -> str:
+    """Return a sentence about a file of several objects that lie apart, of which no one was chosen; else no text.
+
+    Args:
+        scene: the objects.
+        kept: whether each face was kept, as ``SceneObjects.garments`` returns it, shape (F,).
+    """
+    dropped = list(dict.fromkeys(scene.names[face][0] for face in np.flatnonzero(~kept).tolist() if scene.names[face]))
+    held = _listed(scene.objects)
+    if dropped:
+        said = f"the file holds {held}; {_listed(dropped)} was left out, because it is closed on all sides as a body is"
+        return f"{said}; --object {dropped[0]!r} knits it instead"
+    if len(scene.objects) > 1 and any(scene.face_names) and int(scene.part.max()) > 0:
+        return f"the file holds {held}, which are knitted together; --object {scene.objects[0]!r} knits one alone"
+    return ""
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return names in one line; those of a large scene are not all listed."""
+    return ", ".join(names[:MOST_NAMES]) + (" ..." if len(names) > MOST_NAMES else "")
+
+
+def _obj_names(path: FilePath) -> list[tuple[str, ...]]:
+    """Return the names of the object and of the groups of each face of an OBJ file."""
+    found, current = [], {"o": list[str](), "g": list[str]()}
+    for _, fields in element_lines(read_lines(path)):
+        if fields[0] == "o":
+            current["o"] = [" ".join(fields[1:])]
+        elif fields[0] == "g":
+            current["g"] = fields[1:]
+        elif fields[0] == "f":
+            found.append(tuple(filter(None, [*current["o"], *current["g"]])))
+    return found
+
+
+def _glb_names(path: FilePath) -> list[tuple[str, ...]]:
+    """Return the names of the node and of the mesh of each triangle of a glTF file that can be read."""
+    content = read_bytes(path)
+    length = int.from_bytes(content[12:16], "little")  # The head in JSON is the first chunk, after 12 + 8 bytes.
+    head: Any = parse_json(content[20 : 20 + length].decode("utf-8"))
+    nodes = head.get("nodes", [])
+    inner = {child for node in nodes for child in node.get("children", [])}
+    roots = [number for number in range(len(nodes)) if number not in inner]
+    left = list(reversed(head["scenes"][head.get("scene", 0)].get("nodes", []) if head.get("scenes") else roots))
+    found: list[tuple[str, ...]] = []
+    while left:
+        node = nodes[left.pop()]
+        left += reversed(node.get("children", []))
+        if "mesh" in node:
+            mesh = head["meshes"][node["mesh"]]
+            names = tuple(str(part["name"]) for part in (node, mesh) if part.get("name"))
+            found += [names] * sum(_triangle_count(head, primitive) for primitive in mesh["primitives"])
+    return found
+
+
+def _triangle_count(head: Any, primitive: Any) -> int:
+    """Return the number of triangles of a primitive: a list (4), a strip or a fan (5, 6), or none."""
+    accessor = primitive.get("indices", primitive["attributes"].get("POSITION"))
+    corners, mode = int(head["accessors"][accessor]["count"]), primitive.get("mode", 4)
+    return {4: corners // 3, 5: max(0, corners - 2), 6: max(0, corners - 2)}.get(mode, 0)
+
+
+def _area(points: FloatArray) -> float:
+    """Return the area of a polygon [cm^2]."""
+    offset = points - points[0]
+    return float(np.linalg.norm(np.cross(offset, np.roll(offset, -1, axis=0)).sum(axis=0))) / 2.0
