@@ -15,6 +15,7 @@ from typing import get_args
 
 from stitchmesh.errors import MeshError
 from stitchmesh.io.contents import FilePath
+from stitchmesh.io.examples import mesh_file
 from stitchmesh.io.mesh_objects import about_objects, faces_alone, scene_objects
 from stitchmesh.io.meshes import read_mesh, read_polygons, read_strict_polygons, stated_unit
 from stitchmesh.io.units import DEFAULT_UNIT, size_doubt
@@ -74,6 +75,7 @@ def read_garment(path: FilePath, reading: MeshReading, *, repaired: bool) -> Gar
         ParameterError: as for ``read_mesh``, or nothing in the file has the name of a chosen object.
         FileError, MeshError: as for ``read_mesh`` or ``read_repaired_mesh``.
     """
+    path = mesh_file(path)
     polygons = read_polygons(path, unit=reading.unit) if repaired else read_strict_polygons(path, unit=reading.unit)
     scene = scene_objects(path, *polygons)
     kept = scene.chosen(reading.objects) if reading.objects else scene.garments()

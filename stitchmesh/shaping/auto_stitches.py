@@ -18,7 +18,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stitchmesh.errors import MeshError, ParameterError, TessellationError, check_kind, check_positive
+from stitchmesh.errors import MeshError, ParameterError, TessellationError, check_positive
+from stitchmesh.io.library_meshes import MeshLike, as_mesh
 from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_FOUND_STITCH, check_memory
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase, with_increases
@@ -79,7 +80,7 @@ class ShapedFabric:
 
 
 def auto_stitches(
-    mesh: Mesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
+    mesh: MeshLike, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
     marks: Sequence[TimeMark] = (), up: ArrayLike = UP, multiple: int = 1, short_rows: bool = True,
     most_shaping: float | None = None, increase: Increase = DEFAULT_INCREASE,
 ) -> StitchMesh:  # fmt: skip
@@ -119,7 +120,7 @@ def auto_stitches(
 
 
 def shape_fabric(
-    mesh: Mesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
+    mesh: MeshLike, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
     marks: Sequence[TimeMark] = (), up: ArrayLike = UP, multiple: int = 1, short_rows: bool = True,
     most_shaping: float | None = None,
     progress: Progress | Literal[False] | None = None,
@@ -131,7 +132,7 @@ def shape_fabric(
     shows nothing.
     """
     start = time.perf_counter()
-    check_kind("auto_stitches", mesh, Mesh)
+    mesh = as_mesh(mesh, place="auto_stitches")
     height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
     size = StitchSize(stitch_width, height, multiple, most_shaping)
     with shown_stages(progress) as report_stage:
