@@ -23,6 +23,7 @@ from PIL import Image, ImageDraw
 from scipy.optimize import brentq
 
 import stitchmesh as sm
+from stitchmesh import __version__
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.relaxation.support import planes
@@ -60,14 +61,15 @@ def main() -> None:
     parser.add_argument("--no-pictures", action="store_true")
     chosen = parser.parse_args()
     logging.getLogger("stitchmesh").setLevel(logging.ERROR)
-    chosen.quality = quality_named(chosen.quality)
+    name, chosen.quality = chosen.quality, quality_named(chosen.quality)
     if chosen.tolerance is not None:
         chosen.quality = replace(
             chosen.quality, precision="float64", tolerance=chosen.tolerance, max_iterations=MOST_ITERATIONS
         )
     chosen.out.mkdir(parents=True, exist_ok=True)
-    rows, made = [HEAD], []
-    print(HEAD)
+    head = f"Version {__version__}, quality {name}.\n\n{HEAD}"
+    rows, made = [head], []
+    print(head)
     for name in chosen.patterns or [*sm.pattern_names(), *sm.weave_names()]:
         pair = [relaxed(name, chosen, unsupported=unsupported) for unsupported in (True, False)]
         made.append((name, pair))

@@ -53,6 +53,17 @@ def test_scripts_exist_and_know_their_options(page, words):
         assert not word.startswith("--") or f'"{word}"' in text, word
 
 
+MEASURED = sorted({page for page, words in COMMAND_LINES if len(words) > 1 and words[1].startswith("benchmarks/")})
+
+
+@pytest.mark.parametrize("page", [page for page in MEASURED if page != "CONTRIBUTING.md"])
+def test_a_page_of_measurements_says_its_version_before_its_first_section(page):
+    """What a solver gives changes with it: a table without a version cannot be compared with one's own."""
+    text = (ROOT / page).read_text()
+    if re.search(r"^\|[-:| ]+\|$", text, re.MULTILINE):
+        assert re.search(r"[Vv]ersion \d+\.\d+\.\d+", text.partition("\n## ")[0]), page
+
+
 @pytest.mark.parametrize("page, block", PYTHON, ids=range(len(PYTHON)))
 def test_python_blocks_compile_and_use_existing_names(page, block):
     for node in ast.walk(ast.parse(block, page)):

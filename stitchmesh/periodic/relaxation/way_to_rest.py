@@ -1,6 +1,12 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The way of a free repeat to rest: from one sampling to the next, and to the lowest of its states."""
+"""The way of a free repeat to rest: from one sampling to the next, and to the lowest of its states.
+
+The yarn of a free repeat is distributed evenly over its segments, as it lies at rest, while some stitches are drawn far
+longer than they end: beside a double yarn over, decreases lose four tenths of their length. Their yarn then slides at
+once, and may wedge itself between other yarns, where it stays. A repeat that ends with axes nearer than ``WEDGED``
+radii therefore begins again from yarns that have settled at their generated size, each stitch with its own yarn.
+"""
 
 from __future__ import annotations
 
@@ -10,16 +16,25 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, Literal
 
+import numpy as np
+
 from stitchmesh.compute.asking import Asking, answered_alone, ask
 from stitchmesh.io.history import HistoryEntry
+from stitchmesh.periodic.relaxation.continuation import change_period, change_radius, change_rest_length, size_of
 from stitchmesh.periodic.relaxation.lowest_rest import lowest_rest
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
+from stitchmesh.yarnrelax.relax_partly import relax_partly
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
 from stitchmesh.yarnrelax.saddle import continued, relax_to_minimum
+
+WEDGED = 1.0
+"""Distance of two axes below which yarns are wedged, over their radius; 2 is touching, and pressed yarns keep 1.4."""
+SETTLING = 1000
+"""Iterations in which generated yarns settle."""
 
 logger = logging.getLogger(__name__)
 
@@ -42,12 +57,35 @@ def relax_along(
         relax = partial(_relax, prepared, step, progress)
         if found is None:
             found = yield from lowest_rest.asking(prepared, yarns, relax)
+            wedged = prepared.cell is not None and found.report["min_distance_over_radius"] < WEDGED
+            if wedged and yarns is prepared.yarns:
+                start = yield from _settled.asking(prepared)
+                found = continued((yield from relax(start, found.report["iterations"])), found)
         else:
             yarns = sample_evenly(found.yarns, prepared.smallest.part_of(prepared.drawn_with(step)))
             relaxed = yield from relax(yarns, found.report["iterations"])
             found = continued(relaxed, found)
     assert found is not None
     return found
+
+
+@answered_alone
+def _settled(prepared: PreparedSwatch) -> Asking[YarnSet]:
+    """Return the generated yarns, settled at the size of the prepared ones and sampled like them.
+
+    Raises:
+        SolverError: the yarns cannot be separated.
+    """
+    given: dict[str, Any] = {"material": prepared.similar, "quality": prepared.path[0], "device": prepared.device}
+    wanted, yarns = prepared.yarns, prepared.smallest.part_of(prepared.repeat)
+    assert wanted.lattice is not None
+    lengths, own = (np.add.reduceat(each.rest_length, each.segment_start[:-1]) for each in (wanted, yarns))
+    yarns = yield from change_radius.asking(yarns, float(wanted.radius[0] / yarns.radius[0]), **given)
+    rest_length = yarns.rest_length * (lengths / own)[yarns.segment_yarn]
+    yarns = yield from change_rest_length.asking(yarns, rest_length, **given)
+    yarns = yield from change_period.asking(yarns, size_of(wanted.lattice), **given)
+    yarns = yield ask(relax_partly, yarns, iterations=SETTLING, cell=None, terms=(), **given)
+    return sample_evenly(yarns, wanted)
 
 
 def _relax(
