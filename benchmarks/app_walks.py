@@ -123,7 +123,7 @@ def sweater(walk: Walk) -> None:
     walk.step("even out", lambda: press("Even out the stitches"), until=lambda: project.evened,
               picture="sweater-9-even")  # fmt: skip
     walk.step("go on to Yarns", lambda: press("Go on to the yarns"))
-    walk.step("choose the quality draft", lambda: rig.open_group("Yarn and accuracy"),
+    walk.step("choose the quality draft", lambda: rig.open_group("Accuracy and edges"),
               lambda: rig.choose("Quality", "draft"))  # fmt: skip
     walk.step("generate the yarns", lambda: press("Generate the yarns"), until=lambda: project.yarns,
               picture="sweater-10-yarns")  # fmt: skip

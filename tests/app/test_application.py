@@ -84,7 +84,7 @@ def test_an_open_page_has_its_controls_and_drawings_and_gets_events(app):
 def test_help_and_dark_colours_are_a_click_away_and_colours_are_remembered(app, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     do(app, app.open_page, "Label")
-    do(app, app.front.navigation.act, "help", "Label")
+    do(app, app.front.navigation.act, "help", "")
     assert 'aria-label="Help on Label"' in app.front.navigation.text_shown()
     do(app, app.front.navigation.act, "dark", "dark")
     assert app.front.dark and "Light colours" in app.front.navigation.text_shown()

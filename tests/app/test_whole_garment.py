@@ -95,7 +95,7 @@ def test_the_clicks_make_what_the_same_calls_make(app_in_browser, skirt_file, tm
         rig.press("Even out the stitches")
         rig.wait_for(lambda: project.evened is not None, "the stitches are even")
         rig.press("Go on to the yarns")
-        rig.open_group("Yarn and accuracy")
+        rig.open_group("Accuracy and edges")
         rig.choose("Quality", "draft")
         rig.press("Generate the yarns")
         rig.wait_for(lambda: project.yarns is not None, "the yarns are generated")

@@ -64,7 +64,7 @@ class Navigation:
         pages = SECTIONS[section]
         steps = _row("Steps", "page", pages, page, "page") if len(pages) > 1 else Markup()
         more = joined([
-            _button("help", page, f"Help on {page}", expanded=self._helps),
+            _button("help", "", f"Help on {page}", expanded=self._helps),
             _button("dark", "" if self.dark else "dark", "Light colours" if self.dark else "Dark colours"),
         ])  # fmt: skip
         self._rows.content = markup(

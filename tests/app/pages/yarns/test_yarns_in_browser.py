@@ -100,7 +100,7 @@ def test_axe_finds_no_fault_on_the_pages_with_results(
         generate(rig)
         rig.press(RELAX)
         rig.wait_for(lambda: rig.app.project.relaxed is not None, "the relaxation ends")
-        for group in ("Figures", "Yarn and accuracy", "Lengths and forces", "Body", "Pins"):
+        for group in ("Figures", "Accuracy and edges", "Lengths and forces", "Body", "Pins"):
             rig.browser_page.get_by_text(group, exact=True).click()
         rig.choose("Colours show", "Strain")
         rig.settle()
