@@ -45,6 +45,7 @@ from stitchmesh.yarnrelax.model.material import (
 
 if TYPE_CHECKING:
     from stitchmesh.faces.face_mesh import FaceMesh
+    from stitchmesh.io.garments import MeshReading
     from stitchmesh.mesh import Mesh
     from stitchmesh.pipeline.options import RelaxOptions
     from stitchmesh.yarn import YarnSet
@@ -112,6 +113,12 @@ class MeshInFile:
     up: Annotated[Direction, help_entry("AXIS|X,Y,Z", "as the file states, or as its openings tell")] = None
     """direction in the file that points up, which becomes y: an axis such as z or -x, or three numbers"""
 
+    def reading(self, unit: str) -> MeshReading:
+        """Return how a mesh in a unit is read."""
+        from stitchmesh.io.garments import MeshReading
+
+        return MeshReading(unit=unit, up=self.up, objects=self.object, layer=self.layer)
+
 
 @dataclass(frozen=True)
 class FileReading:
@@ -120,12 +127,25 @@ class FileReading:
     unit: Unit = DEFAULT_UNIT
     yarn_radius: Annotated[float | None, help_entry("CM", FOUND_RADIUS)] = None
     """radius of the yarns [cm]"""
+    up: Annotated[Direction, help_entry("AXIS|X,Y,Z", "y")] = None
+    """direction in the file of a polygon mesh that points up, which becomes y"""
 
     def read(self, path: str) -> Mesh | YarnSet | FaceMesh:
-        """Read a file."""
-        from stitchmesh.io.any_file import read_any
+        """Read a file.
 
-        return read_any(path, unit=self.unit, radius=self.yarn_radius)
+        Raises:
+            ParameterError: as for ``read_any``, or a direction is given for stitches or yarns, whose y points up.
+        """
+        from stitchmesh.io.any_file import read_any
+        from stitchmesh.mesh import Mesh
+        from stitchmesh.mesh.upright import turned_upright
+
+        found = read_any(path, unit=self.unit, radius=self.yarn_radius)
+        if self.up is None:
+            return found
+        if type(found) is not Mesh:
+            raise ParameterError(f"up: {path} holds no polygon mesh, and y points up in it; leave --up out")
+        return turned_upright(found, self.up)
 
 
 @dataclass(frozen=True)

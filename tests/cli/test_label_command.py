@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,10 @@ from stitchmesh.io import read_mesh, read_stitches, write_mesh
 from stitchmesh.labeling import label
 from stitchmesh.labeling.labeling_file import read_labeling
 from stitchmesh.mesh.orientation import turn_inside_out
+from stitchmesh.mesh.upright import Z, upright_turn
 from stitchmesh.render import labeling_picture
 from tests.gallery import ROOT, odd_corner, torus, tube
+from tests.io.test_garments import scene
 from tests.labeling.test_partial_labeling import bits, triangulated
 from tests.output_files import visible
 
@@ -209,3 +212,30 @@ def test_a_mesh_in_another_unit_is_said_by_the_commands_that_knit_it_and_that_de
     caplog.clear()
     run("label", tmp_path / "skirt.obj", "--unit", "m", "-o", tmp_path / "rows.h5")
     assert not caplog.records
+
+
+def test_a_lying_mesh_goes_through_the_stages_with_its_surface(tmp_path):
+    """A tube of 36 x 20 x 36 cm whose axis is z in the file; the surface that is named is the same file."""
+    upright = tube(8, 4, radius=18.0, height=5.0)
+    lying = tmp_path / "skirt.obj"
+    write_mesh(lying, replace(upright, vertices=upright.vertices @ upright_turn(Z)))
+    rows, stitches, even = (tmp_path / f"{name}.h5" for name in ("rows", "stitches", "even"))
+    run("label", lying, "-o", rows)
+    run("tessellate", rows, "--stitch-width", "4", "-o", stitches)
+    run("relax-mesh", stitches, "--surface", lying, "-o", even)
+    height = np.ptp(read_stitches(even).vertices, axis=0)[1]
+    assert height == pytest.approx(20.0, abs=0.5)  # stitches may pass the border by a part of a stitch
+    run("convert", lying, tmp_path / "standing.obj", "--up", "z")
+    np.testing.assert_array_equal(read_mesh(tmp_path / "standing.obj").vertices, upright.vertices)
+
+
+def test_the_objects_of_a_file_are_listed(tmp_path, capsys):
+    run("info", scene(tmp_path / "scene.obj", ("body", torus(6, 4)), ("skirt", tube(8, 4))))
+    assert "objects: body, skirt\n" in capsys.readouterr().out
+
+
+def test_stitches_are_not_turned(tmp_path, tube_obj, capsys):
+    run("label", tube_obj, "-o", tmp_path / "rows.h5")
+    assert "holds no polygon mesh, and y points up in it" in refused(capsys, "info", tmp_path / "rows.h5", "--up", "z")
+    message = refused(capsys, "label", tmp_path / "rows.h5", "--up", "z", "-o", tmp_path / "again.h5")
+    assert "--up: the mesh has rows already" in message

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, MeshRelaxation, Overwrite, Unit
+from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, MeshInFile, MeshRelaxation, Overwrite, Unit
 from stitchmesh.cli.say import say
 from stitchmesh.io.units import DEFAULT_UNIT
 
@@ -27,6 +27,7 @@ class RelaxMesh:
     """labeled mesh, from `stitchmesh label`, or the polygon mesh that it was made for"""
     output: Annotated[str, help_entry("FILE", short="-o", help=WRITTEN_STITCHES)]
     unit: Unit = DEFAULT_UNIT
+    in_file: MeshInFile = field(default_factory=MeshInFile)
     forces: MeshRelaxation = field(default_factory=MeshRelaxation)
     overwrite: Overwrite = False
 
@@ -48,11 +49,11 @@ class RelaxMesh:
         say(f"{report.iterations} iterations, {stretch}")
 
     def _surface(self) -> Mesh:
-        """Read the surface; a polygon mesh is repaired, as it is where rows are found on it."""
+        """Read the surface; a polygon mesh is repaired and turned, as it is where rows are found on it."""
         from stitchmesh.io import read_stitches
-        from stitchmesh.io.meshes import read_repaired_mesh
+        from stitchmesh.io.garments import read_garment
         from stitchmesh.io.stitches import READABLE
 
         if self.surface.lower().endswith(READABLE):
             return read_stitches(self.surface)
-        return read_repaired_mesh(self.surface, unit=self.unit).mesh
+        return read_garment(self.surface, self.in_file.reading(self.unit), repaired=True).mesh
