@@ -35,7 +35,8 @@ CPU = device_named("cpu")
 WIDTH, HEIGHT, RADIUS, LOOP = 0.41, 0.316, 0.05, 1.668
 """A stitch of a free swatch with this yarn [cm]."""
 YARN = SplineMaterial.named(radius=RADIUS)
-SHEET = ClothMaterial.isotropic("sheet", 1500.0, 0.5, 20.0, 0.193)
+SHEET = ClothMaterial.isotropic("sheet", 1500.0, 0.5, 20.0, YARN.density * LOOP / (WIDTH * HEIGHT))
+"""A cloth that weighs what its yarn does."""
 TIGHT = replace(
     quality_named("draft"), precision="float64", tolerance=1e-6, largest_change=1e-6,
     contact_samples=YARN.contact_samples,
