@@ -317,7 +317,7 @@ def _check_clearance(yarns: YarnSet, radius: float) -> None:
         place = yarns.points[point].round(1).tolist()
         raise YarnError(
             f"face {yarns.face[point]}: yarns start {distance / radius:.2f} radii apart, expected at least "
-            f"{SMALLEST_DISTANCE_OVER_RADIUS}, near {place} cm; relax the stitch mesh first, make room (sm.make_room), "
-            "or use a thinner yarn",
+            f"{SMALLEST_DISTANCE_OVER_RADIUS}",
             face=int(yarns.face[point]),
+            remedy=f"near {place} cm, relax the stitch mesh first, make room (sm.make_room), or use a thinner yarn",
         )
