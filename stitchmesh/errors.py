@@ -96,10 +96,11 @@ class PatternError(StitchMeshError):
 class YarnError(StitchMeshError):
     """A set of yarns is malformed, or yarns cannot be generated from a stitch mesh."""
 
-    def __init__(self, message: str, *, face: int | None = None) -> None:
-        """Make an error; ``face`` is the stitch at fault, if one is, and the message names it too."""
-        super().__init__(message)
+    def __init__(self, message: str, *, face: int | None = None, remedy: str = "") -> None:
+        """Make an error; ``face`` is the stitch at fault, if one is, ``found`` the message without the remedy."""
+        super().__init__(f"{message}; {remedy}" if remedy else message)
         self.face = face
+        self.found = message
 
 
 class SolverError(StitchMeshError):

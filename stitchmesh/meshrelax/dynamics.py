@@ -161,7 +161,8 @@ class Relaxation(Generic[P]):
         residual = float(np.sqrt(np.einsum("vi,vi->v", force, force).sum() / self.moving_count))
         if not np.isfinite(residual):
             bad = int(np.flatnonzero(~np.isfinite(force).all(axis=1))[0])
-            raise SolverError(f"mesh relaxation: the force on vertex {bad} is not finite; check the mesh around it")
+            place = placement.position[bad].round(1).tolist()
+            raise SolverError(f"mesh relaxation: near {place} cm: the force is not finite; check the mesh there")
         turning = self.attachment.turning_stiffness(placement, whole)
         return State(placement, projector, force, jacobian, turning, residual)
 

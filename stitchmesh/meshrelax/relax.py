@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.compute.device import alone
-from stitchmesh.errors import MeshError, ParameterError, check_kind
+from stitchmesh.errors import MeshError, ParameterError, SolverError, check_kind
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.mesh.change import UNKNOWN_STRETCH
 from stitchmesh.mesh.turns import with_tips_placed
@@ -89,7 +89,7 @@ def relax_mesh(
     Raises:
         ParameterError: a number is out of range.
         MeshError: the fabric or the surface has a lattice.
-        SolverError: the forces are not finite.
+        SolverError: the forces are not finite, or stitches were pressed to a line or a point.
     """
     return relax_mesh_with_report(
         fabric,
@@ -168,9 +168,24 @@ def _relaxed(
     position[bobbles.raised] = carried(bobbles, fabric.vertices, position)
     stretch = edge_stretch(fabric, position, rest)
     on_surface = ~np.isin(edge_ends(fabric), bobbles.raised).any(axis=1)
-    relaxed = replace(fabric, vertices=position, stretch=np.where(on_surface, stretch, UNKNOWN_STRETCH))
+    try:
+        relaxed = replace(fabric, vertices=position, stretch=np.where(on_surface, stretch, UNKNOWN_STRETCH))
+    except MeshError as error:
+        raise _pressed_together(fabric, position) from error
     placed = ~bobbles.is_raised(len(position))
     return with_tips_placed(relaxed, placed if moving is None else placed & moving), stretch[on_surface]
+
+
+def _pressed_together(fabric: StitchMesh, position: FloatArray) -> SolverError:
+    """Return the error of stitches without an area after mesh relaxation; the place of the smallest one was regular."""
+    corner = position[fabric.face_vertex]
+    area = np.linalg.norm(np.add.reduceat(np.cross(corner, corner[fabric.side_next]), fabric.face_start[:-1]), axis=1)
+    face = np.array([np.nan_to_num(area).argmin()])
+    place = fabric.vertices[fabric.face_vertex[fabric.sides_of(face)]].mean(axis=0).round(1).tolist()
+    return SolverError(
+        f"mesh relaxation: near {place} cm stitches were pressed to a line or a point; choose another stitch width, or "
+        "make the mesh smoother there"
+    )
 
 
 def not_converged(report: MeshRelaxReport) -> str:

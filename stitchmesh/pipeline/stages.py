@@ -6,8 +6,10 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, replace
+from functools import partial
 from typing import Any
 
 from stitchmesh.editing.edit import Edit, apply_edit
@@ -25,8 +27,9 @@ from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
 from stitchmesh.patterns import LaidPattern
 from stitchmesh.patterns.placement.left_out import left_out_lines
 from stitchmesh.pipeline.options import KnitOptions
+from stitchmesh.pipeline.refused_yarns import with_place_and_remedy
 from stitchmesh.progress import Progress, relaxing_progress
-from stitchmesh.quality import Quality
+from stitchmesh.quality import Quality, quality_named
 from stitchmesh.shaping.found_rows import after_mesh_relaxation, found_on_mesh, found_on_panels, panel_of_face
 from stitchmesh.shaping.found_stitches import FoundStitches
 from stitchmesh.shaping.options import ShapingOptions
@@ -108,9 +111,10 @@ def room_stage(
 ) -> StitchMesh:
     """Make room for the yarns of found rows where the surface has none, and measure how all stitches fit it."""
     progress("meshrelax", 1.0, "room for the yarns")
-    roomy, room = make_room_with_report(
-        fabric, yarn_radius=options.yarn_radius, quality=options.quality, finish=options.finish
-    )
+    with _refused(fabric, options, quality_named(options.quality), report["shape"]):
+        roomy, room = make_room_with_report(
+            fabric, yarn_radius=options.yarn_radius, quality=options.quality, finish=options.finish
+        )
     farthest = room.farthest / options.stitch_width
     if room.faces:
         logger.warning(
@@ -210,19 +214,13 @@ def yarn_stage(
     Loops are checked on panels, because not every direction has room for the yarns at every seam and tip.
 
     Raises:
-        YarnError: as for ``generate_yarns``; for panels also as for ``check_loops``, and the message names the panel.
+        YarnError: as for ``generate_yarns``, and for panels also as for ``check_loops``; the message names the place,
+            the panel, and a remedy.
     """
     clock = _Clock()
     progress("yarngen", 0.0, f"{fabric.face_count} stitches")
-    try:
-        yarns = generate_yarns(
-            fabric, yarn_radius=options.yarn_radius, drawn_radius=options.drawn_radius,
-            mass_per_length=options.mass_per_length, quality=quality, **asdict(options.finish),
-        )  # fmt: skip
-        if options.panels is not None:
-            check_loops(fabric, yarns, finish=options.finish)
-    except YarnError as error:
-        raise _with_panel(error, fabric, shape or {}) from error
+    with _refused(fabric, options, quality, shape):
+        yarns = _generated(fabric, options, quality, options.yarn_radius)
     report["yarngen"] = {
         "seconds": clock.lap(),
         "yarns": yarns.yarn_count,
@@ -232,26 +230,29 @@ def yarn_stage(
     return yarns
 
 
-def _with_panel(error: YarnError, fabric: StitchMesh, shape: Mapping[str, Any]) -> YarnError:
-    """Return an error about the yarns of a face with the panel of the face, and what helps there.
+def _generated(fabric: StitchMesh, options: KnitOptions, quality: Quality, radius: float | None) -> YarnSet:
+    """Generate the yarns of a radius [cm], and check their loops on panels."""
+    yarns = generate_yarns(
+        fabric, yarn_radius=radius, drawn_radius=options.drawn_radius, mass_per_length=options.mass_per_length,
+        quality=quality, **asdict(options.finish),
+    )  # fmt: skip
+    if options.panels is not None:
+        check_loops(fabric, yarns, finish=options.finish)
+    return yarns
 
-    Found stitches were relaxed and given room already, so that something else must help.
-    """
-    panel = None if error.face is None else panel_of_face(error.face, fabric, shape)
-    if panel is None and shape and str(error).endswith(ROOM_FOR_YARNS):
-        found = str(error).removesuffix(ROOM_FOR_YARNS)
-        return YarnError(
-            f"{found}two parts of the mesh touch there or fold sharply: move them apart by a stitch, choose a smaller "
-            "stitch, or use a thinner yarn (--yarn-radius)",
-            face=error.face,
-        )
-    if panel is None:
-        return error
-    return YarnError(
-        f"panel {panel}: {error}; or choose another direction of this panel (--panel-direction), or leave its seams "
-        "to be sewn (--sew)",
-        face=error.face,
-    )
+
+@contextmanager
+def _refused(
+    fabric: StitchMesh, options: KnitOptions, quality: Quality, shape: Mapping[str, Any] | None
+) -> Iterator[None]:
+    """Give errors about yarns their place, their panel and a remedy."""
+    try:
+        yield
+    except YarnError as error:
+        panel = None if error.face is None else panel_of_face(error.face, fabric, shape or {})
+        made = partial(_generated, fabric, options, quality)
+        radius = checked_radius(fabric, options.yarn_radius)
+        raise with_place_and_remedy(error, fabric, panel, made, radius) from error
 
 
 class _Clock:

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stitchmesh.errors import YarnError
 from stitchmesh.mesh import BORDER, RIGHT, TOP, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.border_lean import border_lean, vertex_step
 from stitchmesh.mesh.courses import find_courses
@@ -109,10 +110,18 @@ def _raised_vertices(fabric: StitchMesh, vertices: IntArray, sides: IntArray, sh
         vertices: border vertices, ascending, shape (n,).
         sides: index into ``vertices`` of the right and the left end of each top side, shape (2, S).
         share: height of the new faces, over the mean height of the stitches below.
+
+    Raises:
+        YarnError: a wale that ends at the border has no length.
     """
     rings = [fabric.face_vertex[ring] for ring in small_rings(fabric)]
     shares = np.where(np.isin(vertices, np.concatenate(rings)) if rings else False, DRAWN_HEIGHT, share)
     base, up = fabric.vertices[vertices], shares[..., None] * _mean_wale(fabric)[vertices]
+    flat = vertices[~up.any(axis=1)]
+    if len(flat):
+        face = int(fabric.side_face[fabric.face_vertex == flat[0]][0])
+        remedy = "relax the stitch mesh on a surface that has room for the row"
+        raise YarnError(f"face {face}: is bound off, but has no height at one side", face=face, remedy=remedy)
     raised = base + vertex_step(up, border_lean(base, up, sides), fabric.vertex_normal[vertices])
     for foot, head in _steps(fabric):
         wale = fabric.vertices[head] - fabric.vertices[foot]

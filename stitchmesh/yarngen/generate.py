@@ -33,8 +33,6 @@ LARGEST_RADIUS_OVER_WIDTH = 0.2
 """Largest yarn radius over the mean stitch width. Thicker yarn does not fit into the loops that hold it."""
 LARGEST_DRAWN_OVER_CONTACT = 5.0
 """Largest apparent radius over contact radius: at five radii even stitches far apart would fill one another."""
-ROOM_FOR_YARNS = "relax the stitch mesh first, make room (sm.make_room), or use a thinner yarn"
-"""What helps where yarns start too close, unless it was done already."""
 SMALLEST_DISTANCE_OVER_RADIUS = 0.25
 """Smallest distance between the centre lines of generated yarns, over the radius. Touching yarns are 2 apart."""
 
@@ -329,6 +327,7 @@ def _check_clearance(yarns: YarnSet, radius: float) -> None:
         one, other = yarns.face[list(points)].tolist()
         raise YarnError(
             f"face {one}{'' if one == other else f' and {other}'}: yarns start {distance / radius:.2f} radii apart, "
-            f"expected at least {SMALLEST_DISTANCE_OVER_RADIUS}, near {place} cm; {ROOM_FOR_YARNS}",
+            f"expected at least {SMALLEST_DISTANCE_OVER_RADIUS}",
             face=one,
+            remedy=f"near {place} cm, relax the stitch mesh first, make room (sm.make_room), or use a thinner yarn",
         )

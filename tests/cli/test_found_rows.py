@@ -17,7 +17,6 @@ from stitchmesh.io.mesh_formats.stl import write_stl_polygons
 from stitchmesh.mesh import Mesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.recipe.recipe_file import read_recipe
-from stitchmesh.yarngen.generate import ROOM_FOR_YARNS
 from tests.gallery import moebius, odd_corner, torus, tube
 from tests.labeling.test_partial_labeling import triangulated
 from tests.output_files import visible
@@ -140,11 +139,11 @@ def test_yarns_without_room_are_told_what_was_not_done_yet(cone_obj, tmp_path, c
     """Found stitches are relaxed and given room by the command itself."""
 
     def crowded(*_, **__):
-        raise YarnError(f"face 0 and 9: yarns start 0.1 radii apart; {ROOM_FOR_YARNS}", face=0)
+        raise YarnError("face 0 and 9: yarns start 0.1 radii apart", face=0, remedy="make room (sm.make_room)")
 
     monkeypatch.setattr("stitchmesh.pipeline.stages.generate_yarns", crowded)
     message = refused(capsys, "knit", cone_obj, *SHORT, "-o", tmp_path / "out")
-    assert "two parts of the mesh touch there or fold sharply: move them apart" in message
+    assert "two parts of the mesh touch there or fold sharply; move them apart" in message
     assert "make room" not in message and "relax the stitch mesh" not in message
 
 

@@ -155,7 +155,8 @@ def test_yarns_without_room_are_refused_with_the_panel_and_the_remedy(skirt_obj,
 
     monkeypatch.setattr("stitchmesh.pipeline.stages.generate_yarns", crowded)
     message = refused(capsys, "knit", skirt_obj, *SHORT, "-o", tmp_path / "out")
-    assert f"panel 3: face {fabric.face_count - 1}: yarns start 0.1 radii apart; or choose another direction" in message
+    assert "panel 3: near (" in message and "cm: face" in message
+    assert "yarns start 0.1 radii apart; choose another direction of this panel (--panel-direction)" in message
     assert not (tmp_path / "out").exists()
 
 

@@ -37,6 +37,8 @@ from stitchmesh.yarngen.loop_check.pulled_through import check_pulled_through
 from stitchmesh.yarngen.loop_check.threadings import expected_threadings, is_drawn_through, slipped_legs
 from stitchmesh.yarngen.loop_check.unrolled_loops import unroll_loops
 
+WRONG_TEMPLATE = "the template of a stitch is wrong"
+"""What to look at where a regular fabric fails."""
 WHOLE = 1e-6
 """Largest difference between two linking numbers that count as equal."""
 ArcMask = NDArray[np.bool_] | None
@@ -133,9 +135,9 @@ def _check_generated(arcs: Arcs, generated: YarnSet, links: ArcMask = None, loop
         link, loop = (int(number) for number in wrong[0])
         raise YarnError(
             f"{_link_name(arcs, link)}: passes {found.threadings[link, loop]:g} times through "
-            f"{_loop_name(arcs, loop)}, expected {expected.threadings[link, loop]:g} ({len(wrong)} such places); the "
-            "template of a stitch is wrong",
+            f"{_loop_name(arcs, loop)}, expected {expected.threadings[link, loop]:g} ({len(wrong)} such places)",
             face=_face_of_link(arcs, link),
+            remedy=WRONG_TEMPLATE,
         )
     legs = slipped_legs(arcs)
     wrong = np.flatnonzero(np.abs(found.turns - expected.turns) > WHOLE)
@@ -144,8 +146,9 @@ def _check_generated(arcs: Arcs, generated: YarnSet, links: ArcMask = None, loop
         face = arcs.pieces.routes.face_below[arcs.pieces.face[legs.piece[wrong[0]]]]
         raise YarnError(
             f"face {face}: yarn winds {found.turns[wrong[0]]:g} times around a leg of its slipped loop, expected "
-            f"{expected.turns[wrong[0]]} ({len(wrong)} such places); the template of a stitch is wrong",
+            f"{expected.turns[wrong[0]]} ({len(wrong)} such places)",
             face=int(face),
+            remedy=WRONG_TEMPLATE,
         )
 
 
