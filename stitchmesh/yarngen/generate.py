@@ -19,6 +19,7 @@ from stitchmesh.yarngen.bridges import SAME_IMAGE, SLOTS, Bridges, Image
 from stitchmesh.yarngen.cables import cross_loops, open_corners
 from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.edge_choice import choose_edges
+from stitchmesh.yarngen.edge_tension import edge_tension
 from stitchmesh.yarngen.embedding import PlacedParts, place_parts, points_per_width
 from stitchmesh.yarngen.finish import DEFAULT_FINISH, YarnFinish
 from stitchmesh.yarngen.floats_and_tails import Rows, carried_strands, lay_floats, separate_corners
@@ -52,6 +53,9 @@ class YarnRoutes:
     """Bridges and tails, where yarn does not continue across a side."""
     yarns: list[tuple[list[int], bool]]
     """For each yarn the part ends at which the yarn enters its parts (``tracing``), and whether the yarn is closed."""
+    tension: FloatArray
+    """Rest length of the yarn in each face of ``whole`` over its length without tension (``edge_tension``), shape
+    (F,)."""
 
 
 def generate_yarns(
@@ -82,8 +86,9 @@ def generate_yarns(
             change of yarn.
 
     Returns:
-        Yarns whose rest lengths are their generated lengths, except for the crossing legs of cables, which are shorter
-        (``cables.crossing_rest_length_ratio``). ``face`` refers to ``fabric``; bind-off yarn belongs to the faces of
+        Yarns whose rest lengths are their generated lengths, except for the crossing legs of cables
+        (``cables.crossing_rest_length_ratio``), for increases and decreases (``shaped_stitches``), and for edges
+        (``edge_tension``), which are shorter. ``face`` refers to ``fabric``; bind-off yarn belongs to the faces of
         the last row.
 
     Raises:
@@ -144,7 +149,7 @@ def trace_yarn_routes(
     parts = place_parts(whole, radius, points_per_stitch, corner_position=corner_position, edge=edge)
     cross_loops(whole, groups, corners, radius, points_per_width(points_per_stitch), bridges)
     yarns = trace(link_ends(whole, parts, bridges))
-    return YarnRoutes(whole, _face_below(fabric, whole), parts, bridges, yarns)
+    return YarnRoutes(whole, _face_below(fabric, whole), parts, bridges, yarns, edge_tension(whole, edge))
 
 
 def mean_stitch_width(fabric: StitchMesh) -> float:
@@ -274,7 +279,7 @@ def _yarns_in_pieces(routes: YarnRoutes) -> tuple[list[list[_Piece]], IntArray]:
         The pieces of each yarn, and the lattice image in which each closed yarn ends, shape (Y, 2).
     """
     crossings = end_crossings(routes.parts).tolist()
-    ratio = rest_length_ratios(routes.whole, routes.parts)
+    ratio = rest_length_ratios(routes.whole, routes.parts) * routes.tension[routes.parts.face]
     images = routes.whole.side_image.tolist()
     yarns, steps = [], []
     for entries, closed in routes.yarns:

@@ -1,0 +1,66 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Tension at the edges of a fabric: a knitter works first and last rows, and ribs at edges, with shorter loops.
+
+Backward loops and the loops of a chain are drawn as high as plain stitches, and nothing pulls them together: with the
+drawn lengths at rest they hang as floppy loops. A rib at an edge is worked on a needle that is two sizes smaller, such
+as 4.0 mm in the place of 4.5 mm, which shortens its loops by a tenth. A rib that goes over the whole fabric keeps its
+loops.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from stitchmesh.mesh import BORDER, TOP, FloatArray, IntArray, StitchMesh
+from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.yarngen.shaped_stitches import PLAIN
+from stitchmesh.yarngen.templates.edge_templates import Edge
+
+CAST_ON, CHAIN, RIB = 0.7, 0.8, 0.9
+"""Rest length over drawn length of the yarn in backward loops of a first row, in a chain, and in a rib at an edge."""
+RIB_SHARE = 0.2
+"""Smallest part of the plain stitches of a row of rib that are knit, and that are purled."""
+SAME_SHARE = 0.9
+"""Smallest part of the stitches of two rows of a rib that are above a stitch of their own kind."""
+
+
+def edge_tension(fabric: StitchMesh, edge: IntArray) -> FloatArray:
+    """Return the rest length of the yarn in each face over its length without tension, shape (F,).
+
+    Args:
+        fabric: the stitch mesh with its bind-off row.
+        edge: template of each face of a first or last row (``Edge``), shape (F,).
+    """
+    tension = np.ones(fabric.face_count)
+    tension[(fabric.stitch == Stitch.CAST_ON) & (edge == Edge.BY_STITCH)] = CAST_ON
+    tension[edge >= Edge.CHAIN] = CHAIN
+    tension[_edge_rib_rows(fabric)[fabric.row]] = RIB
+    return tension
+
+
+def _edge_rib_rows(fabric: StitchMesh) -> NDArray[np.bool_]:
+    """Whether each row belongs to a rib between a first or last row and other stitches, shape (rows,)."""
+    rows = int(fabric.row.max()) + 1
+    knit, purl = (np.bincount(fabric.row[fabric.stitch == stitch], minlength=rows) for stitch in PLAIN)
+    both = np.minimum(knit, purl) >= np.maximum(RIB_SHARE * (knit + purl), 1)
+    sides = np.flatnonzero((fabric.twin != BORDER) & (fabric.side_role == TOP) & ~fabric.mismatched)
+    low, high = fabric.side_face[sides], fabric.side_face[fabric.twin[sides]]
+    pairs, pair = np.unique(np.stack([fabric.row[low], fabric.row[high]], axis=1), axis=0, return_inverse=True)
+    same = np.bincount(pair.reshape(-1), fabric.stitch[low] == fabric.stitch[high]) / np.bincount(pair.reshape(-1))
+    below, above = pairs.T
+    joined = both[below] & both[above] & (same >= SAME_SHARE)
+    graph = coo_array((joined[joined], (below[joined], above[joined])), shape=(rows, rows))
+    rib = connected_components(graph, directed=False)[1]
+    is_edge = np.ones(rows, dtype=bool)
+    is_edge[fabric.row[~np.isin(fabric.stitch, (Stitch.CAST_ON, Stitch.BIND_OFF))]] = False
+    begins, ends = (np.zeros(rib.max() + 1, dtype=bool) for _ in range(2))
+    for one, other in ((below, above), (above, below)):
+        beside = rib[one] != rib[other]
+        begins[rib[one[beside & is_edge[other]]]] = True
+        ends[rib[one[beside & ~is_edge[other]]]] = True
+    found: NDArray[np.bool_] = both & (np.bincount(rib)[rib] > 1) & begins[rib] & ends[rib]
+    return found
