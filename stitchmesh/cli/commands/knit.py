@@ -29,11 +29,13 @@ from stitchmesh.cli.options import (
     Ground,
     MaterialOptions,
     MeshRelaxation,
+    Mirror,
     MorePhysics,
     Overwrite,
     QualityName,
     RestLengthFactors,
     Rows,
+    Shift,
     SolverOptions,
     StitchCounts,
     StitchWidth,
@@ -92,6 +94,8 @@ class Knit:
     pattern_remainder: Annotated[str, help_entry("HOW")] = DEFAULT_REMAINDER
     """treatment of stitches that remain beside whole tiles of the pattern: centre, stretch or refuse"""
     pattern_ground: Ground = None
+    pattern_shift: Shift = (0, 0)
+    pattern_mirror: Mirror = False
     stripes: Annotated[str | None, help_entry("BANDS", "no stripes")] = None
     """rows and colours of stripes from the first row up, which repeat: '4 cream, 2 navy'"""
     spiral: Flag = False
@@ -227,8 +231,11 @@ class Knit:
         places = self.on or (None,) * len(self.pattern)
         remainder = check_remainder(self.pattern_remainder)
         parts = zip(self.pattern, places, strict=True)
-        ground = self.pattern_ground
-        return tuple(RecipePattern(pattern=name, on=on, remainder=remainder, ground=ground) for name, on in parts)
+        return tuple(
+            RecipePattern(pattern=name, on=on, remainder=remainder, ground=self.pattern_ground,
+                          shift=self.pattern_shift, mirror=self.pattern_mirror)
+            for name, on in parts
+        )  # fmt: skip
 
 
 def _draw(made: Knitted, folder: Path, progress: Progress) -> bool:
