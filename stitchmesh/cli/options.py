@@ -97,6 +97,10 @@ Ground = Annotated[
     str | None,
     help_entry("COLOUR", "the commonest", help="colour of a chart that stitches left over take, or number of a yarn"),
 ]
+Shift = Annotated[
+    tuple[int, int], help_entry("STITCHES ROWS", help="stitches to the right and rows upwards by which it is moved")
+]
+Mirror = Annotated[Flag, help_entry("", help="exchange left and right of the pattern")]
 ReportFolder = Annotated[
     str | None, help_entry("DIR", "no report", help="folder for report.json, convergence.csv and convergence.png")
 ]

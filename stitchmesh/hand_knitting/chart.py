@@ -8,6 +8,8 @@ The rows of a chart follow one another upwards. If a chart is periodic in width 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -40,8 +42,37 @@ TWISTED = {Stitch.KNIT: ("t", "knit through the back loop"), Stitch.PURL: ("T", 
 """Symbols and explanations of stitches on a loop whose right leg is in front."""
 
 
-def charts(fabric: StitchMesh, piece: Piece, crossings: Crossings) -> list[str]:
-    """Return the lines of the charts of a piece.
+@dataclass(frozen=True)
+class PieceChart:
+    """One repeat of consecutive rows of a piece."""
+
+    what: Literal["stitches", "colours"]
+    """What the symbols stand for."""
+    title: str
+    """The rows of the chart, and how often the repeat is worked."""
+    rows: tuple[int, ...]
+    """Number of each row in its piece, from the bottom up."""
+    from_right: tuple[bool, ...]
+    """Whether each row begins at its right end, where its number stands."""
+    symbols: tuple[tuple[str, ...], ...]
+    """Symbols of each row from left to right, the lowest row first; letters of yarns in a chart of colours."""
+
+    @property
+    def legend(self) -> list[tuple[str, str]]:
+        """The symbols of stitches that occur, each with its meaning."""
+        used = {symbol for row in self.symbols for symbol in row}
+        return [entry for entry in _legend() if entry[0] in used] if self.what == "stitches" else []
+
+    def lines(self) -> list[str]:
+        """The chart as text: title, rows with the highest one first, and legend."""
+        lines = [self.title]
+        for number, right, row in reversed(list(zip(self.rows, self.from_right, self.symbols, strict=True))):
+            lines.append(f"  {'' if right else number:>4} {''.join(row)} {number if right else ''}".rstrip())
+        return lines + [f"  {symbol} {meaning}" for symbol, meaning in self.legend]
+
+
+def piece_charts(fabric: StitchMesh, piece: Piece, crossings: Crossings) -> list[PieceChart]:
+    """Return the charts of a piece.
 
     There is one chart for each block of consecutive rows that form a grid with more than one kind of stitch or yarn.
 
@@ -50,16 +81,16 @@ def charts(fabric: StitchMesh, piece: Piece, crossings: Crossings) -> list[str]:
         piece: a piece of the fabric.
         crossings: the cables of the fabric.
     """
-    lines: list[str] = []
+    found: list[PieceChart] = []
     block: list[tuple[int, list[str], list[str]]] = []
     for number, row in enumerate(piece.rows):
         symbols = _row_symbols(fabric, row, crossings)
         if block and (symbols is None or len(symbols[0]) != len(block[0][1])):
-            lines += _chart(piece, block)
+            found += _charts_of(piece, block)
             block = []
         if symbols is not None:
             block.append((number, *symbols))
-    return lines + _chart(piece, block)
+    return found + _charts_of(piece, block)
 
 
 def _row_symbols(fabric: StitchMesh, row: PieceRow, crossings: Crossings) -> tuple[list[str], list[str]] | None:
@@ -107,33 +138,40 @@ def motion_to(group: CableGroup, place: int) -> str | None:
     return "left" if place < loop else "right"
 
 
-def _chart(piece: Piece, block: Sequence[tuple[int, list[str], list[str]]]) -> list[str]:
+def _charts_of(piece: Piece, block: Sequence[tuple[int, list[str], list[str]]]) -> list[PieceChart]:
     """Charts of stitches and of colours of a block of rows, each only if there is more than one kind."""
-    lines = []
-    grids = {"stitches": [symbols for _, symbols, _ in block], "colours": [colours for _, _, colours in block]}
-    for what, grid in grids.items():
-        kinds = {symbol for row in grid for symbol in row}
-        if len(grid) > 1 and len(kinds) > 1:
-            lines += _drawing(piece, what, [row[0] for row in block], grid)
-            if what == "stitches":
-                lines += [f"  {symbol} {meaning}" for symbol, meaning in _legend() if symbol in kinds]
-    return lines
+    numbers = [number for number, _, _ in block]
+    stitches, colours = [symbols for _, symbols, _ in block], [colours for _, _, colours in block]
+    found = []
+    if _has_kinds(stitches):
+        found.append(_one_repeat(piece, "stitches", numbers, stitches))
+    if _has_kinds(colours):
+        found.append(_one_repeat(piece, "colours", numbers, colours))
+    return found
 
 
-def _drawing(piece: Piece, what: str, numbers: list[int], grid: list[list[str]]) -> list[str]:
-    """Title and rows of one chart; the number of a row is written on the side where the row starts."""
+def _has_kinds(grid: list[list[str]]) -> bool:
+    """Whether a grid has several rows and more than one kind of symbol."""
+    return len(grid) > 1 and len({symbol for row in grid for symbol in row}) > 1
+
+
+def _one_repeat(
+    piece: Piece, what: Literal["stitches", "colours"], numbers: list[int], grid: list[list[str]]
+) -> PieceChart:
+    """One repeat of a grid of symbols."""
     width = _period(list(zip(*grid, strict=True)))
     height = _period([tuple(row) for row in grid])
     name = "rounds" if piece.in_rounds else "rows"
     counts = [f"{width} sts, {len(grid[0]) // width} times"] if width < len(grid[0]) else []
     counts += [f"{height} {name}, {len(grid) // height} times"] if height < len(grid) else []
     repeat = f" (one repeat: {', '.join(counts)})" if counts else ""
-    lines = [f"Chart of {what}, {name} {numbers[0]} to {numbers[-1]}{repeat}:"]
-    for number, row in reversed(list(zip(numbers[:height], grid, strict=False))):
-        text = "".join(row[len(row) - width :])
-        right = piece.rows[number].right_side
-        lines.append(f"  {'' if right else number:>4} {text} {number if right else ''}".rstrip())
-    return lines
+    return PieceChart(
+        what=what,
+        title=f"Chart of {what}, {name} {numbers[0]} to {numbers[-1]}{repeat}:",
+        rows=tuple(numbers[:height]),
+        from_right=tuple(piece.rows[number].right_side for number in numbers[:height]),
+        symbols=tuple(tuple(row[len(row) - width :]) for row in grid[:height]),
+    )
 
 
 def _legend() -> list[tuple[str, str]]:

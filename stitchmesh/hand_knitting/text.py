@@ -13,7 +13,7 @@ from __future__ import annotations
 import re
 
 from stitchmesh.errors import check_kind
-from stitchmesh.hand_knitting.chart import charts
+from stitchmesh.hand_knitting.chart import piece_charts
 from stitchmesh.hand_knitting.folding import fold_words, repeats
 from stitchmesh.hand_knitting.joins import Joins
 from stitchmesh.hand_knitting.pieces import Piece, PieceRow, find_pieces
@@ -42,11 +42,12 @@ MORE_WORDS = {
 """Further explanations of the legend, by the regular expression that finds their words in the rows."""
 
 
-def knitting_instructions(fabric: StitchMesh) -> str:
+def knitting_instructions(fabric: StitchMesh, *, charts: bool = True) -> str:
     """Write the hand-knitting instructions of a fabric; each line ends with a newline.
 
     Args:
         fabric: stitch mesh; its marks of twists, cables and yarns are included.
+        charts: whether each piece has charts, which repeat its rows in symbols.
 
     Raises:
         ParameterError: the fabric has panels that are not divided into stitches, or no row can be knitted first.
@@ -58,6 +59,7 @@ def knitting_instructions(fabric: StitchMesh) -> str:
     body: list[str] = []
     for number, piece in enumerate(pieces, start=1):
         body += ["", *_piece(fabric, number, piece, joins, crossings)]
+        body += [line for chart in piece_charts(fabric, piece, crossings) for line in chart.lines()] if charts else []
     last = joins.describe_finishing()
     if last:
         body += ["", "To finish:", *last]
@@ -81,7 +83,7 @@ def _legend(fabric: StitchMesh, pieces: list[Piece], body: list[str]) -> list[st
 
 
 def _piece(fabric: StitchMesh, number: int, piece: Piece, joins: Joins, crossings: Crossings) -> list[str]:
-    """Lines of one piece: its start, its rows, the use of its remaining loops, and its charts."""
+    """Lines of one piece: its start, its rows, and the use of its remaining loops."""
     how = "in rounds" if piece.in_rounds else "to and fro"
     lines = [f"Piece {number}, worked {how}"]
     rows = list(enumerate(piece.rows))
@@ -100,7 +102,7 @@ def _piece(fabric: StitchMesh, number: int, piece: Piece, joins: Joins, crossing
         bodies.append(((f" ({'RS' if row.right_side else 'WS'})" if not piece.in_rounds else ""), text))
     lines += _numbered(bodies, rows[0][0] if rows else 0, "Round" if piece.in_rounds else "Row")
     lines += joins.describe_remaining(piece) if piece.needle else ["Cut the yarn and pull it tight."]
-    return lines + charts(fabric, piece, crossings)
+    return lines
 
 
 def _cast_on(fabric: StitchMesh, row: PieceRow, loops: int, in_rounds: bool) -> str:

@@ -41,7 +41,7 @@ from stitchmesh.time_limit import limited_to_share
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.fabric_gauge import fabric_gauge
 from stitchmesh.yarngen import generate_yarns
-from stitchmesh.yarngen.generate import ROOM_FOR_YARNS, checked_drawn_radius, checked_radius
+from stitchmesh.yarngen.generate import checked_drawn_radius, checked_radius
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
 from stitchmesh.yarngen.room import make_room_with_report
 

@@ -22,6 +22,7 @@ from stitchmesh.mesh.palette import STOCK, colour_text, make_palette, parse_colo
 from stitchmesh.mesh.upright import Direction, Y
 from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.patterns import read_pattern
+from stitchmesh.patterns.moved import mirrored_pattern, shifted_pattern
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
 from stitchmesh.pipeline.options import KnitOptions, RelaxOptions
 from stitchmesh.quality import DEFAULT_QUALITY
@@ -60,6 +61,10 @@ class RecipePattern:
     """Treatment of the stitches that remain beside whole tiles of the pattern: centre, stretch or refuse."""
     ground: str | None = None
     """Colour of a colour chart, or number of a yarn, that these stitches take; the commonest one if it is None."""
+    shift: tuple[int, int] = (0, 0)
+    """Stitches to the right and rows upwards by which the pattern is moved."""
+    mirror: bool = False
+    """Whether left and right of the pattern are exchanged."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -252,7 +257,9 @@ def recipe_options(recipe: Recipe, up: Direction = Y) -> KnitOptions:
 def _region(part: RecipePattern, number: int) -> PatternRegion:
     try:
         on = None if part.on is None else parse_selection(part.on)
-        return PatternRegion(read_pattern(part.pattern), on, check_remainder(part.remainder), part.ground)
+        pattern = mirrored_pattern(read_pattern(part.pattern)) if part.mirror else read_pattern(part.pattern)
+        moved = shifted_pattern(pattern, *part.shift)
+        return PatternRegion(moved, on, check_remainder(part.remainder), part.ground)
     except StitchMeshError as error:
         raise type(error)(f"patterns[{number}]: {error}") from error
 

@@ -15,11 +15,14 @@ import pytest
 from stitchmesh.cli import main as cli
 from stitchmesh.io import read_yarns
 from stitchmesh.mesh.palette import STOCK
+from stitchmesh.patterns import read_pattern
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.weave.library import read_weave
 from stitchmesh.periodic.weave.text import parse_weave
+from stitchmesh.render.pattern_sheet import swatch_sheet
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.tiling import tile_yarns
+from stitchmesh.yarn.yarn_presets import Gauge, Yarn
 from tests.gallery import ROOT
 from tests.output_files import visible
 from tests.periodic.first_state import from_generated_yarns
@@ -324,3 +327,16 @@ def test_a_knit_off_the_needles_writes_its_path(tmp_path) -> None:
 )
 def test_friction_that_does_not_fit_is_refused_in_one_line(capsys, tmp_path, words: list[str], message: str) -> None:
     assert message in refused(capsys, tmp_path, "swatch", "stockinette", *words, *QUICK, "-o", tmp_path / "out")
+
+
+def test_a_pattern_to_take_home_is_written_where_it_is_asked_for(tmp_path):
+    """It states the size of the report and all yarn of the repeat, by colour."""
+    yarns = swatch(tmp_path / "out", "checks", "--sheet", "--yarn", "dk")
+    assert (tmp_path / "out" / "pattern.pdf").read_bytes().startswith(b"%PDF-")
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    gauge, dk = Gauge.of_stitch(report["wale_spacing"], report["course_spacing"]), Yarn.named("dk")
+    sheet = swatch_sheet(read_pattern("checks"), yarns, gauge, yarn=dk)
+    size = f"{report['width']:.3g} x {report['height']:.3g} cm"
+    assert size in dict(sheet.facts)["One repeat"] and dict(sheet.facts)["Gauge"] == str(gauge)
+    metres = sum(one.metres for one in sheet.amounts)
+    assert len(sheet.amounts) == 2 and metres == pytest.approx(yarns.lengths.sum() / 100.0, rel=1e-12)  # rounding

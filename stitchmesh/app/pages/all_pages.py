@@ -45,6 +45,7 @@ PAGES: dict[str, MakePage] = {
     "Edit": PageModule("edit.edit_page", "EditPage"),
     "Even out": PageModule("even_out", "EvenOutPage"),
     "Yarns": PageModule("yarns.page", "YarnsPage"),
+    "Take home": PageModule("take_home", "TakeHomePage"),
     "Swatch": PageModule("swatch.page", "SwatchPage"),
     "Outline": PageModule("outline", "OutlinePage"),
     "Drape": PageModule("drape.page", "DrapePage"),

@@ -12,7 +12,7 @@ from stitchmesh.markup import Markup, joined, markup
 
 SECTIONS: dict[str, tuple[str, ...]] = {
     "Project": ("Project",),
-    "Garment": ("Label", "Divide", "Rows", "Edit", "Even out", "Yarns"),
+    "Garment": ("Label", "Divide", "Rows", "Edit", "Even out", "Yarns", "Take home"),
     "Swatch": ("Swatch", "Outline"),
     "Drape": ("Drape",),
     "View": ("View",),

@@ -4,12 +4,12 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, cast, get_args
 
+from stitchmesh.app.pages.downloads import send_file
 from stitchmesh.app.pages.not_yet import draw_plainly
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.project_text import download_list, project_summary, recent_list, unit_offer
@@ -18,7 +18,7 @@ from stitchmesh.app.project.opening import title_of
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.recent import new_project_folder, recent_projects, remember
 from stitchmesh.app.project.source import Source, read_source, source_of
-from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.errors import ParameterError
 from stitchmesh.io.examples import example_names, read_example
 from stitchmesh.io.meshes import FORMATS as MESH_FORMATS
 from stitchmesh.io.meshes import stated_unit
@@ -256,7 +256,7 @@ class ProjectPage(Page):
 
     def _clicked(self, action: str, value: str) -> None:
         if action == "download":
-            self._download(value)
+            send_file(self.app, self._files, value)
         elif action == "open":
             self._change_to(Project.open(_recent_folder(value)))
         elif action == "delete-now":
@@ -269,22 +269,6 @@ class ProjectPage(Page):
             self.refresh()
         elif action == "unit" and value in CENTIMETRES:
             self._set_unit(value)
-
-    def _download(self, name: str) -> None:
-        """Send a file; it is written in a thread of its own, because large files take seconds."""
-        found = [file for file in self._files if file.name == name]
-        if not found:
-            raise ParameterError(f"download {name!r}: the project does not hold it any more")
-        asked = found[0], self.app.front.acting_client
-        threading.Thread(target=self._send, args=asked, name=f"download of {name}", daemon=True).start()
-
-    def _send(self, file: Export, client: int | None) -> None:
-        try:
-            content = file.content()
-        except StitchMeshError as error:
-            self.app.post(self.app.report, error)
-        else:
-            self.app.post(self.app.download, file.name, content, client)
 
     def _draw(self) -> None:
         """Draw the newest stitches or the mesh; in an empty project the chosen example, pale."""

@@ -25,7 +25,10 @@ from stitchmesh.io.yarns import write_yarns
 from stitchmesh.labeling import write_labeling
 from stitchmesh.labeling.steps import write_label_steps
 from stitchmesh.mesh import StitchMesh
+from stitchmesh.yarn import YarnSet
 
+PATTERN_FILE = "pattern.pdf"
+"""Name of the pattern to take home."""
 PERIODIC_SUFFIX = ".pyp"
 """Suffix of a format that holds periodic yarns only, which a garment has not."""
 
@@ -57,9 +60,14 @@ class Export:
             return path.read_bytes()
 
 
-def exports(project: Project) -> list[Export]:
-    """Return the files that a project can send now, in the order of the stages."""
-    return [*_of_mesh(project), *_of_stitches(project), *_of_yarns(project), *_of_relaxation(project)]
+def exports(project: Project, picture: bytes | None = None) -> list[Export]:
+    """Return the files that a project can send now, in the order of the stages.
+
+    Args:
+        project: the project.
+        picture: a PNG for the first page of the pattern to take home.
+    """
+    return [*_of_mesh(project), *_of_stitches(project, picture), *_of_yarns(project), *_of_relaxation(project)]
 
 
 def _of_mesh(project: Project) -> Iterator[Export]:
@@ -73,8 +81,10 @@ def _of_mesh(project: Project) -> Iterator[Export]:
         yield from _formats("Labeled mesh", "labeled", (".h5", ".smobj"), write_stitches, project.labeled)
 
 
-def _of_stitches(project: Project) -> Iterator[Export]:
+def _of_stitches(project: Project, picture: bytes | None) -> Iterator[Export]:
     if project.fabric is not None:
+        yield Export("Pattern to knit", PATTERN_FILE, partial(_write_pattern, project.evened or project.fabric,
+                     project.relaxed or project.yarns, project.name, picture))  # fmt: skip
         yield from _formats("Stitches", "stitches", STITCH_SUFFIXES, write_stitches, project.fabric)
         yield Export("Knitting instructions", "instructions.txt", partial(_write_instructions, project.fabric))
     if project.edits:
@@ -105,6 +115,12 @@ def _formats(what: str, name: str, suffixes: Any, write: Callable[..., object], 
 def _swap(write: Callable[..., object]) -> Callable[[Any, Path], object]:
     """Return a function of a value and a path that calls a function of a path and a value."""
     return lambda value, path: write(path, value)
+
+
+def _write_pattern(fabric: StitchMesh, yarns: YarnSet | None, title: str, picture: bytes | None, path: Path) -> None:
+    from stitchmesh.render.pattern_sheet import garment_sheet, write_pattern_sheet
+
+    write_pattern_sheet(path, garment_sheet(fabric, yarns, title=title, picture=picture))
 
 
 def _write_instructions(fabric: StitchMesh, path: Path) -> None:

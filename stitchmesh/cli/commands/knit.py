@@ -31,11 +31,13 @@ from stitchmesh.cli.options import (
     MaterialOptions,
     MeshInFile,
     MeshRelaxation,
+    Mirror,
     MorePhysics,
     Overwrite,
     QualityName,
     RestLengthFactors,
     Rows,
+    Shift,
     SolverOptions,
     StitchCounts,
     StitchWidth,
@@ -96,6 +98,8 @@ class Knit:
     pattern_remainder: Annotated[str, help_entry("HOW")] = DEFAULT_REMAINDER
     """treatment of stitches that remain beside whole tiles of the pattern: centre, stretch or refuse"""
     pattern_ground: Ground = None
+    pattern_shift: Shift = (0, 0)
+    pattern_mirror: Mirror = False
     stripes: Annotated[str | None, help_entry("BANDS", "no stripes")] = None
     """rows and colours of stripes from the first row up, which repeat: '4 cream, 2 navy'"""
     spiral: Flag = False
@@ -236,8 +240,11 @@ class Knit:
         if not self.pattern and remainder != DEFAULT_REMAINDER:
             raise ParameterError(f"pattern remainder: got {remainder} without a pattern; add --pattern NAME")
         parts = zip(self.pattern, places, strict=True)
-        ground = self.pattern_ground
-        return tuple(RecipePattern(pattern=name, on=on, remainder=remainder, ground=ground) for name, on in parts)
+        return tuple(
+            RecipePattern(pattern=name, on=on, remainder=remainder, ground=self.pattern_ground,
+                          shift=self.pattern_shift, mirror=self.pattern_mirror)
+            for name, on in parts
+        )  # fmt: skip
 
 
 def _draw(made: Knitted, folder: Path, progress: Progress) -> bool:

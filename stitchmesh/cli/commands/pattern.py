@@ -10,7 +10,7 @@ from typing import Annotated
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, Ground, OnSelection, Overwrite
+from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, Ground, Mirror, OnSelection, Overwrite, Shift
 from stitchmesh.cli.say import say
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
 
@@ -31,18 +31,22 @@ class Pattern:
     remainder: Annotated[str, help_entry("HOW")] = DEFAULT_REMAINDER
     """treatment of stitches that remain beside whole tiles of the pattern: centre, stretch or refuse"""
     ground: Ground = None
+    shift: Shift = (0, 0)
+    mirror: Mirror = False
     overwrite: Overwrite = False
 
     def run(self) -> None:
         """Apply the pattern, and write the stitch mesh."""
         from stitchmesh.io import read_stitches, write_stitches
         from stitchmesh.patterns import lay_pattern, read_pattern
+        from stitchmesh.patterns.moved import mirrored_pattern, shifted_pattern
         from stitchmesh.patterns.placement.left_out import left_out_lines
         from stitchmesh.selection import select
         from stitchmesh.yarngen.templates.own_checks import read_own_stitches
 
         own = () if self.stitches is None else read_own_stitches(self.stitches)
-        chosen = read_pattern(self.pattern, stitches=own)
+        read = read_pattern(self.pattern, stitches=own)
+        chosen = shifted_pattern(mirrored_pattern(read) if self.mirror else read, *self.shift)
         remainder = check_remainder(self.remainder)
         fabric = read_stitches(self.fabric)
         faces = None if self.on is None else select(fabric, self.on)

@@ -58,6 +58,8 @@ if TYPE_CHECKING:
 
 PICTURE = "preview.png"
 """Picture of the tiled repeat in the output folder."""
+SHEET = "pattern.pdf"
+"""Pattern to take home there."""
 OUTPUTS = ("cell.h5", "cell.pyp", "tiled.bcc", "report.json", "convergence.csv", "convergence.png")
 """Other files that one relaxation writes there."""
 RESTS = ("rests.json", "rests.png")
@@ -91,6 +93,8 @@ class Swatch:
     """coefficient of friction between yarns, with --relaxation"""
     unsupported: Flag = False
     """with --relax-cell, let the repeat lie on nothing instead of between two planes"""
+    sheet: Flag = False
+    """write pattern.pdf too: picture, measures, yarn, chart and legend, to take home"""
     blocked: Annotated[float | None, help_entry("TENSION", "not blocked")] = None
     """pin the repeat out along courses and wales with this tension [dyn/cm]; its size then relaxes too"""
     explore: Annotated[int | None, help_entry("N", "one relaxation")] = None
@@ -154,7 +158,7 @@ class Swatch:
             return None
         after, draws = time_after(None if self.no_picture else self._picture_seconds(source), self.budget.within)
         budget = self.budget.budget(after, chooses=self._leaves_quality)
-        outputs = [*OUTPUTS, *([] if self.no_picture else [PICTURE])]
+        outputs = [*OUTPUTS, *([] if self.no_picture else [PICTURE]), *([SHEET] if self.sheet else [])]
         with output_folder(self.output, outputs) as folder, show_progress() as progress:
             made = self._relaxed(source, options, budget, progress)
             report = self._report(source, options, made)
@@ -165,9 +169,21 @@ class Swatch:
                 drawn = draw_if_possible(lambda: render_swatch(made.yarns, folder / PICTURE, tiles))
             elif not self.no_picture:
                 say(NO_TIME_FOR_PICTURE, file=sys.stderr)
+            if self.sheet:
+                self._write_sheet(folder, source, made, drawn)
         lines = swatch_summary(made, report["name"], self.fabric.yarn.named())
         print_result(report, [*lines, files_to_open(folder, drawn)], as_json=self.json)
         return exit_status(report)
+
+    def _write_sheet(self, folder: Path, source: Pattern | Weave, made: RelaxedSwatch, drawn: bool) -> None:
+        """Write the pattern to take home."""
+        from stitchmesh.render.pattern_sheet import swatch_sheet, write_pattern_sheet
+        from stitchmesh.yarn.yarn_presets import Gauge
+
+        gauge = Gauge.of_stitch(made.report["wale_spacing"], made.report["course_spacing"])
+        picture = (folder / PICTURE).read_bytes() if drawn else None
+        sheet = swatch_sheet(source, made.yarns, gauge, yarn=self.fabric.yarn.named(), picture=picture)
+        write_pattern_sheet(folder / SHEET, sheet)
 
     def _explore(self, source: Pattern | Weave, options: SwatchOptions) -> None:
         """Search for states of rest, and write and print them."""

@@ -19,7 +19,6 @@ from stitchmesh.app.pages.edit.palettes import Palettes
 from stitchmesh.app.pages.edit.place_tool import ChangeLoops, ChangeRows
 from stitchmesh.app.pages.edit.selecting import SelectStitches
 from stitchmesh.app.pages.edit.selection_panel import SelectionPanel
-from stitchmesh.app.pages.edit.stitch_palette import name_of
 from stitchmesh.app.pages.edit.tool import Tool
 from stitchmesh.app.pages.edit.whole_fabric import ChangeFabric, LookAround
 from stitchmesh.app.pages.page import Page
@@ -27,6 +26,7 @@ from stitchmesh.app.scene.face_colours import ColourBy
 from stitchmesh.app.scene.pointer import visible_faces
 from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke, ViewName
 from stitchmesh.errors import ParameterError
+from stitchmesh.hand_knitting.words import stitch_word
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import SIDE_COUNTS, VOCABULARY, Stitch
@@ -193,6 +193,8 @@ class EditPage(Page):
                                             lambda words: self.session.colour_by(COLOURS[words]))  # fmt: skip
             controls.toggle("Outlines", "Draw a line around each stitch",
                             view.draws_edges(self.session.fabric), self._set_edges)  # fmt: skip
+            controls.toggle("Row numbers", "Write the number of every fifth row on the fabric", view.row_numbers,
+                            self._set_row_numbers)  # fmt: skip
             controls.buttons("Look from", "Show the whole fabric from this side", tuple(VIEWS), self._look_from)
 
     def _build_keys(self) -> None:
@@ -220,6 +222,10 @@ class EditPage(Page):
 
     def _set_edges(self, edges: bool) -> None:
         self.session.view.edges = edges
+        self.session.view.show(self.session.fabric)
+
+    def _set_row_numbers(self, shown: bool) -> None:
+        self.session.view.row_numbers = shown
         self.session.view.show(self.session.fabric)
 
     def _show_colours(self, by: ColourBy) -> None:
@@ -252,10 +258,10 @@ def _status(words: str) -> Markup:
 
 def _face_words(fabric: StitchMesh, face: int) -> Markup:
     stitch = fabric.stitch_type(int(fabric.stitch[face]))
-    name = "panel" if stitch == Stitch.PANEL else "bind-off" if stitch == Stitch.BIND_OFF else name_of(stitch)
+    name = "panel" if stitch == Stitch.PANEL else stitch_word(stitch, right_side=True)
     loops = f"{fabric.n_bottom[face]} below, {fabric.n_top[face]} above"
     sides = int(fabric.n_bottom[face]), int(fabric.n_top[face])
-    fitting = [making.code for each, making in VOCABULARY.items() if SIDE_COUNTS[each] == sides]
+    fitting = [stitch_word(each, right_side=True) for each in VOCABULARY if SIDE_COUNTS[each] == sides]
     fits = markup("<br>Stitches with these loops: {}", ", ".join(fitting)) if fitting else Markup()
     place = f"row {fabric.row[face]}, loops {loops}, yarn {fabric.yarn[face]}"
     return markup("Stitch {}: <b>{}</b>, {}{}", face, name, place, fits)

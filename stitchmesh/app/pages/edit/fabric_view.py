@@ -15,6 +15,7 @@ from stitchmesh.app.scene.face_colours import ColourBy, colours_of_faces
 from stitchmesh.app.scene.scene import Scene
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.face_triangles import face_triangles
+from stitchmesh.selection.parts import face_centres
 
 SELECTED: Colour = (222, 124, 20)
 REFUSED: Colour = (170, 24, 70)
@@ -28,6 +29,8 @@ LOOP_WIDTH = 2.5
 """Width of the lines of crossed and twisted loops [pixels]."""
 LINE_WIDTH = 4.0
 """Width of the lines around marked faces [pixels]."""
+NUMBERED = 5
+"""Rows from one number on the fabric to the next."""
 MOST_EDGED = 12_000
 """Largest number of faces whose edges are drawn from the start; more edges hide the colours and slow the browser."""
 LONGEST_MESSAGE, LINE_LENGTH = 130, 36
@@ -46,6 +49,8 @@ class FabricView:
         """What decides the colours of the faces."""
         self.edges: bool | None = None
         """Whether edges are drawn; None for edges of fabrics with up to ``MOST_EDGED`` faces."""
+        self.row_numbers = False
+        """Whether the numbers of rows stand on the fabric."""
         self.takes_strokes = True
         """Whether a drag on the fabric belongs to the tool; otherwise it turns the view."""
 
@@ -58,6 +63,10 @@ class FabricView:
         colours = colours_of_faces(fabric, self.colour_by)
         self._blocks.show(fabric, colours, edges=self.draws_edges(fabric), takes_strokes=self.takes_strokes)
         self._show_lines("loops", loop_lines(fabric, 2 * self._height(fabric)), INK, LOOP_WIDTH)
+        if self.row_numbers:
+            self._scene.show("rows/numbers", _row_labels(fabric, 2 * self._height(fabric)))
+        else:
+            self._scene.remove("rows/numbers")
 
     def select(self, fabric: StitchMesh, faces: IntArray) -> None:
         """Mark the selected faces, by colour and by a line around them."""
@@ -120,6 +129,17 @@ class FabricView:
             self._scene.show(name, Lines(segments, colour, width))
         else:
             self._scene.remove(name)
+
+
+def _row_labels(fabric: StitchMesh, height: float) -> Labels:
+    """Return the number of every ``NUMBERED``-th row in front of its foremost stitch."""
+    numbered = np.flatnonzero(fabric.row % NUMBERED == 0)
+    centres = face_centres(fabric, numbered)
+    order = np.lexsort([-centres[:, 2], fabric.row[numbered]])
+    foremost = order[np.unique(fabric.row[numbered][order], return_index=True)[1]]
+    faces = numbered[foremost]
+    places = centres[foremost] + height * _unit(fabric.face_vector_area[faces])
+    return Labels(places, tuple(str(row) for row in fabric.row[faces].tolist()))
 
 
 def _outline(fabric: StitchMesh, faces: IntArray) -> IntArray:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Literal, get_args
 
@@ -25,6 +26,7 @@ from stitchmesh.patterns.charts.chart_image import CHART_IMAGES
 from stitchmesh.patterns.language.parse import parse_pattern
 from stitchmesh.patterns.language.writing import format_pattern
 from stitchmesh.patterns.library import read_pattern
+from stitchmesh.patterns.moved import mirrored_pattern, possible_shifts, shifted_pattern
 from stitchmesh.patterns.pattern import Pattern
 from stitchmesh.patterns.placement.apply import LaidPattern, lay_pattern
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
@@ -35,6 +37,14 @@ Area = Literal["Selection", "Around a click", "Whole fabric"]
 AREAS: tuple[Area, ...] = get_args(Area)
 REMAINDERS = {"leave them plain": "centre", "stretch the pattern": "stretch", "refuse": "refuse"}
 """What happens to loops beside whole repeats, by the words of the page."""
+MOVES: dict[str, Callable[[Pattern], Pattern]] = {
+    "Left": lambda pattern: shifted_pattern(pattern, (0, *possible_shifts(pattern))[-1]),
+    "Right": lambda pattern: shifted_pattern(pattern, (*possible_shifts(pattern), 0)[0]),
+    "Up": lambda pattern: shifted_pattern(pattern, 0, 1),
+    "Down": lambda pattern: shifted_pattern(pattern, 0, -1),
+    "Mirror": mirrored_pattern,
+}
+"""What the buttons do with the pattern, by the words of the page."""
 SUFFIXES = (".knit", ".txt", ".leaf", *CHART_IMAGES)
 SAVED = {"Text": TEXT_SUFFIX, "Chart": PICTURE_SUFFIX}
 """Suffix of the file of a pattern, by the words of the page."""
@@ -73,6 +83,8 @@ class LayPatterns(Tool):
                         tuple(REMAINDERS), words, self._set_remainder)  # fmt: skip
         self._ground = controls.text("Ground", "Colour of the pattern that stitches left over take, such as cream; "
                                      "empty for the commonest one", "", self._set_ground)  # fmt: skip
+        hint = "Move the repeat sideways to its next place, or by one row, or exchange left and right"
+        controls.buttons("Move the pattern", hint, tuple(MOVES), self._move)
         controls.upload("Pattern from a file", "Read a pattern from a text or an image of a chart", SUFFIXES,
                         self.read_file)  # fmt: skip
         controls.button("Capture the selection", "Take the selected stitches as the pattern, to lay them elsewhere",
@@ -241,6 +253,12 @@ class LayPatterns(Tool):
             raise ParameterError(f"pattern: {self._missing()}")
         suffix = SAVED[kind]
         self.session.app.download(f"pattern{suffix}", pattern_content(self._read(), suffix))
+
+    def _move(self, how: str) -> None:
+        """Take the moved pattern as a text."""
+        if not self.pattern:
+            raise ParameterError(f"pattern: {self._missing()}")
+        self.choose(format_pattern(MOVES[how](self._read())))
 
     def _set_area(self, area: str) -> None:
         self.area = next(known for known in AREAS if known == area)

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The palette of patterns: a button with a thumbnail for each pattern of the library.
+"""The palette of patterns: a button with a thumbnail for each pattern of the library and of the user's swatches.
+
+The patterns of the library stand in families, and a search leaves those whose names hold its words.
 
 A thumbnail takes some hundredths of a second. The palette therefore stands there at once with names. When it is
 first shown, the thumbnails follow one after another, each in an event of its own, so that the page answers meanwhile.
@@ -9,23 +11,27 @@ first shown, the thumbnails follow one after another, each in an event of its ow
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import cache
 
 from stitchmesh.app.controls.controls import Control, Controls
 from stitchmesh.markup import Markup, css_text, joined, markup
+from stitchmesh.patterns.families import FAMILIES, family_of
 from stitchmesh.patterns.library import pattern_names, read_pattern
+from stitchmesh.patterns.pattern import Pattern
 from stitchmesh.render.thumbnails.pattern_thumbnail import pattern_thumbnail
 
 SIZE = 72
 """Width and height of a thumbnail [pixels]."""
-IN_BLOCK = 8
-"""Number of patterns in a block of the palette; a block is sent again when its thumbnails are there."""
+OWN = "Your swatches"
+"""Title of the patterns of the page Swatch."""
 STYLE = markup("""<style>
 .sm-patterns{display:flex;flex-wrap:wrap;gap:4px}
 .sm-patterns button{width:96px;padding:3px;border:2px solid transparent;border-radius:6px;background:none;
  cursor:pointer;font:inherit;font-size:.7em;line-height:1.2;color:var(--mantine-color-text);overflow-wrap:anywhere}
 .sm-patterns button:hover{border-color:var(--mantine-color-default-border)}
 .sm-patterns button:focus-visible{outline:3px solid #e08a1e;outline-offset:1px}
+.sm-patterns-title{margin:.3em 0 .15em;font-size:.8em;font-weight:600}
 .sm-patterns .sm-picture{display:block;width:72px;height:72px;margin:0 auto 2px;border-radius:4px;
  background:#8886}
 </style>""")
@@ -41,20 +47,24 @@ class PatternPalette:
     """The buttons of the patterns."""
 
     def __init__(
-        self, controls: Controls, chosen: Callable[[str], object], post: Callable[[Callable[[], object]], object]
-    ) -> None:
+        self, controls: Controls, chosen: Callable[[str], object], post: Callable[[Callable[[], object]], object],
+        own: Mapping[str, Pattern],
+    ) -> None:  # fmt: skip
         """Make the buttons.
 
         Args:
             controls: where they stand.
             chosen: called with the name of the pattern that is pressed.
             post: calls a function later, after other events.
+            own: the patterns of the user, by the names of their buttons.
         """
-        self._post = post
-        self._names = _in_blocks(pattern_names())
+        self._post, self._own, self._words = post, own, ""
+        self._families = [(OWN, tuple(own)), *_families_of_library()]
         self._mark = controls.html(STYLE)
+        hint = "Words in the names of the patterns that stay in the list"
+        self._search = controls.text("Search", hint, "", self._find)
         self._blocks: list[Control] = [
-            controls.html(_block(names), lambda _, name: chosen(name)) for names in self._names
+            controls.html(self._block(number), lambda _, name: chosen(name)) for number in range(len(self._families))
         ]
         self._open, self._begun = True, False
 
@@ -65,7 +75,7 @@ class PatternPalette:
 
     @visible.setter
     def visible(self, visible: bool) -> None:
-        for control in (self._mark, *self._blocks):
+        for control in (self._mark, self._search, *self._blocks):
             control.visible = visible
         if visible and not self._begun:
             self._begun = True
@@ -81,39 +91,59 @@ class PatternPalette:
 
     def _draw(self, block: int) -> None:
         """Draw one thumbnail that is missing, then the others in later events."""
-        if not self._open or block >= len(self._names):
+        if not self._open or block >= len(self._families):
             return
-        missing = [name for name in self._names[block] if name not in _PICTURES]
+        missing = [name for name in self._families[block][1] if name not in _PICTURES and name not in self._own]
         if missing:
-            _PICTURES[missing[0]] = _source(missing[0])
+            _PICTURES[missing[0]] = _source(read_pattern(missing[0]))
         if len(missing) <= 1:
-            self._blocks[block].content = _block(self._names[block])
+            self._blocks[block].content = self._block(block)
             block += 1
         self._post(lambda: self._draw(block))
 
+    def _find(self, words: str) -> None:
+        """Show the patterns whose names hold all words."""
+        self._words = words
+        for number, block in enumerate(self._blocks):
+            block.content = self._block(number)
 
-def _in_blocks(names: tuple[str, ...]) -> list[tuple[str, ...]]:
-    return [names[first : first + IN_BLOCK] for first in range(0, len(names), IN_BLOCK)]
+    def _block(self, number: int) -> Markup:
+        """Return the title and the buttons of a family; nothing if the search leaves none."""
+        title, names = self._families[number]
+        buttons = [self._button(name) for name in names if self._is_found(name)]
+        if not buttons:
+            return Markup()
+        return markup(
+            '<p class="sm-patterns-title">{}</p><div class="sm-patterns">{}</div>', title, joined(buttons)
+        )
+
+    def _is_found(self, name: str) -> bool:
+        pattern = self._own.get(name) or read_pattern(name)
+        text = f"{name} {pattern.name}".lower()
+        return all(word in text for word in self._words.lower().split())
+
+    def _button(self, name: str) -> Markup:
+        pattern = self._own.get(name) or read_pattern(name)
+        source = _source(pattern) if name in self._own else _PICTURES.get(name)
+        picture = (
+            markup('<img class="sm-picture" src="{}" alt="">', source)
+            if source
+            else markup('<span class="sm-picture"></span>')
+        )
+        words = f"{pattern.name}, {pattern.width} stitches by {pattern.height} rows"
+        return markup(
+            '<button type="button" data-action="pattern" data-value="{}" aria-label="{}" title="{}">{}{}<br>{}'
+            "</button>",
+            name, words, words, picture, name.replace("-", " "), f"{pattern.width} x {pattern.height}",
+        )
 
 
-def _source(name: str) -> str:
-    return "data:image/png;base64," + base64.b64encode(pattern_thumbnail(read_pattern(name), SIZE)).decode("ascii")
+@cache
+def _families_of_library() -> list[tuple[str, tuple[str, ...]]]:
+    """Return the families of the library with the names of their patterns, in order."""
+    family = {name: family_of(read_pattern(name)) for name in pattern_names()}
+    return [(title, tuple(name for name in family if family[name] == title)) for title in FAMILIES]
 
 
-def _block(names: tuple[str, ...]) -> Markup:
-    return markup('<div class="sm-patterns">{}</div>', joined(map(_button, names)))
-
-
-def _button(name: str) -> Markup:
-    source = _PICTURES.get(name)
-    picture = (
-        markup('<img class="sm-picture" src="{}" alt="">', source)
-        if source
-        else markup('<span class="sm-picture"></span>')
-    )
-    pattern = read_pattern(name)
-    words = f"{pattern.name}, {pattern.width} stitches by {pattern.height} rows"
-    return markup(
-        '<button type="button" data-action="pattern" data-value="{}" aria-label="{}" title="{}">{}{}</button>',
-        name, words, words, picture, name.replace("-", " "),
-    )
+def _source(pattern: Pattern) -> str:
+    return "data:image/png;base64," + base64.b64encode(pattern_thumbnail(pattern, SIZE)).decode("ascii")

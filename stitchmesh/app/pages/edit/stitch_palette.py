@@ -8,6 +8,7 @@ from functools import cache
 from urllib.parse import quote
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.hand_knitting.words import stitch_word
 from stitchmesh.markup import Markup, css_text, joined, markup
 from stitchmesh.mesh.own_stitch import OwnStitch, StitchType
 from stitchmesh.mesh.stitch import CODES, VOCABULARY, Stitch
@@ -74,7 +75,7 @@ def stitch_palette_html() -> Markup:
 
 def chosen_stitch_html(stitch: Stitch) -> Markup:
     """Return which stitch is chosen, with a larger drawing, and the mark of its button in the palette."""
-    words = markup("<b>{}</b><br>{}", name_of(stitch), described(stitch))
+    words = markup("<b>{}</b><br>{}", stitch_word(stitch, right_side=True), described(stitch))
     row = "display:flex;gap:.6em;align-items:center;font-size:.85em;line-height:1.3;margin:0 0 .3em"
     return markup(
         '<style>.sm-palette button[data-value="{}"]{{border-color:#2f8fc4;background:#2f8fc433}}</style>'
@@ -91,10 +92,16 @@ def picture_of(stitch: Stitch, size: int) -> Markup:
     return markup('<img src="{}" width="{}" height="{}" alt="">', source, size, size)
 
 
+def _short(word: str) -> str:
+    """Return the abbreviation of a stitch for the space under its drawing."""
+    return word.removesuffix(" in 1 st").strip("()").replace(", ", " ")
+
+
 def _button(name: str) -> Markup:
     stitch = stitch_named(name)
-    words = f"{name}: {described(stitch)}"
+    word = stitch_word(stitch, right_side=True)
+    words = f"{word}: {described(stitch)}"
     return markup(
         '<button type="button" data-action="stitch" data-value="{}" aria-label="{}" title="{}">{}{}</button>',
-        name, words, words, picture_of(stitch, SIZE), name,
+        name, words, words, picture_of(stitch, SIZE), _short(word),
     )

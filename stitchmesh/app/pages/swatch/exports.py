@@ -41,6 +41,8 @@ class ExportPanel:
         self._format, self._pixels = next(iter(FORMATS)), 512
         controls = app.controls
         with controls.group("Download", opened=False):
+            controls.button("Download the pattern (PDF)", "Picture, measures, yarn, chart and legend, to take home",
+                            self.pattern)  # fmt: skip
             controls.choice("Yarns as", "Format of the file of yarns; a piece has the repeats that are shown",
                             tuple(FORMATS), self._format, self._set_format)  # fmt: skip
             controls.button("Download the yarns", "The yarns as they are now, for other programs", self.yarns)
@@ -58,6 +60,18 @@ class ExportPanel:
         suffix, tiled = FORMATS[self._format]
         path = self._path(f"{file_stem(design)}.{suffix}")
         write_yarns(path, frame.yarns, tiles=(look.columns, look.rows) if tiled else None)
+        self._app.download(path.name, path.read_bytes())
+
+    def pattern(self) -> None:
+        """Send the pattern to take home."""
+        from stitchmesh.render.pattern_sheet import swatch_sheet, write_pattern_sheet
+
+        design, frame, _look = self._shown()
+        if frame is None:
+            return self._app.notice("the yarns are not drawn yet; wait for the fabric", "warning")
+        picture = self._app.scene.screenshot(*PICTURE)
+        path = self._path(f"{file_stem(design)}.pdf")
+        write_pattern_sheet(path, swatch_sheet(design.pattern, frame.yarns, frame.measures.gauge, picture=picture))
         self._app.download(path.name, path.read_bytes())
 
     def textures(self) -> None:

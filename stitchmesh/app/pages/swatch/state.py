@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from stitchmesh.errors import ParameterError
+from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.io.checked import check_table, check_value
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
@@ -141,3 +141,17 @@ def read_state(table: Mapping[str, Any]) -> SwatchState:
     iterations = min(max(check_value(table.get("iterations", 20), int), 1), 200)
     charts = tuple(check_value(table.get("charts", []), list[str]))
     return SwatchState(designs, edited, check_table(table.get("look", {}), Look), iterations, charts)
+
+
+def own_patterns(table: Mapping[str, Any]) -> dict[str, Pattern]:
+    """Return the patterns that the page holds, by the names under which other pages list them; weaves are left out.
+
+    Args:
+        table: a table of ``state_table``; there are no patterns if it is empty or damaged.
+    """
+    try:
+        designs = read_state(table).designs if table else ()
+    except StitchMeshError:
+        return {}  # The page itself says so.
+    knits = [design.pattern for design in designs if isinstance(design.pattern, Pattern)]
+    return {f"swatch {number}: {pattern.name or 'own chart'}": pattern for number, pattern in enumerate(knits, start=1)}

@@ -37,7 +37,7 @@ def test_a_click_says_what_the_stitch_is(page):
     page.act("tool", "Look around")
     page.click_stitch(44)
     assert "Stitch 44: <b>k</b>, row 4, loops 1 below, 1 above, yarn 0" in page.controls.text_shown()
-    assert "Stitches with these loops: k, p, b, f, x" in page.controls.text_shown()
+    assert "Stitches with these loops: k, p, sl1 wyib, sl1 wyif, w1" in page.controls.text_shown()
 
 
 def test_the_next_page_is_one_button_away(page):
@@ -68,6 +68,24 @@ def test_the_palettes_offer_every_stitch_and_every_pattern(page):
     assert all(f'data-action="stitch" data-value="{name}"' in shown for name in names)
     assert all(f'data-action="pattern" data-value="{name}"' in shown for name in pattern_names())
     assert shown.count("<button") == shown.count("aria-label=")
+
+
+def test_stitches_have_the_abbreviations_of_knitters(page):
+    """They are those of the written instructions; edits keep the codes."""
+    shown = "".join(control.content for control in page.front.left_controls.made)
+    for word, code in {"k2tog": "d12k", "ssk": "d21k", "yo": "y", "sssk": "d321k"}.items():
+        assert f'data-value="{code}" aria-label="{word}: ' in shown
+
+
+def test_the_numbers_of_rows_stand_on_the_fabric(page):
+    assert "rows/numbers" not in page.scene.drawings
+    page.controls.set("Row numbers", True)
+    numbers = page.scene.drawings["rows/numbers"]
+    assert numbers.texts == ("0", "5", "10")  # of 12 rows
+    heights = page.fabric.vertices[:, 1].min() + 0.72 * (np.array([0, 5, 10]) + 0.5)
+    np.testing.assert_allclose(numbers.points[:, 1], heights, atol=1e-9)  # sums of few doubles
+    page.controls.set("Row numbers", False)
+    assert "rows/numbers" not in page.scene.drawings
 
 
 def test_every_tool_has_a_key_of_its_own(page):

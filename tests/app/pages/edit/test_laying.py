@@ -4,13 +4,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from stitchmesh.app.pages.swatch.state import first_state, state_table
 from stitchmesh.editing.edit import Edit
 from stitchmesh.mesh.palette import colours_of
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import apply_pattern, parse_pattern, read_pattern
+from stitchmesh.patterns.moved import mirrored_pattern, shifted_pattern
 from stitchmesh.selection import select
 from tests.app.pages.edit.opened import WIDE, OpenedEdit, edit_page, same_as
 from tests.editing.fabrics import around, flat
@@ -111,6 +115,37 @@ def test_the_ground_is_chosen_and_rounds_of_whole_repeats_are_proposed(tmp_path)
         page.press("Lay the pattern")
         assert page.project.edits[-1].arguments["ground"] == "navy"
         assert colours_of(page.fabric.yarn, page.fabric.palette)[:9].tolist() == [[0, 0, 128]] * 9  # the cast-on row
+
+
+def test_a_pattern_is_moved_and_mirrored_before_it_is_laid(page):
+    page.act("tool", "Lay a pattern")
+    page.controls.set("Where", "Whole fabric")
+    page.act("pattern", "left-diagonal-rib")
+    page.press("Move the pattern", "Mirror")
+    page.press("Move the pattern", "Up")
+    page.press("Lay the pattern")
+    wanted = shifted_pattern(mirrored_pattern(read_pattern("left-diagonal-rib")), 0, 1)
+    assert bits(page.fabric) == bits(apply_pattern(WIDE, wanted))
+
+
+def test_the_list_is_searched_and_has_repeats_families_and_own_swatches(tmp_path):
+    state = first_state()
+    with edit_page(tmp_path, flat(8, 9)) as page:
+        own = parse_pattern('pattern "Mine"\nrow 1 RS: k p\nrow 2 WS: k p\n')
+        design = replace(state.design, pattern=own)
+        page.project.set_settings("Swatch", state_table(state.with_design(design)))
+        page.app.open_page("Edit")
+        page.act("tool", "Lay a pattern")
+        left = page.front.left_controls
+        assert "Your swatches" in left.text_shown() and "Cables" in left.text_shown()
+        assert "6 x 4" in left.text_shown()
+        left.set("Search", "rope")
+        assert "rope cable" in left.text_shown() and "Lace" not in left.text_shown()
+        left.set("Search", "mine")
+        page.controls.set("Where", "Whole fabric")
+        page.act("pattern", "swatch 1: Mine")
+        page.press("Lay the pattern")
+        assert bits(page.fabric) == bits(apply_pattern(flat(8, 9), own))
 
 
 def test_the_selection_is_captured_saved_and_laid_elsewhere(page):

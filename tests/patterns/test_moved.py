@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Patterns that are moved or mirrored are the same fabrics, turned around a tube or seen in a mirror."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.patterns import apply_pattern, parse_pattern, pattern_names, read_pattern
+from stitchmesh.patterns.charts.knit_chart import knit_chart
+from stitchmesh.patterns.families import FAMILIES, family_of
+from stitchmesh.patterns.moved import mirrored_pattern, possible_shifts, shifted_pattern
+from tests.editing.fabrics import around
+
+
+@pytest.mark.parametrize("name", ["rib2x2", "rope-cable", "eyelet-lace", "twisted-rib", "checks", "half-cardigan"])
+def test_a_mirrored_pattern_is_its_chart_in_a_mirror(name):
+    pattern = read_pattern(name)
+    mirrored = mirrored_pattern(pattern)
+    assert mirrored_pattern(mirrored) == pattern
+    assert mirrored.rows == knit_chart(pattern).mirrored(upwards=False).pattern().rows
+
+
+def test_a_shifted_pattern_is_turned_around_a_tube_and_moved_upwards():
+    """The tube has 12 wales and 8 rows above its cast-on, whole repeats of the pattern."""
+    pattern = parse_pattern("chart colours:\n0011\n0122\n")
+    tube = around(12, 9)
+    laid = apply_pattern(tube, pattern).yarn[12:].reshape(8, 12)
+    moved = apply_pattern(tube, shifted_pattern(pattern, 3, 1)).yarn[12:].reshape(8, 12)
+    assert np.array_equal(moved, np.roll(laid, (1, 3), axis=(0, 1)))
+
+
+@pytest.mark.parametrize("name", ["rib2x2", "twisted-rib", "checks"])
+def test_shifts_add_up_and_whole_repeats_change_nothing(name):
+    pattern = read_pattern(name)
+    assert shifted_pattern(pattern, pattern.width, -pattern.height) == pattern
+    assert shifted_pattern(shifted_pattern(pattern, -1, 1), 1, -1) == pattern
+
+
+def test_a_shift_that_would_cut_a_cable_is_refused():
+    with pytest.raises(ParameterError, match=r"row 1: cannot be shifted by 3 columns, because .* a cable"):
+        shifted_pattern(read_pattern("rope-cable"), 3)
+    assert possible_shifts(read_pattern("rope-cable")) == (1, 2)  # its two purl stitches are on the right
+    assert possible_shifts(read_pattern("rib2x2")) == (1, 2, 3)
+    with pytest.raises(ParameterError, match="does not repeat upwards; shift it by columns only"):
+        shifted_pattern(parse_pattern("row 1 RS: ky\nrow 2 WS: p2"), 0, 1)
+
+
+def test_every_pattern_of_the_library_has_its_family():
+    names = {name: family_of(read_pattern(name)) for name in pattern_names()}
+    assert set(names.values()) == set(FAMILIES)
+    known = {
+        "rib2x2": "Knit and purl", "rope-cable": "Cables", "eyelet-lace": "Lace", "linen-stitch": "Slipped and tucked",
+        "peerie": "Colours",
+    }  # fmt: skip
+    assert names | known == names
