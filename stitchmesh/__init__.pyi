@@ -24,6 +24,10 @@ from .io import read_yarns as read_yarns
 from .io import write_mesh as write_mesh
 from .io import write_stitches as write_stitches
 from .io import write_yarns as write_yarns
+from .io.library_meshes import as_mesh as as_mesh
+from .io.library_meshes import to_meshio as to_meshio
+from .io.library_meshes import to_pyvista as to_pyvista
+from .io.library_meshes import to_trimesh as to_trimesh
 from .io.mesh_sequences import read_moving_mesh as read_moving_mesh
 from .io.mesh_sequences import write_moving_mesh as write_moving_mesh
 from .io.meshes import read_repaired_mesh as read_repaired_mesh

@@ -21,6 +21,7 @@ from stitchmesh.cli.commands.check import Check
 from stitchmesh.cli.commands.convert import Convert
 from stitchmesh.cli.commands.drape import Drape
 from stitchmesh.cli.commands.edit import Edit
+from stitchmesh.cli.commands.examples import Examples
 from stitchmesh.cli.commands.follow import Follow
 from stitchmesh.cli.commands.info import Info
 from stitchmesh.cli.commands.instructions import Instructions
@@ -56,7 +57,7 @@ DESCRIPTION = "From a polygon mesh to knitted, relaxed yarns. `stitchmesh --vers
 COMMANDS = (
     Knit, Label, Tessellate, Pattern, Capture, Edit, RelaxMesh, Yarns, Relax, RelaxEdited, Outline, Swatch, Stretch,
     Drape, Follow, Run, Job, Status, Batch,
-    Info, Select, Check, Patterns, Instructions, Convert, Render, View, App,
+    Info, Select, Check, Patterns, Examples, Instructions, Convert, Render, View, App,
 )  # fmt: skip
 """The commands, in the order in which the help lists them."""
 

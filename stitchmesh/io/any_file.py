@@ -9,6 +9,7 @@ from os import fspath
 from stitchmesh.errors import ParameterError
 from stitchmesh.faces.face_mesh import FaceMesh
 from stitchmesh.io.contents import FilePath, read_bytes, read_lines, suffix_of
+from stitchmesh.io.examples import mesh_file
 from stitchmesh.io.hdf5 import stored_format
 from stitchmesh.io.mesh_formats.usd_mesh import holds_curves
 from stitchmesh.io.mesh_formats.vtp import holds_polygons
@@ -41,6 +42,7 @@ def read_any(path: FilePath, *, unit: str = DEFAULT_UNIT, radius: float | None =
         MeshError: the polygons do not form an oriented manifold surface.
         YarnError: the yarns are malformed.
     """
+    path = mesh_file(path)
     suffix = suffix_of(path, dict.fromkeys([*YARN_FORMATS, *MESH_FORMATS, ".smobj", ".st"]))
     read_bytes(path)  # The errors of a missing file and of a folder are raised here, with one message for all formats.
     stitches = suffix in (".smobj", ".st") or (suffix == ".h5" and stored_format(path) == STITCHES)

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from stitchmesh.errors import MeshError, check_kind
 from stitchmesh.io.contents import FilePath, suffix_of
+from stitchmesh.io.examples import mesh_file
 from stitchmesh.io.mesh_formats.by_meshio import read_meshio_polygons, write_meshio_polygons
 from stitchmesh.io.mesh_formats.glb import read_glb_polygons, write_glb_polygons
 from stitchmesh.io.mesh_formats.medit import read_medit_polygons
@@ -77,7 +78,8 @@ def read_mesh(path: FilePath, *, unit: str = DEFAULT_UNIT) -> Mesh:
     Args:
         path: an ``.obj``, ``.off``, ``.ply``, ``.vtp``, ``.vtk``, ``.vtu``, ``.msh``, ``.mesh``, ``.stl``, ``.glb``,
             ``.gltf``, ``.usda``, ``.usdc`` or ``.usd`` file. Points of STL and glTF files at exactly equal positions
-            become one vertex.
+            become one vertex. A word without a folder and a suffix, such as ``hat``, is the name of an example of
+            ``stitchmesh examples``.
         unit: unit of the coordinates in the file: mm, cm, dm, m or inch. glTF files are always in metres, and USD files
             state their unit; leave the unit out for them.
 
@@ -89,6 +91,7 @@ def read_mesh(path: FilePath, *, unit: str = DEFAULT_UNIT) -> Mesh:
         FileError: the file cannot be read or is malformed; for text formats the message names the line.
         MeshError: the polygons do not form an oriented manifold surface.
     """
+    path = mesh_file(path)
     mesh_format = FORMATS[suffix_of(path, FORMATS)]
     vertices, faces = _in_centimetres(path, mesh_format, mesh_format.read, unit)
     try:
@@ -111,6 +114,7 @@ def read_polygons(path: FilePath, *, unit: str = DEFAULT_UNIT) -> tuple[FloatArr
         ParameterError: as for ``read_mesh``.
         FileError: as for ``read_mesh``; a face with fewer than three corners is no error.
     """
+    path = mesh_file(path)
     mesh_format = FORMATS[suffix_of(path, FORMATS)]
     return _in_centimetres(path, mesh_format, mesh_format.read_all or mesh_format.read, unit)
 

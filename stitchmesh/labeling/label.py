@@ -7,7 +7,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 
-from stitchmesh.errors import check_kind
+from stitchmesh.io.library_meshes import MeshLike, as_mesh
 from stitchmesh.labeling.partial_labeling import start_labeling
 from stitchmesh.labeling.seeds import EdgeName
 from stitchmesh.mesh import Mesh, StitchMesh
@@ -17,7 +17,7 @@ logger = logging.getLogger(__name__)
 
 
 def label(
-    mesh: Mesh, *, borders: Sequence[EdgeName] = (), seeds: Sequence[EdgeName] = (), flip: Sequence[int] = ()
+    mesh: MeshLike, *, borders: Sequence[EdgeName] = (), seeds: Sequence[EdgeName] = (), flip: Sequence[int] = ()
 ) -> StitchMesh:
     """Label every edge as a wale or course edge, so that each face has exactly two wale edges.
 
@@ -29,7 +29,7 @@ def label(
     the shortest seams.
 
     Args:
-        mesh: any oriented polygon mesh.
+        mesh: any oriented polygon mesh, also one of trimesh, meshio or pyvista in centimetres (``as_mesh``).
         borders: edges of borders to start from first, each the whole border whatever its corners.
         seeds: course edges to start from, in order; a border edge means its border up to the next corners, an inner
             edge means the edge loop through it.
@@ -45,7 +45,7 @@ def label(
 
     Source: Yuksel et al. 2012, section 5.1.
     """
-    check_kind("label", mesh, Mesh)
+    mesh = as_mesh(mesh, place="label")
     warn_if_inside_out(mesh)
     labeling = start_labeling(mesh)
     for border in borders:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import LabelError, ParameterError, check_kind
+from stitchmesh.io.library_meshes import MeshLike, as_mesh
 from stitchmesh.labeling.direction import is_top, seam_sides, turned_rows
 from stitchmesh.labeling.faults import LabelingFault, error_message, find_faults
 from stitchmesh.labeling.frame import in_knitting_frame
@@ -33,15 +34,15 @@ LABELS: dict[str | None, int] = {"course": COURSE, "wale": WALE, None: UNKNOWN}
 """Numbers of the labels that a user gives."""
 
 
-def start_labeling(mesh: Mesh) -> PartialLabeling:
+def start_labeling(mesh: MeshLike) -> PartialLabeling:
     """Return a labeling of a mesh on which no edge and no face is labeled.
 
     ``start_labeling(mesh).label_all().finish()`` is the result of ``label(mesh)``.
 
     Args:
-        mesh: any oriented polygon mesh.
+        mesh: any oriented polygon mesh, as for ``label``.
     """
-    check_kind("start_labeling", mesh, Mesh)
+    mesh = as_mesh(mesh, place="start_labeling")
     rows = {"seeded": np.zeros(0, dtype=bool), "held_direction": np.zeros(0, dtype=np.int64)}
     return PartialLabeling(mesh=mesh, **vars(no_labels(mesh)), **rows)
 

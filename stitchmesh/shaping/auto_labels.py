@@ -12,8 +12,9 @@ from typing import Literal
 
 from numpy.typing import ArrayLike
 
-from stitchmesh.errors import ParameterError, check_kind
-from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
+from stitchmesh.errors import ParameterError
+from stitchmesh.io.library_meshes import MeshLike, as_mesh
+from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.shaping.auto_stitches import (
     SHARE_OF_TIME,
@@ -38,8 +39,8 @@ SMALLEST_PANEL = 2
 
 
 def auto_labels(
-    mesh: Mesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None, panel_size: int = PANEL_SIZE,
-    marks: Sequence[TimeMark] = (), up: ArrayLike = UP, multiple: int = 1,
+    mesh: MeshLike, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
+    panel_size: int = PANEL_SIZE, marks: Sequence[TimeMark] = (), up: ArrayLike = UP, multiple: int = 1,
     progress: Progress | Literal[False] | None = None,
 ) -> StitchMesh:  # fmt: skip
     """Find rows of large panels on any surface: a labeled mesh, as ``label`` returns it for modelled rows.
@@ -67,7 +68,7 @@ def auto_labels(
         MeshError: the mesh has a lattice or is thinner than a stitch.
         TessellationError: a part is too small for its stitches, or neighbouring rows differ too much.
     """
-    check_kind("auto_labels", mesh, Mesh)
+    mesh = as_mesh(mesh, place="auto_labels")
     if panel_size < SMALLEST_PANEL:
         raise ParameterError(f"panel size: got {panel_size}; expected {SMALLEST_PANEL} or more stitches")
     height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height

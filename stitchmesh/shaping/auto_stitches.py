@@ -18,7 +18,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stitchmesh.errors import MeshError, ParameterError, TessellationError, check_kind, check_positive
+from stitchmesh.errors import MeshError, ParameterError, TessellationError, check_positive
+from stitchmesh.io.library_meshes import MeshLike, as_mesh
 from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_FOUND_STITCH, check_memory
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.progress import Progress, shown_stages
@@ -67,7 +68,7 @@ class ShapedFabric:
 
 
 def auto_stitches(
-    mesh: Mesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
+    mesh: MeshLike, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
     marks: Sequence[TimeMark] = (), up: ArrayLike = UP, multiple: int = 1, short_rows: bool = True,
     most_shaping: float | None = None,
 ) -> StitchMesh:  # fmt: skip
@@ -105,7 +106,7 @@ def auto_stitches(
 
 
 def shape_fabric(
-    mesh: Mesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
+    mesh: MeshLike, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
     marks: Sequence[TimeMark] = (), up: ArrayLike = UP, multiple: int = 1, short_rows: bool = True,
     most_shaping: float | None = None,
     progress: Progress | Literal[False] | None = None,
@@ -117,7 +118,7 @@ def shape_fabric(
     shows nothing.
     """
     start = time.perf_counter()
-    check_kind("auto_stitches", mesh, Mesh)
+    mesh = as_mesh(mesh, place="auto_stitches")
     height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
     size = StitchSize(stitch_width, height, multiple, most_shaping)
     with shown_stages(progress) as report_stage:

@@ -60,7 +60,7 @@ BASE: dict[str, list[list[str]]] = {
     "status": [["job"]],
     "batch": [["sweep.toml", "-o", "out", "--workers", "0"]],
     "info": [["yarns.h5"]], "check": [["yarns.h5"]], "select": [["stitches.h5", "-o", "out.txt"]],
-    "patterns": [[]], "instructions": [["stitches.h5", "-o", "out.txt"]],
+    "patterns": [[]], "examples": [[], ["-o", "out"]], "instructions": [["stitches.h5", "-o", "out.txt"]],
     "convert": [["cell.h5", "out.bcc"]],
     "render": [["yarns.h5", "-o", "out.png", "--size", "32", "32"], ["cell.h5", "-o", "out.png", "--size", "32", "32"]],
     "view": [["yarns.h5", "--no-browser"]], "app": [["tube.obj", "--project", "out", "--no-browser"]],

@@ -54,7 +54,7 @@ INPUTS = {
     "info": ["tube.obj"],
     "select": ["stitches.h5", "row 1", "-o", "{out}.txt"],
     "check": ["tube.obj"],
-    "patterns": [],
+    "patterns": [], "examples": [],
     "instructions": ["stitches.h5", "-o", "{out}.txt"],
     "convert": ["yarns.usda", "{out}.bcc"],
     "render": ["yarns.h5", "--size", "80", "60", "-o", "{out}.png"],
@@ -173,7 +173,7 @@ def test_a_command_changes_nothing_of_the_users_and_replaces_no_output_that_they
     check(trapped, words_of(name), statuses=(2,) if name == "status" else (0, DID_NOT_REST))
     made = {path for path in set(contents(trapped)) - set(before) if (trapped / path).is_file()}
     written = {path for path in made if Path(path).name not in (RECORD, LOCK) and "stages" not in Path(path).parts}
-    assert bool(written) == (name not in ("info", "check", "patterns", "status"))
+    assert bool(written) == (name not in ("info", "check", "patterns", "examples", "status"))
     for path in written:
         (trapped / path).write_text("changed by the user")
     if written:

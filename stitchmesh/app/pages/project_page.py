@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, ClassVar
 from stitchmesh.app.pages.not_yet import draw_plainly
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.project_text import download_list, project_summary, recent_list
-from stitchmesh.app.project.examples import example_names, read_example
 from stitchmesh.app.project.exports import Export, exports
 from stitchmesh.app.project.opening import title_of
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.recent import new_project_folder, recent_projects, remember
 from stitchmesh.app.project.source import Source, read_source, source_of
 from stitchmesh.errors import ParameterError, StitchMeshError
+from stitchmesh.io.examples import example_names, read_example
 from stitchmesh.io.meshes import FORMATS as MESH_FORMATS
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
 from stitchmesh.labeling.faults import triangles_message

@@ -12,6 +12,7 @@ from stitchmesh.app.project.recent import new_project_folder, projects_folder, r
 from stitchmesh.app.project.source import source_of
 from stitchmesh.errors import FileError, StitchMeshError
 from stitchmesh.io.contents import FilePath, read_bytes
+from stitchmesh.io.examples import mesh_file
 from stitchmesh.io.path_kind import is_folder
 from stitchmesh.io.units import DEFAULT_UNIT
 
@@ -23,8 +24,8 @@ def project_for(file: FilePath | None = None, folder: FilePath | None = None, un
     """Open the project that a user asks for at the start.
 
     Args:
-        file: a mesh or stitches, or the folder of a project. A file that a project was started from opens that project
-            again; another file starts a new project.
+        file: a mesh or stitches, the name of an example, or the folder of a project. A file that a project was started
+            from opens that project again; another file starts a new project.
         folder: folder of the project; it is made if it is missing.
         unit: unit of the coordinates in the file.
 
@@ -37,6 +38,7 @@ def project_for(file: FilePath | None = None, folder: FilePath | None = None, un
     """
     if file is not None and is_folder(file):
         return Project.open(Path(file))
+    file = None if file is None else mesh_file(file)
     if folder is not None:
         return _in_folder(Path(folder), file, unit)
     if file is not None:

@@ -20,7 +20,7 @@ class App:
     """Open the application in the browser: from a mesh to yarns by the mouse."""
 
     file: Annotated[Positional[str | None], help_entry("FILE", "the last project")] = None
-    """polygon mesh or stitch mesh to start from, or the folder of a project"""
+    """polygon mesh, stitch mesh or name of `stitchmesh examples` to start from, or the folder of a project"""
     unit: Unit = DEFAULT_UNIT
     project: Annotated[str | None, help_entry("DIR", "a folder in ~/StitchMesh")] = None
     """folder of the project"""

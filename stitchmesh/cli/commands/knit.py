@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, field, fields, replace
+from os import fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -50,6 +51,7 @@ from stitchmesh.cli.output_folder import (
 from stitchmesh.cli.say import say
 from stitchmesh.cli.summary import AsJson, files_to_open, knit_summary, print_result
 from stitchmesh.errors import ParameterError
+from stitchmesh.io.examples import mesh_file
 from stitchmesh.io.units import DEFAULT_UNIT
 from stitchmesh.mesh.palette import colour_text, empty_palette
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
@@ -79,7 +81,7 @@ class Knit:
     """Make relaxed yarns, a picture and a report from a polygon mesh or a recipe."""
 
     mesh: Annotated[Positional[str], help_entry("MESH|RECIPE")]
-    """polygon mesh: OBJ, PLY, OFF, STL, VTK ...; or a recipe: TOML (docs/recipes.md)"""
+    """polygon mesh: OBJ, PLY, GLB, USD ...; a name of `stitchmesh examples`; or a recipe: TOML (docs/recipes.md)"""
     output: Annotated[str, help_entry("DIR", short="-o")]
     """output folder for the stitches, the yarns, a picture, a report, the convergence and the recipe"""
     unit: Unit = DEFAULT_UNIT
@@ -188,7 +190,7 @@ class Knit:
         from stitchmesh.recipe.sections import SolverSection
 
         return Recipe(
-            mesh=self.mesh,
+            mesh=fspath(mesh_file(self.mesh)),
             unit=self.unit,
             yarn=self.yarn.yarn,
             gauge=self.yarn.gauge,

@@ -87,7 +87,7 @@ def packed_polygons(name: str, file: Path) -> CheckpointFile:
     if points.ndim != 2 or points.shape[1] != 3:
         raise FileError(f"{name}: got points of shape {points.shape}; expected three coordinates each")
     check_points(f"{name}: point", points)
-    faces, others = _polygons(name, content.cells)
+    faces, others = faces_of_cells(name, content.cells)
     points, faces = used_points(points, faces) if others else (points, faces)
     corners = np.array([v for face in faces for v in face], dtype=np.int64)
     arrays = {"points": points, "counts": np.array([len(face) for face in faces]), "corners": corners}
@@ -108,15 +108,17 @@ def write_meshio_polygons(path: FilePath, vertices: FloatArray, faces: list[list
     import meshio
 
     suffix = Path(path).suffix.lower()
-    runs = [(size, list(run)) for size, run in groupby(faces, key=len)]
-    content = meshio.Mesh(vertices, [(_cell_type(size), np.array(run)) for size, run in runs])
+    content = meshio.Mesh(vertices, cells_of_faces(faces))
     options = {"file_format": FORMATS[suffix], **OPTIONS.get(suffix, {})}
     with atomic_path(path) as temporary, redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
         meshio.write(temporary, content, **options)
 
 
-def _cell_type(corners: int) -> str:
-    return {3: "triangle", 4: "quad"}.get(corners, "polygon")
+def cells_of_faces(faces: list[list[int]]) -> list[tuple[str, NDArray[np.int64]]]:
+    """Return faces as blocks of cells, each of successive faces with the same number of corners."""
+    types = {3: "triangle", 4: "quad"}
+    runs = [(size, list(run)) for size, run in groupby(faces, key=len)]
+    return [(types.get(size, "polygon"), np.array(run)) for size, run in runs]
 
 
 def weld(points: NDArray[np.float64], faces: list[list[int]]) -> tuple[NDArray[np.float64], list[list[int]]]:
@@ -162,8 +164,12 @@ def _read(name: str, file: Path, file_format: str) -> Any:
         raise FileError(f"{name}: is not a valid {file_format} file ({reason[:100]}); write it again") from error
 
 
-def _polygons(name: str, blocks: list[Any]) -> tuple[list[list[int]], dict[str, int]]:
-    """Return the points of each face, and the numbers of cells of other types."""
+def faces_of_cells(name: str, blocks: list[Any]) -> tuple[list[list[int]], dict[str, int]]:
+    """Return the points of each face of blocks of cells, and the numbers of cells of other types.
+
+    Raises:
+        FileError: there are no faces, or cells of a surface that is not read; the message begins with the name.
+    """
     faces: list[list[int]] = []
     others: dict[str, int] = {}
     for block in blocks:

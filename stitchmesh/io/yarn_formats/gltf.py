@@ -8,7 +8,7 @@ yarns. Sets with more segments get tubes with fewer sides and sections, so that 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from os import fspath
 
 import numpy as np
@@ -18,7 +18,7 @@ from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.float32 import to_float32
 from stitchmesh.mesh.palette import colours_of, linear_colour
-from stitchmesh.mesh.tube_mesh import tubes_around
+from stitchmesh.mesh.tube_mesh import TubeMesh, tubes_around
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.polyline import polylines_of_segments
 
@@ -48,13 +48,9 @@ def write_glb(path: FilePath, yarns: YarnSet) -> None:
     from trimesh.exchange.gltf import export_glb
     from trimesh.visual.material import PBRMaterial
 
-    count = len(yarns.segment_points)
-    sides, samples = next(((sides, samples) for most, sides, samples in DETAIL if count <= most), COARSEST)
     scene = trimesh.Scene()
-    for number in np.unique(yarns.colour).tolist():
+    for number, tubes in tubes_of_colours(yarns):
         colour = linear_colour(colours_of([number], yarns.palette)[0] / 255)
-        curves = polylines_of_segments(yarns, np.flatnonzero((yarns.colour == number)[yarns.segment_yarn]), samples)
-        tubes = tubes_around(curves.points, curves.closed, yarns.drawn_radius[curves.yarn], sides=sides)
         material = PBRMaterial(
             name=f"wool {number}", baseColorFactor=[*colour, 1.0], metallicFactor=0.0, roughnessFactor=ROUGHNESS
         )
@@ -68,6 +64,19 @@ def write_glb(path: FilePath, yarns: YarnSet) -> None:
         name = f"{TUBES} {number}"
         scene.add_geometry(mesh, node_name=name, geom_name=name)
     write_bytes(path, export_glb(scene, include_normals=True))
+
+
+def tubes_of_colours(yarns: YarnSet) -> Iterator[tuple[int, TubeMesh]]:
+    """Yield each colour number with tubes of the apparent radius around its yarns [cm].
+
+    Args:
+        yarns: a set without a lattice.
+    """
+    count = len(yarns.segment_points)
+    sides, samples = next(((sides, samples) for most, sides, samples in DETAIL if count <= most), COARSEST)
+    for number in np.unique(yarns.colour).tolist():
+        curves = polylines_of_segments(yarns, np.flatnonzero((yarns.colour == number)[yarns.segment_yarn]), samples)
+        yield number, tubes_around(curves.points, curves.closed, yarns.drawn_radius[curves.yarn], sides=sides)
 
 
 def holds_tubes(names: Iterable[str]) -> bool:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from os import fspath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,9 @@ from stitchmesh.mesh import FloatArray, IntArray
 from stitchmesh.mesh.palette import colours_of
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.polyline import polylines_of_segments
+
+if TYPE_CHECKING:
+    import pyvista
 
 COLUMNS: dict[str, tuple[int, ...]] = {"radius": (), "drawn_radius": (), "colour": (), "rgb": (3,)}
 """Arrays of the points that are read, and their components, if they have more than one."""
@@ -61,6 +64,11 @@ def write_vtp(path: FilePath, yarns: YarnSet, scale: float, samples: int) -> Non
     Raises:
         FileError: the file cannot be written.
     """
+    write_poly_data(path, poly_data_of_yarns(yarns, scale, samples))
+
+
+def poly_data_of_yarns(yarns: YarnSet, scale: float, samples: int) -> pyvista.PolyData:
+    """Return yarns as polylines; the arguments are those of ``write_vtp``."""
     import pyvista
 
     curves = polylines_of_segments(yarns, np.arange(len(yarns.segment_points)), samples)
@@ -76,7 +84,7 @@ def write_vtp(path: FilePath, yarns: YarnSet, scale: float, samples: int) -> Non
     data.point_data["strain"] = yarns.strain[curves.segment]
     data.cell_data["yarn"] = curves.yarn
     data.cell_data["colour"] = yarns.colour[curves.yarn]
-    write_poly_data(path, data)
+    return data
 
 
 def write_poly_data(path: FilePath, data: Any) -> None:

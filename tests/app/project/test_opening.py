@@ -113,3 +113,10 @@ def test_a_damaged_project_is_not_taken_for_that_of_a_file(tmp_path, tube_file):
     other = project_for(tube_file)
     assert other.folder == tmp_path / "projects" / "a-tube"
     other.close()
+
+
+def test_the_name_of_an_example_starts_a_project_of_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    project = project_for("tea cozy")
+    assert project.source is not None and project.source.name == "tea_cozy.obj" and project.mesh.face_count == 160
+    project.close()
