@@ -104,8 +104,7 @@ def render_stretch(fabric: StitchMesh, path: FilePath, options: PictureOptions =
         raise ParameterError("stretch: the stitch mesh has none; relax the mesh first")
     spread = max(float(np.quantile(np.abs(fabric.face_stretch - 1.0), SPREAD_QUANTILE)), LEAST_SPREAD)
     caption = f"stretch of faces from {fabric.face_stretch.min():.3f} to {fabric.face_stretch.max():.3f}"
-    surface, face = polygon_surface(fabric)
-    stretch = fabric.face_stretch[face]
+    surface = polygon_surface(fabric)
     bar = {
         "title": "length / rest length\n", "vertical": True, "position_x": KEY_LEFT + 0.05, "position_y": 0.2,
         "height": 0.6, "width": 0.05, "color": INK, "n_labels": 5, "fmt": "%.2f",
@@ -113,7 +112,7 @@ def render_stretch(fabric: StitchMesh, path: FilePath, options: PictureOptions =
     }  # fmt: skip
     with picture(path, options, caption=caption) as plotter:
         plotter.add_mesh(
-            surface, scalars=stretch, cmap="RdBu_r", clim=(1.0 - spread, 1.0 + spread), scalar_bar_args=bar,
+            surface, scalars=fabric.face_stretch, cmap="RdBu_r", clim=(1.0 - spread, 1.0 + spread), scalar_bar_args=bar,
             smooth_shading=True, ambient=0.35, diffuse=0.5, specular=0.0,
         )  # fmt: skip
         if fabric.face_count <= MOST_LINES:

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
-from stitchmesh.mesh.face_triangles import face_triangles
 from stitchmesh.render.lettering import INK, Colour
 
 if TYPE_CHECKING:
@@ -20,25 +19,22 @@ LIFT = 0.03
 """Distance of arrows and edges from the surface, divided by the mean side length; it keeps them visible."""
 
 
-def polygon_surface(mesh: Mesh) -> tuple[pyvista.PolyData, IntArray]:
-    """Return the faces as triangles with smooth normals, and the face of each triangle.
-
-    Every corner is a separate point, so that lattice images need no seam. VTK would draw a polygon as a fan.
-    """
+def polygon_surface(mesh: Mesh) -> pyvista.PolyData:
+    """Return the faces with smooth normals; every corner is a separate point, so that lattice images need no seam."""
     import pyvista
 
-    found = face_triangles(mesh)
-    surface = pyvista.PolyData.from_regular_faces(mesh.corner_position.astype(np.float32), found.corners)
+    sizes = np.diff(mesh.face_start)
+    polygons = np.insert(np.arange(mesh.side_count), mesh.face_start[:-1], sizes)
+    surface = pyvista.PolyData(mesh.corner_position.astype(np.float32), faces=polygons)
     surface.point_data["Normals"] = mesh.vertex_normal[mesh.face_vertex].astype(np.float32)
     surface.point_data.active_normals_name = "Normals"
-    return surface, found.face
+    return surface
 
 
 def add_faces(plotter: pyvista.Plotter, mesh: Mesh, colours: NDArray[np.uint8]) -> None:
     """Add the faces with one sRGB colour each, shape (F, 3)."""
-    surface, face = polygon_surface(mesh)
     plotter.add_mesh(
-        surface, scalars=colours[face], rgb=True, smooth_shading=True, ambient=0.32, diffuse=0.55, specular=0.0
+        polygon_surface(mesh), scalars=colours, rgb=True, smooth_shading=True, ambient=0.32, diffuse=0.55, specular=0.0
     )
 
 
