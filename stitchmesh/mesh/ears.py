@@ -21,7 +21,7 @@ from stitchmesh.mesh.polygon_mesh import FloatArray, IntArray
 FLAT = 1e-11
 """Twice the area of a triangle that is no ear, over the area of the square around the polygon. It is above the area
 that ``Mesh`` calls zero."""
-MOST_CORNERS = 4096
+MOST_CORNERS = 2048
 """Number of corners beyond which a polygon is divided as a fan, since the time of ears grows with its square."""
 EQUAL = 1e-9
 """Relative difference of shapes that count as equal, as those of the two diagonals of a rectangle after rounding."""

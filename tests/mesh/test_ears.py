@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stitchmesh.mesh.ears import clip_ears, pair_keys
+from stitchmesh.mesh.ears import MOST_CORNERS, clip_ears, pair_keys
 
 SHAPES = {
     "pentagon with a straight corner": [(0, 0), (1, 0), (2, 0), (2, 2), (0, 2)],
@@ -80,3 +80,11 @@ def test_a_polygon_whose_parts_cancel_is_not_covered():
     crossed = np.array([[0, 0, 0], [2, 0, 0], [0, 2, 0], [2, 2, 0]], dtype=float)
     ears = clip_ears(crossed, np.arange(4), np.array([4]))
     assert not ears.whole.any() and ears.triangles.shape == (2, 3)
+
+
+def test_a_polygon_of_very_many_corners_is_a_fan_that_is_not_called_whole():
+    angle = np.linspace(0.0, 2.0 * np.pi, MOST_CORNERS + 1, endpoint=False)
+    points = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+    ears = clip_ears(points, np.arange(len(points)), np.array([len(points)]))
+    assert not ears.whole.any() and ears.triangles.shape == (MOST_CORNERS - 1, 3)
+    assert areas(points, ears.triangles).sum() == pytest.approx(np.pi, rel=1e-5)  # A polygon in a circle.
