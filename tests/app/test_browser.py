@@ -233,3 +233,10 @@ def front_of(rig):
     points = tube(12, 4).vertices
     away = rig.app.scene.cameras()[0].position - 0.5 * (points.min(axis=0) + points.max(axis=0))
     return float(away[2] / np.linalg.norm(away))
+
+
+def test_settings_that_serve_no_user_are_hidden(app_in_browser):
+    with app_in_browser(page="Project") as rig:
+        rig.browser_page.locator("svg.tabler-icon-adjustments").first.click()
+        rig.browser_page.get_by_text("Orbit Origin Tool").wait_for()
+        rig.browser_page.get_by_text("Dev Settings").wait_for(state="hidden")

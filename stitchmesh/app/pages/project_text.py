@@ -27,6 +27,7 @@ STYLE = markup("""<style>
  border:1px solid var(--mantine-color-default-border);background:var(--mantine-color-default);
  color:var(--mantine-color-text)}
 .sm-project button:focus-visible{outline:3px solid #e08a1e;outline-offset:1px}
+.sm-project svg{flex:none}
 .sm-project .one{display:flex;align-items:center;gap:.2em}
 .sm-project .wide{display:flex;flex:1 1 auto;gap:.5em;align-items:center;text-align:left;overflow-wrap:anywhere}
 .sm-project .trouble{border-left:4px solid #96233c;padding-left:.5em;font-weight:600}
