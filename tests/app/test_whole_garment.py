@@ -21,7 +21,7 @@ STITCH_WIDTH = 1.0
 def skirt_file(tmp_path):
     """A small skirt, wider at its hem."""
     path = tmp_path / "skirt.obj"
-    write_mesh(path, tube(10, 4, radius=4.0, height=2.0, top_radius=3.0))
+    write_mesh(path, tube(10, 4, radius=5.5, height=2.0, top_radius=4.0))
     return path
 
 

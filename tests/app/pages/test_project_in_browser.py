@@ -10,8 +10,10 @@ from contextlib import closing
 import pytest
 
 from stitchmesh.app.uploads import LARGEST_UPLOAD
+from stitchmesh.io.meshes import write_mesh
 from stitchmesh.io.stitches import read_stitches
 from tests.app.project.projects import LABEL_ALL, divided_project, mesh_bytes, same
+from tests.gallery import tube
 
 DROP = """([name, text]) => {
   const bytes = Uint8Array.from(atob(text), c => c.charCodeAt(0));
@@ -35,7 +37,7 @@ def drop(rig, name: str, content: bytes) -> None:
 
 
 def test_a_mesh_is_uploaded_and_the_next_page_opens(app_in_browser, tmp_path):
-    (tmp_path / "tube.obj").write_bytes(mesh_bytes(tmp_path))
+    write_mesh(tmp_path / "tube.obj", tube(12, 4, radius=18.0, height=5.0))
     with app_in_browser(page="Project") as rig:
         rig.upload(tmp_path / "tube.obj")
         rig.wait_for(lambda: rig.app.project.mesh is not None, "the mesh is imported")
