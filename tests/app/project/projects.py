@@ -61,7 +61,8 @@ def same(first: object, second: object) -> bool:
             same(getattr(first, part.name), getattr(second, part.name)) for part in fields(first)
         )
     if isinstance(first, np.ndarray):
-        return isinstance(second, np.ndarray) and first.dtype == second.dtype and np.array_equal(first, second)
+        alike = isinstance(second, np.ndarray) and first.dtype == second.dtype
+        return alike and np.array_equal(first, second, equal_nan=first.dtype.kind == "f")  # A mass may not be stated.
     if isinstance(first, list | tuple):
         return type(first) is type(second) and len(first) == len(second) and all(map(same, first, second))
     return first == second
