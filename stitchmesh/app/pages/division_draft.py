@@ -8,9 +8,9 @@ from dataclasses import replace
 from typing import Any
 
 from stitchmesh.app.pages.draft import Draft
+from stitchmesh.app.pages.gauge_panel import drawn_height
 from stitchmesh.app.project.division import Division, division_of, division_table
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
 from stitchmesh.tessellate.counts import edge_named, edges_with_one_count
 from stitchmesh.tessellate.edge_file import EdgeSettings, VertexPair
 
@@ -40,13 +40,7 @@ class DivisionDraft(Draft[Division]):
     @property
     def height(self) -> float:
         """Course spacing [cm]."""
-        return height_of(self.division)
-
-
-def height_of(division: Division) -> float:
-    """Return the course spacing of a division [cm]."""
-    given = division.stitch_height
-    return COURSE_OVER_WALE_SPACING * division.stitch_width if given is None else given
+        return drawn_height(self.division.stitch_width, self.division.stitch_height)
 
 
 def with_count(division: Division, labeled: StitchMesh, edge: VertexPair, count: int | None) -> Division:
