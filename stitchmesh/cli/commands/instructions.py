@@ -18,7 +18,7 @@ from stitchmesh.errors import ParameterError
 
 @dataclass(frozen=True)
 class Instructions:
-    """Write a pattern to knit a stitch mesh by hand, in words, or as a PDF with picture, measures and charts."""
+    """Write a pattern to knit a stitch mesh by hand, in words or as a PDF."""
 
     fabric: Annotated[Positional[str], help_entry("FABRIC", help=READ_STITCHES)]
     output: Annotated[str | None, help_entry("FILE", "standard output", short="-o")] = None
