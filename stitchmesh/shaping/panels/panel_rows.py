@@ -34,6 +34,8 @@ BESIDE = 0.05
 """Distance from a vertex, in stitch widths, up to which an end of a line counts as beside it."""
 SHORTEST_LINE = 0.75
 """Length of the shortest course, in stitch widths."""
+SHORTEST_TIP = 4.0
+"""The same for the last course below a rounded end, such as a cap: loops bound off beside a shorter one do not hold."""
 
 
 @dataclass(frozen=True)
@@ -138,10 +140,12 @@ class PanelStitches:
         self, levels: LevelLines, band: Band, hems: Sequence[Hem], courses: dict[int, _Course], wanted: dict[int, int]
     ) -> None:
         """Make the courses of a band that have not been made yet."""
+        last = {band.below[0] for band in levels.bands if len(band.below) == 1 and not band.above}
         # Hems have given numbers of stitches; what is left of the course below belongs to the other lines.
         for number in sorted([*band.below, *band.above], key=lambda number: number not in levels.borders):
             line = levels.lines[number]
-            if number in courses or line.length < SHORTEST_LINE * self.size.width:
+            shortest = SHORTEST_TIP if number in last - levels.borders else SHORTEST_LINE
+            if number in courses or line.length < shortest * self.size.width:
                 continue
             hem = _hem_on(line, hems) if number in levels.borders else None
             if hem is not None:
