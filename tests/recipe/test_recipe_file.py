@@ -37,7 +37,8 @@ FULL = Recipe(
     spiral=True, palette=("#a03030", "navy"),
     patterns=(
         RecipePattern(pattern="rib2x2", on="hem 6"),
-        RecipePattern(pattern="charts/band.png", on='not file "faces.txt"', remainder="stretch"),
+        RecipePattern(pattern="charts/band.png", on='not file "faces.txt"', remainder="stretch", ground="navy",
+                      shift=(3, -1), mirror=True),
     ),
     edits=(
         Edit("stripe", {"on": "rows 10-20 step 4", "yarn": 1}),
