@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.app.project.project import Project
-from stitchmesh.app.project.source import Source, read_source
+from stitchmesh.app.project.source import Source, read_source, source_of
 from stitchmesh.errors import MeshError
 from stitchmesh.io.meshes import read_mesh, read_repaired_mesh, write_mesh
 from stitchmesh.mesh.upright import Y
