@@ -165,8 +165,7 @@ def to_meshio(value: Any) -> meshio.Mesh:
 
     content = _content("to_meshio", value)
     if isinstance(content, Mesh):
-        faces = [face.tolist() for face in np.split(content.face_vertex, content.face_start[1:-1])]
-        return meshio.Mesh(content.vertices, cells_of_faces(faces))
+        return meshio.Mesh(content.vertices, cells_of_faces(content.polygons))
     data = poly_data_of_yarns(content, 1.0, SAMPLES)
     lines = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in _lists(data.lines)])
     held = {name: np.asarray(data.point_data[name]) for name in ("radius", "yarn")}

@@ -190,8 +190,7 @@ def write_mesh(path: FilePath, mesh: Mesh, *, unit: str = DEFAULT_UNIT) -> None:
     """
     mesh_format = FORMATS[suffix_of(path, FORMATS)]
     check_kind("write_mesh", mesh, Mesh)
-    vertices = mesh.vertices / _scale(path, mesh_format, unit)
-    faces = [face.tolist() for face in np.split(mesh.face_vertex, mesh.face_start[1:-1])]
+    vertices, faces = mesh.vertices / _scale(path, mesh_format, unit), mesh.polygons
     if mesh_format.most_corners is not None:
         faces = divide_large_faces(path, vertices, faces, mesh_format.most_corners)
     mesh_format.write(path, vertices, faces)

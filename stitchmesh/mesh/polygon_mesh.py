@@ -115,6 +115,11 @@ class Mesh:
         return f"{type(self).__name__}({counts}, {extent(self.vertices)}{periodic})"
 
     @property
+    def polygons(self) -> list[list[int]]:
+        """Vertices of each face, as ``from_polygons`` takes them."""
+        return [face.tolist() for face in np.split(self.face_vertex, self.face_start[1:-1])]
+
+    @property
     def face_count(self) -> int:
         """Number of faces."""
         return len(self.face_start) - 1

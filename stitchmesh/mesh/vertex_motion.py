@@ -93,14 +93,10 @@ def _check_same_faces(number: int, frame: Mesh, first: Mesh) -> None:
         raise ParameterError(f"moving mesh: frame {number}: {found}; {expected}; export every frame of one mesh")
     if np.array_equal(frame.face_start, first.face_start) and np.array_equal(frame.face_vertex, first.face_vertex):
         return
-    pairs = enumerate(zip(_faces(frame), _faces(first), strict=True))
+    pairs = enumerate(zip(frame.polygons, first.polygons, strict=True))
     face, (own, other) = next((face, pair) for face, pair in pairs if pair[0] != pair[1])
     found = f"face {face}: got vertices {own}; expected {other}, those of the first frame"
     raise ParameterError(f"moving mesh: frame {number}: {found}; export every frame of one mesh")
-
-
-def _faces(mesh: Mesh) -> list[list[int]]:
-    return [face.tolist() for face in np.split(mesh.face_vertex, mesh.face_start[1:-1])]
 
 
 def checked_numbers(place: str, name: str, values: object, shape: tuple[int, ...]) -> FloatArray:

@@ -123,7 +123,7 @@ def _start_of_mesh(labeling: PartialLabeling) -> Start:
 
 
 def _repaired(mesh: Mesh) -> Repaired:
-    return repair_mesh(mesh.vertices, [face.tolist() for face in np.split(mesh.face_vertex, mesh.face_start[1:-1])])
+    return repair_mesh(mesh.vertices, mesh.polygons)
 
 
 def _start_of_stitches(fabric: StitchMesh, name: str) -> Start:

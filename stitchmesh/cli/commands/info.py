@@ -28,14 +28,13 @@ class Info:
         from stitchmesh.cli.describe import description
         from stitchmesh.io.garments import doubt_of_unit
         from stitchmesh.io.mesh_objects import scene_objects
-        from stitchmesh.io.meshes import read_strict_polygons
 
         found = self.reading.read(self.file)
         for line in description(found):
             say(line)
         if type(found) is not Mesh:
             return
-        objects = scene_objects(self.file, *read_strict_polygons(self.file, unit=self.reading.unit)).objects
+        objects = scene_objects(self.file, found.vertices, found.polygons).objects
         if len(objects) > 1:
             say(f"objects: {', '.join(objects)}")
         if doubt := doubt_of_unit(self.file, found, self.reading.unit):
