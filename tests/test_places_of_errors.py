@@ -46,7 +46,7 @@ def test_the_thinner_yarn_of_a_message_works():
 
 def test_no_thinner_yarn_is_proposed_where_none_works():
     fabric = flat_fabric()
-    with pytest.raises(YarnError, match="thinner yarns fail there too: choose another stitch width"):
+    with pytest.raises(YarnError, match="thinner yarns fail there too: two parts of the mesh touch"):
         yarns_of(replace(fabric, vertices=fabric.vertices * [1.0, 0.001, 1.0]))
 
 

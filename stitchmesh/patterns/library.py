@@ -88,7 +88,8 @@ def read_pattern(name_or_path: FilePath, stitches: Iterable[OwnStitch] = ()) -> 
     try:
         return _of_text(text, suffix, fspath(name_or_path), stitches)
     except PatternError as error:
-        free = FREE_WORDS.search(text) if suffix == ".txt" else None
+        own = text.startswith(FIRST_WORDS)  # Instructions that StitchMesh wrote have messages of their own.
+        free = FREE_WORDS.search(text) if suffix == ".txt" and not own else None
         if free is None:
             raise
         found = f"line {text[: free.start()].count(chr(10)) + 1}: got {free[0]!r}, as in instructions that people write"

@@ -16,7 +16,7 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.pipeline.knit import Knitted, knit
 from stitchmesh.progress import Progress
 from stitchmesh.quality import quality_named
-from stitchmesh.recipe.recipe import Recipe, recipe_options
+from stitchmesh.recipe.recipe import Recipe, pattern_regions, recipe_options
 from stitchmesh.recipe.recipe_file import write_recipe
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
@@ -50,6 +50,7 @@ def knit_recipe(
     """
     if resume is not None:
         read_checkpoint(resume)  # One that cannot be read is refused before the garment is made.
+    pattern_regions(recipe)  # A pattern that cannot be read is refused before the mesh is read.
     found = recipe.read_mesh()
     options = recipe_options(recipe, found.up)
     options = replace(options, relaxation=replace(options.relaxation, checkpoint=checkpoint, resume=resume))

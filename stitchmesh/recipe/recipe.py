@@ -241,7 +241,7 @@ def recipe_options(recipe: Recipe, up: Direction = Y) -> KnitOptions:
         shaping=recipe.rows.options(up),
         panels=recipe.panels.options(),
         palette=palette,
-        patterns=tuple(_region(part, number) for number, part in enumerate(recipe.patterns)),
+        patterns=pattern_regions(recipe),
         edits=(*recipe.edits, *stripes),
         spiral=recipe.spiral,
         finish=recipe.finish,
@@ -252,6 +252,15 @@ def recipe_options(recipe: Recipe, up: Direction = Y) -> KnitOptions:
             terms=tuple(recipe.physics.terms(up)),
         ),
     )
+
+
+def pattern_regions(recipe: Recipe) -> tuple[PatternRegion, ...]:
+    """Read the patterns of a recipe.
+
+    Raises:
+        ParameterError, FileError, PatternError: as for ``recipe_options``.
+    """
+    return tuple(_region(part, number) for number, part in enumerate(recipe.patterns))
 
 
 def _region(part: RecipePattern, number: int) -> PatternRegion:

@@ -49,6 +49,7 @@ def test_a_killed_server_comes_back_where_it_was(browser, tmp_path, tube_file):
     with app_process(folder) as first:
         with closing(BrowserWindow(browser, first.address)) as window:
             window.upload(tube_file)
+            window.press("Go on: Label")  # The tube is too small for a garment, so that the page Project stays open.
             window.wait_for_text("Label all")
             window.press("Label all")
             window.wait_for(lambda: saved_steps(folder) == ["label_all"], "the step is on disk")

@@ -63,7 +63,7 @@ def _status(folder: Path) -> list[bytes]:
 
     stage = StageStatus(name="label", key="0123456789abcdef", kept=False, seconds=0.25)
     status = JobStatus(time="2026-01-01T00:00:00+00:00", state="running", stage="relax_yarns", done=0.5, seconds=2.5,
-                       seconds_left=1.5, note="iteration 5", stages=(stage,), process=1, host="here")  # fmt: skip
+                       seconds_left=(1.5, 3.0), note="iteration 5", stages=(stage,), process=1, host="h")  # fmt: skip
     return written(write_json, asdict(status), suffix=".json")(folder)
 
 

@@ -40,7 +40,7 @@ ELSEWHERE = {
     "app/entrance.py", "app/pages/swatch/exports.py", "app/project/exports.py", "io/atomic.py",
     "io/checkpoint_file.py", "io/own_files.py", "jobs/sweep/result_table.py", "render/thumbnails/rest_sheet.py",
     # Contents that have been read, and copies or stages that a child process reads.
-    "patterns/charts/other_images.py",
+    "patterns/charts/other_images.py", "render/pattern_sheet.py",
     "io/guarded_child.py", "io/hdf5.py", "io/mesh_formats/by_meshio.py", "io/usd_stage.py",
     "jobs/sweep/parquet_columns.py",
     "patterns/charts/chart_image.py",

@@ -16,7 +16,7 @@ _FOLDERS = (_PACKAGE / "assets" / "help", _PACKAGE.parent / "docs")
 WALK = ("application.md", "From mesh to sweater in ten minutes")
 SECTIONS = {
     "Project": ("application.md", "Projects"), "Label": WALK, "Divide": WALK, "Edit": WALK, "Even out": WALK,
-    "Yarns": WALK, "Rows": ("application.md", "A mesh without rows"),
+    "Yarns": WALK, "Take home": WALK, "Rows": ("application.md", "A mesh without rows"),
     "Swatch": ("application.md", "A swatch in two minutes"),
     "Outline": ("application.md", "A swatch in two minutes"), "Drape": ("drape-page.md", ""), "View": ("view.md", ""),
 }  # fmt: skip

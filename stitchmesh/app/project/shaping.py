@@ -86,7 +86,7 @@ def shaping_of(table: object) -> Shaping:
     from stitchmesh.recipe.sections import time_marks
 
     found = check_table(table, AutoStitchesTable)
-    given = {part.name: getattr(found, part.name) for part in fields(found)}
+    given = {part.name: getattr(found, part.name) for part in fields(Shaping)}
     return Shaping(**{**given, "marks": time_marks(found.marks)})
 
 

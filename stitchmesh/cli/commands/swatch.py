@@ -177,11 +177,12 @@ class Swatch:
 
     def _write_sheet(self, folder: Path, source: Pattern | Weave, made: RelaxedSwatch, drawn: bool) -> None:
         """Write the pattern to take home."""
+        from stitchmesh.io.contents import read_bytes
         from stitchmesh.render.pattern_sheet import swatch_sheet, write_pattern_sheet
         from stitchmesh.yarn.yarn_presets import Gauge
 
         gauge = Gauge.of_stitch(made.report["wale_spacing"], made.report["course_spacing"])
-        picture = (folder / PICTURE).read_bytes() if drawn else None
+        picture = read_bytes(folder / PICTURE) if drawn else None
         sheet = swatch_sheet(source, made.yarns, gauge, yarn=self.fabric.yarn.named(), picture=picture)
         write_pattern_sheet(folder / SHEET, sheet)
 

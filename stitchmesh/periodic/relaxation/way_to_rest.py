@@ -19,6 +19,7 @@ from typing import Any, Literal
 import numpy as np
 
 from stitchmesh.compute.asking import Asking, answered_alone, ask
+from stitchmesh.errors import SolverError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.periodic.relaxation.continuation import change_period, change_radius, change_rest_length, size_of
 from stitchmesh.periodic.relaxation.lowest_rest import lowest_rest
@@ -59,7 +60,10 @@ def relax_along(
             found = yield from lowest_rest.asking(prepared, yarns, relax)
             wedged = prepared.cell is not None and found.report["min_distance_over_radius"] < WEDGED
             if wedged and yarns is prepared.yarns:
-                start = yield from _settled.asking(prepared)
+                try:
+                    start = yield from _settled.asking(prepared)
+                except SolverError:  # They cannot be settled at that size, and the rest that was found stays.
+                    continue
                 found = continued((yield from relax(start, found.report["iterations"])), found)
         else:
             yarns = sample_evenly(found.yarns, prepared.smallest.part_of(prepared.drawn_with(step)))

@@ -49,6 +49,7 @@ def jersey(columns: int = 6, rows: int = 6) -> tuple[Cloth, SplineYarns, np.ndar
     mesh = label(grid(columns, rows, width=WIDTH, height=HEIGHT))
     fabric = tessellate(mesh, stitch_width=WIDTH, stitch_height=HEIGHT)
     drawn = generate_yarns(fabric, quality="draft", yarn_radius=RADIUS)
+    drawn = replace(drawn, rest_length=drawn.lengths)  # Its border is that of a swatch, without the tension of edges.
     drawn = apply_rest_lengths(drawn, RestLengths(loop_length=LOOP), fabric=fabric)
     border = np.unique(fabric.side_face[fabric.twin == BORDER])
     pinned = np.flatnonzero(np.isin(drawn.face, border) | (drawn.face < 0))
