@@ -12,7 +12,7 @@ import pytest
 from stitchmesh.errors import ParameterError, TessellationError
 from stitchmesh.mesh import BORDER, TOP, StitchMesh
 from stitchmesh.mesh.courses import find_courses
-from stitchmesh.meshrelax import relax_mesh
+from stitchmesh.meshrelax import relax_mesh, relax_mesh_with_report
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh
 from stitchmesh.shaping.panels.shape_panels import ShapedPanels, knit_panels, shape_panels
 from stitchmesh.yarngen import generate_yarns, make_room
@@ -105,10 +105,13 @@ def test_a_bag_is_knitted_in_rounds_and_grafted_below(tmp_path):
     assert report.mean_angle < 1.0 and report.largest_angle < 5.0
 
 
-@pytest.mark.xfail(reason="beside a corner yarns start 0.2 radii apart with some linear algebra kernels", strict=False)
 def test_yarns_of_a_relaxed_bag_hold_each_other(tmp_path):
     shaped = knit_panels(bag().read(tmp_path), stitch_width=WIDTH)
-    fabric = make_room(relax_mesh(shaped.fabric, surface=shaped.surface, progress=False))  # as `knit` does
+    # The usual 60 iterations end before its foot is even, at a state that rounding decides.
+    fabric, report = relax_mesh_with_report(
+        shaped.fabric, surface=shaped.surface, max_iterations=400, progress=False
+    )  # fmt: skip
+    assert report.converged
     check_loops(fabric, generate_yarns(fabric))
 
 
