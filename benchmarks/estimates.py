@@ -20,7 +20,7 @@ from pathlib import Path
 from benchmarks.garments import STAGES, StageMemory
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import label
-from stitchmesh.pipeline.knit import knit
+from stitchmesh.pipeline.knit import knit_and_write
 from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.recipe.estimate import estimate_garment
 
@@ -39,7 +39,7 @@ def measure(name: str, width: float, quality: str, device: str) -> None:
     memory = StageMemory()
     with tempfile.TemporaryDirectory() as folder:
         options = KnitOptions(stitch_width=width, quality=quality, device=device)
-        report = knit(mesh, folder, options, progress=memory).report
+        report = knit_and_write(mesh, folder, options, progress=memory).report
     memory.close()
     truth = {stage: report[stage] for stage in STAGES}
     figures = [

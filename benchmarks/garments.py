@@ -17,7 +17,7 @@ import tempfile
 from pathlib import Path
 
 from stitchmesh.io import read_mesh
-from stitchmesh.pipeline.knit import knit
+from stitchmesh.pipeline.knit import knit_and_write
 from stitchmesh.pipeline.options import KnitOptions
 
 STAGES = ("label", "tessellate", "meshrelax", "yarngen", "yarnrelax")
@@ -51,7 +51,7 @@ def measure(path: str, unit: str, options: KnitOptions) -> None:
     """Knit one garment and print its table."""
     memory = StageMemory()
     with tempfile.TemporaryDirectory() as folder:
-        made = knit(read_mesh(path, unit=unit), folder, options, progress=memory)
+        made = knit_and_write(read_mesh(path, unit=unit), folder, options, progress=memory)
     memory.close()
     report = made.report
     print(f"\n{Path(path).stem}: stitch width {options.stitch_width} cm, quality {options.quality}, {report['device']}")

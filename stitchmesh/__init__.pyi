@@ -127,6 +127,8 @@ from .periodic.weave.weave_chart import WeaveChart as WeaveChart
 from .periodic.weave.yarns import weave_yarns as weave_yarns
 from .pipeline.dressed import Dressed as Dressed
 from .pipeline.dressed import dressed as dressed
+from .pipeline.knit import Knitted as Knitted
+from .pipeline.knit import knit as knit
 from .quality import Quality as Quality
 from .recipe.estimate import GarmentEstimate as GarmentEstimate
 from .recipe.estimate import estimate_garment as estimate_garment

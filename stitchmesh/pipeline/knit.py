@@ -15,11 +15,15 @@ from stitchmesh.budget.budget import Budget
 from stitchmesh.budget.expectation import BudgetScene
 from stitchmesh.budget.plan import limit_of, make_plan
 from stitchmesh.compute.device import device_named
+from stitchmesh.editing.pattern_regions import PatternRegion
+from stitchmesh.errors import LabelError
 from stitchmesh.io.history import HistoryEntry, write_history
+from stitchmesh.io.library_meshes import MeshLike, as_mesh
 from stitchmesh.io.state_saver import StateSaver, save_yarns
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.repair import RepairAction
+from stitchmesh.patterns import Pattern
 from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.pipeline.stages import (
     edit_stage,
@@ -35,15 +39,17 @@ from stitchmesh.pipeline.stages import (
 )
 from stitchmesh.pipeline.yarn_relaxation import relax_with_options
 from stitchmesh.progress import Progress, shown_stages
-from stitchmesh.quality import quality_named
+from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
+from stitchmesh.shaping.options import ShapingOptions
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh
+from stitchmesh.tessellate import STITCH_WIDTH
 from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import YarnSet
 
 
 @dataclass(frozen=True)
 class Knitted:
-    """The results of ``knit``."""
+    """The results of ``knit`` and ``knit_recipe``."""
 
     fabric: StitchMesh
     """Stitch mesh after mesh relaxation."""
@@ -60,7 +66,46 @@ class Knitted:
 
 
 def knit(
-    mesh: Mesh | PanelMesh, folder: str | PathLike[str], options: KnitOptions, *, budget: Budget | None = None,
+    mesh: MeshLike, *, stitch_width: float = STITCH_WIDTH, auto: bool = False, pattern: Pattern | None = None,
+    quality: str | Quality = DEFAULT_QUALITY, device: str | None = None, folder: str | PathLike[str] | None = None,
+    progress: Progress | Literal[False] | None = None,
+) -> Knitted:  # fmt: skip
+    """Make relaxed yarns from a polygon mesh.
+
+    ``knit_recipe`` makes a garment with all that can be chosen.
+
+    Args:
+        mesh: a ``Mesh``, or a ``trimesh.Trimesh``, ``meshio.Mesh`` or ``pyvista.PolyData`` with lengths in centimetres.
+        stitch_width: wale spacing [cm].
+        auto: whether rows are found on a mesh of any kind, such as triangles; if not, the rows of the mesh are labeled.
+        pattern: knitting pattern on the whole fabric; plain knit if it is None.
+        quality: name of a preset of ``quality.py``, or a ``Quality``.
+        device: Warp's name of the device; None for the preferred device.
+        folder: folder of the files that ``knit_and_write`` writes; None writes no files.
+        progress: called with the progress of each stage; by default a line shows the progress on a terminal or in a
+            notebook, and False shows nothing.
+
+    Raises:
+        ParameterError: the mesh is no mesh, or a number is out of bounds.
+        LabelError: rows are to be labeled, and the mesh has none.
+        StitchMeshError: another stage cannot continue; the error is that of the stage.
+    """
+    options = KnitOptions(
+        stitch_width=stitch_width,
+        shaping=ShapingOptions() if auto else None,
+        patterns=() if pattern is None else (PatternRegion(pattern),),
+        quality=quality,
+        device=device,
+    )
+    try:
+        return knit_and_write(as_mesh(mesh, place="knit"), folder, options, progress=progress)
+    except LabelError as error:
+        remedy = "knit it with auto=True, which finds rows where a mesh has none; or change the mesh"
+        raise LabelError(f"{remedy}: {error}", labeling=error.labeling) from error
+
+
+def knit_and_write(
+    mesh: Mesh | PanelMesh, folder: str | PathLike[str] | None, options: KnitOptions, *, budget: Budget | None = None,
     repair: Sequence[RepairAction] | None = None, progress: Progress | Literal[False] | None = None,
     seconds_after: Callable[[YarnSet], float] | None = None,
 ) -> Knitted:  # fmt: skip
@@ -72,7 +117,7 @@ def knit(
 
     Args:
         mesh: the polygon mesh; the panels of a sewing pattern if the options have ``panels``.
-        folder: output folder.
+        folder: output folder; None writes no files.
         options: options of all stages.
         budget: limits on the time of all stages and on the error; measured tables then choose the quality once the
             stitches are known, unless it is another than the default, and the report says what they chose. The
@@ -87,11 +132,12 @@ def knit(
         StitchMeshError: a stage cannot continue; the error is that of the stage.
     """
     with limited_to(limit_of(budget)), shown_stages(progress) as report:
-        return _knit(mesh, Path(folder), options, budget, repair, report, seconds_after)
+        target = None if folder is None else Path(folder)
+        return _knit(mesh, target, options, budget, repair, report, seconds_after)
 
 
 def _knit(
-    mesh: Mesh | PanelMesh, target: Path, options: KnitOptions, budget: Budget | None,
+    mesh: Mesh | PanelMesh, target: Path | None, options: KnitOptions, budget: Budget | None,
     repair: Sequence[RepairAction] | None, progress: Progress, seconds_after: Callable[[YarnSet], float] | None,
 ) -> Knitted:  # fmt: skip
     """Make and write relaxed yarns in the time that is left."""
@@ -110,19 +156,23 @@ def _knit(
     shape = cast(Mapping[str, Any] | None, report.get("shape"))
     yarns = yarn_stage(fabric, options, quality, report, progress, shape)
     progress("yarnrelax", 0.0, f"{len(yarns.points)} control points")
-    write_stitches(target / "stitches.h5", fabric)
-    saver = StateSaver(target, report, yarns)
+    saver = None if target is None else StateSaver(target, report, yarns)
+    if target is not None:
+        write_stitches(target / "stitches.h5", fabric)
     try:
         relaxed = relax_with_options(
             yarns, options.relaxation, quality=quality, device=device, fabric=fabric, keep_shape=True,
-            progress=progress, on_state=saver.keep, seconds_after=seconds_after(yarns) if seconds_after else 0.0,
+            progress=progress, on_state=saver.keep if saver else None,
+            seconds_after=seconds_after(yarns) if seconds_after else 0.0,
         )  # fmt: skip
     except KeyboardInterrupt:
-        saver.save()
+        if saver is not None:
+            saver.save()
         raise
     report["yarnrelax"] = relaxed.report
-    save_yarns(target, relaxed.yarns, report)
-    write_history(target / "convergence.csv", relaxed.history)
+    if target is not None:
+        save_yarns(target, relaxed.yarns, report)
+        write_history(target / "convergence.csv", relaxed.history)
     return Knitted(fabric, relaxed.yarns, report, relaxed.history)
 
 

@@ -72,7 +72,7 @@ class RelaxOptions:
 
 @dataclass(frozen=True)
 class KnitOptions:
-    """Options of ``knit``.
+    """Options of ``knit_and_write``.
 
     Raises:
         ParameterError: an option names edges or faces of a labeled mesh, and rows are found without one; rows are found

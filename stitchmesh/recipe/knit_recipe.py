@@ -13,7 +13,7 @@ from typing import Any, Literal
 from stitchmesh.budget.budget import Budget
 from stitchmesh.io.checkpoint_file import read_checkpoint
 from stitchmesh.io.contents import FilePath
-from stitchmesh.pipeline.knit import Knitted, knit
+from stitchmesh.pipeline.knit import Knitted, knit_and_write
 from stitchmesh.progress import Progress
 from stitchmesh.quality import quality_named
 from stitchmesh.recipe.recipe import Recipe, pattern_regions, recipe_options
@@ -32,18 +32,18 @@ def knit_recipe(
 ) -> Knitted:  # fmt: skip
     """Make the garment of a recipe, and write it.
 
-    The function writes the files of ``pipeline.knit``, and the recipe as ``garment.toml``, which gives the same bits
+    The function writes the files of ``knit_and_write``, and the recipe as ``garment.toml``, which gives the same bits
     again on the same processor.
 
     Args:
         recipe: the recipe.
         folder: output folder.
-        budget: limits on the time and on the error, as for ``pipeline.knit``. The recipe that is written then has the
+        budget: limits on the time and on the error, as for ``knit_and_write``. The recipe that is written then has the
             quality that was chosen, and the number of iterations if the time ended the relaxation.
         checkpoint: file and interval of checkpoints; None writes no checkpoints.
         resume: checkpoint file from which the relaxation continues; None starts a new relaxation.
-        progress: as for ``pipeline.knit``.
-        seconds_after: estimated time of the caller's own work afterwards, as for ``pipeline.knit``.
+        progress: as for ``knit_and_write``.
+        seconds_after: estimated time of the caller's own work afterwards, as for ``knit_and_write``.
 
     Raises:
         StitchMeshError: the recipe cannot be carried out; nothing is written if the error is in the recipe.
@@ -54,7 +54,7 @@ def knit_recipe(
     found = recipe.read_mesh()
     options = recipe_options(recipe, found.up)
     options = replace(options, relaxation=replace(options.relaxation, checkpoint=checkpoint, resume=resume))
-    made = knit(
+    made = knit_and_write(
         found.mesh, folder, options, budget=budget, repair=found.repairs, progress=progress,
         seconds_after=seconds_after,
     )  # fmt: skip

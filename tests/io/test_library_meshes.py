@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -14,8 +15,9 @@ import pyvista
 import trimesh
 
 import stitchmesh as sm
-from stitchmesh.errors import MeshError, ParameterError
+from stitchmesh.errors import LabelError, MeshError, ParameterError
 from stitchmesh.mesh import Mesh
+from stitchmesh.quality import quality_named
 from tests.fuzz.reader import small_yarns
 from tests.gallery import tube
 
@@ -64,6 +66,24 @@ def test_strips_second_order_and_points_of_a_plane_are_understood():
 def test_what_is_no_surface_is_refused_in_a_line(given, error, message):
     with pytest.raises(error, match=message):
         sm.label(given)
+
+
+@pytest.mark.parametrize("convert", [sm.to_trimesh, sm.to_pyvista, sm.to_meshio])
+def test_meshes_of_libraries_are_knitted_and_written_where_a_folder_is_given(convert, tmp_path):
+    rough = sm.Quality(**(asdict(quality_named("draft")) | {"max_iterations": 1}))  # The yarns are made, not at rest.
+    made = {}
+    for place, folder in (("nowhere", None), ("folder", tmp_path)):
+        made[place] = sm.knit(
+            convert(TUBE), stitch_width=1.0, auto=True, quality=rough, device="cpu", folder=folder, progress=False
+        )
+    np.testing.assert_array_equal(made["nowhere"].yarns.points, made["folder"].yarns.points)
+    np.testing.assert_array_equal(sm.read_yarns(tmp_path / "yarns.h5").points, made["folder"].yarns.points)
+    assert sm.read_stitches(tmp_path / "stitches.h5").face_count == made["folder"].fabric.face_count
+
+
+def test_a_mesh_of_triangles_is_refused_with_the_way_to_rows():
+    with pytest.raises(LabelError, match=r"auto=True.*these are triangles"):
+        sm.knit(sm.to_trimesh(TUBE), progress=False)
 
 
 def test_a_fabric_keeps_its_rows_in_pyvista():

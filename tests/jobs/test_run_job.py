@@ -33,7 +33,7 @@ from stitchmesh.jobs.stage_run import JobRun
 from stitchmesh.jobs.stop import JobStopped, StopRequest
 from stitchmesh.memory_need import relaxation_memory
 from stitchmesh.periodic.swatch import Swatch
-from stitchmesh.pipeline.knit import knit
+from stitchmesh.pipeline.knit import knit_and_write
 from stitchmesh.quality import PRESETS
 from stitchmesh.recipe.recipe import recipe_options
 from stitchmesh.recipe.recipe_file import write_recipe
@@ -86,7 +86,7 @@ def stopped_at(job, folder, note):
 
 def test_a_job_has_the_bits_of_knit(job, done, tmp_path):
     recipe = recipe_of(job)
-    knit(recipe.read_mesh().mesh, tmp_path, recipe_options(recipe))
+    knit_and_write(recipe.read_mesh().mesh, tmp_path, recipe_options(recipe))
     assert (tmp_path / "yarns.h5").read_bytes() == (done / "yarns.h5").read_bytes()
     assert json.loads((done / "report.json").read_text())["yarnrelax"]["pull_throughs"] == 0
 
