@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The objects of a scene: which faces of a mesh file belong to which object, and which objects are garments.
 
-OBJ names objects (``o``) and groups (``g``), and glTF names nodes and meshes. In other files, and where a file names
-nothing, the connected parts are the objects, ``part 1`` and so on in the order of their first faces.
+OBJ names objects (``o``) and groups (``g``), glTF names nodes and meshes, and USD names prims. In other files, and
+where a file names nothing, the connected parts are the objects, ``part 1`` and so on in the order of their first faces.
 
 A garment has openings, or two layers; a body and a button have neither. Where a file holds both and the caller chooses
 no object, what has neither is left out.
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from stitchmesh.errors import MeshError, ParameterError
 from stitchmesh.io.checked import parse_json
 from stitchmesh.io.contents import FilePath, read_bytes, read_lines
+from stitchmesh.io.mesh_formats.usd_mesh import usd_face_names
 from stitchmesh.io.obj_elements import element_lines
 from stitchmesh.mesh import FloatArray, IntArray, Mesh
 from stitchmesh.mesh.layers import parallel_layers
@@ -122,7 +123,7 @@ class SceneObjects:
 
 def scene_objects(path: FilePath, vertices: FloatArray, faces: list[list[int]]) -> SceneObjects:
     """Return the objects of a file whose polygons were read."""
-    reader = {".obj": _obj_names, ".glb": _glb_names}.get(Path(path).suffix.lower())
+    reader = READERS.get(Path(path).suffix.lower())
     names = [] if reader is None else reader(path)
     return SceneObjects(vertices, faces, names if len(names) == len(faces) else [()] * len(faces))
 
@@ -173,10 +174,19 @@ def _obj_names(path: FilePath) -> list[tuple[str, ...]]:
 
 
 def _glb_names(path: FilePath) -> list[tuple[str, ...]]:
-    """Return the names of the node and of the mesh of each triangle of a glTF file that can be read."""
+    """Return the names of a binary glTF file that can be read, as for ``_gltf_names``."""
     content = read_bytes(path)
     length = int.from_bytes(content[12:16], "little")  # The head in JSON is the first chunk, after 12 + 8 bytes.
-    head: Any = parse_json(content[20 : 20 + length].decode("utf-8"))
+    return _names_of_head(content[20 : 20 + length])
+
+
+def _gltf_names(path: FilePath) -> list[tuple[str, ...]]:
+    """Return the names of the node and of the mesh of each triangle of a glTF file in text that can be read."""
+    return _names_of_head(read_bytes(path))
+
+
+def _names_of_head(content: bytes) -> list[tuple[str, ...]]:
+    head: Any = parse_json(content.decode("utf-8"))
     nodes = head.get("nodes", [])
     inner = {child for node in nodes for child in node.get("children", [])}
     roots = [number for number in range(len(nodes)) if number not in inner]
@@ -203,3 +213,10 @@ def _area(points: FloatArray) -> float:
     """Return the area of a polygon [cm^2]."""
     offset = points - points[0]
     return float(np.linalg.norm(np.cross(offset, np.roll(offset, -1, axis=0)).sum(axis=0))) / 2.0
+
+
+READERS = {
+    ".obj": _obj_names, ".glb": _glb_names, ".gltf": _gltf_names,
+    **dict.fromkeys((".usda", ".usdc", ".usd"), usd_face_names),
+}  # fmt: skip
+"""Functions that return the names of each face of a file, by its suffix."""

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
+from pxr import Usd, UsdGeom
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.garments import LYING, UNSURE, MeshReading, read_body, read_garment
@@ -112,18 +113,41 @@ def test_parts_without_names_are_numbered(tmp_path):
     assert first.mesh.face_count == BODY.face_count
 
 
-def test_nodes_of_gltf_are_objects(tmp_path):
+@pytest.mark.parametrize("suffix", [".glb", ".gltf"])
+def test_nodes_of_gltf_are_objects(tmp_path, suffix):
     built = trimesh.Scene()
     for name, mesh in (("body", BODY), ("skirt", SKIRT)):
         quads = mesh.face_vertex.reshape(-1, 4)
         triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
         part = trimesh.Trimesh(mesh.vertices / 100.0, triangles, process=False)
         built.add_geometry(part, node_name=name, geom_name=f"mesh of {name}")
-    (tmp_path / "scene.glb").write_bytes(built.export(file_type="glb"))
-    found = read_garment(tmp_path / "scene.glb", MeshReading(), repaired=False)
+    path = tmp_path / f"scene{suffix}"
+    if suffix == ".glb":
+        path.write_bytes(built.export(file_type="glb"))
+    else:
+        for name, content in built.export(file_type="gltf").items():
+            (path if name == "model.gltf" else tmp_path / name).write_bytes(content)
+    found = read_garment(path, MeshReading(), repaired=False)
     assert found.objects == ("body", "skirt") and found.mesh.face_count == 2 * SKIRT.face_count
-    by_mesh = read_garment(tmp_path / "scene.glb", MeshReading(objects=("mesh of body",)), repaired=False)
+    by_mesh = read_garment(path, MeshReading(objects=("mesh of body",)), repaired=False)
     assert by_mesh.mesh.face_count == 2 * BODY.face_count
+
+
+def test_prims_of_usd_are_objects_and_those_around_them_are_groups(tmp_path):
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageMetersPerUnit(stage, 0.01)
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    for place, mesh in (("/scene/wearer/body", BODY), ("/scene/skirt", SKIRT)):
+        prim = UsdGeom.Mesh.Define(stage, place)
+        prim.CreatePointsAttr(mesh.vertices.tolist())
+        prim.CreateFaceVertexCountsAttr([4] * mesh.face_count)
+        prim.CreateFaceVertexIndicesAttr(mesh.face_vertex.tolist())
+    path = tmp_path / "scene.usda"
+    stage.GetRootLayer().Export(str(path))
+    found = read_garment(path, MeshReading(), repaired=False)
+    assert found.objects == ("body", "skirt") and found.mesh.face_count == SKIRT.face_count
+    wearer = read_garment(path, MeshReading(objects=("wearer",)), repaired=False)
+    assert wearer.mesh.face_count == BODY.face_count
 
 
 @pytest.mark.parametrize(("layer", "width"), [("outer", 36.0), ("inner", 35.0), ("middle", 35.5)])

@@ -64,6 +64,16 @@ def read_usd_polygons(path: FilePath) -> tuple[FloatArray, list[list[int]]]:
     return positions[0], faces
 
 
+def usd_face_names(path: FilePath) -> list[tuple[str, ...]]:
+    """Return the name of the mesh of each face of ``read_usd_polygons``, and the names of the prims around it.
+
+    Raises:
+        FileError: the file cannot be read or is malformed.
+    """
+    named = answer_of_child(__name__, path, in_place=True).header["names"]
+    return [tuple(names) for names, count in named for _ in range(count)]
+
+
 def holds_curves(path: FilePath) -> bool:
     """Return whether a stage has curves.
 
@@ -152,11 +162,12 @@ def _meshes_of(name: str, stage: Usd.Stage) -> CheckpointFile:
     if len(made) > 1:
         made = [(mesh, codes[:1]) for mesh, codes in made]
     counts, corners, points = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)], []
-    times, first = np.zeros(1), 0
+    times, first, names = np.zeros(1), 0, []
     for mesh, codes in made:
         size, vertex = _faces(name, mesh, codes)
         positions = np.array([_places(name, mesh, code) for code in codes])
         counts.append(size)
+        names.append((_names(mesh), len(size)))
         corners.append(first + (_reversed(size, vertex) if _is_turned(mesh, codes[0]) else vertex))
         points.append(positions)
         first += positions.shape[1]
@@ -166,7 +177,13 @@ def _meshes_of(name: str, stage: Usd.Stage) -> CheckpointFile:
         "corners": np.concatenate(corners), "times": times,
         "points": np.concatenate([np.zeros((len(times), 0, 3)), *points], axis=1),
     }  # fmt: skip
-    return CheckpointFile({"left out": dict(others)}, arrays)
+    return CheckpointFile({"left out": dict(others), "names": names}, arrays)
+
+
+def _names(mesh: UsdGeom.Mesh) -> list[str]:
+    """The name of a mesh, and those of the prims around it, from the inside outwards."""
+    names = str(mesh.GetPath()).strip("/").split("/")
+    return names[::-1]
 
 
 def _is_turned(mesh: Any, code: float) -> bool:
