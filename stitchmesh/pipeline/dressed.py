@@ -35,8 +35,6 @@ from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 
 MOST_HEIGHTS = 0.95
 """Part of the control points whose heights above the stitches are counted; the others are tails and floats."""
-
-
 MOST_STRETCH = 2.0
 """Largest stretch of the side of a stitch: a loop of twice its width is nearly a straight yarn."""
 

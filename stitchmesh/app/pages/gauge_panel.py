@@ -8,6 +8,7 @@ stays. Without a named yarn the size is the user's own.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from stitchmesh.app.controls.controls import Control, Controls
@@ -135,6 +136,6 @@ def _yarn_words(yarn: Yarn | None) -> str:
     if yarn is None:
         return ""
     thin, thick = yarn.needle
-    needle = f", needle {thin:g} to {thick:g} mm" if thin == thin else ""
+    needle = f", needle {thin:g} to {thick:g} mm" if math.isfinite(thin) else ""
     usual = f"{yarn.gauge.stitches:.3g} stitches in 10 cm"
     return f" {yarn.name}: {length_words(2.0 * yarn.apparent_radius)} thick, usually {usual}{needle}."
