@@ -12,7 +12,6 @@ from stitchmesh.errors import ParameterError, described
 Precision = Literal["float32", "float64"]
 Solver = Literal["quasistatic", "dynamics"]
 
-
 SLIDE = 10.0 / 3.0
 """Least relative change of the spacing that is left over the residual (``yarnrelax.settling``); ``largest_change``
 leaves room for its spread."""

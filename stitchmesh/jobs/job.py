@@ -26,6 +26,7 @@ from stitchmesh.jobs.sections import (
     SwatchTable,
     TessellateTable,
 )
+from stitchmesh.mesh.layers import Layer
 from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.quality import DEFAULT_QUALITY, quality_named
 from stitchmesh.recipe.recipe import Recipe, RecipePattern
@@ -42,8 +43,8 @@ from stitchmesh.yarngen.finish import YarnFinish
 SOURCES = ("mesh", "recipe", "swatch")
 """Keys that say what a job makes; each job has one of them."""
 OF_MESHES = (
-    "unit", "up", "turn_inside_out", "label", "tessellate", "auto_stitches", "apply_pattern", "apply_edit",
-    "relax_mesh", "make_spiral", "generate_yarns", "apply_rest_lengths",
+    "unit", "up", "objects", "layer", "turn_inside_out", "label", "tessellate", "auto_stitches", "apply_pattern",
+    "apply_edit", "relax_mesh", "make_spiral", "generate_yarns", "apply_rest_lengths",
 )  # fmt: skip
 """Keys that only a job from a mesh has: a recipe has its own, and a swatch has no such stages."""
 OF_GARMENTS = ("relax_yarns", "write_stitches")
@@ -67,6 +68,10 @@ class Job:
     """Unit of a mesh file that states no unit."""
     up: tuple[float, float, float] | None = None
     """Direction in the coordinates of the mesh file that points up; None if the file or the shape of the mesh tells."""
+    objects: tuple[str, ...] = ()
+    """Names of objects or groups of the mesh file that are knitted; none for all that can be garments."""
+    layer: Layer = "outer"
+    """Layer of a garment with a thickness that is knitted: outer, inner or middle."""
     turn_inside_out: bool = False
     """Whether all faces of the mesh are reversed first."""
     recipe: str | None = None
@@ -156,6 +161,8 @@ def recipe_of(job: Job) -> Recipe:
         mesh=job.mesh,
         unit=job.unit,
         up=job.up,
+        objects=job.objects,
+        layer=job.layer,
         stitch_width=size.stitch_width,
         yarn_radius=yarns.yarn_radius,
         drawn_radius=yarns.drawn_radius,

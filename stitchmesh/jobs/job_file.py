@@ -37,6 +37,8 @@ UNSET = {
 COMMENTS = {
     "unit": "of a mesh file that states none",
     "up": "direction in the mesh file that points up; found if it is not given",
+    "objects": "names in the mesh file; by default all that can be garments",
+    "layer": "outer, inner or middle one of a garment with a thickness",
     "turn_inside_out": "whether the other side of the mesh is outside",
     "quality": "draft, standard or reference",
     "device": "cpu or cuda:0; by default the first GPU",

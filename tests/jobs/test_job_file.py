@@ -71,13 +71,14 @@ def test_tables_of_functions_with_options_have_their_names():
 
 
 def test_tables_of_jobs_are_public_functions():
-    plain = {"mesh", "unit", "up", "recipe", "quality", "device", "within", "error"}
+    plain = {"mesh", "unit", "up", "objects", "layer", "recipe", "quality", "device", "within", "error"}
     assert all(callable(getattr(sm, name)) for name in names_of(Job) - plain)
 
 
 def test_the_keys_of_a_job_reach_the_options_of_the_stages():
     table = {
-        "mesh": "hat.obj", "make_spiral": True, "turn_inside_out": True, "quality": "draft",
+        "mesh": "hat.obj", "objects": ["shirt"], "layer": "inner",
+        "make_spiral": True, "turn_inside_out": True, "quality": "draft",
         "label": {"seeds": [[0, 1]], "flip": [2]},
         "tessellate": {"stitch_width": 1.2, "stitch_height": 0.9, "counts": ["3,4=7"]},
         "apply_pattern": [{"pattern": "rib2x2", "on": "hem 6"}],
@@ -85,7 +86,9 @@ def test_the_keys_of_a_job_reach_the_options_of_the_stages():
         "relax_mesh": {"alpha": 0.8}, "generate_yarns": {"yarn_radius": 0.14, "cast_on": "open"},
         "apply_rest_lengths": {"factor": 1.1}, "relax_yarns": {"gravity": [0.0, -981.0, 0.0], "max_iterations": 7},
     }  # fmt: skip
-    options = recipe_options(recipe_of(job_of_table(table, "job.toml")))
+    recipe = recipe_of(job_of_table(table, "job.toml"))
+    assert (recipe.objects, recipe.layer) == (("shirt",), "inner")
+    options = recipe_options(recipe)
     assert (options.stitch_width, options.stitch_height, options.counts) == (1.2, 0.9, {(3, 4): 7})
     assert (options.seeds, options.flip, options.spiral) == (((0, 1),), (2,), True)
     assert options.patterns[0].pattern.name == "2 x 2 rib" and options.edits[0].name == "stripe"
