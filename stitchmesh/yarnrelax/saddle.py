@@ -3,21 +3,21 @@
 """Unstable balances: whether yarns without net forces are at a minimum of their energy, and the way down if not.
 
 A symmetric fabric can balance at a saddle of its energy, and no force leads away from it. The exact Hessian H of a
-periodic cell, of its control points and its free strains, is found column by column as products with unit vectors
-(``hessian_product``). Its eigenvalues w and eigenvectors v say which: directions with
+periodic cell, of its control points and its free strains, is a sparse matrix (``assembled_hessian``). The yarns are at
+a minimum if the factors of H + t I (``factored_matrix``) say that it has no negative eigenvalue, with
 
-    w < -SIGNIFICANT * median of all w
+    t = SIGNIFICANT * median of the diagonal of H
 
-lead down. Smaller negative values are the roughness of sampled contacts and rounding. The yarns move by the part of a
-random vector x that lies in these directions,
+Negative eigenvalues of H above -t are the roughness of sampled contacts and rounding. Otherwise the yarns move by the
+part of a random vector x that lies in the eigenvectors v of the others,
 
     d = sum over k of  v_k (v_k . x)
 
 which does not depend on the choice of eigenvectors of an eigenvalue that occurs twice. The move is scaled to ``MOVE``
 radii at the control point that moves farthest and ``STRAIN`` of the cell, or to less where the step limit (``budget``)
-asks for it: crowded yarns are closer to one another than such a move is long. It is rounded to ``GRID`` radii, so that
-another linear algebra gives the same bits. The yarns then relax again, until they are stable or their energy falls by
-less than ``SMALLEST_FALL``: yarn that only slid along itself.
+asks for it: crowded yarns are closer to one another than such a move is long. It is rounded to ``GRID``
+radii, so that another linear algebra gives the same bits. The yarns then relax again, until they are stable or their
+energy falls by less than ``SMALLEST_FALL``: yarn that only slid along itself.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csc_array
 
 from stitchmesh.compute.asking import Asking, answered_alone, ask
-from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.lattice import Lattice, lattice_frame
 from stitchmesh.mesh import FloatArray
@@ -38,7 +38,8 @@ from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
 from stitchmesh.yarnrelax.energies.term import TermChoice
-from stitchmesh.yarnrelax.hessian.hessian_product import Hessian
+from stitchmesh.yarnrelax.hessian.assembled_hessian import assembled_hessian
+from stitchmesh.yarnrelax.hessian.factored_matrix import factored
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.observer import Progress
 from stitchmesh.yarnrelax.relax import relax_yarns
@@ -46,8 +47,9 @@ from stitchmesh.yarnrelax.relaxation_result import Relaxation
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
-SIGNIFICANT = 5e-5
-"""Magnitude of a negative eigenvalue that leads down, over the median of all eigenvalues."""
+SIGNIFICANT = 5e-6
+"""Magnitude of a negative eigenvalue that leads down, over the median of the diagonal. The median of all eigenvalues is
+about a tenth of the latter in knits."""
 MOVE, STRAIN = 0.2, 0.005
 """Largest move of a control point [radii], and largest strain of the cell."""
 GRID = 1e-3
@@ -56,8 +58,6 @@ SMALLEST_FALL = 1e-4
 """Relative fall of the energy below which a further minimum is the same state."""
 MOST_MOVES = 4
 """Largest number of moves from one balance to the next."""
-LARGEST_CELL = 600
-"""Control points of the largest cell whose balance is examined: eigenvalues take the third power of their number."""
 
 
 @answered_alone
@@ -118,65 +118,42 @@ def leave_saddle(
         cell: degrees of freedom of the periods; None for constant ones.
         terms: further energies.
     """
-    if yarns.lattice is None or len(yarns.points) > LARGEST_CELL:
+    if yarns.lattice is None:
         return None
     simulation = YarnSimulation.start(yarns, material, quality, device_named(device), terms, cell=cell)
     if simulation.newton is None:
         return None
+    allowed = simulation.state.budget.numpy().astype(np.float64)
+    return moved_down(yarns, assembled_hessian(simulation), free_coordinates(yarns, cell), allowed)
+
+
+def free_coordinates(yarns: YarnSet, cell: RelaxCell | None) -> NDArray[np.bool_]:
+    """Return which coordinates of a cell are free: those of its control points, and then its strains, (N + 1, 3)."""
     free = np.ones((len(yarns.points) + 1, 3), dtype=bool)
     free[-1] = False if cell is None else cell.free
-    allowed = simulation.state.budget.numpy().astype(np.float64)
-    return moved_down(yarns, hessian_matrix(simulation, free), free, allowed)
+    return free
 
 
 def moved_down(
-    yarns: YarnSet, matrix: FloatArray, free: NDArray[np.bool_], allowed: FloatArray
+    yarns: YarnSet, matrix: csc_array, free: NDArray[np.bool_], allowed: FloatArray
 ) -> YarnSet | None:  # fmt: skip
     """Return yarns after a move along the directions of an exact Hessian that lead down; None where none does.
 
     Args:
         yarns: the yarns, on a lattice.
-        matrix: the Hessian of the free coordinates, shape (F, F).
-        free: which coordinates are free, those of the control points and then the strains, shape (N + 1, 3).
+        matrix: the Hessian, shape (3 E, 3 E), with the strains last if the periods may relax.
+        free: which coordinates are free, shape (N + 1, 3); those beyond the matrix are held.
         allowed: as for ``moved``.
     """
-    values = np.linalg.eigvalsh(matrix)
-    if values[0] >= -SIGNIFICANT * np.median(values):  # eigenvectors take three times as long
+    chosen = np.flatnonzero(free.ravel()[: matrix.shape[0]])
+    own = csc_array(matrix[chosen][:, chosen])
+    found = factored(own, SIGNIFICANT * float(np.median(own.diagonal())))
+    if found.negative_count == 0:
         return None
-    values, vectors = np.linalg.eigh(matrix)
-    down = values < -SIGNIFICANT * np.median(values)
-    random = np.random.default_rng(0).normal(size=len(values))
-    move = np.zeros(free.shape)
-    move[free] = vectors[:, down] @ (vectors[:, down].T @ random)
-    return moved(yarns, move, allowed)
-
-
-def hessian_matrix(simulation: YarnSimulation, free: NDArray[np.bool_]) -> FloatArray:
-    """Return the exact Hessian of the free coordinates of a cell, shape (F, F).
-
-    Args:
-        simulation: the cell, with its candidate lists.
-        free: which coordinates are free, those of the control points and then the strains, shape (N + 1, 3).
-    """
-    model, state, launcher = simulation.model, simulation.state, simulation.model.prepare
-    rows = len(free) if simulation.strain is not None else len(free) - 1
-    hessian = Hessian(model, state, simulation.candidates, simulation.strain, simulation.terms)
-    hessian.exact.fill_(1.0)
-    find = [*simulation.balance_launches(), *hessian.find_launches(launcher)]
-    CapturedLaunches(find, model.device).launch()
-    motion, product = model.empty(rows, 3), model.empty(rows, 3)
-    products = CapturedLaunches(hessian.product_launches(motion, product, launcher), model.device)
-    chosen = np.flatnonzero(free[:rows])
-    matrix = np.empty((len(chosen), len(chosen)))
-    unit = np.zeros(3 * rows)
-    for column, index in enumerate(chosen):
-        unit[index] = 1.0
-        motion.assign(unit.reshape(-1, 3))
-        unit[index] = 0.0
-        products.launch()
-        matrix[:, column] = product.numpy().reshape(-1)[chosen]
-    symmetric: FloatArray = (matrix + matrix.T) / 2.0
-    return symmetric
+    move = np.zeros(free.size)
+    down = found.negative_eigenvectors()
+    move[chosen] = down @ (down.T @ np.random.default_rng(0).normal(size=len(chosen)))
+    return moved(yarns, move.reshape(free.shape), allowed)
 
 
 def moved(yarns: YarnSet, move: FloatArray, allowed: FloatArray) -> YarnSet | None:

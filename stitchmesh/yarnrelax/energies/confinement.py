@@ -248,6 +248,16 @@ class _Planes(Term):
         inputs = [*self._constants, state.points, motion]
         return [launcher(confinement_products, self.model.point_count, inputs, [product])]
 
+    def point_blocks(self, state: State) -> NDArray[np.float64]:
+        """The stiffness of the planes at the control points beyond them, shape (N, 3, 3)."""
+        cell = np.repeat(np.arange(self.model.cell_count), np.diff(self.model.point_start))
+        planes = self.planes.normal, self.planes.middle, self.planes.half
+        normal, middle, half = (array.numpy().astype(np.float64)[cell] for array in planes)
+        places = state.points.numpy()[: self.model.point_count].astype(np.float64)
+        beyond = np.abs(np.einsum("nk,nk->n", places, normal) - middle) > half
+        stiffness = np.where(beyond, self.host_stiffness, 0.0)
+        return np.asarray(stiffness[:, None, None] * normal[:, :, None] * normal[:, None, :])
+
     def energy(self, state: State, candidates: Candidates) -> float:
         """Energy of the planes of all cells [erg]."""
         return ordered_sum(self._point_energies(state))

@@ -60,6 +60,13 @@ class Term(ABC):
         """
         return []
 
+    def point_blocks(self, state: State) -> NDArray[np.float64] | None:
+        """Second derivatives by the coordinates of each control point [erg / unit^2], shape (N, 3, 3); None for zero.
+
+        Called only where ``gives_hessian``.
+        """
+        return None
+
     def renew(self, state: State, candidates: Candidates) -> None:  # noqa: B027 - most terms have no lagged quantities
         """Update lagged quantities; called at the beginning of a load step, outside of captured launches."""
 

@@ -1,0 +1,53 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Factors solve systems, count negative eigenvalues, and give directions along which a matrix is negative."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.sparse import csc_array, diags_array
+
+from stitchmesh.errors import SolverError
+from stitchmesh.yarnrelax.hessian.assembled_hessian import assembled_hessian
+from stitchmesh.yarnrelax.hessian.factored_matrix import factored
+from tests.yarnrelax.hessian.dense_matrix import started
+from tests.yarnrelax.hessian.test_hessian_product import SCENES
+
+pytestmark = pytest.mark.decides
+COMPRESSED = assembled_hessian(started(*SCENES["compressed open piece"]))
+
+
+def test_they_count_the_negative_eigenvalues_and_solve() -> None:
+    values = np.linalg.eigvalsh(COMPRESSED.toarray())
+    shift = 1e-6 * values[-1]  # The motions of the piece as a whole have eigenvalues of rounding size.
+    found = factored(COMPRESSED, shift)
+    assert found.negative_count == np.count_nonzero(values < -shift) > 0
+    right = np.random.default_rng(0).normal(size=len(values))
+    solution = found.solve(right)
+    # Rounding of float64 times the condition of the matrix, which is 1e6 by the shift.
+    np.testing.assert_allclose(COMPRESSED @ solution + shift * solution, right, atol=1e-8 * np.abs(right).max())
+
+
+def test_the_eigenvectors_of_all_negative_eigenvalues_are_found() -> None:
+    values, vectors = np.linalg.eigh(COMPRESSED.toarray())
+    shift = 1e-6 * values[-1]
+    found, expected = factored(COMPRESSED, shift).negative_eigenvectors(), vectors[:, values < -shift]
+    # Vectors of equal eigenvalues may be turned against each other: the projections onto their space are compared.
+    np.testing.assert_allclose(found @ found.T, expected @ expected.T, atol=1e-6)
+    assert factored(COMPRESSED, -2.0 * values[0]).negative_eigenvectors().shape == (len(values), 0)
+
+
+def test_the_laplace_matrix_of_a_path_has_the_inertia_that_its_eigenvalues_say() -> None:
+    """Its eigenvalues are 2 - 2 cos(k pi / (n + 1)) for k from 1 to n."""
+    count = 40
+    laplace = csc_array(diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(count, count)))
+    values = 2.0 - 2.0 * np.cos(np.arange(1, count + 1) * np.pi / (count + 1))
+    for shift in (0.3, 1.1, 2.7):  # None of them makes a pivot zero.
+        assert factored(laplace, -shift).negative_count == np.count_nonzero(values < shift)
+
+
+@pytest.mark.parametrize("matrix", [[[0.0, 1.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]], [[np.nan, 0.0], [0.0, 1.0]]])
+def test_a_matrix_without_such_factors_is_refused(matrix: list[list[float]]) -> None:
+    with pytest.raises(SolverError, match="factors of the Hessian"):
+        factored(csc_array(np.array(matrix)))
