@@ -30,6 +30,8 @@ FREE_BORDER_REACHES = 5.0
 """Distance from every border of the surface, divided by the reach of the search, from which a border of the fabric is
 free: it lies on the surface and not on a border of it. With the reach of ``relax`` this is the size of a stitch."""
 TINY = np.finfo(np.float64).tiny
+ROUNDING = 1e-9
+"""Cosine of the angle between outwards and a direction along the end of the surface, as far as rounding goes."""
 RIGHT_ANGLE = 1e-9
 """Tolerance of the cosine of a right angle; a border that turns by a right angle, up to rounding, has no corner."""
 
@@ -47,13 +49,23 @@ class Attachment:
     fixed: NDArray[np.bool_]
     """Whether each vertex is at a corner or is held, and does not move, shape (V,)."""
 
-    def projector(self, placement: SurfacePlacement) -> FloatArray:
-        """Return the projector onto the allowed directions of each vertex, shape (V, 3, 3)."""
+    stops_at_end: bool = False
+    """Whether inner vertices that are pressed against the end of the surface may move only along it."""
+
+    def projector(self, placement: SurfacePlacement, force: FloatArray) -> FloatArray:
+        """Return the projector onto the allowed directions of each vertex, shape (V, 3, 3), under forces (V, 3)."""
         normal, tangent = placement.normal, placement.tangent
         allowed = np.eye(3) - normal[:, :, None] * normal[:, None, :]
         along = tangent[:, :, None] * tangent[:, None, :]
         allowed = np.where((self.border >= 0)[:, None, None], along, allowed)
+        if self.stops_at_end:
+            pressed = np.einsum("vi,vi->v", force, placement.outward) > 0.0
+            allowed = allowed - np.einsum("v,vi,vj->vij", pressed, placement.outward, placement.outward)
         return np.where(self.fixed[:, None, None], 0.0, allowed)
+
+    def within(self) -> Attachment:
+        """Return the attachment under which no force presses an inner vertex against the end of the surface."""
+        return replace(self, stops_at_end=True)
 
     def turning_stiffness(self, placement: SurfacePlacement, force: FloatArray) -> FloatArray:
         """Return the turning stiffness of each vertex [1/cm], shape (V, 3, 3), under forces of shape (V, 3)."""
@@ -74,19 +86,22 @@ class Attachment:
         position, normal, part = placement.position, placement.normal, step / strides
         length = np.linalg.norm(part, axis=1, keepdims=True)
         for _ in range(strides):
-            found = self.closest.find(position + part, normal)
+            found = self.closest.find(position + part + self._leaning(placement, part), normal)
             position, normal = self.surface.evaluate(*found)
             position = np.where(self.fixed[:, None], placement.position, position)
             turned = part - np.einsum("vi,vi->v", part, normal)[:, None] * normal
             part = turned * (length / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), TINY))
         arc = placement.arc + np.einsum("vi,vi->v", step, placement.tangent)
-        return self.place(found[0], position, normal, arc)
+        return self.place(*found, position, normal, arc)
 
-    def place(self, triangle: IntArray, position: FloatArray, normal: FloatArray, arc: FloatArray) -> SurfacePlacement:
+    def place(
+        self, triangle: IntArray, weights: FloatArray, position: FloatArray, normal: FloatArray, arc: FloatArray
+    ) -> SurfacePlacement:
         """Return the placement of vertices whose triangles on the surface are known.
 
         Args:
             triangle: triangle of each vertex, shape (V,).
+            weights: barycentric weights of each vertex in its triangle, shape (V, 3).
             position: position of each inner vertex on its triangle [cm], shape (V, 3).
             normal: unit normal of the surface at each vertex, shape (V, 3).
             arc: arc length of each border vertex [cm], which determines its position, shape (V,).
@@ -97,7 +112,15 @@ class Attachment:
             members = np.flatnonzero(self.border == number)
             position[members], tangent[members], curvature[members] = border.at(arc[members])
         tangent[self.fixed] = 0.0
-        return SurfacePlacement(position, normal, shape, arc, tangent, curvature)
+        inner = (self.border < 0) & ~self.fixed & self.stops_at_end
+        outward = np.where(inner[:, None], self.surface.outward_at(triangle, weights, normal), 0.0)
+        return SurfacePlacement(position, normal, shape, arc, tangent, curvature, outward)
+
+    def _leaning(self, placement: SurfacePlacement, part: FloatArray) -> FloatArray:
+        """Return what keeps vertices on a concave end of the surface [cm], along which they move, shape (V, 3)."""
+        length = np.linalg.norm(part, axis=1)
+        inwards = np.einsum("vi,vi->v", part, placement.outward) < -ROUNDING * length
+        return np.where(inwards, 0.0, length)[:, None] * placement.outward
 
 
 def attach(
@@ -123,14 +146,14 @@ def attach(
     border, arc = _locate_borders(fabric, surface, FREE_BORDER_REACHES * reach, bobbles)
     closest = ClosestPoint(surface.vertices, surface.triangles, reach, device)
     without_corners = Attachment(surface, closest, border, np.zeros(len(border), dtype=bool))
-    placement = without_corners.place(triangle, position, normal, arc)
+    placement = without_corners.place(triangle, weights, position, normal, arc)
     corner = border_corners(fabric, placement.position) & (border >= 0)
     if held is None:
         attachment = replace(without_corners, fixed=corner)
-        return attachment, attachment.place(triangle, position, normal, arc)
+        return attachment, attachment.place(triangle, weights, position, normal, arc)
     attachment = replace(without_corners, fixed=corner | held, border=np.where(held, -1, border))
     position = np.where(held[:, None], fabric.vertices, placement.position)
-    return attachment, attachment.place(triangle, position, normal, arc)
+    return attachment, attachment.place(triangle, weights, position, normal, arc)
 
 
 def _normals_beside(fabric: StitchMesh, bobbles: Bobbles) -> FloatArray:

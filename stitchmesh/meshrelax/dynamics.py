@@ -10,12 +10,19 @@ step is
 The time step h [cm] grows while the forces decrease and shrinks when they increase, so that the iteration approaches
 Newton's method at the end. The residual is the root mean square of f over the vertices and does not depend on h.
 Forces are dimensionless; the force of an infinitely stretched edge is 2.
+
+Most fabrics converge so within 60 iterations. In others the forces must increase before they can decrease, for example
+where stitches turn over or rows slip past a fold; the time step then shrinks to nothing. After ``patience`` iterations
+such a fabric starts again, and its steps are judged by their work: with the displacement d, a step is too long if f . d
+after it is negative, because it has then gone beyond the place where the fabric comes to rest along d. The residual may
+rise. An inner vertex that is pressed against the end of the surface may also move only along it then. The first
+iterations do without both, so that fabrics that converge in them keep the same bits.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Generic
 
 import numpy as np
@@ -46,29 +53,6 @@ Above the upper bound the identity matrix is too small to regularize motions wit
 LINEAR_TOLERANCE, LINEAR_ITERATIONS = 0.01, 200
 """Tolerance and largest number of iterations of the conjugate gradients. With a larger tolerance the solution keeps
 jumps between the patches of the preconditioner."""
-RECENT, FALLING = 10, 0.5
-"""A residual is falling if it is less than this part of the residual that many iterations before."""
-
-
-@dataclass(frozen=True)
-class StepControl:
-    """How the time step follows the residual."""
-
-    growth: float
-    """Factor of the time step after the residual decreased."""
-    mild_cut: float
-    """Factor after it increased slightly."""
-    cut: float
-    """Factor after a rejected step."""
-    largest_rise: float
-    """Ratio of the new residual to the old one from which a step is rejected."""
-
-
-ON_SURFACE = StepControl(growth=4.0, mild_cut=0.5, cut=0.1, largest_rise=1.2)
-"""Control of a relaxation on a surface."""
-FREE = StepControl(growth=3.0, mild_cut=0.7, cut=0.3, largest_rise=2.0)
-"""Control of a relaxation without a surface. Its slow motions, of the whole fabric, need long steps, which make the
-residual rise for an iteration. With the control of a surface, large ribs take many times as many iterations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +65,8 @@ class Outcome(Generic[P]):
     """Residual of that placement."""
     iterations: int
     """Number of iterations, rejected steps included."""
-    falling: bool
-    """Whether the residual is less than half of what it was ten iterations before the last."""
+    worst: int
+    """Vertex with the largest force."""
     stopped: bool = False
     """Whether the user has stopped the relaxation."""
 
@@ -104,6 +88,49 @@ class State(Generic[P]):
     """Root mean square of ``force`` over the vertices."""
 
 
+def residuals(before: State[Any], after: State[Any]) -> tuple[float, float]:
+    """Return the residuals after and before a step."""
+    return after.residual, before.residual
+
+
+def works(before: State[Any], after: State[Any]) -> tuple[float, float]:
+    """Return -f . d after a step d, and f . d before it, which is positive unless the surface ends on the way."""
+    step = after.placement.position - before.placement.position
+    first, last = (float(np.einsum("vi,vi->", state.force, step)) for state in (before, after))
+    return (-last, first) if first > 0.0 else (np.inf, first)
+
+
+@dataclass(frozen=True)
+class StepControl:
+    """How the time step follows the rise of what a step changes."""
+
+    compared: Callable[[State[Any], State[Any]], tuple[float, float]]
+    """Returns what is compared of the states after and before a step: the new number and the old one."""
+    growth: float
+    """Factor of the time step after a step with a rise below ``mild_rise``."""
+    mild_cut: float
+    """Factor after a larger rise."""
+    cut: float
+    """Factor after a rejected step."""
+    mild_rise: float
+    """Ratio of the new number to the old one from which the time step shrinks."""
+    largest_rise: float
+    """Ratio from which a step is rejected."""
+    patience: int | None
+    """Iterations after which the work takes the place of the residual; None for never."""
+
+
+ON_SURFACE = StepControl(
+    residuals, growth=4.0, mild_cut=0.5, cut=0.1, mild_rise=1.0, largest_rise=1.2, patience=60
+)
+"""Control of a relaxation on a surface."""
+FREE = StepControl(residuals, growth=3.0, mild_cut=0.7, cut=0.3, mild_rise=1.0, largest_rise=2.0, patience=None)
+"""Control of a relaxation without a surface. Its slow motions, of the whole fabric, need long steps, which make the
+residual rise for an iteration. With the control of a surface, large ribs take many times as many iterations."""
+BY_WORK = StepControl(works, growth=3.0, mild_cut=0.7, cut=0.3, mild_rise=0.1, largest_rise=0.5, patience=None)
+"""Control after the patience: a step is rejected that goes half as far again beyond the place of rest along it."""
+
+
 @dataclass(frozen=True, eq=False)
 class Relaxation(Generic[P]):
     """The constant data of a relaxation, and its iteration."""
@@ -119,7 +146,7 @@ class Relaxation(Generic[P]):
     moving_count: int
     """Number of vertices that are not held, over which the residual is averaged."""
     control: StepControl = ON_SURFACE
-    """How the time step follows the residual."""
+    """How the time step follows the residual, or the work."""
 
     def run(self, placement: P, tolerance: float, max_iterations: int, note: Note) -> Outcome[P]:
         """Iterate until the residual is at most the tolerance, the iterations reach their limit or the user stops.
@@ -127,26 +154,29 @@ class Relaxation(Generic[P]):
         Raises:
             SolverError: the forces are not finite.
         """
-        state = self.state(placement)
-        unit, control = self.springs.unit, self.control
-        time_step, iteration, residuals, stopped = unit, 0, [state.residual], False
+        state, relaxation, iteration, stopped = self.state(placement), self, 0, False
+        time_step = unit = self.springs.unit
         try:
             note(iteration, state)
             while state.residual > tolerance and iteration < max_iterations:
-                trial = self.state(self.next_placement(state, time_step))
+                if iteration == self.control.patience:
+                    relaxation = replace(self, attachment=self.attachment.within(), control=BY_WORK)
+                    state, time_step = relaxation.state(placement), unit
+                trial = relaxation.state(relaxation.next_placement(state, time_step))
                 iteration += 1
-                if trial.residual < control.largest_rise * state.residual:
-                    time_step *= control.growth if trial.residual < state.residual else control.mild_cut
+                control = relaxation.control
+                new, old = control.compared(state, trial)
+                if new < control.largest_rise * old:
+                    time_step *= control.growth if new < control.mild_rise * old else control.mild_cut
                     state = trial
                 else:
                     time_step *= control.cut
                 time_step = min(max(time_step, SHORTEST_TIME * unit), LONGEST_TIME * unit)
-                residuals.append(state.residual)
                 note(iteration, state)
         except RunStopped:
             stopped = True
-        falling = state.residual < FALLING * residuals[max(0, iteration - RECENT)]
-        return Outcome(state.placement, state.residual, iteration, falling, stopped)
+        worst = int(np.einsum("vi,vi->v", state.force, state.force).argmax())
+        return Outcome(state.placement, state.residual, iteration, worst, stopped)
 
     def state(self, placement: P) -> State[P]:
         """Compute the forces at a placement.
@@ -155,8 +185,8 @@ class Relaxation(Generic[P]):
             SolverError: the forces are not finite.
         """
         element_force, jacobian = element_forces(self.springs, placement)
-        projector = self.attachment.projector(placement)
         whole = self.assembly.force(element_force)
+        projector = self.attachment.projector(placement, whole)
         force = np.einsum("vij,vj->vi", projector, whole)
         residual = float(np.sqrt(np.einsum("vi,vi->v", force, force).sum() / self.moving_count))
         if not np.isfinite(residual):

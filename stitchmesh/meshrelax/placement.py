@@ -35,6 +35,9 @@ class SurfacePlacement(Placement):
     """Unit tangent of the border, zero at inner and fixed vertices, shape (V, 3)."""
     curvature: FloatArray
     """Curvature vector of the border: derivative of the tangent [1/cm], zero at inner vertices, shape (V, 3)."""
+    outward: FloatArray
+    """Unit direction off the surface of each inner vertex at its end; zero elsewhere, and where it is not asked for,
+    shape (V, 3)."""
 
 
 P = TypeVar("P", bound=Placement)
@@ -43,8 +46,11 @@ P = TypeVar("P", bound=Placement)
 class Constraint(Protocol[P]):
     """Says where the unknowns of a relaxation may move. The unknowns of a fabric on a surface are its vertices."""
 
-    def projector(self, placement: P) -> FloatArray:
-        """Return the projector onto the allowed directions of each unknown, shape (U, 3, 3)."""
+    def projector(self, placement: P, force: FloatArray) -> FloatArray:
+        """Return the projector onto the allowed directions of each unknown, (U, 3, 3); forces have shape (U, 3)."""
+
+    def within(self) -> Constraint[P]:
+        """Return the constraint under which no force presses an unknown against the end of what it lies on."""
 
     def turning_stiffness(self, placement: P, force: FloatArray) -> FloatArray:
         """Return the stiffness from allowed directions that turn [1/cm], shape (U, 3, 3); forces have shape (U, 3)."""

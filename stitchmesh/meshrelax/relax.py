@@ -38,10 +38,11 @@ logger = logging.getLogger(__name__)
 
 TOLERANCE = 2e-3
 """Residual at which a relaxation has converged (``dynamics``)."""
-SMALL_ALPHA = 0.7
-"""Part of the surface below which a smaller one is not recommended, because all stitches are then stretched."""
-MAX_ITERATIONS = 60
-"""Iterations after which a relaxation stops without having converged."""
+MAX_ITERATIONS = 300
+"""Iterations after which a relaxation stops without having converged. Garments, found rows and panels of sewing
+patterns take at most 130, and stitches that are to be half or twice as high as they were made at most 230."""
+SUITABLE_ASPECT = 2.0
+"""Factor by which stitches may be higher or lower at rest than they were made, so that they still come to rest."""
 SURFACE_SPACING = 0.5
 """Edge length of the fine surface, divided by the size of a stitch."""
 REACH = 0.2
@@ -150,7 +151,7 @@ def relax_mesh_with_report(
         converged=outcome.residual <= tolerance,
         residual=outcome.residual,
         tolerance=tolerance,
-        remedy="" if outcome.residual <= tolerance else _remedy(outcome, alpha),
+        remedy="" if outcome.residual <= tolerance else _remedy(fabric, outcome, aspect),
         max_stretch=float(known.max()),
         rms_stretch=float(np.sqrt(np.mean(known**2))),
         stopped=outcome.stopped and outcome.residual > tolerance,
@@ -194,13 +195,18 @@ def not_converged(report: MeshRelaxReport) -> str:
     return f"stitches are not even: {found}; {report.remedy}"
 
 
-def _remedy(outcome: Outcome[SurfacePlacement], alpha: float) -> str:
+def _remedy(fabric: StitchMesh, outcome: Outcome[SurfacePlacement], aspect: float) -> str:
     """Return what helps a relaxation that stopped after its last iteration."""
-    if outcome.falling:
-        return "the residual still falls: allow more iterations"
-    room = f"a smaller alpha than {alpha:g} gives crowded rows more room" if alpha > SMALL_ALPHA else ""
-    check = "check that the surface is that of the fabric and that no stitch is inverted"
-    return f"{room}; {check}" if room else check
+    if outcome.iterations < MAX_ITERATIONS:
+        return f"allow more iterations (max_iterations, by default {MAX_ITERATIONS})"
+    ends, wale = fabric.vertices[edge_ends(fabric)], fabric.is_wale[fabric.edge_side]
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    made = float(length[wale].mean() / length[~wale].mean())
+    lowest, highest = made / SUITABLE_ASPECT, made * SUITABLE_ASPECT
+    if not lowest <= aspect <= highest:
+        return f"choose an aspect from {lowest:.2f} to {highest:.2f}, because the stitches were made with {made:.2f}"
+    place = outcome.placement.position[outcome.worst].round(1).tolist()
+    return f"check near {place} cm that the surface is that of the fabric and that no stitch is inverted"
 
 
 def edge_stretch(fabric: StitchMesh, position: FloatArray, rest: RestLengths) -> FloatArray:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 from stitchmesh import apply_pattern, generate_yarns, label, read_mesh, read_pattern, tessellate
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import relax_mesh_with_report
+from stitchmesh.meshrelax.dynamics import ON_SURFACE
 
 pytestmark = pytest.mark.decides
 
@@ -43,3 +45,22 @@ def test_lace_on_the_instep_of_a_sock_does_not_fold() -> None:
 def test_a_glove_converges_in_the_valleys_between_its_fingers() -> None:
     fabric, surface = openwork("glove", 0.6)
     assert relax_mesh_with_report(fabric, surface=surface)[1].converged
+
+
+def test_stitches_whose_forces_must_rise_before_they_fall_converge() -> None:
+    """Rows of a coarse sock slip past its heel: judged by the residual alone, steps shrink to nothing there."""
+    surface = read_mesh(MESHES / "sock.obj")
+    fabric = tessellate(label(surface), stitch_width=1.6)
+    relaxed, report = relax_mesh_with_report(fabric, surface=surface, progress=False)
+    assert ON_SURFACE.patience is not None and report.iterations > ON_SURFACE.patience
+    assert report.converged and report.remedy == ""
+    assert folded_edges(relaxed) == 0
+
+
+def test_the_aspect_of_a_message_works() -> None:
+    surface = read_mesh(MESHES / "hat.obj")
+    fabric = tessellate(label(surface), stitch_width=4.0)
+    report = relax_mesh_with_report(fabric, surface=surface, aspect=6.0, progress=False)[1]
+    assert not report.converged
+    for aspect in re.findall(r"from (.*) to (.*), because", report.remedy)[0]:
+        assert relax_mesh_with_report(fabric, surface=surface, aspect=float(aspect), progress=False)[1].converged

@@ -126,10 +126,30 @@ def test_the_corners_of_a_swatch_do_not_move() -> None:
     surface = limit_surface(grid_fabric(rectangle_points(2, 2, 3.0, 3.0)), 0.3)
     attachment, placement = attach(fabric, surface, 0.2, "cpu")
     assert np.flatnonzero(attachment.fixed).tolist() == [0, 6, 42, 48]
-    projector = attachment.projector(placement)
+    projector = attachment.projector(placement, np.zeros_like(placement.position))
     np.testing.assert_array_equal(projector[attachment.fixed], 0.0)
     np.testing.assert_allclose(np.trace(projector, axis1=1, axis2=2)[3], 1.0)  # A border vertex has one direction.
     np.testing.assert_allclose(np.trace(projector, axis1=1, axis2=2)[24], 2.0)  # An inner vertex has a plane.
+
+
+@pytest.mark.parametrize("push", [1.0, -1.0])
+def test_an_inner_vertex_at_the_end_of_the_surface_may_leave_it_only_inwards(push: float) -> None:
+    fabric = grid_fabric(rectangle_points(6, 6, 3.0, 3.0))
+    surface = limit_surface(grid_fabric(rectangle_points(2, 2, 3.0, 3.0)), 0.3)
+    attachment, placement = attach(fabric, surface, 0.2, "cpu")
+    inner = 26  # in the middle of the height, a stitch from the border at x = 3
+    step = np.zeros_like(placement.position)
+    step[inner] = [2.0, 0.1, 0.0]
+    pressed = attachment.within().move(placement, step, 0.5)
+    np.testing.assert_allclose(pressed.position[inner, 0], 3.0, atol=1e-12)  # the surface ends there
+    np.testing.assert_allclose(pressed.outward[inner], [1.0, 0.0, 0.0], atol=1e-12)
+    assert not np.delete(pressed.outward, inner, axis=0).any()
+    force = np.zeros_like(step)
+    force[inner] = [push, 0.0, 0.0]
+    allowed = attachment.within().projector(pressed, force)[inner]
+    np.testing.assert_allclose(allowed, np.diag([0.0 if push > 0.0 else 1.0, 1.0, 0.0]), atol=1e-12)
+    # Without a stop there is a force that moves nothing, and the relaxation cannot converge.
+    assert attachment.projector(pressed, force)[inner, 0, 0] == 1.0
 
 
 def test_closest_points_do_not_depend_on_rounding() -> None:

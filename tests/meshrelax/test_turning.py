@@ -18,7 +18,8 @@ def on_a_cylinder(angle: float) -> SurfacePlacement:
     normal = np.array([[np.cos(angle), np.sin(angle), 0.0]])
     around = np.array([-np.sin(angle), np.cos(angle), 0.0])
     none = np.zeros((1, 3))
-    return SurfacePlacement(RADIUS * normal, normal, np.outer(around, around)[None] / RADIUS, np.zeros(1), none, none)
+    shape = np.outer(around, around)[None] / RADIUS
+    return SurfacePlacement(RADIUS * normal, normal, shape, np.zeros(1), none, none, none)
 
 
 def part_around(force: FloatArray, angle: float) -> float:
@@ -43,7 +44,7 @@ def test_a_border_that_is_curved_towards_the_force_gives_no_stiffness() -> None:
     upward, circle = np.array([[0.0, 0.0, 1.0]]), np.array([[0.0, 1.0, 0.0]])
     curvature = np.array([[-1.0 / RADIUS, 0.0, 0.0]])
     position, flat = np.array([[2.0, 0.0, 0.0]]), np.zeros((1, 3, 3))
-    placement = SurfacePlacement(position, upward, flat, np.zeros(1), circle, curvature)
+    placement = SurfacePlacement(position, upward, flat, np.zeros(1), circle, curvature, np.zeros((1, 3)))
     inward = np.array([[-3.0, 0.0, 0.0]])
     np.testing.assert_array_equal(turning_stiffness(placement, inward), 0.0)
     np.testing.assert_allclose(turning_stiffness(placement, -inward)[0], np.diag([0.0, 1.5, 0.0]), atol=1e-15)

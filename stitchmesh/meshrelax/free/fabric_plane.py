@@ -27,10 +27,14 @@ class FabricPlane:
     normal: FloatArray
     """Unit normal of the plane, shape (3,)."""
 
-    def projector(self, placement: Placement) -> FloatArray:
+    def projector(self, placement: Placement, force: FloatArray) -> FloatArray:
         """Return the projector onto the plane for each unknown, shape (U, 3, 3)."""
         allowed = np.eye(3) - np.outer(self.normal, self.normal)
         return np.broadcast_to(allowed, (self.points.unknown_count, 3, 3))
+
+    def within(self) -> FabricPlane:
+        """Return the plane itself, which has no end."""
+        return self
 
     def turning_stiffness(self, placement: Placement, force: FloatArray) -> FloatArray:
         """Return zeros, shape (U, 3, 3), because a plane does not turn."""

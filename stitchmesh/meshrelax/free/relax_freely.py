@@ -128,14 +128,13 @@ def _report(
     assert relaxed.stretch is not None  # The relaxation fills it.
     known = relaxed.stretch[np.isfinite(relaxed.stretch)]
     converged = outcome.residual <= tolerance
-    remedy = "allow more iterations" if outcome.falling else "check that no stitch is inverted"
     return MeshRelaxReport(
         seconds=seconds,
         iterations=outcome.iterations,
         converged=converged,
         residual=outcome.residual,
         tolerance=tolerance,
-        remedy="" if converged else remedy,
+        remedy="" if converged else "allow more iterations (max_iterations)",
         max_stretch=float(known.max()),
         rms_stretch=float(np.sqrt(np.mean(known**2))),
         stopped=outcome.stopped and not converged,

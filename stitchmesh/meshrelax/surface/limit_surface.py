@@ -49,6 +49,38 @@ class LimitSurface:
         length = np.linalg.norm(total, axis=1, keepdims=True)
         return total / np.where(length > 0.0, length, 1.0)
 
+    @cached_property
+    def outward(self) -> FloatArray:
+        """Direction off the surface at each vertex of a border, zero at inner vertices, shape (V, 3)."""
+        start, end = self.triangles.ravel(), self.triangles[:, [1, 2, 0]].ravel()
+        count = len(self.vertices)
+        side = np.flatnonzero(~np.isin(start * count + end, end * count + start))
+        start, end = start[side], end[side]
+        off = np.cross(self.vertices[end] - self.vertices[start], self.triangle_vector_area[side // 3])
+        size = np.linalg.norm(off, axis=1, keepdims=True)
+        total = np.zeros_like(self.vertices)
+        for vertex in (start, end):
+            np.add.at(total, vertex, off / np.where(size > 0.0, size, 1.0))
+        return total
+
+    def outward_at(self, triangle: IntArray, weights: FloatArray, normal: FloatArray) -> FloatArray:
+        """Return the unit direction along the surface and off its end at points on a border, zero at others, (N, 3).
+
+        A point is on a border if all corners of its triangle with a weight are; the search for closest points gives
+        the other corners no weight at all.
+
+        Args:
+            triangle: triangle of each point, shape (N,).
+            weights: weights of the corners of the triangle, shape (N, 3).
+            normal: unit normal at each point, shape (N, 3).
+        """
+        corner = self.outward[self.triangles[triangle]]
+        on_border = ((weights == 0.0) | corner.any(axis=2)).all(axis=1) & (weights == 0.0).any(axis=1)
+        off = np.einsum("nc,nci->ni", weights, corner)
+        off -= np.einsum("ni,ni->n", off, normal)[:, None] * normal
+        size = np.linalg.norm(off, axis=1, keepdims=True)
+        return np.where(on_border[:, None], off / np.where(size > 0.0, size, 1.0), 0.0)
+
     def evaluate(self, triangle: IntArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return points [cm] and unit normals of the limit surface at barycentric coordinates, shape (N, 3) each.
 
