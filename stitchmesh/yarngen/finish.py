@@ -26,7 +26,7 @@ class YarnFinish:
         ParameterError: the bind-off or the cast-on is unknown, or the longest float is negative.
     """
 
-    bind_off: str = "drawn"
+    bind_off: str = "chain"
     """bind-off: drawn (a yarn through the last loops), or chain (each loop is passed over the next one)"""
     cast_on: str = "backward"
     """cast-on: backward (backward loops, which cannot unravel), or open (yarn-overs)"""
