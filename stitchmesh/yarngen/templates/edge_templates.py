@@ -46,8 +46,8 @@ RISING_WAYPOINTS: Waypoints = (
     (0.18, 0.2, -1.2), (0.37, 0.33, -0.3), (0.38, 0.52, 1.0), (0.43, 0.78, 0.7), (0.54, 1.01, 0.2), (0.75, 1.14, 0.8),
     (1.0, 1.13, 1.4),
 )  # fmt: skip
-"""The yarn from the stitch before, behind the fabric, and the first leg of the bound-off loop: up through the loop below
-and the loop that is passed over it, and on to the next stitch in front."""
+"""The yarn from the stitch before, behind the fabric, and the first leg of the bound-off loop: up through the loop
+below and the loop that is passed over it, and on to the next stitch in front."""
 OVER_WAYPOINTS: Waypoints = (
     (0.0, 1.13, 1.4), (0.24, 1.07, 1.9), (0.48, 1.01, 2.3), (0.72, 0.95, 2.3), (0.93, 0.84, 1.8), (0.99, 0.73, 0.1),
     (0.92, 0.75, -1.7), (0.71, 0.84, -2.2), (0.47, 0.91, -1.9), (0.23, 0.96, -1.4), (0.0, 0.99, -0.7),
