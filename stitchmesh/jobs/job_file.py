@@ -50,7 +50,7 @@ COMMENTS = {
     "flip": "faces whose rows are reversed",
     "stitch_width": "wale spacing",
     "stitch_height": "course spacing",
-    "increase": "m1, lifted or yo",
+    "increase": "m1, kfb, lifted or yo",
     "counts": "V,W=COUNT",
     "aspect": "height over width of a stitch",
     "alpha": "part of the surface that unstressed stitches cover",

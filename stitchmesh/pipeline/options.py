@@ -88,7 +88,7 @@ class KnitOptions:
     marked: Sequence[EdgeName] = ()
     """Wale edges at which all increases and decreases of their faces stand (``tessellate``)."""
     increase: Increase = DEFAULT_INCREASE
-    """How increases are made: ``m1``, ``lifted`` or ``yo`` (``stitchmesh.mesh.shaping_stitches``)."""
+    """How increases are made: ``m1``, ``kfb``, ``lifted`` or ``yo`` (``stitchmesh.mesh.shaping_stitches``)."""
     mesh_relaxation: MeshRelaxOptions = field(default_factory=MeshRelaxOptions)
     """Options of the relaxation of the stitch mesh."""
     yarn_radius: float | None = None

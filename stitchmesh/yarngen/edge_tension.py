@@ -20,7 +20,7 @@ from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarngen.shaped_stitches import PLAIN
 from stitchmesh.yarngen.templates.edge_templates import Edge
 
-CAST_ON, CHAIN, RIB = 0.7, 0.8, 0.9
+CAST_ON, CHAIN, RIB = 0.7, 0.9, 0.9
 """Rest length over drawn length of the yarn in backward loops of a first row, in a chain, and in a rib at an edge."""
 RIB_SHARE = 0.2
 """Smallest part of the plain stitches of a row of rib that are knit, and that are purled."""

@@ -63,7 +63,7 @@ FULL = Recipe(
         course_height=0.5, increase="lifted", counts=("4,7=12",), marked=((5, 9),), edges="edges.txt"
     ),
     mesh_relaxation=MeshRelaxOptions(aspect=0.8, alpha=0.7, area_force=False),
-    finish=YarnFinish(bind_off="chain", cast_on="open", longest_float=3),
+    finish=YarnFinish(bind_off="drawn", cast_on="open", longest_float=3),
     material=MaterialSection(name="leaf", stiffness=("k_bend=0.1",)),
     rest_lengths=RestLengthsSection(factor=1.1, loop_length=3.0, factors=("k=1.1", "row:3=0.9")),
     physics=PhysicsSection(
