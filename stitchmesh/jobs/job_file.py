@@ -54,7 +54,7 @@ COMMENTS = {
     "counts": "V,W=COUNT",
     "aspect": "height over width of a stitch",
     "alpha": "part of the surface that unstressed stitches cover",
-    "bind_off": "drawn or chain",
+    "bind_off": "chain or drawn",
     "cast_on": "backward or open",
     "longest_float": "in stitches",
     "factor": "of all rest lengths",

@@ -110,7 +110,7 @@ class GenerateYarnsTable:
     mass_per_length: float | None = None
     """Mass of a length of yarn [g/cm]; None for that of the material."""
     bind_off: str = YarnFinish.bind_off
-    """``drawn`` or ``chain``."""
+    """``chain`` or ``drawn``."""
     cast_on: str = YarnFinish.cast_on
     """``backward`` or ``open``."""
     longest_float: int = YarnFinish.longest_float

@@ -34,7 +34,7 @@ from tests.gallery import ROOT
 FULL = Recipe(
     mesh="meshes/hat.obj", unit="mm", up=(0.0, 0.0, 1.0), objects=("shirt",), layer="inner", yarn="dk", gauge="22x30",
     stitch_width=0.8, yarn_radius=0.1, drawn_radius=0.2, mass_per_length=0.002, quality="draft", device="cpu",
-    spiral=True, palette=("#a03030", "navy"),
+    edge_forms=("hem=fold:5", "left cuff=roll:4"), spiral=True, palette=("#a03030", "navy"),
     patterns=(
         RecipePattern(pattern="rib2x2", on="hem 6"),
         RecipePattern(pattern="charts/band.png", on='not file "faces.txt"', remainder="stretch", ground="navy",
