@@ -149,7 +149,7 @@ def trace_yarn_routes(
     parts = place_parts(whole, radius, points_per_stitch, corner_position=corner_position, edge=edge)
     cross_loops(whole, groups, corners, radius, points_per_width(points_per_stitch), bridges)
     yarns = trace(link_ends(whole, parts, bridges))
-    return YarnRoutes(whole, _face_below(fabric, whole), parts, bridges, yarns, edge_tension(whole, edge))
+    return YarnRoutes(whole, _face_below(fabric, whole), parts, bridges, yarns, edge_tension(whole, edge, parts))
 
 
 def mean_stitch_width(fabric: StitchMesh) -> float:

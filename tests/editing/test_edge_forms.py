@@ -27,7 +27,7 @@ RADIUS, WIDE = 0.06, 3.0
 
 
 def round_piece() -> StitchMesh:
-    """A tube of plain stitches half a centimetre wide, from -2 to 2 cm; its lower border is the hem, the other the neck."""
+    """A tube of plain stitches half a centimetre wide; its lower border is the hem, the other one the neck."""
     fabric = tessellate(label(tube(12, 2, radius=WIDE, height=2.0)), stitch_width=0.5, stitch_height=0.4)
     return replace(fabric, stretch=np.linspace(0.9, 1.1, len(fabric.edge_side)))
 
@@ -61,7 +61,7 @@ def test_the_fabric_stays_as_it_is_and_rows_are_numbered_in_the_order_of_knittin
     tops = np.flatnonzero((fabric.side_role == 2) & (fabric.twin != BORDER))
     steps = fabric.row[fabric.side_face[fabric.twin[tops]]] - fabric.row[fabric.side_face[tops]]
     assert (steps == 1).all()
-    assert (fabric.stitch[fabric.row == 0] == Stitch.CAST_ON).all() and (fabric.stitch[fabric.row > 0] != Stitch.CAST_ON).all()
+    np.testing.assert_array_equal(fabric.stitch == Stitch.CAST_ON, fabric.row == 0)
     assert fabric.stretch is not None and FABRIC.stretch is not None
     kept = fabric.stretch[fabric.side_edge[: FABRIC.side_count]]
     np.testing.assert_array_equal(kept, FABRIC.stretch[FABRIC.side_edge])
@@ -122,7 +122,7 @@ def test_what_is_no_edge_is_refused(text, message):
 
 
 def test_a_border_has_one_form_and_runs_around_a_tube():
-    with pytest.raises(ParameterError, match="edge border 0: .* has a form already; name it once"):
+    with pytest.raises(ParameterError, match=r"edge border 0: .* has a form already; name it once"):
         edged("hem=fold:3", "neck=roll:2", "border 0=roll:2")
     flat = tessellate(label(grid(1, 1, width=4.0, height=3.0)), stitch_width=0.5)
     with pytest.raises(ParameterError, match="edge border 0: border 0 is not along one row around a tube"):
