@@ -4,6 +4,8 @@ from .after_edit import RelaxedAgain as RelaxedAgain
 from .after_edit import relax_edited as relax_edited
 from .budget.budget import Budget as Budget
 from .compute.threads import set_threads as set_threads
+from .editing.edge_forms import EdgeForm as EdgeForm
+from .editing.edge_forms import with_edge_forms as with_edge_forms
 from .editing.edit import Edit as Edit
 from .editing.edit import apply_edit as apply_edit
 from .editing.history import History as History

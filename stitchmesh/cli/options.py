@@ -207,7 +207,8 @@ class StitchCounts:
     course_height: Annotated[float | None, help_entry("CM", f"{COURSE_OVER_WALE_SPACING} stitch widths")] = None
     """course spacing [cm]"""
     increase: Annotated[Increase, help_entry("NAME")] = DEFAULT_INCREASE
-    """increases: m1 (make one, closed), lifted (into the loop below, which stays beside), or yo (open yarn-overs)"""
+    """increases: m1 (make one, closed), kfb (knit front and back), lifted (into the loop below, which stays beside), or
+    yo (open yarn-overs)"""
     count: Annotated[UseAppendAction[tuple[str, ...]], help_entry("V,W=COUNT")] = ()
     """number of stitches along an edge, named by its two vertices, counted from 0; for a wale edge of its whole row"""
     mark: Annotated[UseAppendAction[tuple[Pair, ...]], help_entry("V,W")] = ()

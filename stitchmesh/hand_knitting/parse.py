@@ -264,7 +264,7 @@ def _without_turns(word: str) -> tuple[str, tuple[tuple[int, int], ...]]:
 def _stitches_by_word(right_side: bool) -> dict[str, Stitch]:
     """Return the stitch, as seen from the right side, of each word of a row."""
     known = (*VOCABULARY, Stitch.CAST_ON, Stitch.DRAW_THROUGH, Stitch.BIND_OFF)
-    return {stitch_word(stitch, right_side): stitch for stitch in known}
+    return {"(k1, p1) in 1 st": Stitch.PK} | {stitch_word(stitch, right_side): stitch for stitch in known}
 
 
 def _yarn_number(letter: str) -> int:

@@ -24,6 +24,7 @@ NAMED = {
     Stitch.SLIP_BACK: "sl1 wyib",
     Stitch.SLIP_FRONT: "sl1 wyif",
     Stitch.WRAP: "w1",
+    Stitch.PK: "kfb",
     Stitch.D12K: "k2tog",
     Stitch.D21K: "ssk",
     Stitch.D12P: "p2tog",
@@ -58,6 +59,7 @@ MEANINGS = {
     "p": "purl",
     "sl1 wyib": "slip 1 purlwise with the yarn in back",
     "sl1 wyif": "slip 1 purlwise with the yarn in front",
+    "kfb": "knit into the front of 1 st and then into its back",
     "w1": "slip 1 and wrap the yarn once around it",
 }
 """Explanations of words in the legend that replace the instructions of the vocabulary."""

@@ -28,6 +28,7 @@ from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.pipeline.knit import repair_entries
 from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.pipeline.stages import (
+    edge_forms_stage,
     edit_stage,
     label_stage,
     mesh_stage,
@@ -166,6 +167,11 @@ def _fabric(
         )  # fmt: skip
     found = () if given is None else (given, options.stitch_width, *_inputs_of_room(options))
     next_stage("relax_mesh", relax, mesh, options.mesh_arguments, _processor(device), *found)
+    if options.edge_forms:
+        next_stage(
+            "edge_forms", lambda fabric, report: edge_forms_stage(fabric, options, report),
+            list(options.edge_forms), options.yarn_radius,
+        )  # fmt: skip
     if options.spiral:
         next_stage("make_spiral", lambda fabric, report: spiral_stage(fabric, options, report))
     return fabric

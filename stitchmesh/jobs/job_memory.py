@@ -16,12 +16,12 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.compute.free_memory import available_memory
 from stitchmesh.jobs.sections import RenderTable, SwatchTable
 from stitchmesh.memory_need import GIGABYTE, check_memory, picture_memory, relaxation_memory, stage_memory
-from stitchmesh.mesh import BORDER, TOP, StitchMesh
+from stitchmesh.mesh import StitchMesh
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_budget import stitches_of
 from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.quality import PRESETS, Quality
-from stitchmesh.recipe.estimate import control_points, estimate_garment
+from stitchmesh.recipe.estimate import control_points, estimate_garment, loops_in_chains
 
 KEPT, BYTES_PER_KEPT_POINT = 25e6, 540.0
 """Additional memory of a job, and for each control point in float32, for the results of earlier stages and the states
@@ -41,7 +41,7 @@ def garment_memory(
 
 def found_memory(fabric: StitchMesh, quality: Quality, device: str, pictures: Sequence[RenderTable]) -> float:
     """Return the largest memory of a job whose stitches were found, as for ``garment_memory`` [bytes]."""
-    bind_off = int(((fabric.twin == BORDER) & (fabric.side_role == TOP)).sum())
+    bind_off = loops_in_chains(fabric, np.ones(fabric.side_count, dtype=np.int64))
     shaped = int(np.abs(fabric.n_top - fabric.n_bottom).sum())
     points = control_points(fabric.face_count, bind_off, shaped, quality)
     largest = max(stage_memory(fabric.face_count, points, quality).values())

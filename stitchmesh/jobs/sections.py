@@ -58,7 +58,7 @@ class TessellateTable:
     stitch_height: float | None = None
     """Course spacing [cm]; None for 0.77 times the width."""
     increase: Increase = DEFAULT_INCREASE
-    """How increases are made: ``m1``, ``lifted`` or ``yo``."""
+    """How increases are made: ``m1``, ``kfb``, ``lifted`` or ``yo``."""
     counts: tuple[str, ...] = ()
     """Numbers of stitches along edges, ``V,W=COUNT``."""
     marked: tuple[tuple[int, int], ...] = ()
@@ -78,7 +78,7 @@ class AutoStitchesTable:
     stitch_height: float | None = None
     """Course spacing [cm]; None for 0.77 times the width."""
     increase: Increase = DEFAULT_INCREASE
-    """How increases are made: ``m1``, ``lifted`` or ``yo``."""
+    """How increases are made: ``m1``, ``kfb``, ``lifted`` or ``yo``."""
     up: tuple[float, float, float] = ShapingOptions.up
     """Direction in which the garment is knitted where nothing else decides."""
     multiple: int = ShapingOptions.multiple
@@ -110,7 +110,7 @@ class GenerateYarnsTable:
     mass_per_length: float | None = None
     """Mass of a length of yarn [g/cm]; None for that of the material."""
     bind_off: str = YarnFinish.bind_off
-    """``drawn`` or ``chain``."""
+    """``chain`` or ``drawn``."""
     cast_on: str = YarnFinish.cast_on
     """``backward`` or ``open``."""
     longest_float: int = YarnFinish.longest_float

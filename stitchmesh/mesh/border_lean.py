@@ -9,7 +9,7 @@ a change of its length:
 
     s' = |s| (s + l |s| n) / |s + l |s| n|,   l = ``LEAN_RATE`` (narrowing - ``NARROWING``),
 
-where the narrowing is 1 - width of the new row / width of the border stitch.
+where the narrowing is 1 - width of the new row along the border stitch / width of the border stitch.
 """
 
 from __future__ import annotations
@@ -32,8 +32,9 @@ def border_lean(base: FloatArray, step: FloatArray, sides: IntArray) -> FloatArr
         step: step from each border vertex to the other end of its wale edge [cm], shape (n, 3).
         sides: the two ends of each border side, as indices into ``base``, shape (2, s).
     """
-    width, after = (np.linalg.norm(ends[sides[1]] - ends[sides[0]], axis=1) for ends in (base, base + step))
-    leaning = LEAN_RATE * np.clip(1.0 - after / width - NARROWING, 0.0, None)
+    along, after = (ends[sides[1]] - ends[sides[0]] for ends in (base, base + step))
+    left = np.einsum("ni,ni->n", after, along) / np.einsum("ni,ni->n", along, along)
+    leaning = LEAN_RATE * np.clip(1.0 - left - NARROWING, 0.0, None)
     result = np.zeros(len(base))
     np.maximum.at(result, sides, np.broadcast_to(leaning, sides.shape))
     return result

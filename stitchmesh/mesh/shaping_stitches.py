@@ -5,16 +5,20 @@
 A decrease has the loop in front that continues its wale: ``k2tog`` leans to the right, ``ssk`` to the left. The two
 ends of a row mirror each other, so that decreases lean in pairs, along the edges of the narrowing fabric.
 
-An increase has three forms:
+An increase has four forms:
 
 - ``m1``: make one. The new loop is a yarn-over with crossed legs, which closes (``StitchMesh.twist``). It is the
   backward loop on the needle, and also the bar between two stitches that is lifted in the next row and knitted through
   its back loop: both put the same yarn through the same loops. Left of the stitch the right leg of the loop is in front
   (m1l), right of the stitch the left leg (m1r), so that increases mirror each other too.
+- ``kfb``: knit front and back, knit and purl into one loop. The second loop goes through the back of the loop below,
+  which is turned by half a turn there: so it goes through this loop the other way, as a purl does, and has its bump.
+  The bump is always on the left of the knit loop, at both edges, as a knitter makes it.
 - ``lifted``: the loop below stays on the needle beside the new loop, and the next row works both.
 - ``yo``: a yarn-over, whose legs do not cross. It leaves a hole.
 
-Increases by two loops are make one on both sides, except that the form ``yo`` is knit, yarn over and knit in one loop.
+Increases by two loops are make one on both sides, except that the form ``yo`` is knit, yarn over and knit in one loop,
+and the form ``kfb`` knit, purl and knit in one loop.
 """
 
 from __future__ import annotations
@@ -28,7 +32,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.mesh.stitch_mesh import StitchMesh
 
-Increase = Literal["m1", "lifted", "yo"]
+Increase = Literal["m1", "kfb", "lifted", "yo"]
 """How increases are made."""
 DEFAULT_INCREASE: Increase = "m1"
 Keeps = Literal["left", "middle", "right"]
@@ -43,6 +47,7 @@ _SHAPING = {
 """Shaping stitches by the numbers of loops below and above, and by the loop that continues the wale."""
 _FORMS: dict[Increase, tuple[Stitch, Stitch, Stitch]] = {
     "m1": (Stitch.KY, Stitch.YK, Stitch.YKY),
+    "kfb": (Stitch.PK, Stitch.PK, Stitch.KPK),
     "lifted": (Stitch.KS, Stitch.SK, Stitch.YKY),
     "yo": (Stitch.KY, Stitch.YK, Stitch.KYK),
 }
@@ -77,7 +82,7 @@ def with_increases(fabric: StitchMesh, increase: Increase = DEFAULT_INCREASE) ->
 
     Args:
         fabric: a stitch mesh. Its increases are the stitches of the forms of the module docstring.
-        increase: ``m1``, ``lifted`` or ``yo``.
+        increase: ``m1``, ``kfb``, ``lifted`` or ``yo``.
 
     Raises:
         ParameterError: there is no such form.

@@ -26,6 +26,7 @@ from stitchmesh.mesh.repair import RepairAction
 from stitchmesh.patterns import Pattern
 from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.pipeline.stages import (
+    edge_forms_stage,
     edit_stage,
     label_stage,
     mesh_stage,
@@ -148,7 +149,7 @@ def _knit(
     if repair is not None:
         report["repair"] = repair_entries(repair)
     fabric = _relaxed_stitches(mesh, options, device, report, progress)
-    fabric = spiral_stage(fabric, options, report)
+    fabric = spiral_stage(edge_forms_stage(fabric, options, report), options, report)
     if budget is not None:
         plan = make_plan(budget, BudgetScene(kind="garment", stitches=fabric.face_count), options.quality, device)
         quality, report["budget"] = plan.quality, plan.report()

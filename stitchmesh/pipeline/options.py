@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from stitchmesh.editing.edge_forms import EdgeForm
 from stitchmesh.editing.edit import Edit
 from stitchmesh.editing.pattern_regions import PatternRegion
 from stitchmesh.errors import ParameterError
@@ -88,7 +89,7 @@ class KnitOptions:
     marked: Sequence[EdgeName] = ()
     """Wale edges at which all increases and decreases of their faces stand (``tessellate``)."""
     increase: Increase = DEFAULT_INCREASE
-    """How increases are made: ``m1``, ``lifted`` or ``yo`` (``stitchmesh.mesh.shaping_stitches``)."""
+    """How increases are made: ``m1``, ``kfb``, ``lifted`` or ``yo`` (``stitchmesh.mesh.shaping_stitches``)."""
     mesh_relaxation: MeshRelaxOptions = field(default_factory=MeshRelaxOptions)
     """Options of the relaxation of the stitch mesh."""
     yarn_radius: float | None = None
@@ -117,6 +118,8 @@ class KnitOptions:
     """Knitting patterns, each on its part of the fabric; plain knit elsewhere."""
     edits: Sequence[Edit] = ()
     """Edits of the stitch mesh, after the patterns and before the mesh relaxation."""
+    edge_forms: Sequence[EdgeForm] = ()
+    """Forms of edges, such as a folded hem; their rows are added after the mesh relaxation."""
     spiral: bool = False
     """Whether the rings of tubes become turns of one spiral row."""
     finish: YarnFinish = field(default_factory=YarnFinish)

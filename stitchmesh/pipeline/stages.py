@@ -12,6 +12,7 @@ from dataclasses import asdict, replace
 from functools import partial
 from typing import Any
 
+from stitchmesh.editing.edge_forms import with_edge_forms
 from stitchmesh.editing.edit import Edit, apply_edit
 from stitchmesh.editing.pattern_regions import PatternRegion, lay_patterns
 from stitchmesh.editing.spiral import make_spiral
@@ -193,6 +194,16 @@ def mesh_stage(
     report["meshrelax"] = {**asdict(how), "seconds": clock.lap()}
     report["gauge"] = asdict(fabric_gauge(relaxed))
     return relaxed
+
+
+def edge_forms_stage(fabric: StitchMesh, options: KnitOptions, report: dict[str, object]) -> StitchMesh:
+    """Add the rows of folded and rolled edges, if the options ask for some."""
+    if not options.edge_forms:
+        return fabric
+    clock = _Clock()
+    edged = with_edge_forms(fabric, options.edge_forms, checked_radius(fabric, options.yarn_radius))
+    report["edge_forms"] = {"stitches": edged.face_count - fabric.face_count, "seconds": clock.lap()}
+    return edged
 
 
 def spiral_stage(fabric: StitchMesh, options: KnitOptions, report: dict[str, object]) -> StitchMesh:

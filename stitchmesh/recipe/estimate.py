@@ -19,17 +19,18 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.compute.threads import thread_count
 from stitchmesh.errors import check_kind
 from stitchmesh.memory_need import stage_memory
-from stitchmesh.mesh import BOTTOM, TOP, FloatArray, StitchMesh
+from stitchmesh.mesh import BOTTOM, TOP, FloatArray, IntArray, StitchMesh
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named
 from stitchmesh.tessellate.counts import EdgeName
 from stitchmesh.tessellate.planned_stitches import PlannedStitches, planned_stitches
+from stitchmesh.yarngen.bind_off import SMALL_RING_LOOPS
 
 YARN_PER_WIDTH, YARN_PER_HEIGHT = 1.0, 4.0
 """Yarn in a plain stitch: centimetres for each centimetre of its width and of its height."""
-YARN_PER_BIND_OFF = 1.0
-"""Yarn of the bind-off for each loop, divided by the stitch width."""
-POINTS_PER_BIND_OFF = 0.6
-"""Control points of the bind-off for each loop, divided by those of a plain stitch."""
+YARN_PER_BIND_OFF = 5.0
+"""Yarn of the bind-off in a chain for each loop, divided by the stitch width."""
+POINTS_PER_BIND_OFF = 1.5
+"""Control points of the bind-off in a chain for each loop, divided by those of a plain stitch."""
 POINTS_PER_SHAPED_LOOP = 0.65
 """Additional control points for each loop that is increased or decreased, divided by those of a plain stitch."""
 LARGE_GARMENT = 20_000
@@ -130,10 +131,11 @@ def estimate_garment(
         labeled, stitch_width=stitch_width, stitch_height=stitch_height, counts=counts, marked=marked
     )
     chosen = quality_named(quality)
-    points = control_points(planned.total, planned.bind_off, planned.shaped, chosen)
+    bind_off = loops_in_chains(labeled, planned.along[labeled.side_edge])
+    points = control_points(planned.total, bind_off, planned.shaped, chosen)
     return GarmentEstimate(
         planned=planned,
-        yarn_length=_yarn_length(labeled, planned),
+        yarn_length=_yarn_length(labeled, planned, bind_off),
         control_points=points,
         stages=_stages(
             planned.total,
@@ -150,7 +152,7 @@ def control_points(stitches: int, bind_off: int, shaped: int, quality: Quality) 
 
     Args:
         stitches: number of stitches.
-        bind_off: number of loops that are bound off.
+        bind_off: number of loops that are bound off in a chain (``loops_in_chains``).
         shaped: number of loops that are increased or decreased.
         quality: the quality.
     """
@@ -158,11 +160,26 @@ def control_points(stitches: int, bind_off: int, shaped: int, quality: Quality) 
     return round(quality.control_points_per_stitch * loops)
 
 
-def _yarn_length(labeled: StitchMesh, planned: PlannedStitches) -> float:
+def loops_in_chains(mesh: StitchMesh, loops: IntArray) -> int:
+    """Return the number of loops that are bound off in a chain; a yarn is drawn through those of small rings.
+
+    Args:
+        mesh: a labeled mesh or a fabric.
+        loops: number of loops along each side, shape (C,).
+    """
+    bound = 0
+    for border in mesh.boundary_loops:
+        is_top = mesh.side_role[border] == TOP
+        count = int(loops[border[is_top]].sum())
+        bound += 0 if is_top.all() and count <= SMALL_RING_LOOPS else count
+    return bound
+
+
+def _yarn_length(labeled: StitchMesh, planned: PlannedStitches, bind_off: int) -> float:
     """Length of all yarns [cm]."""
     width, height = _stitch_sizes(labeled, planned)
     loops = YARN_PER_WIDTH * width + YARN_PER_HEIGHT * height
-    return float(planned.in_panel @ loops + YARN_PER_BIND_OFF * planned.bind_off * width.mean())
+    return float(planned.in_panel @ loops + YARN_PER_BIND_OFF * bind_off * width.mean())
 
 
 def _stitch_sizes(labeled: StitchMesh, planned: PlannedStitches) -> tuple[FloatArray, FloatArray]:

@@ -12,6 +12,7 @@ import logging
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from stitchmesh.editing.edge_forms import parse_edge_form
 from stitchmesh.editing.edit import Edit
 from stitchmesh.editing.on_selection import ON
 from stitchmesh.editing.pattern_regions import PatternRegion
@@ -132,6 +133,8 @@ class Recipe:
     """Preset of accuracy and cost."""
     device: str | None = None
     """Processor, ``cpu`` or ``cuda:0``; None for the first GPU, or the CPU without a GPU."""
+    edge_forms: tuple[str, ...] = ()
+    """Forms of edges, such as ``hem=fold:5`` (``parse_edge_form``)."""
     spiral: bool = False
     """Whether tubes are knitted in one spiral row instead of rings."""
     palette: tuple[str, ...] = ()
@@ -243,6 +246,7 @@ def recipe_options(recipe: Recipe, up: Direction = Y) -> KnitOptions:
         palette=palette,
         patterns=pattern_regions(recipe),
         edits=(*recipe.edits, *stripes),
+        edge_forms=tuple(map(parse_edge_form, recipe.edge_forms)),
         spiral=recipe.spiral,
         finish=recipe.finish,
         relaxation=RelaxOptions(

@@ -171,7 +171,7 @@ class StitchesSection:
     course_height: float | None = None
     """Course spacing [cm]."""
     increase: Increase = DEFAULT_INCREASE
-    """How increases are made: ``m1``, ``lifted`` or ``yo``."""
+    """How increases are made: ``m1``, ``kfb``, ``lifted`` or ``yo``."""
     counts: tuple[str, ...] = ()
     """Numbers of stitches along edges, ``V,W=COUNT``."""
     marked: tuple[tuple[int, int], ...] = ()

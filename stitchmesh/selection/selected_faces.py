@@ -14,7 +14,7 @@ from stitchmesh.errors import FileError, ParameterError, check_kind
 from stitchmesh.io.contents import FilePath, read_lines
 from stitchmesh.mesh import IntArray, StitchMesh
 from stitchmesh.mesh.stitch import CODES, Stitch
-from stitchmesh.selection.borders import band_distance, named_borders
+from stitchmesh.selection.borders import Border, band_distance, named_borders
 from stitchmesh.selection.parse import parse_selection
 from stitchmesh.selection.parts import Parts
 from stitchmesh.selection.selection import (
@@ -139,14 +139,24 @@ def _rows(parts: Parts, spans: Spans) -> Mask:
     return chosen[parts.row_index]
 
 
-def _band(parts: Parts, band: AtBorder) -> Mask:
+def borders_named(borders: list[Border], band: AtBorder) -> list[Border]:
+    """Return the borders that a selection of bands along borders names.
+
+    Raises:
+        ParameterError: there is none.
+    """
     if band.name == "border":
-        found = [border for border in parts.borders if border.number == band.number]
+        found = [border for border in borders if border.number == band.number]
     else:
-        found = named_borders(parts.borders, band.name, band.hand)
+        found = named_borders(borders, band.name, band.hand)
     if not found:
-        known = ", ".join(dict.fromkeys(border.name for border in parts.borders)) or "none"
+        known = ", ".join(dict.fromkeys(border.name for border in borders)) or "none"
         raise ParameterError(f"{band}: the fabric has no such border; its borders are {known}")
+    return found
+
+
+def _band(parts: Parts, band: AtBorder) -> Mask:
+    found = borders_named(parts.borders, band)
     ends = [span.last for span in band.spans]
     farthest = None if None in ends else max(end for end in ends if end is not None)
     distance = band_distance(parts.fabric, np.concatenate([border.sides for border in found]), farthest)

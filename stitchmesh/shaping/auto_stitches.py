@@ -102,7 +102,7 @@ def auto_stitches(
         most_shaping: largest part of the stitches of a row that are increases or decreases, such as 0.25 for one in
             four; one increase or decrease is always permitted. Rows that would need more are stretched. By default as
             many as the surface asks.
-        increase: how increases are made: ``m1``, ``lifted`` or ``yo`` (``with_increases``).
+        increase: how increases are made: ``m1``, ``kfb``, ``lifted`` or ``yo`` (``with_increases``).
 
     Returns:
         A stitch mesh on the polygons of ``mesh``.

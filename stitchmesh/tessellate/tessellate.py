@@ -43,7 +43,7 @@ def tessellate(
         stitch_height: course spacing [cm]; by default 0.77 times the width.
         counts: number of stitches along single edges; the count of a wale edge applies to its whole row.
         marked: wale edges at which all increases and decreases of their faces are placed.
-        increase: how increases are made: ``m1``, ``lifted`` or ``yo`` (``with_increases``).
+        increase: how increases are made: ``m1``, ``kfb``, ``lifted`` or ``yo`` (``with_increases``).
 
     Raises:
         ParameterError: a size or count is out of range, an edge does not exist, a marked edge is a course edge, there

@@ -6,6 +6,9 @@ Backward loops and the loops of a chain are drawn as high as plain stitches, and
 drawn lengths at rest they hang as floppy loops. A rib at an edge is worked on a needle that is two sizes smaller, such
 as 4.0 mm in the place of 4.5 mm, which shortens its loops by a tenth. A rib that goes over the whole fabric keeps its
 loops.
+
+Where a first or last row is drawn out, as at its ends beside a corner of the fabric, its loops are drawn longer than
+others. A knitter does not work them so: no loop is drawn more than ``LONGEST`` times the median of its row.
 """
 
 from __future__ import annotations
@@ -17,29 +20,46 @@ from scipy.sparse.csgraph import connected_components
 
 from stitchmesh.mesh import BORDER, TOP, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.yarngen.shaped_stitches import PLAIN
+from stitchmesh.yarngen.embedding import PlacedParts
+from stitchmesh.yarngen.shaped_stitches import PLAIN, SHORTEST_RATIO
 from stitchmesh.yarngen.templates.edge_templates import Edge
 
-CAST_ON, CHAIN, RIB = 0.7, 0.8, 0.9
+CAST_ON, CHAIN, RIB = 0.7, 0.9, 0.9
 """Rest length over drawn length of the yarn in backward loops of a first row, in a chain, and in a rib at an edge."""
+LONGEST = 1.1
+"""Longest loop of a first or last row over the median of its row; longer ones are shortened to it."""
 RIB_SHARE = 0.2
 """Smallest part of the plain stitches of a row of rib that are knit, and that are purled."""
 SAME_SHARE = 0.9
 """Smallest part of the stitches of two rows of a rib that are above a stitch of their own kind."""
 
 
-def edge_tension(fabric: StitchMesh, edge: IntArray) -> FloatArray:
+def edge_tension(fabric: StitchMesh, edge: IntArray, parts: PlacedParts) -> FloatArray:
     """Return the rest length of the yarn in each face over its length without tension, shape (F,).
 
     Args:
         fabric: the stitch mesh with its bind-off row.
         edge: template of each face of a first or last row (``Edge``), shape (F,).
+        parts: the yarn parts of the fabric.
     """
     tension = np.ones(fabric.face_count)
-    tension[(fabric.stitch == Stitch.CAST_ON) & (edge == Edge.BY_STITCH)] = CAST_ON
-    tension[edge >= Edge.CHAIN] = CHAIN
     tension[_edge_rib_rows(fabric)[fabric.row]] = RIB
+    cast_on = (fabric.stitch == Stitch.CAST_ON) & (edge == Edge.BY_STITCH)
+    for faces, value in ((cast_on, CAST_ON), (edge >= Edge.CHAIN, CHAIN)):
+        tension[faces] = value * _share_of_long_loops(fabric, np.flatnonzero(faces), parts)
     return tension
+
+
+def _share_of_long_loops(fabric: StitchMesh, faces: IntArray, parts: PlacedParts) -> FloatArray:
+    """Return the share of the yarn in each face that is not longer than in the other faces of its row, shape (n,)."""
+    drawn: FloatArray = np.bincount(parts.face, parts.lengths, fabric.face_count)[faces] / np.maximum(
+        fabric.n_bottom[faces], fabric.n_top[faces]
+    )
+    share = np.ones(len(faces))
+    for row in np.unique(fabric.row[faces]):
+        own = fabric.row[faces] == row
+        share[own] = np.clip(LONGEST * np.median(drawn[own]) / drawn[own], SHORTEST_RATIO, 1.0)
+    return share
 
 
 def _edge_rib_rows(fabric: StitchMesh) -> NDArray[np.bool_]:

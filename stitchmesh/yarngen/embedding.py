@@ -9,6 +9,7 @@ which is interpolated by the same coordinates (Yuksel et al. 2012, section 4).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -42,6 +43,13 @@ class PlacedParts:
     """Sides that each part crosses at its start and at its end, shape (P, 2)."""
     end_slot: IntArray
     """Slots of these crossings, counted along the side, shape (P, 2)."""
+
+    @cached_property
+    def lengths(self) -> FloatArray:
+        """Drawn length of each part between its first and its last point [cm], shape (P,)."""
+        along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self.points, axis=0), axis=1))])
+        drawn: FloatArray = along[self.start[1:] - 1] - along[self.start[:-1]]
+        return drawn
 
 
 def points_per_width(points_per_stitch: int) -> float:

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from stitchmesh.errors import ParameterError
 
 BIND_OFFS = ("drawn", "chain")
-"""Kinds of bind-off. ``drawn``: a yarn is drawn through the last loops.
+"""Kinds of bind-off. ``drawn``: a yarn is drawn through the last loops, which stay long.
 
-``chain``: each loop of the last row is knitted, and the loop before it is passed over it; small rings are drawn in any
-case.
+``chain``, the default: each loop of the last row is knitted, and the loop before it is passed over it; small rings are
+drawn in any case.
 """
 CAST_ONS = ("backward", "open")
 """Kinds of cast-on. ``backward``: backward loops, which cannot unravel. ``open``: yarn-overs."""
@@ -26,8 +26,8 @@ class YarnFinish:
         ParameterError: the bind-off or the cast-on is unknown, or the longest float is negative.
     """
 
-    bind_off: str = "drawn"
-    """bind-off: drawn (a yarn through the last loops), or chain (each loop is passed over the next one)"""
+    bind_off: str = "chain"
+    """bind-off: chain (each loop is passed over the next one), or drawn (a yarn through the last loops)"""
     cast_on: str = "backward"
     """cast-on: backward (backward loops, which cannot unravel), or open (yarn-overs)"""
     longest_float: int = 12

@@ -78,8 +78,8 @@ def generate_yarns(
             ``APPARENT_OVER_CONTACT`` contact radii if not given.
         mass_per_length: mass of a length of yarn [g/cm] that the yarns state (``YarnSet``); none if not given.
         quality: its ``control_points_per_stitch`` is the number of control points of a plain stitch.
-        bind_off: ``drawn``, a yarn through the last loops, or ``chain``: each loop is knitted, and the loop before it
-            is passed over it.
+        bind_off: ``chain``: each loop is knitted, and the loop before it is passed over it; or ``drawn``, a yarn
+            through the last loops.
         cast_on: ``backward`` loops, or ``open`` yarn-overs.
         longest_float: largest number of stitches of other yarns behind which a yarn is carried along its row. A yarn
             that would pass more stitches, as between the blocks of intarsia, is cut and tied off. 0 cuts at every
@@ -149,7 +149,7 @@ def trace_yarn_routes(
     parts = place_parts(whole, radius, points_per_stitch, corner_position=corner_position, edge=edge)
     cross_loops(whole, groups, corners, radius, points_per_width(points_per_stitch), bridges)
     yarns = trace(link_ends(whole, parts, bridges))
-    return YarnRoutes(whole, _face_below(fabric, whole), parts, bridges, yarns, edge_tension(whole, edge))
+    return YarnRoutes(whole, _face_below(fabric, whole), parts, bridges, yarns, edge_tension(whole, edge, parts))
 
 
 def mean_stitch_width(fabric: StitchMesh) -> float:

@@ -32,8 +32,9 @@ otherwise meet."""
 TAIL = ((0.2, 0.15), (0.25, 0.5), (0.25, 0.85), (0.25, 1.2))
 """Points of a tail: distance beyond the border and depth behind the fabric, both over the stitch width. Tails hang on
 the wrong side."""
-TAIL_SEPARATION = 0.2
-"""Shift of two tails that begin side by side, one up and one down the wale side, over the length of that side."""
+TAIL_SEPARATION, TAIL_RETREAT = 0.2, 0.3
+"""Shifts of two tails that begin side by side: one up and one down the wale side, over the length of that side, and
+both back into their own stitches, over the stitch width."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +87,8 @@ def _separate_tails(fabric: StitchMesh, strands_by_side: Strands, first: int, se
     """Move the tails of two row ends that lie side by side apart; the yarn of the lower number gets the lower tail."""
     yarns = fabric.yarn[fabric.side_face[[first, second]]].tolist()
     for side, yarn in zip((first, second), yarns, strict=True):
-        tail = tail_points(fabric, side, TAIL_SEPARATION if yarn == max(yarns) else -TAIL_SEPARATION)
+        rise = TAIL_SEPARATION if yarn == max(yarns) else -TAIL_SEPARATION
+        tail = tail_points(fabric, side, rise, TAIL_RETREAT)
         strands_by_side[side] |= {yarn: replace(strands_by_side[side][yarn], tail=tail)}
 
 
@@ -174,18 +176,20 @@ def _pairs_along_run(fabric: StitchMesh, run: list[int], paired: set[int]) -> li
     return list(zip(unpaired[skipped::2], unpaired[skipped + 1 :: 2], strict=False))
 
 
-def tail_points(fabric: StitchMesh, side: int, rise: float = 0.0) -> FloatArray:
+def tail_points(fabric: StitchMesh, side: int, rise: float = 0.0, retreat: float = 0.0) -> FloatArray:
     """Points of the tail of a row end that is tied off [cm], shape (n, 3).
 
     Args:
         fabric: the stitch mesh.
         side: the wale side at which the row ends.
         rise: distance by which the tail is moved up, over the length of the wale side.
+        retreat: distance by which the tail is moved into its stitch, over the stitch width.
     """
     backwards = -_stitch_width(fabric, side) * fabric.vertex_normal[fabric.face_vertex[side]]
     wale = fabric.corner_position[fabric.side_next[side]] - fabric.corner_position[side]
     up = rise * (wale if fabric.side_role[side] == RIGHT else -wale)
-    return np.array([_point_outside(fabric, side, outwards) + up + depth * backwards for outwards, depth in TAIL])
+    outside = [_point_outside(fabric, side, outwards - retreat) for outwards, _ in TAIL]
+    return np.array([point + up + depth * backwards for point, (_, depth) in zip(outside, TAIL, strict=True)])
 
 
 def _turn_points(fabric: StitchMesh, low: int, high: int, reach: float) -> FloatArray:

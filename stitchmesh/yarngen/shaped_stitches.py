@@ -37,8 +37,7 @@ def rest_length_ratios(fabric: StitchMesh, parts: PlacedParts) -> FloatArray:
         fabric: stitch faces.
         parts: the yarn parts of the fabric.
     """
-    steps = np.linalg.norm(np.diff(parts.points, axis=0), axis=1)
-    length = np.array([steps[a : b - 1].sum() for a, b in zip(parts.start[:-1], parts.start[1:], strict=True)])
+    length = parts.lengths
     is_head = (fabric.side_role[parts.end_side] == BOTTOM).all(axis=1)
     ratio = np.ones(len(length))
     decrease = (fabric.n_bottom > 1) & (fabric.n_top == 1)

@@ -19,7 +19,7 @@ NAMES = {
     "k": "k", "p": "p", "yo": "y", "sl1 wyib": "b", "sl1 wyif": "f", "w1": "x", "k2tog": "d12k", "ssk": "d21k",
     "p2tog": "d12p", "ssp": "d21p", "k3tog": "d123k", "sssk": "d321k", "p3tog": "d123p", "sssp": "d321p",
     "s2kp": "d231k", "sk2p": "d312k", "co": "co", "dt": "dt", "k1": "k", "p1": "p",
-    "m1l": "y", "m1r": "y",
+    "m1l": "y", "m1r": "y", "kfb": "pk",
 }  # fmt: skip
 HALF_TURNS = {"m1l": -1, "m1r": 1}
 INSIDE = {"k1": "k", "p1": "p", "yo": "y", "keep": "s"}

@@ -9,6 +9,7 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import stitchmesh as sm
@@ -20,9 +21,8 @@ from stitchmesh.jobs.sections import AutoStitchesTable, RelaxYarnsTable
 from stitchmesh.jobs.stage_files import GIVEN
 from stitchmesh.jobs.stop import JobStopped, StopRequest
 from stitchmesh.jobs.sweep.row import inputs_of, measures_of
-from stitchmesh.mesh import BORDER, TOP
 from stitchmesh.quality import PRESETS
-from stitchmesh.recipe.estimate import control_points
+from stitchmesh.recipe.estimate import control_points, loops_in_chains
 from stitchmesh.recipe.knit_recipe import knit_recipe
 from stitchmesh.recipe.recipe_file import write_recipe
 from tests.gallery import tube
@@ -103,7 +103,7 @@ def test_the_row_of_a_sweep_has_the_options_and_the_figures(job, done):
 def test_the_memory_follows_from_the_stitches_that_were_found(job, done):
     """The control points are within a few percent of those that are generated, and each of them needs memory."""
     fabric, yarns, draft = sm.read_stitches(done / "stitches.h5"), sm.read_yarns(done / "yarns.h5"), PRESETS["draft"]
-    bind_off = int(((fabric.twin == BORDER) & (fabric.side_role == TOP)).sum())
+    bind_off = loops_in_chains(fabric, np.ones(fabric.side_count, dtype=int))
     shaped = int(abs(fabric.n_top - fabric.n_bottom).sum())
     points = control_points(fabric.face_count, bind_off, shaped, draft)
     assert points == pytest.approx(len(yarns.points), rel=0.1)  # as for an estimate of a modelled mesh

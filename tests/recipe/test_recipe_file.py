@@ -34,7 +34,7 @@ from tests.gallery import ROOT
 FULL = Recipe(
     mesh="meshes/hat.obj", unit="mm", up=(0.0, 0.0, 1.0), objects=("shirt",), layer="inner", yarn="dk", gauge="22x30",
     stitch_width=0.8, yarn_radius=0.1, drawn_radius=0.2, mass_per_length=0.002, quality="draft", device="cpu",
-    spiral=True, palette=("#a03030", "navy"),
+    edge_forms=("hem=fold:5", "left cuff=roll:4"), spiral=True, palette=("#a03030", "navy"),
     patterns=(
         RecipePattern(pattern="rib2x2", on="hem 6"),
         RecipePattern(pattern="charts/band.png", on='not file "faces.txt"', remainder="stretch", ground="navy",
@@ -63,7 +63,7 @@ FULL = Recipe(
         course_height=0.5, increase="lifted", counts=("4,7=12",), marked=((5, 9),), edges="edges.txt"
     ),
     mesh_relaxation=MeshRelaxOptions(aspect=0.8, alpha=0.7, area_force=False),
-    finish=YarnFinish(bind_off="chain", cast_on="open", longest_float=3),
+    finish=YarnFinish(bind_off="drawn", cast_on="open", longest_float=3),
     material=MaterialSection(name="leaf", stiffness=("k_bend=0.1",)),
     rest_lengths=RestLengthsSection(factor=1.1, loop_length=3.0, factors=("k=1.1", "row:3=0.9")),
     physics=PhysicsSection(

@@ -4,13 +4,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.yarngen import generate_yarns
-from stitchmesh.yarngen.edge_tension import CAST_ON, CHAIN, RIB
+from stitchmesh.yarngen.edge_tension import CAST_ON, CHAIN, LONGEST, RIB
 from stitchmesh.yarngen.finish import YarnFinish
 from stitchmesh.yarngen.generate import trace_yarn_routes
 from tests.hand_knitting.stitch_charts import chart_fabric
@@ -52,6 +54,21 @@ def tension_of_rows(fabric: StitchMesh, finish: YarnFinish = CHAINED) -> list[fl
 )
 def test_ribs_between_an_edge_and_other_stitches_have_shorter_loops(rows, ribs):
     assert tension_of_rows(tube(*rows)) == [CAST_ON, *(RIB if rib else 1.0 for rib in ribs), CHAIN]
+
+
+def test_a_loop_that_is_drawn_out_at_the_end_of_a_row_is_not_longer_than_the_others():
+    """The last face of a flat piece is drawn out to twice its width; its chain has at rest what the others have."""
+    fabric = chart_fabric([" ".join(["co"] * WIDE), *[" ".join(["k"] * WIDE)] * 3])
+    vertices = fabric.vertices.copy()
+    last = vertices[:, 0] == vertices[:, 0].max()
+    vertices[last, 0] += 1.0
+    routes = trace_yarn_routes(replace(fabric, vertices=vertices), 0.05, 12, CHAINED)
+    at_rest = np.bincount(routes.parts.face, routes.parts.lengths) * routes.tension
+    for made, tension in ((Stitch.BIND_OFF, CHAIN), (Stitch.CAST_ON, CAST_ON)):
+        faces = routes.whole.stitch == made
+        own = np.median(at_rest[faces])
+        assert (at_rest[faces] <= LONGEST * own * (1.0 + 1e-9)).all(), "rounding"
+        assert (routes.tension[faces] < tension).sum() == 1 and (routes.tension[faces] <= tension).all()
 
 
 def test_open_loops_and_drawn_yarns_keep_their_length():

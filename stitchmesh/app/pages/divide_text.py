@@ -29,7 +29,7 @@ STAGE_WORDS = {
 KINDS = {
     "cast on": (Stitch.CAST_ON,),
     "knit": (Stitch.KNIT,),
-    "increase": (Stitch.KY, Stitch.YK, Stitch.YKY, Stitch.KS, Stitch.SK, Stitch.KYK),
+    "increase": (Stitch.KY, Stitch.YK, Stitch.YKY, Stitch.KS, Stitch.SK, Stitch.KYK, Stitch.PK, Stitch.KPK),
     "decrease": (Stitch.D12K, Stitch.D21K, Stitch.D213K),
     "drawn through the last loops": (Stitch.DRAW_THROUGH,),
 }

@@ -102,6 +102,8 @@ class Knit:
     pattern_mirror: Mirror = False
     stripes: Annotated[str | None, help_entry("BANDS", "no stripes")] = None
     """rows and colours of stripes from the first row up, which repeat: '4 cream, 2 navy'"""
+    edge_form: Annotated[UseAppendAction[tuple[str, ...]], help_entry("BORDER=FORM:ROWS", "none")] = ()
+    """edge that is folded or rolls, and its rows: hem=fold:5, neck=roll:4 (docs/edges.md); may be repeated"""
     spiral: Flag = False
     """knit tubes in one spiral row with a single yarn instead of rings"""
     yarn_radius: Annotated[float | None, help_entry("CM", GENERATED_RADIUS)] = None
@@ -213,6 +215,7 @@ class Knit:
             drawn_radius=self.drawn_radius,
             quality=self.quality or DEFAULT_QUALITY,
             device=self.device,
+            edge_forms=self.edge_form,
             spiral=self.spiral,
             palette=tuple(map(colour_text, self.colours.recoloured(empty_palette()))) if self.colours.colour else (),
             patterns=self._patterns(),

@@ -7,7 +7,7 @@
   lie between the two cuts, slipped loops or loops of another yarn, the line passes in front of them.
 - A link that ends beside its row is closed by a line that leaves the needle beyond its last loop.
 - A link that is drawn through loops is extended by its neighbours on both sides and closed by a line beyond the edge of
-  the fabric. If the yarn is a short ring, the whole yarn is the closed curve.
+  the fabric. If the yarn is a short ring, the whole yarn is the closed curve. In a chain bind-off it is not extended.
 - A downward leg of a slipped loop is closed by a line far behind the leg.
 
 The front is the right side of the fabric, ``across x up``. ``across`` points from the left crossing of a top side to
@@ -140,11 +140,7 @@ class _Closer:
     def link(self, link: Arc) -> list[int]:
         """The closed curve of a link; empty if the link threads no loop."""
         if is_drawn_through(self.arcs, link):
-            return (
-                []
-                if int(self.pieces.face[link.pieces[0]]) in self.arcs.chain_faces
-                else self._drawn_through_curve(link)
-            )
+            return [] if self.arcs.chain_threadings(link) == 0 else self._drawn_through_curve(link)
         if not any(link.on_needle):
             return self.points_of(link) if self._is_ring(link) else []
         spanned = [self._side_crossings(side, rightwards) for side, rightwards in spanned_sides(self.arcs, link)]
@@ -153,11 +149,13 @@ class _Closer:
     def _drawn_through_curve(self, link: Arc) -> list[int]:
         """The closed curve of a link that is drawn through loops.
 
-        It is a stretch of the yarn of the link, or the whole yarn if the yarn is a short ring.
+        It is a stretch of the yarn of the link, or the whole yarn if the yarn is a short ring. In a chain it is the
+        link alone.
         """
         row = [link]
+        beside_link = DRAWN_BESIDE if self.arcs.chain_threadings(link) is None else 0
         for direction in (-1, 1):
-            for _ in range(DRAWN_BESIDE):
+            for _ in range(beside_link):
                 beside = self.arc_at_cut.get((row[0].first, 1) if direction < 0 else (row[-1].last, -1))
                 if beside is None or not is_drawn_through(self.arcs, beside):
                     break

@@ -89,11 +89,26 @@ class Arcs:
         return frozenset(np.flatnonzero(np.isin(self.whole.stitch[self.pieces.face], codes)).tolist())
 
     @cached_property
-    def chain_faces(self) -> frozenset[int]:
-        """Faces that are bound off in a chain; their loops cross wale sides."""
+    def chain_sides(self) -> dict[int, int]:
+        """The wale side that the bound-off loop before crosses, for each face of a chain bind-off; -1 for first faces.
+
+        Bound-off loops cross wale sides beside the yarn of the row.
+        """
         crossings = self.pieces.ends
         is_leg = self.whole.is_wale[crossings // SLOTS] & (crossings % SLOTS > 0)
-        return frozenset(self.pieces.face[is_leg.any(axis=1)].tolist())
+        found = dict.fromkeys(self.pieces.face[is_leg.any(axis=1)].tolist(), -1)
+        over = is_leg.all(axis=1)
+        return found | dict(zip(self.pieces.face[over].tolist(), (crossings[over, 0] // SLOTS).tolist(), strict=True))
+
+    def chain_threadings(self, link: Arc) -> int | None:
+        """How often a link threads the loop below it in a chain bind-off; None for a link that is in no chain."""
+        face = int(self.pieces.face[link.pieces[0]])
+        if face not in self.chain_sides:
+            return None
+        begins, ends = (crossing % SLOTS == 0 for crossing in link.ends)
+        if begins and ends:
+            return 1 if link.ends[0] // SLOTS == self.chain_sides[face] else -1
+        return int(begins) - int(ends)
 
     @cached_property
     def loop_of_cut(self) -> dict[int, int]:

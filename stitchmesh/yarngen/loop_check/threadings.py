@@ -7,7 +7,8 @@ right side, and -1 if it passes back. The loop is directed from its right leg ov
 along its yarn. Yarn that leads up into a knit loop threads each loop on which the stitch is worked, counting 1; the
 yarn that leads down from the knit loop counts -1. Purl loops have the opposite signs. Yarn that leads up into a
 yarn-over, or past a slipped loop, threads no loop. Yarn that is drawn through loops threads each of them once; this
-counts 1 where the yarn runs from left to right. Loops of a chain bind-off are not checked.
+counts 1 where the yarn runs from left to right. In a chain bind-off, the yarn leads up through each loop of the last
+row and down again. How the loops of the chain hold each other is not checked.
 
 A loop that is slipped and twisted on its way up is worked in reverse, and its threadings have the opposite sign.
 
@@ -50,8 +51,10 @@ def _threadings_of(arcs: Arcs, link: Arc) -> list[tuple[int, int]]:
     first = link.pieces[0]
     face = int(arcs.pieces.face[first])
     if is_drawn_through(arcs, link):
-        rightwards = whole.side_role[link.ends[0] // SLOTS] == LEFT
-        return [] if face in arcs.chain_faces else _held_loops(arcs, face, 1 if rightwards else -1)
+        threadings = arcs.chain_threadings(link)
+        if threadings is None:
+            threadings = 1 if whole.side_role[link.ends[0] // SLOTS] == LEFT else -1
+        return _held_loops(arcs, face, threadings) if threadings else []
     result = []
     for crossing, on_needle, sign in zip(link.ends, link.on_needle, (-1, 1), strict=True):
         face, threadings = threadings_of_made_loop(arcs, crossing // SLOTS) if on_needle else (0, 0)

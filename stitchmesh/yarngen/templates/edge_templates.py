@@ -42,38 +42,26 @@ CHAIN_HEIGHT = 1.7
 """Height of a face of the chain over that of a plain stitch, because its loops stand above the head below."""
 FRONT_SLOT, BACK_SLOT = 1, 2
 """Slots of a wale side at which the front and the back leg of a bound-off loop cross it."""
+RISING_WAYPOINTS: Waypoints = (
+    (0.18, 0.2, -1.2), (0.37, 0.33, -0.3), (0.38, 0.52, 1.0), (0.43, 0.78, 0.7), (0.54, 1.01, 0.2), (0.75, 1.14, 0.8),
+    (1.0, 1.13, 1.4),
+)  # fmt: skip
+"""The yarn from the stitch before, behind the fabric, and the first leg of the bound-off loop: up through the loop
+below and the loop that is passed over it, and on to the next stitch in front."""
 OVER_WAYPOINTS: Waypoints = (
-    (0.0, 0.93, 3.2), (0.28, 0.88, 3.3), (0.55, 0.84, 3.1), (0.76, 0.82, 1.9), (0.84, 0.82, 0.0), (0.76, 0.82, -1.9),
-    (0.55, 0.84, -3.1), (0.28, 0.88, -3.3), (0.0, 0.93, -3.2),
+    (0.0, 1.13, 1.4), (0.24, 1.07, 1.9), (0.48, 1.01, 2.3), (0.72, 0.95, 2.3), (0.93, 0.84, 1.8), (0.99, 0.73, 0.1),
+    (0.92, 0.75, -1.7), (0.71, 0.84, -2.2), (0.47, 0.91, -1.9), (0.23, 0.96, -1.4), (0.0, 0.99, -0.7),
 )  # fmt: skip
 """The bound-off loop of the stitch before, which is passed over the loop of this stitch."""
-FOOT_WAYPOINTS: Waypoints = ((0.12, 0.1, -0.9), (0.24, 0.14, -0.9), (0.36, 0.28, 0.0))
-"""The yarn from the stitch before to the loop below, behind the fabric."""
-INNER_WAYPOINTS: Waypoints = ((0.34, 0.47, 0.9), (0.29, 0.62, 1.25), (0.32, 0.74, 0.9), (0.36, 0.88, 0.2))
-"""A leg of the bound-off loop, up through the loop below and through the loop that is passed over it."""
-RISING_WAYPOINTS: Waypoints = (
-    *FOOT_WAYPOINTS,
-    *INNER_WAYPOINTS,
-    (0.42, 1.08, 1.0),
-    (0.68, 1.14, 2.6),
-    (1.0, 0.93, 3.2),
-)
-"""The first leg of the bound-off loop, which leads to the next stitch in front."""
 FALLING_WAYPOINTS: Waypoints = (
-    (1.0, 0.93, -3.2), (0.82, 1.1, -2.4), (0.66, 1.05, -1.0),
-    *((1.0 - x, y, h) for x, y, h in (*INNER_WAYPOINTS[::-1], *FOOT_WAYPOINTS[::-1])),
+    (1.0, 0.99, -0.7), (0.79, 0.89, -0.1), (0.69, 0.7, 1.0), (0.64, 0.46, 1.1), (0.64, 0.31, -0.5), (0.83, 0.19, -1.2),
 )  # fmt: skip
 """The second leg of the bound-off loop, which comes back from the next stitch behind, and the yarn on to that
 stitch."""
 DRAWN_WAYPOINTS: Waypoints = (
-    *FOOT_WAYPOINTS,
-    *INNER_WAYPOINTS,
-    (0.46, 1.02, 0.6),
-    (0.72, 1.06, 0.8),
-    (0.97, 0.84, 1.4),
-    (1.0, 0.5, 1.2),
-)
-"""The yarn through the last loop and on to the end of the row."""
+    *RISING_WAYPOINTS[:5], (0.68, 1.2, 0.9), (0.85, 1.2, 2.5), (1.02, 0.98, 3.7), (1.12, 0.6, 2.8), (1.12, 0.27, 1.2),
+)  # fmt: skip
+"""The yarn through the last loop, and in front of it down to the end of the row."""
 YARN_OVER_WAYPOINTS = ((0.23, 0.18, -0.6), (0.364, 0.37, 0.0), (0.356, 0.66, 0.9))
 """The first leg of a yarn-over: position across its column, height over that of the face, and height in yarn radii. The
 second leg is the mirror image."""

@@ -373,4 +373,16 @@ def test_yarns_are_checked_with_the_finish_that_they_have() -> None:
     yarns = generate_yarns(fabric, quality="draft", bind_off="chain", cast_on="open")
     check_loops(fabric, yarns, finish=YarnFinish(bind_off="chain", cast_on="open"))
     with pytest.raises(YarnError, match="and the finish with which"):
-        check_loops(fabric, yarns)
+        check_loops(fabric, yarns, finish=YarnFinish(bind_off="drawn"))
+
+
+@pytest.mark.parametrize("courses", [4, 5])  # the chain is worked to the right, and to the left
+def test_the_yarn_of_a_chain_leads_up_and_down_through_each_loop_of_the_last_row(courses: int) -> None:
+    fabric = swatch(*["k"] * courses)
+    arcs = find_arcs(fabric, generate_yarns(fabric))
+    threadings = expected_linking(arcs).threadings.toarray()
+    held = threadings[:, [arcs.loop_of_side[side] for side in np.flatnonzero(arcs.whole.side_role == 0).tolist()
+                          if arcs.whole.stitch[arcs.whole.side_face[side]] == Stitch.BIND_OFF]]  # fmt: skip
+    # through the last loop the yarn is drawn once, to the end of the row
+    assert sorted(np.abs(held).sum(axis=0).tolist()) == [1, *[2] * (held.shape[1] - 1)]
+    assert sorted(held.sum(axis=0).tolist())[1:-1] == [0] * (held.shape[1] - 2)

@@ -39,7 +39,7 @@ class Choices:
                 least=0.001, most=5.0, step=0.005,
             )  # fmt: skip
             self._choice("Cast-on", "cast_on", "First rows: backward loops cannot unravel, open loops can", CAST_ONS)
-            self._choice("Bind-off", "bind_off", "Last rows: a yarn drawn through loops, or a chain", BIND_OFFS)
+            self._choice("Bind-off", "bind_off", "Last rows: a chain of loops, or a yarn drawn through", BIND_OFFS)
             self._choice("Material", "material", "Stiffness of the yarn: that of stitchmesh, or a published one", NAMED)
             devices = [AUTOMATIC, *device_names()]
             if settings.device not in devices:  # The project comes from another machine.
