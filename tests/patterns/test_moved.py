@@ -42,7 +42,7 @@ def test_shifts_add_up_and_whole_repeats_change_nothing(name):
 def test_a_shift_that_would_cut_a_cable_is_refused():
     with pytest.raises(ParameterError, match=r"row 1: cannot be shifted by 3 columns, because .* a cable"):
         shifted_pattern(read_pattern("rope-cable"), 3)
-    assert possible_shifts(read_pattern("rope-cable")) == (1, 2)  # its two purl stitches are on the right
+    assert possible_shifts(read_pattern("rope-cable")) == (1, 5)  # it has a purl stitch on each side
     assert possible_shifts(read_pattern("rib2x2")) == (1, 2, 3)
     with pytest.raises(ParameterError, match="does not repeat upwards; shift it by columns only"):
         shifted_pattern(parse_pattern("row 1 RS: ky\nrow 2 WS: p2"), 0, 1)

@@ -134,7 +134,7 @@ class _WalePlacement:
         if above is None:
             return False
         self.above[top_sides(fabric, turned.faces)] = above
-        shaped = shaped_faces(columns, above, tiles.width)
+        shaped = shaped_faces(columns, above, tiles.weights)
         if shaped:
             loops, stitch = shaped
             if not np.array_equal(loops, np.stack([fabric.n_bottom[faces], fabric.n_top[faces]], axis=1)):
@@ -185,10 +185,19 @@ class _WalePlacement:
 
 
 def _tile_start(fabric: StitchMesh, run: Course, below: IntArray, width: int) -> int:
-    """Return the place of the first face of a ring that begins a tile, 0 if there is none."""
-    first = np.cumsum(fabric.n_bottom[list(run.faces)]) - fabric.n_bottom[list(run.faces)]
-    begins = (below // width != np.roll(below, 1) // width)[first % len(below)]
-    return int(np.argmax(begins & (fabric.n_bottom[list(run.faces)] > 0)))
+    """Return the place of a face of a ring that begins a tile; 0 if no face does.
+
+    It is the first such face to whose limit of tiles no shaping is to move, if there is one.
+    """
+    low, high = fabric.n_bottom[list(run.faces)], fabric.n_top[list(run.faces)]
+    tile = (below // width)[(np.cumsum(low) - low) % len(below)]
+    begins = (tile != np.roll(tile, 1)) & (low > 0)
+    starts, shaped = np.flatnonzero(begins), np.flatnonzero(low != high)
+    if not len(starts):
+        return 0
+    ahead = shaped - starts[:, None]
+    apart = np.minimum(ahead % len(low), (-1 - ahead) % len(low))
+    return int(starts[np.argmin(np.isin(np.arange(len(starts)), apart.argmin(axis=0)))])
 
 
 def _without_yarn_overs(own: IntArray, n_bottom: IntArray) -> IntArray:
