@@ -14,6 +14,8 @@ from stitchmesh.mesh.courses import chain_through, right_neighbours
 from stitchmesh.patterns.pattern import Pattern
 from stitchmesh.patterns.placement.columns import OUTSIDE, Remainder, lay_out
 from stitchmesh.patterns.placement.placement import Placement, is_plain, plain_above
+from stitchmesh.selection.parts import face_centres
+from stitchmesh.selection.wales import middle_of_front
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +49,10 @@ def grid_around(fabric: StitchMesh, face: int) -> Grid:
     return Grid(np.array([*below, *above]), closed and len(columns) == len(row))
 
 
-def fill_grid(fabric: StitchMesh, pattern: Pattern, grid: Grid, remainder: Remainder) -> Placement:
-    """Place a pattern on a grid, from the bottom of the grid.
+def fill_grid(
+    fabric: StitchMesh, pattern: Pattern, grid: Grid, remainder: Remainder, *, centre: bool = False
+) -> Placement:
+    """Place a pattern on a grid, from the bottom of the grid; ``centre`` is as for ``lay_pattern``.
 
     Raises:
         ParameterError: the pattern is wider than the grid, or ``remainder`` is ``refuse`` and whole repeats do not
@@ -59,7 +63,8 @@ def fill_grid(fabric: StitchMesh, pattern: Pattern, grid: Grid, remainder: Remai
     if remainder == "refuse" and rows % pattern.height:
         found = f"got {rows} rows for the {pattern.height} of pattern {pattern.name!r}"
         raise ParameterError(f"{where}: {found}; expected a multiple of the pattern's rows, or another remainder")
-    along = lay_out(pattern, columns, closed=grid.closed, remainder=remainder, where=where)
+    middle = middle_of_front(face_centres(fabric, grid.faces[0]), grid.closed) if centre else None
+    along = lay_out(pattern, columns, closed=grid.closed, remainder=remainder, where=where, middle=middle)
     if (along == OUTSIDE).all():
         needed = pattern.width if grid.closed else sum(pattern.rows[0].bottoms)
         raise ParameterError(

@@ -26,6 +26,7 @@ from stitchmesh.patterns.placement.rebuilt_runs import Rebuilt, RunPlan, line_ab
 from stitchmesh.patterns.placement.region import find_runs
 from stitchmesh.patterns.placement.units import units_of
 from stitchmesh.patterns.placement.whole_tiles import WholeTiles, shaped_faces
+from stitchmesh.selection.wales import middle_of_front
 
 _UNKNOWN = OUTSIDE - 1
 """Column of a loop to which no row below passes on a column."""
@@ -36,7 +37,7 @@ _FIRST_NEW_TILE = 1 << 20
 
 
 def follow_wales(
-    fabric: StitchMesh, pattern: Pattern, remainder: Remainder, inside: NDArray[np.bool_]
+    fabric: StitchMesh, pattern: Pattern, remainder: Remainder, inside: NDArray[np.bool_], *, centre: bool = False
 ) -> tuple[Placement, Rebuilt | None]:
     """Place a pattern on every stitch of a region; its first row is the first row that is not a cast-on row.
 
@@ -45,6 +46,7 @@ def follow_wales(
         pattern: the pattern.
         remainder: treatment of the loops of a first row that whole tiles do not cover.
         inside: whether each face belongs to the region, shape (F,).
+        centre: whether the middle of a tile lies in the middle of the front of each first row.
 
     Returns:
         The placement, and the change that moves the increases and decreases of the region to the limits of the tiles
@@ -53,7 +55,7 @@ def follow_wales(
     Raises:
         ParameterError: ``remainder`` is ``refuse`` and whole tiles do not cover a first row.
     """
-    wales = _WalePlacement(fabric, pattern, remainder, inside)
+    wales = _WalePlacement(fabric, pattern, remainder, inside, centre)
     placement = wales.placement()
     return placement, rebuild_runs(fabric, wales.plans, np.zeros((0, 3))) if wales.plans else None
 
@@ -61,8 +63,11 @@ def follow_wales(
 class _WalePlacement:
     """Columns of all loops and faces of a region, filled run by run from below."""
 
-    def __init__(self, fabric: StitchMesh, pattern: Pattern, remainder: Remainder, inside: NDArray[np.bool_]) -> None:
+    def __init__(
+        self, fabric: StitchMesh, pattern: Pattern, remainder: Remainder, inside: NDArray[np.bool_], centre: bool
+    ) -> None:
         self.fabric, self.pattern, self.remainder, self.inside = fabric, pattern, remainder, inside
+        self.centre = centre
         self.runs = find_runs(fabric, inside)
         self.run_of = np.full(fabric.face_count, BORDER)
         for number, run in enumerate(self.runs):
@@ -106,13 +111,13 @@ class _WalePlacement:
             below = _fill_unknown(below, run.closed)
             self.level[number] += 1
         elif (fabric.stitch[faces] == Stitch.CAST_ON).all():
-            self.above[tops] = self._lay_out(len(tops), run)
+            self.above[tops] = self._lay_out(tops, run)
             return
         else:
-            below = self._lay_out(len(below), run)
+            below = self._lay_out(np.array(bottom_sides(fabric, run.faces), dtype=np.int64), run)
             self.level[number] = 0
         if self.level[number] % self.pattern.height == 0 and self.remainder != "refuse":
-            below = self._begin_tiles(below, run.closed)
+            below = self._begin_tiles(below, run)
         own = _own_columns(fabric, faces, below)
         self.column[faces] = own
         if not (self.tiles and self.is_worked[faces].all() and not self.is_plain[faces].all()):
@@ -153,13 +158,13 @@ class _WalePlacement:
             self.level[number] = self.level[under].max()
         return columns, len(under) > 0
 
-    def _begin_tiles(self, below: IntArray, closed: bool) -> IntArray:
+    def _begin_tiles(self, below: IntArray, run: Course) -> IntArray:
         """Return the columns with new tiles where enough adjacent loops lie outside the pattern for a whole repeat."""
         width, outside = self.pattern.width, below == OUTSIDE
         if outside.all():
-            whole = lay_out(self.pattern, len(below), closed=closed, remainder=self.remainder, where="")
+            whole = self._lay_out(np.array(bottom_sides(self.fabric, run.faces), dtype=np.int64), run)
             return below if (whole == OUTSIDE).all() else whole
-        turn = int(np.argmin(outside)) if closed else 0
+        turn = int(np.argmin(outside)) if run.closed else 0
         columns = np.roll(below, -turn)
         places = np.flatnonzero(columns == OUTSIDE)
         for gap in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1):
@@ -179,9 +184,15 @@ class _WalePlacement:
         tile, own = np.divmod(columns, width)
         return np.where(columns == OUTSIDE, OUTSIDE, numbers[np.where(columns == OUTSIDE, 0, tile)] * width + own)
 
-    def _lay_out(self, count: int, run: Course) -> IntArray:
-        where = f"row {self.fabric.row[run.faces[0]]} (face {run.faces[0]})"
-        return lay_out(self.pattern, count, closed=run.closed, remainder=self.remainder, where=where)
+    def _lay_out(self, loops: IntArray, run: Course) -> IntArray:
+        """Return the columns of the loops at the course sides of a run."""
+        fabric = self.fabric
+        where = f"row {fabric.row[run.faces[0]]} (face {run.faces[0]})"
+        ends = fabric.corner_position[loops], fabric.corner_position[fabric.side_next[loops]]
+        middle = middle_of_front((ends[0] + ends[1]) / 2, run.closed) if self.centre else None
+        return lay_out(
+            self.pattern, len(loops), closed=run.closed, remainder=self.remainder, where=where, middle=middle
+        )
 
 
 def _tile_start(fabric: StitchMesh, run: Course, below: IntArray, width: int) -> int:

@@ -128,6 +128,17 @@ def test_a_pattern_is_moved_and_mirrored_before_it_is_laid(page):
     assert bits(page.fabric) == bits(apply_pattern(WIDE, wanted))
 
 
+def test_a_pattern_is_centred_on_the_front(tmp_path):
+    with edit_page(tmp_path, around(14, 5)) as page:
+        page.act("tool", "Lay a pattern")
+        page.controls.set("Where", "Whole fabric")
+        page.act("pattern", "rope-cable")
+        page.controls.set("In the middle of the front", True)
+        page.press("Lay the pattern")
+        assert page.project.edits[-1].arguments["centre"] is True
+        assert bits(page.fabric) == bits(apply_pattern(around(14, 5), "rope-cable", centre=True))
+
+
 def test_the_list_is_searched_and_has_repeats_families_and_own_swatches(tmp_path):
     state = first_state()
     with edit_page(tmp_path, flat(8, 9)) as page:
