@@ -133,7 +133,9 @@ class LayPatterns(Tool):
             limit = f"at most {LARGEST_FILE / 1e6:.0f} MB"
             raise ParameterError(f"{Path(name).name}: got {len(content) / 1e6:.1f} MB; expected {limit}")
         with temporary_file(name, content) as path:
-            self.choose(format_pattern(read_pattern(path)))
+            pattern = read_pattern(path)
+        self.session.patterns.keep(pattern)
+        self.choose(format_pattern(pattern))
 
     def capture(self) -> None:
         """Take one repeat of the selected stitches as the pattern, to be laid around a click.
@@ -148,6 +150,7 @@ class LayPatterns(Tool):
         except StitchMeshError as error:
             self.session.refuse(faces, str(error))
             return
+        self.session.patterns.keep(pattern)
         self.pattern, self.area, self._face = format_pattern(pattern), "Around a click", None
         self._area.value = self.area
         self.discard()
