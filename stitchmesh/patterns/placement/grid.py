@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.mesh.courses import chain_through, right_neighbours
 from stitchmesh.patterns.pattern import Pattern
@@ -80,9 +81,9 @@ def _check_start(fabric: StitchMesh, face: int) -> None:
     if not 0 <= face < fabric.face_count:
         raise ParameterError(f"face {face}: does not exist; the mesh has faces 0 to {fabric.face_count - 1}")
     if not is_plain(fabric)[face]:
-        name = fabric.stitch_type(int(fabric.stitch[face])).name
+        name = stitch_name(fabric.stitch_type(int(fabric.stitch[face])))
         found = f"{name} on {fabric.n_bottom[face]} bottom and {fabric.n_top[face]}"
-        raise ParameterError(f"face {face}: is {found} top sides; a pattern starts from a plain stitch such as KNIT")
+        raise ParameterError(f"face {face}: is {found} top sides; a pattern starts from a plain stitch such as knit")
 
 
 class _Neighbours:

@@ -267,7 +267,7 @@ def test_a_stitch_that_is_not_plain_does_not_move_the_columns_beside_it():
     ("chosen", "face", "message"),
     [
         (RIB, 999, "face 999: does not exist; the mesh has faces 0 to 39"),
-        (RIB, 3, "face 3: is CAST_ON .* plain stitch such as KNIT"),
+        (RIB, 3, "face 3: is cast-on .* plain stitch such as knit"),
         (pattern("k " * 9), 12, "grid at face 8: got 8 columns; pattern 'tried' needs at least 9"),
         (pattern("k " * 9), None, "pattern 'tried': its 9 columns are more than any first row"),
         (pattern("y " * 9 + "d12k " * 9, "p " * 18), None, "its 18 columns are more than any first row"),

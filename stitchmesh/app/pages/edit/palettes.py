@@ -11,10 +11,11 @@ from stitchmesh.app.pages.edit.edit_session import EditSession
 from stitchmesh.app.pages.edit.laying import LayPatterns
 from stitchmesh.app.pages.edit.painting import PaintYarns
 from stitchmesh.app.pages.edit.pattern_palette import PatternPalette
-from stitchmesh.app.pages.edit.stitch_palette import chosen_stitch_html, stitch_named, stitch_palette_html
+from stitchmesh.app.pages.edit.stitch_palette import chosen_stitch_html, stitch_palette_html
 from stitchmesh.app.pages.edit.tool import Tool
 from stitchmesh.app.pages.edit.yarn_palette import yarn_colour, yarn_palette_html
 from stitchmesh.errors import ParameterError
+from stitchmesh.hand_knitting.words import stitch_named
 from stitchmesh.markup import Markup
 from stitchmesh.mesh.palette import check_yarn_number
 from stitchmesh.mesh.stitch import Stitch
