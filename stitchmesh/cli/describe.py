@@ -11,20 +11,12 @@ import numpy as np
 from stitchmesh.errors import first_few
 from stitchmesh.faces.face_mesh import FaceMesh
 from stitchmesh.faces.stitch_names import stitch_of
+from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.mesh import Mesh, StitchMesh, extent
 from stitchmesh.mesh.cable_groups import cable_groups
-from stitchmesh.mesh.own_stitch import OwnStitch
-from stitchmesh.mesh.stitch import CODES, Stitch
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.yarn import YarnSet
-
-NAMES = {stitch: code for code, stitch in CODES.items()} | {
-    Stitch.PANEL: "panel",
-    Stitch.CAST_ON: "cast-on",
-    Stitch.BIND_OFF: "bind-off",
-    Stitch.DRAW_THROUGH: "draw-through",
-}
-"""Name of each kind of face: its code, if it has a code."""
 
 
 def kind_of(content: Mesh | YarnSet | FaceMesh) -> str:
@@ -91,12 +83,6 @@ def _face_lines(mesh: FaceMesh) -> list[str]:
     ]
 
 
-def _name(fabric: StitchMesh, code: int) -> str:
-    """Return the name of a stitch type: its code, or words for a stitch without a code."""
-    stitch = fabric.stitch_type(code)
-    return stitch.code if isinstance(stitch, OwnStitch) else NAMES[stitch]
-
-
 def _stitch_lines(fabric: StitchMesh) -> list[str]:
     """Return the lines of the rows, the stitches by their kinds, the most frequent kind first, and the marks."""
     rows = f"rows: {fabric.row.max() + 1}"
@@ -104,7 +90,7 @@ def _stitch_lines(fabric: StitchMesh) -> list[str]:
         return [rows, "stitches: none, because the mesh is labeled but not tessellated"]
     kinds, counts = np.unique(fabric.stitch, return_counts=True)
     order = np.argsort(-counts, kind="stable")
-    stitches = ", ".join(f"{counts[k]} {_name(fabric, int(kinds[k]))}" for k in order)
+    stitches = ", ".join(f"{counts[k]} {stitch_name(fabric.stitch_type(int(kinds[k])))}" for k in order)
     shaped = stitch_counts(fabric)
     return [
         rows,

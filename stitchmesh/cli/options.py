@@ -101,6 +101,9 @@ Shift = Annotated[
     tuple[int, int], help_entry("STITCHES ROWS", help="stitches to the right and rows upwards by which it is moved")
 ]
 Mirror = Annotated[Flag, help_entry("", help="exchange left and right of the pattern")]
+Centre = Annotated[
+    Flag, help_entry("", help="put the middle of a repeat in the middle of the front of rounds, and of flat rows")
+]
 ReportFolder = Annotated[
     str | None, help_entry("DIR", "no report", help="folder for report.json, convergence.csv and convergence.png")
 ]

@@ -11,21 +11,8 @@ the middle loop in front (``d213k``). A loop on no loop is a yarn-over.
 from __future__ import annotations
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.hand_knitting.words import stitch_name, stitch_named
 from stitchmesh.mesh.stitch import CODES, SIDE_COUNTS, VOCABULARY, Stitch
-
-STITCHES_BY_NAME = {**CODES, "cast-on": Stitch.CAST_ON, "draw-through": Stitch.DRAW_THROUGH}
-"""Stitches by the names that edits use."""
-
-
-def stitch_named(code: str) -> Stitch:
-    """Return the stitch of a code.
-
-    Raises:
-        ParameterError: the code is unknown.
-    """
-    if code not in STITCHES_BY_NAME:
-        raise ParameterError(f"stitch {code!r}: is unknown; expected one of {', '.join(STITCHES_BY_NAME)}")
-    return STITCHES_BY_NAME[code]
 
 
 def plain_stitch_named(code: str, purpose: str) -> Stitch:
@@ -87,11 +74,11 @@ def check_fit(name: str, stitch: Stitch, n_bottom: int, n_top: int, free: int) -
         return
     if SIDE_COUNTS[stitch] != (n_bottom, n_top):
         needs = "{} and {}".format(*SIDE_COUNTS[stitch])
-        raise ParameterError(f"{name}: {VOCABULARY[stitch].code} needs {needs}; the face has {sides}")
+        raise ParameterError(f"{name}: {stitch_name(stitch)} needs {needs}; the face has {sides}")
     if free:
         raise ParameterError(
             f"{name}: lies on the border with {free} of its {n_bottom} bottom sides, where there is no loop for "
-            f"{VOCABULARY[stitch].code}; only cast-on fits there"
+            f"{stitch_name(stitch)}; only cast-on fits there"
         )
 
 

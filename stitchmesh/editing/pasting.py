@@ -21,6 +21,7 @@ def paste_pattern(
     faces: Sequence[int] | None = None,
     remainder: str = DEFAULT_REMAINDER,
     ground: str | None = None,
+    centre: bool = False,
 ) -> list[Change]:
     """Replace the stitches of a fabric by those of a pattern, as ``apply_pattern`` does.
 
@@ -31,6 +32,7 @@ def paste_pattern(
         faces: the faces of a region; the pattern covers the whole fabric if neither face nor faces are given.
         remainder: what happens to loops that whole tiles do not cover, as for ``apply_pattern``.
         ground: colour, or number of a yarn, of the stitches left over, as for ``apply_pattern``.
+        centre: whether the middle of a tile lies in the middle of the front, as for ``apply_pattern``.
 
     Raises:
         ParameterError: as for ``apply_pattern``, or the library has no such pattern.
@@ -38,5 +40,7 @@ def paste_pattern(
         PatternError: the text does not describe a valid pattern, or as for ``apply_pattern``.
     """
     read = parse_pattern(pattern) if "\n" in pattern else read_pattern(pattern)
-    laid = lay_pattern(fabric, read, face=face, faces=faces, remainder=check_remainder(remainder), ground=ground)
+    laid = lay_pattern(
+        fabric, read, face=face, faces=faces, remainder=check_remainder(remainder), ground=ground, centre=centre
+    )
     return list(laid.changes)

@@ -34,6 +34,8 @@ class PatternRegion:
     """Treatment of the stitches that remain beside whole tiles of the pattern, as in ``apply_pattern``."""
     ground: str | None = None
     """Colour of the stitches left over, as in ``apply_pattern``."""
+    centre: bool = False
+    """Whether the middle of a tile lies in the middle of the front, as in ``apply_pattern``."""
 
     def __str__(self) -> str:
         return self.pattern.name if self.on is None else f"{self.pattern.name} on '{self.on}'"
@@ -56,8 +58,9 @@ def lay_patterns(fabric: StitchMesh, regions: Sequence[PatternRegion]) -> list[L
     for number, region in enumerate(regions):
         try:
             laid = lay_pattern(
-                fabric, region.pattern, faces=chosen[number], remainder=region.remainder, ground=region.ground
-            )
+                fabric, region.pattern, faces=chosen[number], remainder=region.remainder, ground=region.ground,
+                centre=region.centre,
+            )  # fmt: skip
         except StitchMeshError as error:
             raise error if region.on is None else type(error)(f"on '{region.on}': {error}") from error
         for later in range(number + 1, len(regions)):

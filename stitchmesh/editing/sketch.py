@@ -17,10 +17,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stitchmesh.editing.fitting import check_fit, fitting_stitch, stitch_named
+from stitchmesh.editing.fitting import check_fit, fitting_stitch
 from stitchmesh.editing.sides import check_face, course_place
 from stitchmesh.editing.vertex_corners import VertexCorners
 from stitchmesh.errors import MeshError, ParameterError
+from stitchmesh.hand_knitting.words import stitch_named
 from stitchmesh.mesh import BORDER, PER_SIDE, FloatArray, StitchMesh
 from stitchmesh.mesh.change import Patch
 from stitchmesh.mesh.own_stitch import FIRST_OWN

@@ -8,9 +8,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stitchmesh.editing.fitting import check_fit, stitch_named
+from stitchmesh.editing.fitting import check_fit
 from stitchmesh.editing.sides import check_face, check_side
 from stitchmesh.errors import ParameterError
+from stitchmesh.hand_knitting.words import stitch_named
 from stitchmesh.mesh import BORDER, BOTTOM, IntArray, StitchMesh
 from stitchmesh.mesh.change import Change, Marks, PaletteChange
 from stitchmesh.mesh.palette import (

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stitchmesh.errors import ParameterError
 from stitchmesh.mesh.cable_groups import CableGroup
 from stitchmesh.mesh.own_stitch import OwnStitch, StitchType
 from stitchmesh.mesh.stitch import CODES, VOCABULARY, Stitch, from_wrong_side
@@ -40,6 +41,22 @@ NAMED = {
     Stitch.BIND_OFF: "bo",
 }
 """Abbreviations in common use, and ``w1``, ``co``, ``dt`` and ``bo`` for one loop each."""
+PLAIN_NAMES = {
+    Stitch.PANEL: "panel",
+    Stitch.KNIT: "knit",
+    Stitch.PURL: "purl",
+    Stitch.CAST_ON: "cast-on",
+    Stitch.DRAW_THROUGH: "draw-through",
+    Stitch.BIND_OFF: "bind-off",
+}
+"""Names that stand alone in lists and messages, where ``k`` or ``co`` would be hard to read."""
+STITCHES_BY_NAME: dict[str, Stitch] = {
+    **{code: CODES[code] for code in ("k", "p")},
+    **{word: stitch for stitch, word in NAMED.items() if " " not in word and stitch not in PLAIN_NAMES},
+    **{PLAIN_NAMES[stitch]: stitch for stitch in (Stitch.CAST_ON, Stitch.DRAW_THROUGH)},
+    **CODES,
+}
+"""Stitches by the names under which edits and selections take them: abbreviations, and codes of a chart."""
 ONE_LOOP = frozenset({"k", "p"})
 """Words that are followed by a number: ``k3``, ``k1 tbl``."""
 
@@ -79,6 +96,23 @@ def stitch_word(stitch: StitchType, right_side: bool) -> str:
     if making.n_bottom == 3:
         return f"{making.made}3tog-" + "".join(map(str, making.order))
     return "(" + ", ".join(IN_ONE[letter] for letter in reversed(making.made)) + ") in 1 st"
+
+
+def stitch_name(stitch: StitchType) -> str:
+    """Return the name of a stitch in lists, legends and messages, as seen from the right side."""
+    plain = None if isinstance(stitch, OwnStitch) else PLAIN_NAMES.get(stitch)
+    return plain or stitch_word(stitch, right_side=True)
+
+
+def stitch_named(name: str) -> Stitch:
+    """Return the stitch of a name in ``STITCHES_BY_NAME``.
+
+    Raises:
+        ParameterError: no stitch has the name.
+    """
+    if name not in STITCHES_BY_NAME:
+        raise ParameterError(f"stitch {name[:40]!r}: is unknown; expected one of {', '.join(STITCHES_BY_NAME)}")
+    return STITCHES_BY_NAME[name]
 
 
 def without_yarn_overs(stitch: StitchType) -> tuple[int, StitchType | None, int]:

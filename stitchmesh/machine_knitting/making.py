@@ -18,6 +18,7 @@ import numpy as np
 
 from stitchmesh.errors import ParameterError, first_few
 from stitchmesh.hand_knitting.pieces import Piece
+from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.machine_knitting.program import CARRIERS, MOST_RACK
 from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.cable_groups import CableGroup, cable_groups
@@ -62,12 +63,8 @@ def _stitches(fabric: StitchMesh, pieces: Sequence[Piece]) -> list[str]:
     for face, code in enumerate(fabric.stitch.tolist()):
         if (code >= FIRST_OWN or not makeable(Stitch(code))) and face not in ends:
             faces[code].append(face)
-    return [f"{len(where)} {_code_of(fabric, code)} (face {first_few(where)})" for code, where in faces.items()]
-
-
-def _code_of(fabric: StitchMesh, code: int) -> str:
-    making = fabric.makings.get(code)
-    return making.code if making else Stitch(code).name.lower()
+    names = {code: stitch_name(fabric.stitch_type(code)) for code in faces}
+    return [f"{len(where)} {names[code]} (face {first_few(where)})" for code, where in faces.items()]
 
 
 def drawn_together(fabric: StitchMesh, piece: Piece) -> bool:

@@ -215,7 +215,8 @@ class StitchMesh(Mesh):
         bottom, top = self._fixed_sides[stitch].T
         bad = np.flatnonzero((bottom >= 0) & ((self.n_bottom[faces] != bottom) | (self.n_top[faces] != top)))
         if len(bad):
-            face, name = faces[bad[0]], self.stitch_type(int(stitch[bad[0]])).name
+            face, making = faces[bad[0]], self.makings.get(int(stitch[bad[0]]))
+            name = making.instruction if making else self.stitch_type(int(stitch[bad[0]])).name.lower()
             found = f"{self.n_bottom[face]} bottom and {self.n_top[face]} top sides"
             raise LabelError(f"face {face}: {name} on {found}; it needs {bottom[bad[0]]} and {top[bad[0]]}")
 

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from stitchmesh.errors import PatternError, first_few
+from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.mesh.own_stitch import FIRST_OWN, OwnStitch, StitchType
 from stitchmesh.mesh.stitch import VOCABULARY, Making
 
@@ -44,10 +45,10 @@ class Cell:
         if not self.twist:
             object.__setattr__(self, "twist", (0,) * self.n_top)
         if len(self.twist) != self.n_top or any(twist not in (-1, 0, 1) for twist in self.twist):
-            found = f"{self.stitch.name} has twists {self.twist}"
+            found = f"{stitch_name(self.stitch)} has twists {self.twist}"
             raise PatternError(f"{found}; expected -1, 0 or 1 for each of its {self.n_top} loops on top")
         if self.yarn < 0:
-            raise PatternError(f"{self.stitch.name}: got yarn {self.yarn}; yarns are numbered from 0")
+            raise PatternError(f"{stitch_name(self.stitch)}: got yarn {self.yarn}; yarns are numbered from 0")
 
     @property
     def making(self) -> Making:

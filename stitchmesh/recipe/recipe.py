@@ -66,6 +66,8 @@ class RecipePattern:
     """Stitches to the right and rows upwards by which the pattern is moved."""
     mirror: bool = False
     """Whether left and right of the pattern are exchanged."""
+    centre: bool = False
+    """Whether the middle of a repeat lies in the middle of the front of rounds, and in the middle of flat rows."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -272,7 +274,7 @@ def _region(part: RecipePattern, number: int) -> PatternRegion:
         on = None if part.on is None else parse_selection(part.on)
         pattern = mirrored_pattern(read_pattern(part.pattern)) if part.mirror else read_pattern(part.pattern)
         moved = shifted_pattern(pattern, *part.shift)
-        return PatternRegion(moved, on, check_remainder(part.remainder), part.ground)
+        return PatternRegion(moved, on, check_remainder(part.remainder), part.ground, part.centre)
     except StitchMeshError as error:
         raise type(error)(f"patterns[{number}]: {error}") from error
 

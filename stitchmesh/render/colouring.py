@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.mesh import FloatArray, Mesh, StitchMesh
 from stitchmesh.mesh.palette import colours_of, linear_colour, parse_colour, srgb_colour
 from stitchmesh.render.colour_scale import ColourScale, diverging_scale, sequential_scale
@@ -111,7 +112,7 @@ def blend_colours(own: NDArray[np.uint8], code: NDArray[np.uint8], weight: float
 def stitch_key(fabric: StitchMesh, codes: NDArray[np.int64]) -> tuple[tuple[str, Colour], ...]:
     """Return the legend of stitch types, with one entry for each type; negative codes are left out."""
     return tuple(
-        (fabric.stitch_type(code).name.lower().replace("_", " "), stitch_colour(code))
+        (stitch_name(fabric.stitch_type(code)), stitch_colour(code))
         for code in np.unique(codes[codes >= 0]).tolist()
     )
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.mesh.palette import colours_of
@@ -80,7 +81,7 @@ def render_stitches(fabric: StitchMesh, path: FilePath, options: PictureOptions 
     """
     codes, counts = np.unique(fabric.stitch, return_counts=True)
     key = [
-        (f"{fabric.stitch_type(code).name.lower().replace('_', ' ')}  {count}", stitch_colour(code))
+        (f"{stitch_name(fabric.stitch_type(code))}  {count}", stitch_colour(code))
         for code, count in zip(codes.tolist(), counts.tolist(), strict=True)
     ]
     caption = f"{fabric.face_count} stitches in {len(np.unique(fabric.row))} rows"

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 import textwrap
+from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
@@ -23,12 +24,13 @@ from stitchmesh.hand_knitting.text import knitting_instructions
 from stitchmesh.hand_knitting.words import colour_letter
 from stitchmesh.io.atomic import atomic_path
 from stitchmesh.io.contents import FilePath, suffix_of
-from stitchmesh.mesh import TOP, StitchMesh
+from stitchmesh.mesh import TOP, FloatArray, StitchMesh
 from stitchmesh.mesh.palette import colour_text, colours_of
-from stitchmesh.patterns import Pattern
+from stitchmesh.patterns import Pattern, pattern_mesh
 from stitchmesh.patterns.charts.chart_symbols import word_instruction
 from stitchmesh.periodic.charts.chart_drawing import draw_chart
 from stitchmesh.periodic.charts.chart_files import chart_of, write_chart
+from stitchmesh.periodic.charts.chart_picture import LARGEST_SQUARE as CHART_SQUARE
 from stitchmesh.periodic.charts.chart_picture import chart_picture
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.render.plots.own_settings import own_settings
@@ -50,6 +52,8 @@ LINE_CHARACTERS = 96
 """Characters of a line of text; 9 points of DejaVu Sans are 5.1 points wide on average, and the page has 487."""
 LARGEST_SQUARE, SMALLEST_SQUARE = 0.2, 0.03
 """Bounds of the width of a square of a chart [inch]; a chart too wide for the smallest one is written as text only."""
+LINE_HEIGHT = 1.35 * 9.0 / POINTS
+"""Height of a line of text [inch]."""
 INK, LINE = "#26241f", "#b9b3a6"
 
 
@@ -109,8 +113,7 @@ def garment_sheet(
     gauge = fabric_gauge(fabric)
     known = yarn or yarn_for_gauge(gauge)
     pieces, crossings = find_pieces(fabric), Crossings.of(fabric)
-    extents = [extent for extent in np.ptp(fabric.vertices, axis=0).tolist() if extent > gauge.stitch_width]
-    facts = [("Finished size", _size(extents))]  # A flat piece has no third extent.
+    facts = [("Finished size", _finished_size(np.ptp(fabric.vertices, axis=0), gauge))]
     facts += [(f"Piece {number}", _piece_size(fabric, piece)) for number, piece in enumerate(pieces, start=1)]
     facts += [*_knitted_at(gauge, known), ("Stitches", f"{fabric.face_count:,} in {len(np.unique(fabric.row)):,} rows")]
     lengths = _lengths_by_yarn(fabric, yarns, gauge)
@@ -156,8 +159,16 @@ def swatch_sheet(
             for number, length in lengths.items()
         ),
         charts=(ChartPicture("Chart", chart_picture(chart), tuple((word, word_instruction(word)) for word in words)),),
-        text=write_chart(chart).text,
+        text=_written_repeat(source, gauge),
     )
+
+
+def _written_repeat(source: Source, gauge: Gauge) -> str:
+    """Return the rows of one repeat in words; a weave, or rows that do not repeat upwards, as the text of the chart."""
+    if not isinstance(source, Pattern) or not source.closes:
+        return write_chart(chart_of(source)).text
+    width, height = gauge.stitch_width, gauge.stitch_height
+    return knitting_instructions(pattern_mesh(source, stitch_width=width, stitch_height=height), charts=False)
 
 
 def write_pattern_sheet(path: FilePath, sheet: PatternSheet) -> None:
@@ -186,6 +197,16 @@ def _size(lengths: list[float]) -> str:
     metric = " x ".join(f"{length:.3g}" for length in lengths)
     imperial = " x ".join(f"{length / CENTIMETRES_PER_INCH:.3g}" for length in lengths)
     return f"{metric} cm ({imperial} in)"
+
+
+def _finished_size(extents: FloatArray, gauge: Gauge) -> str:
+    """Return the extents of a garment along its axes; a flat piece is no thicker than a stitch is wide."""
+    names = "wide", "high", "deep"
+    return ", ".join(
+        f"{_size([extent])} {name}"
+        for extent, name in zip(extents.tolist(), names, strict=True)
+        if extent > gauge.stitch_width
+    )
 
 
 def _piece_size(fabric: StitchMesh, piece: Piece) -> str:
@@ -249,10 +270,14 @@ def _write(paper: _Paper, sheet: PatternSheet) -> None:
     paper.space(0.3)
     for chart in sheet.charts:
         paper.chart(chart, {one.letter: one.colour for one in sheet.amounts})
-    paper.turn()
-    for line in sheet.text.splitlines():
-        paper.text(line)
+    paper.written(sheet.text.splitlines())
     paper.finish()
+
+
+def _folded(line: str, width: int) -> list[str]:
+    """Return a line in pieces of at most so many characters; the later ones are indented."""
+    indent = " " * (len(line) - len(line.lstrip()) + 2)
+    return textwrap.wrap(line, width, subsequent_indent=indent, replace_whitespace=False) or [""]
 
 
 class _Paper:
@@ -268,6 +293,7 @@ class _Paper:
         self._figure = Figure(figsize=PAGE)
         self._y = PAGE[1] - MARGIN  # height of the free room above the lower edge [inch]
         self._empty = True
+        self._explained: set[tuple[str, str]] = set()  # entries of legends on the page
 
     def turn(self) -> None:
         """Begin a page, unless nothing stands on the present one."""
@@ -283,11 +309,17 @@ class _Paper:
         """Leave room [inch]."""
         self._y -= height
 
+    def written(self, lines: list[str]) -> None:
+        """Write a text: on the present page if all of it fits there, otherwise on pages of its own."""
+        folded = sum(len(_folded(line, LINE_CHARACTERS)) for line in lines)
+        if self._y - (folded + 1) * LINE_HEIGHT < MARGIN:
+            self.turn()
+        for line in lines:
+            self.text(line)
+
     def text(self, line: str, size: float = 9.0) -> None:
         """Write a line of text, folded to the width of the page."""
-        width = int(LINE_CHARACTERS * 9.0 / size)
-        indent = " " * (len(line) - len(line.lstrip()) + 2)
-        for part in textwrap.wrap(line, width, subsequent_indent=indent, replace_whitespace=False) or [""]:
+        for part in _folded(line, int(LINE_CHARACTERS * 9.0 / size)):
             self._make_room(1.35 * size / POINTS)
             self._y -= 1.35 * size / POINTS
             # A dollar sign would begin a formula.
@@ -323,12 +355,16 @@ class _Paper:
 
     def chart(self, chart: PieceChart | ChartPicture, colours: dict[str, str]) -> None:
         """Draw a chart with its title and its legend on one page, where it fits."""
+        from PIL import Image
+
         if isinstance(chart, ChartPicture):
-            self.turn()
-            self.text(chart.title, size=12.0)
-            self.picture(chart.png, PAGE[1] - 2 * MARGIN - 1.0 - 0.18 * len(chart.legend))
-            for word, meaning in chart.legend:
-                self.text(f"{word}: {meaning}")
+            below = 0.5 + LINE_HEIGHT * len(chart.legend)
+            largest = Image.open(BytesIO(chart.png)).height * LARGEST_SQUARE / CHART_SQUARE
+            height = min(largest, PAGE[1] - 2 * MARGIN - 0.5 - below)
+            self._make_room(height + below)
+            self.text(chart.title, size=10.0)
+            self.picture(chart.png, height)
+            self._legend(chart.legend, ": ")
             return
         rows, columns = len(chart.symbols), len(chart.symbols[0])
         room = PAGE[0] - 2 * MARGIN - 0.7, PAGE[1] - 2 * MARGIN - 0.6 - 0.2 * len(chart.legend)
@@ -338,9 +374,15 @@ class _Paper:
         self._make_room(rows * square + 0.6 + 0.2 * len(chart.legend))
         self.text(chart.title, size=10.0)
         self._squares(chart, square, colours)
-        for symbol, meaning in chart.legend:
-            self.text(f"{symbol}  {meaning}")
+        self._legend(chart.legend, "  ")
         self.space(0.2)
+
+    def _legend(self, legend: Sequence[tuple[str, str]], between: str) -> None:
+        """Write the entries of a legend that the page has not explained yet."""
+        for symbol, meaning in legend:
+            if (symbol, meaning) not in self._explained:
+                self.text(f"{symbol}{between}{meaning}")
+                self._explained.add((symbol, meaning))
 
     def _squares(self, chart: PieceChart, square: float, colours: dict[str, str]) -> None:
         """Draw the squares of a chart, the symbols of stitches on them, and the numbers of rows where they begin."""

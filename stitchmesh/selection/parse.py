@@ -16,7 +16,7 @@ import re
 from typing import cast
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.mesh.stitch import CODES
+from stitchmesh.hand_knitting.words import STITCHES_BY_NAME
 from stitchmesh.selection.selection import (
     BORDER_NAMES,
     PLACES,
@@ -224,8 +224,8 @@ class _Parser:
 
     def _stitch(self) -> Selection:
         word = self._peek()
-        if word not in CODES:
-            raise self._error(self._unknown(word, tuple(CODES)))
+        if word not in STITCHES_BY_NAME:
+            raise self._error(self._unknown(word, tuple(STITCHES_BY_NAME)))
         self._next += 1
         return Stitches(word)
 

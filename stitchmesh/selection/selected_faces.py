@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import FileError, ParameterError, check_kind
+from stitchmesh.hand_knitting.words import stitch_named
 from stitchmesh.io.contents import FilePath, read_lines
 from stitchmesh.mesh import IntArray, StitchMesh
-from stitchmesh.mesh.stitch import CODES, Stitch
+from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.selection.borders import Border, band_distance, named_borders
 from stitchmesh.selection.parse import parse_selection
 from stitchmesh.selection.parts import Parts
@@ -192,9 +193,7 @@ def _stitches(fabric: StitchMesh, name: str) -> Mask:
             return fabric.stitch == Stitch.CAST_ON
         case "draw-through":
             return fabric.stitch == Stitch.DRAW_THROUGH
-    if name not in CODES:
-        raise ParameterError(f"stitch {name!r}: is unknown; expected one of {', '.join(CODES)}")
-    return fabric.stitch == CODES[name]
+    return fabric.stitch == stitch_named(name)
 
 
 def _check_faces(fabric: StitchMesh, what: str, largest: int) -> None:

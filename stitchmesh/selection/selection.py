@@ -199,7 +199,7 @@ class Stitches(Selection):
     """Faces that hold a type of stitch, or one of a group of types."""
 
     name: str
-    """Code of the stitch, or one of ``STITCH_GROUPS``."""
+    """Abbreviation or code of the stitch, or one of ``STITCH_GROUPS``."""
 
     def __str__(self) -> str:
         return self.name if self.name in STITCH_GROUPS else f"stitch {self.name}"

@@ -136,6 +136,28 @@ def _middle_of_row(parts: Parts, panel: Panel) -> list[int]:
     return np.roll(faces, -best)[: panel.width].tolist()
 
 
+def middle_of_front(row: FloatArray, closed: bool) -> float:
+    """Return the place in the middle of the front of a row of points, or in the middle of a row that is not a ring.
+
+    Args:
+        row: points from left to right, shape (n, 3).
+        closed: whether the row is a ring.
+
+    Returns:
+        The number of points before the place, a multiple of one half: k + 0.5 is point k, and k lies midway between
+        the points k - 1 and k.
+    """
+    if not closed:
+        return len(row) / 2
+    forward, leftward = _directions(row)
+    across, depth = _from_middle(row @ leftward), _from_middle(row @ forward)
+    following = np.roll(across, -1)
+    passes = np.flatnonzero((across > 0.0) != (following > 0.0))
+    foremost = int(passes[np.argmax((depth + np.roll(depth, -1))[passes])])
+    share = across[foremost] / (across[foremost] - following[foremost])
+    return float(np.round(2.0 * (foremost + share + 0.5)) / 2.0) % len(row)
+
+
 def _directions(ring: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the directions forward and to the left that are perpendicular to the axis of a ring of points."""
     offset = ring - ring.mean(axis=0)

@@ -304,7 +304,7 @@ def test_info_describes_stitches_marks_and_yarns(folder, tmp_path, capsys):
     capsys.readouterr()
     assert cli.main(["info", str(made)]) == 0
     described = dict(line.split(": ", 1) for line in capsys.readouterr().out.splitlines())
-    assert described["rows"] == "6" and described["stitches"] == "89 k, 18 cast-on, 1 p"
+    assert described["rows"] == "6" and described["stitches"] == "89 knit, 18 cast-on, 1 purl"
     assert described["twisted loops"] == "1" and described["cables"] == "1 of 4 loops"
     assert described["colours"] == "2 (90 stitches of 0, 18 stitches of 1)"
 

@@ -95,5 +95,5 @@ def test_a_part_is_captured_as_a_pattern(tmp_path, fabric, capsys, suffix):
 
 def test_a_part_that_is_no_pattern_is_refused_and_nothing_is_written(tmp_path, fabric, capsys):
     own = tmp_path / "own.knit"
-    assert "face 0, 1, 2 (+15 more): is CAST_ON" in refused(capsys, "capture", fabric, "-o", own)
+    assert "face 0, 1, 2 (+15 more): is cast-on" in refused(capsys, "capture", fabric, "-o", own)
     assert not own.exists()

@@ -143,7 +143,7 @@ REFUSED = {
     "face gone": ("change_stitch", {"faces": [3, 42], "stitch": "p"}, "face 42: does not exist"),
     "no face": ("change_stitch", {"faces": [], "stitch": "p"}, "faces: got none"),
     "no such stitch": ("change_stitch", {"faces": [3], "stitch": "z"}, "stitch 'z': is unknown; expected one of k, p"),
-    "other counts": ("change_stitch", {"faces": [10], "stitch": "d12k"}, "face 10: d12k needs 2 and 1; the face has 1"),
+    "other counts": ("change_stitch", {"faces": [10], "stitch": "d12k"}, "face 10: k2tog needs 2 and 1; the face has"),
     "border": ("change_stitch", {"faces": [0], "stitch": "k"}, "face 0: lies on the border with 1 of its 1 bottom"),
     "cast on loops": ("change_stitch", {"faces": [10], "stitch": "cast-on"}, "face 10: cast-on has loops on top and"),
     "ends nowhere": ("change_stitch", {"faces": [10], "stitch": "draw-through"}, "face 10: a drawn-through stitch has"),

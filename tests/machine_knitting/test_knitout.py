@@ -227,7 +227,8 @@ def test_one_error_lists_all_stitches_that_cannot_be_made():
     twist[fabric.left_wale[9] - 1] = -1
     fabric = dataclasses.replace(fabric, twist=twist, yarn=np.full(fabric.face_count, 10))
     expected = (
-        r"^knitting machine: cannot make 2 kp \(face 4, 15\); 1 x \(face 6\); 1 kyk \(face 7\); "
+        r"^knitting machine: cannot make 2 \(p1, k1\) in 1 st \(face 4, 15\); 1 w1 \(face 6\); "
+        r"1 \(k1, yo, k1\) in 1 st \(face 7\); "
         r"1 twisted loops \(face 9\); 11 yarns, at most 10; change these, or knit them by hand$"
     )
     with pytest.raises(ParameterError, match=expected):
@@ -263,7 +264,7 @@ def test_convert_writes_programs_of_stitch_meshes_only(tmp_path, capsys):
     Machine().run((tmp_path / "good.k").read_text())
     assert cli.main(["convert", bad, str(tmp_path / "bad.k")]) == 2
     printed = capsys.readouterr().err
-    assert "cannot make 1 kp (face 2); 1 x (face 3)" in printed and printed.count("\n") == 1
+    assert "cannot make 1 (p1, k1) in 1 st (face 2); 1 w1 (face 3)" in printed and printed.count("\n") == 1
     assert not (tmp_path / "bad.k").exists()
 
 

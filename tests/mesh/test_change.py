@@ -120,7 +120,7 @@ def test_invalid_marks_are_refused_and_change_nothing():
     mesh = fabric()
     face = inner_knit(mesh)
     before = {part.name: getattr(mesh, part.name) for part in fields(StitchMesh)}
-    with pytest.raises(LabelError, match=f"face {face}: D12K on 1 bottom and 1 top sides; it needs 2 and 1"):
+    with pytest.raises(LabelError, match=rf"face {face}: .* \(k2tog\) on 1 bottom and 1 top sides; it needs 2 and 1"):
         apply_change(mesh, Marks("stitch", np.array([face]), np.array([Stitch.D12K])))
     with pytest.raises(LabelError, match="has a twist; only top sides"):
         apply_change(mesh, Marks("twist", mesh.face_start[[face]], np.array([1])))

@@ -156,5 +156,5 @@ def test_an_edge_that_is_a_wale_edge_of_only_one_face_is_refused():
 
 def test_a_stitch_with_the_wrong_number_of_sides_is_refused():
     fabric = label(grid(1, 1))
-    with pytest.raises(LabelError, match="face 0: D12K on 1 bottom and 1 top sides; it needs 2 and 1"):
+    with pytest.raises(LabelError, match=r"face 0: .* \(k2tog\) on 1 bottom and 1 top sides; it needs 2 and 1"):
         replace(fabric, stitch=np.array([Stitch.D12K]))

@@ -19,7 +19,7 @@ KNIT = Cell(Stitch.KNIT)
     ("make", "found"),
     [
         (lambda: Cell(Stitch.PANEL), "cannot occur in a pattern"),
-        (lambda: Cell(Stitch.KY, (1,)), r"KY has twists \(1,\); expected -1, 0 or 1 for each of its 2 loops"),
+        (lambda: Cell(Stitch.KY, (1,)), r"in 1 st has twists \(1,\); expected -1, 0 or 1 for each of its 2 loops"),
         (lambda: Cell(Stitch.KNIT, (2,)), "expected -1, 0 or 1"),
         (lambda: Cell(Stitch.KNIT, yarn=-1), "got yarn -1"),
         (lambda: Row(()), "a tile on 0 loops that leaves 0"),

@@ -14,9 +14,13 @@ from PIL import Image
 
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.hand_knitting import knitting_instructions
-from stitchmesh.patterns import apply_pattern, parse_pattern
-from stitchmesh.render.pattern_sheet import PatternSheet, garment_sheet, write_pattern_sheet
-from stitchmesh.yarn.yarn_presets import Yarn
+from stitchmesh.patterns import apply_pattern, parse_pattern, read_pattern
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
+from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.periodic.weave.library import read_weave
+from stitchmesh.quality import quality_named
+from stitchmesh.render.pattern_sheet import PatternSheet, garment_sheet, swatch_sheet, write_pattern_sheet
+from stitchmesh.yarn.yarn_presets import Gauge, Yarn
 from stitchmesh.yarngen import generate_yarns
 from tests.editing.fabrics import around, flat
 
@@ -64,6 +68,31 @@ def pdf_text(content: bytes) -> str:
     return b"\n".join(zlib.decompress(part) for part in streams if part[:1] == b"x").decode("latin-1")
 
 
+def pages_of(content: bytes) -> int:
+    return content.count(b"/Type /Page\n") + content.count(b"/Type /Page ")
+
+
+def test_the_finished_size_has_a_name_for_each_length():
+    size = facts_of(garment_sheet(FABRIC, title="Tube"))["Finished size"]
+    wide, high, deep = np.ptp(FABRIC.vertices, axis=0)
+    assert [part.split()[-1] for part in size.split(", ")] == ["wide", "high", "deep"]
+    stated = [float(part.split()[0]) for part in size.split(", ")]
+    assert stated == pytest.approx([wide, high, deep], rel=5e-3)  # three digits
+    of_flat = facts_of(garment_sheet(flat(7, 6), title="Flat"))["Finished size"]
+    assert of_flat == "7 cm (2.76 in) wide, 4.32 cm (1.7 in) high"  # no thickness
+
+
+def test_a_swatch_is_one_page_with_its_rows_in_words(tmp_path):
+    source = read_pattern("peerie")
+    _fabric, yarns = draw_swatch(source, SwatchOptions(), quality_named("draft"))
+    sheet = swatch_sheet(source, yarns, Gauge(20.0, 24.0))
+    assert "Row 1 (RS): A: k3, B: k1, A: k2." in sheet.text and "chart colours" not in sheet.text
+    write_pattern_sheet(tmp_path / "swatch.pdf", sheet)
+    assert pages_of((tmp_path / "swatch.pdf").read_bytes()) == 1
+    lasting = swatch_sheet(read_weave("plain"), yarns, Gauge(20.0, 24.0))
+    assert lasting.text.startswith("weave")
+
+
 def test_the_same_pattern_is_the_same_pdf(tmp_path):
     picture = BytesIO()
     Image.fromarray(np.full((20, 30, 3), 120, dtype=np.uint8)).save(picture, format="PNG")
@@ -72,7 +101,7 @@ def test_the_same_pattern_is_the_same_pdf(tmp_path):
         write_pattern_sheet(tmp_path / name, sheet)
     content = (tmp_path / "one.pdf").read_bytes()
     assert content.startswith(b"%PDF-") and content == (tmp_path / "two.pdf").read_bytes()
-    assert content.count(b"/Type /Page\n") + content.count(b"/Type /Page ") >= 2  # facts and charts, and the text
+    assert pages_of(content) == 2  # facts and charts, and the text
     assert "0 0 0.501960" in pdf_text(content)  # the navy of the chart and of the yarn
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import pytest
 
 from stitchmesh.errors import ParameterError
-from stitchmesh.selection import parse_selection
+from stitchmesh.selection import parse_selection, select
 from stitchmesh.selection.selection import (
     AtBorder,
     Both,
@@ -20,6 +20,7 @@ from stitchmesh.selection.selection import (
     Wale,
     Without,
 )
+from tests.hand_knitting.stitch_charts import chart_fabric
 
 TEXTS = [
     "all", "rows 3", "rows 10-20", "rows 10-20 step 4", "rows 10- step 8 height 3", "rows 1, 3, 5-9", "last 3 rows",
@@ -44,6 +45,12 @@ def test_the_text_of_a_selection_is_the_text_that_was_parsed(text):
 )  # fmt: skip
 def test_other_forms_of_the_same_selection(text, same):
     assert parse_selection(text) == parse_selection(same)
+
+
+def test_abbreviations_and_codes_name_the_same_stitches():
+    fabric = chart_fabric(["co co co co co co", "d12k k d21k k", "k k k k"])
+    assert select(fabric, "stitch k2tog").tolist() == select(fabric, "stitch d12k").tolist() == [6]
+    assert select(fabric, "stitch k2tog or stitch ssk").tolist() == [6, 8]
 
 
 def test_and_binds_more_than_or_and_not_more_than_both():

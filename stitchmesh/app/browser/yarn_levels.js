@@ -5,7 +5,7 @@
 //
 // A level is used from a radius of the yarn on the screen. While there are more triangles than the budget, all parts
 // take coarser levels. A scene at rest has the whole budget, and one that moves as much as this computer draws
-// fluently.
+// fluently. Yarns that move before a camera that stands stay tubes, whatever the budget, unless they are too many.
 (() => {
   "use strict";
   if (window.stitchmeshLevels) return;
@@ -14,6 +14,7 @@
   const FEWEST = 150000; // triangles that every computer draws fluently
   // Milliseconds of a frame from which the budget of a scene that moves shrinks, and up to which it grows.
   const SLOW = 60, QUICK = 34;
+  const MOST_ROUND = 1200000; // triangles of the coarsest tubes up to which yarns that move are no lines
   const BEYOND = 0.12; // angle outside the screen up to which parts have detail, so that small turns show none [rad]
   const BACK = 0.5; // cosine of the turn of the camera from which the light of lines is computed anew
   const { sphere } = window.stitchmeshShapes;
@@ -62,8 +63,16 @@
     return stays ? part.level : found;
   }
 
-  // Choose the level of each part, within a budget of triangles.
-  function choose(set, where, budget) {
+  // The coarsest level of tubes, if the whole drawing has few enough triangles in it; otherwise the last level.
+  function coarsestRound(set) {
+    const last = set.levels.length - 1, round = set.levels.findLastIndex((level) => level.sides > 0);
+    const triangles = set.parts.reduce((sum, part) => sum + trianglesOf(set, part.block, round), 0);
+    return triangles <= MOST_ROUND ? round : last;
+  }
+
+  // Choose the level of each part, within a budget of triangles; with `round`, parts whose yarn is thick enough on the
+  // screen stay tubes.
+  function choose(set, where, budget, round) {
     const seen = inside(set, where), sizes = set.parts.map((part) => look(set, part, seen));
     for (let attempt = 0, scale = 1; attempt < 24; attempt++, scale *= 0.8) {
       set.triangles = 0;
@@ -73,6 +82,12 @@
       });
       if (set.triangles <= budget) break;
     }
+    const coarsest = round ? coarsestRound(set) : set.levels.length - 1;
+    set.triangles = 0;
+    set.parts.forEach((part, i) => {
+      if (part.wanted > coarsest) part.wanted = Math.max(coarsest, levelOf(set, part, sizes[i]));
+      set.triangles += trianglesOf(set, part.block, part.wanted);
+    });
     for (const part of set.parts) {
       const turned = part.lit && part.lit.reduce((sum, value, k) => sum + value * part.view[k], 0) < BACK;
       if (turned && set.levels[part.wanted].sides === 0) part.made = -1;

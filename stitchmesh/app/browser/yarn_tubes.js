@@ -186,10 +186,11 @@
     if (present !== pose) { pose = present; movedAt = now; }
     let busy = false, moves = false;
     for (const set of sets.values()) {
+      const stands = now - movedAt >= RESTS;
       const budget = now - Math.max(movedAt, set.changed || 0) < RESTS ? set.moving : set.most;
       moves = moves || budget === set.moving;
-      const seen = `${pose} ${budget} ${set.version}`;
-      if (seen !== set.seen) choose(set, where, budget);
+      const seen = `${pose} ${budget} ${set.version} ${stands}`;
+      if (seen !== set.seen) choose(set, where, budget, stands);
       set.seen = seen;
       const works = work(set, now + SLICE);
       // A frame is shown as a whole before the scene begins to rest.

@@ -65,6 +65,7 @@ class ChartEditor:
         self, controls: Controls, source: Source | str, changed: Callable[[Source], object], *,
         download: Callable[[str, bytes], object] = lambda _name, _content: None,
         edited: Callable[[str], object] = lambda _text: None, text: str = "",
+        opened: Callable[[Source], object] = lambda _source: None,
     ) -> None:  # fmt: skip
         """Build the controls of an editor.
 
@@ -76,6 +77,7 @@ class ChartEditor:
             edited: takes the text after every change, valid or not, such as a function that saves it.
             text: a text that ``text`` returned, which may be one that cannot be read; ``source`` then is the pattern
                 that was valid last.
+            opened: takes each pattern or weave that was read from a file.
 
         Raises:
             StitchMeshError: the chart of ``source`` is larger than 500 x 500, or its text cannot be read.
@@ -83,7 +85,7 @@ class ChartEditor:
         self._board = open_board(source)
         if text:
             self._board.restore(text)
-        self._changed, self._edited, self._download = changed, edited, download
+        self._changed, self._edited, self._download, self._opened = changed, edited, download, opened
         self._told, self._told_text = self._board.source, self._board.text
         self._name = f"chart-{secrets.token_hex(6)}"  # no name of an earlier server, whose page may still be open
         self._tool = "Paint"
@@ -254,6 +256,8 @@ class ChartEditor:
 
     def _receive(self, name: str, content: bytes) -> None:
         self._do(self._board.show, read_chart(name, content))
+        if self.source is not None and not self.fault:
+            self._opened(self.source)
 
     def _give_text(self) -> None:
         suffix = ".weave" if isinstance(self.chart, WeaveChart) else ".knit"

@@ -7,7 +7,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stitchmesh.app.controls.chart_data import symbol_svg
+from stitchmesh.hand_knitting.words import NAMED
 from stitchmesh.markup import Markup, joined, markup
+from stitchmesh.mesh.stitch import CODES
 from stitchmesh.patterns.charts.chart_symbols import WARP_OVER, WEFT_OVER, chart_symbol, word_instruction
 from stitchmesh.periodic.charts.chart_drawing import palette_of
 from stitchmesh.periodic.charts.chart_files import Chart
@@ -85,7 +87,9 @@ def colour_buttons(chart: Chart, count: int, chosen: int | None) -> Markup:
 
 
 def _square(word: str) -> Markup:
-    label = markup('<span style="font-size:10px;display:block;line-height:11px">{}</span>', word)
+    known = CODES.get(word)
+    name = word if known is None else NAMED.get(known, word)
+    label = markup('<span style="font-size:10px;display:block;line-height:11px">{}</span>', name)
     return symbol_svg(chart_symbol(word)) + label
 
 

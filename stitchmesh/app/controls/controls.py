@@ -28,6 +28,8 @@ class Control(Protocol):
     """What a piece of HTML shows."""
     figure: Any
     """Figure of a plot."""
+    options: Any
+    """The options of a list, of which its value is one."""
     visible: bool
     disabled: bool
 

@@ -63,6 +63,15 @@ class ViserControl:
         self._set("label", label)
 
     @property
+    def options(self) -> Any:
+        """The options of a list."""
+        return self.handle.options
+
+    @options.setter
+    def options(self, options: Any) -> None:
+        self._set("options", tuple(options))
+
+    @property
     def figure(self) -> Any:
         """Figure of a plot."""
         return self.handle.figure

@@ -26,6 +26,7 @@ from stitchmesh.cli.labeling_faults import REMEDY, faults_drawn
 from stitchmesh.cli.options import (
     DRAWN_RADIUS,
     GENERATED_RADIUS,
+    Centre,
     Device,
     Ground,
     MaterialOptions,
@@ -100,6 +101,7 @@ class Knit:
     pattern_ground: Ground = None
     pattern_shift: Shift = (0, 0)
     pattern_mirror: Mirror = False
+    pattern_centre: Centre = False
     stripes: Annotated[str | None, help_entry("BANDS", "no stripes")] = None
     """rows and colours of stripes from the first row up, which repeat: '4 cream, 2 navy'"""
     edge_form: Annotated[UseAppendAction[tuple[str, ...]], help_entry("BORDER=FORM:ROWS", "none")] = ()
@@ -245,7 +247,7 @@ class Knit:
         parts = zip(self.pattern, places, strict=True)
         return tuple(
             RecipePattern(pattern=name, on=on, remainder=remainder, ground=self.pattern_ground,
-                          shift=self.pattern_shift, mirror=self.pattern_mirror)
+                          shift=self.pattern_shift, mirror=self.pattern_mirror, centre=self.pattern_centre)
             for name, on in parts
         )  # fmt: skip
 

@@ -10,7 +10,16 @@ from typing import Annotated
 from tyro.conf import Positional
 
 from stitchmesh.cli.arguments import help_entry
-from stitchmesh.cli.options import READ_STITCHES, WRITTEN_STITCHES, Ground, Mirror, OnSelection, Overwrite, Shift
+from stitchmesh.cli.options import (
+    READ_STITCHES,
+    WRITTEN_STITCHES,
+    Centre,
+    Ground,
+    Mirror,
+    OnSelection,
+    Overwrite,
+    Shift,
+)
 from stitchmesh.cli.say import say
 from stitchmesh.patterns.placement.columns import DEFAULT_REMAINDER, check_remainder
 
@@ -33,6 +42,7 @@ class Pattern:
     ground: Ground = None
     shift: Shift = (0, 0)
     mirror: Mirror = False
+    centre: Centre = False
     overwrite: Overwrite = False
 
     def run(self) -> None:
@@ -50,7 +60,9 @@ class Pattern:
         remainder = check_remainder(self.remainder)
         fabric = read_stitches(self.fabric)
         faces = None if self.on is None else select(fabric, self.on)
-        laid = lay_pattern(fabric, chosen, face=self.face, faces=faces, remainder=remainder, ground=self.ground)
+        laid = lay_pattern(
+            fabric, chosen, face=self.face, faces=faces, remainder=remainder, ground=self.ground, centre=self.centre
+        )
         write_stitches(self.output, laid.fabric)
         say(f"{chosen.name}: {laid.faces_laid} of {laid.fabric.face_count} stitches are in the pattern")
         for line in left_out_lines(laid.left_out):

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError, check_kind
+from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.pattern import Cell, Loop, Pattern
 
@@ -38,7 +39,7 @@ def knit_chart(pattern: Pattern) -> NDArray[np.bool_]:
 
 def _check_plain(place: str, cell: Cell) -> None:
     if cell.stitch not in (Stitch.KNIT, Stitch.PURL) or any(cell.twist):
-        found = cell.making.code + ("" if not any(cell.twist) else " with a twist")
+        found = stitch_name(cell.stitch) + ("" if not any(cell.twist) else " with a twist")
         raise ParameterError(
-            f"{place}: got {found}; expected k or p without a twist; lay the pattern on a stitch mesh instead"
+            f"{place}: got {found}; expected knit or purl without a twist; lay the pattern on a stitch mesh instead"
         )

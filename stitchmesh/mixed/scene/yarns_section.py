@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.layout.crossing_yarns import CrossingYarns
@@ -169,7 +170,7 @@ def knit_chart(knit: str | tuple[str, ...]) -> Matrix:
     rows = [[cell.stitch for cell in row.sections[1]] for row in reversed(pattern.rows)]
     found = {stitch for row in rows for stitch in row} - {Stitch.KNIT, Stitch.PURL}
     if found:
-        name = sorted(stitch.name.lower() for stitch in found)[0]
+        name = sorted(map(stitch_name, found))[0]
         raise ParameterError(f"yarns.knit: {knit!r} has {name} stitches; expected knit and purl stitches alone")
     if any(loop != Loop() for row in pattern.rows for loop in row.loops):
         raise ParameterError(f"yarns.knit: {knit!r} has cables or twists; expected knit and purl stitches alone")

@@ -9,6 +9,7 @@ from dataclasses import replace
 from stitchmesh.errors import PatternError
 from stitchmesh.hand_knitting.parse import parse_instructions
 from stitchmesh.hand_knitting.rows import WrittenStitch
+from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.hand_knitting.written_pieces import WrittenPiece, WrittenRow
 from stitchmesh.mesh.own_stitch import StitchType
 from stitchmesh.mesh.stitch import VOCABULARY, Stitch
@@ -48,7 +49,7 @@ def _check_rows(piece: WrittenPiece, name: str) -> None:
     if not piece.rows:
         raise PatternError(f"{name}: got a piece without rows; expected rows after the cast-on row")
     for number, row in enumerate(piece.rows, start=1):
-        found = next((stitch.stitch.name for stitch in row.stitches if stitch.stitch not in VOCABULARY), None)
+        found = next((stitch_name(stitch.stitch) for stitch in row.stitches if stitch.stitch not in VOCABULARY), None)
         if found or row.turned or row.bound_off or (row.passed and not piece.in_rounds):
             what = found or "loops that it leaves unworked or binds off"
             raise PatternError(f"{name}: row {number}: got {what}; expected rows of stitches from end to end")

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError, first_few
+from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.mesh import BORDER, BOTTOM, TOP, IntArray, StitchMesh
 from stitchmesh.mesh.courses import faces_across, sides_across
 from stitchmesh.patterns.placement.placement import is_worked
@@ -68,7 +69,7 @@ def stacked_rows(fabric: StitchMesh, inside: NDArray[np.bool_]) -> list[RegionRo
 def _check_stitches(fabric: StitchMesh, inside: NDArray[np.bool_]) -> None:
     bad = np.flatnonzero(inside & ~is_worked(fabric))
     if len(bad):
-        name = fabric.stitch_type(int(fabric.stitch[bad[0]])).name
+        name = stitch_name(fabric.stitch_type(int(fabric.stitch[bad[0]])))
         raise ParameterError(
             f"region: face {first_few(bad)}: is {name}, which no pattern holds; leave cast-on rows, bind-offs, "
             "drawn-through loops and panels out"

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from stitchmesh.errors import PatternError
+from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.language.tokens import Place
 from stitchmesh.patterns.language.word_stitches import WordStitches, single
@@ -88,6 +89,6 @@ def _stitch_sizes(piece: WordStitches) -> list[int]:
 def _decrease_over_tuck(piece: WordStitches, place: Place) -> WordStitches:
     stitch = piece.cells[0].stitch
     if len(piece.cells) != 1 or stitch not in _TOGETHER or piece.loops != (Loop(),):
-        found = " ".join(cell.stitch.name for cell in piece.cells)
+        found = " ".join(stitch_name(cell.stitch) for cell in piece.cells)
         raise place.error(f"got {found} above a tuck; only a plain k or p works its two loops together")
     return single(Cell(_TOGETHER[stitch], piece.cells[0].twist, piece.cells[0].yarn))

@@ -89,6 +89,7 @@ def apply_pattern(
     faces: Iterable[int] | None = None,
     remainder: Remainder = DEFAULT_REMAINDER,
     ground: str | None = None,
+    centre: bool = False,
 ) -> StitchMesh:
     """Replace the stitches of a fabric by those of a pattern, and return the new fabric; see ``lay_pattern``.
 
@@ -99,11 +100,15 @@ def apply_pattern(
         faces: as for ``lay_pattern``.
         remainder: as for ``lay_pattern``.
         ground: as for ``lay_pattern``.
+        centre: as for ``lay_pattern``.
 
     Raises:
         ParameterError, FileError, PatternError, LabelError, MeshError: as for ``lay_pattern``.
     """
-    return lay_pattern(fabric, pattern, face=face, faces=faces, remainder=remainder, ground=ground).fabric
+    laid = lay_pattern(
+        fabric, pattern, face=face, faces=faces, remainder=remainder, ground=ground, centre=centre
+    )
+    return laid.fabric
 
 
 def lay_pattern(
@@ -114,6 +119,7 @@ def lay_pattern(
     faces: Iterable[int] | None = None,
     remainder: Remainder = DEFAULT_REMAINDER,
     ground: str | None = None,
+    centre: bool = False,
 ) -> LaidPattern:
     """Replace the stitches of a fabric by those of a pattern, and report what could not be replaced.
 
@@ -138,6 +144,8 @@ def lay_pattern(
             between the tiles if stitches cannot be doubled; ``refuse`` raises an error.
         ground: colour of the pattern, or number of one of its yarns, that stitches left over take; the yarn of most of
             its stitches if it is not given. A pattern of one yarn leaves the yarns of the fabric as they are.
+        centre: whether the middle of a tile lies in the middle of each first row: of its front if the row is a ring,
+            so that loops left over lie behind.
 
     Raises:
         ParameterError: the pattern fits nowhere, is not in the library or has no yarn of the colour ``ground``, the
@@ -164,13 +172,13 @@ def lay_pattern(
         fabric = apply_change(fabric, change)
     if face is None:
         fabric, inside = _rebuilt(fabric, inside, plain_ground(fabric, inside), changes)
-        placement, moved = follow_wales(fabric, chosen, remainder, inside)
+        placement, moved = follow_wales(fabric, chosen, remainder, inside, centre=centre)
         if moved:
             fabric, inside = _rebuilt(fabric, inside, moved, changes)
-            placement, _ = follow_wales(fabric, chosen, remainder, inside)
+            placement, _ = follow_wales(fabric, chosen, remainder, inside, centre=centre)
     else:
         grid = grid_around(fabric, face)
-        placement = fill_grid(fabric, chosen, grid, remainder)
+        placement = fill_grid(fabric, chosen, grid, remainder, centre=centre)
         inside = np.zeros(fabric.face_count, dtype=bool)
         inside[grid.faces] = True
     where = "fabric" if faces is None else "region"

@@ -8,6 +8,7 @@ from ``LEFT_BASE`` and ``RIGHT_BASE``. A loop that stays unchanged has the colum
 
 from __future__ import annotations
 
+import math
 from typing import Literal, cast, get_args
 
 import numpy as np
@@ -60,7 +61,9 @@ def is_elastic(pattern: Pattern) -> bool:
     return keeps_counts(pattern) and not any(loop.shift for row in pattern.rows for loop in row.loops)
 
 
-def lay_out(pattern: Pattern, count: int, *, closed: bool, remainder: Remainder, where: str) -> IntArray:
+def lay_out(
+    pattern: Pattern, count: int, *, closed: bool, remainder: Remainder, where: str, middle: float | None = None
+) -> IntArray:
     """Return the column of each loop of a row, left to right, shape (count,).
 
     Args:
@@ -71,6 +74,8 @@ def lay_out(pattern: Pattern, count: int, *, closed: bool, remainder: Remainder,
             other loops outside. ``stretch`` stretches the tiles over all loops, or spreads the other loops between the
             tiles. ``refuse`` raises an error if the tiles do not cover the row.
         where: the name of the row in messages.
+        middle: number of loops of a ring before the place at which the middle of a tile lies; in an open row it lies
+            in the middle. None if the tiles lie as ``remainder`` says.
 
     Raises:
         ParameterError: ``remainder`` is ``refuse`` and whole tiles do not cover the row.
@@ -88,15 +93,24 @@ def lay_out(pattern: Pattern, count: int, *, closed: bool, remainder: Remainder,
         )
     if tiles < 1:
         return np.full(count, OUTSIDE)
+    if middle is not None and not closed and tiles % 2 == 0 and remainder != "refuse":
+        tiles, rest = tiles - 1, rest + width
     if remainder == "stretch" and is_elastic(pattern):
-        middle, before, after = _resampled(count - left - right, width), 0, 0
+        inner, before, after = _resampled(count - left - right, width), 0, 0
     elif remainder == "stretch":
-        middle, before, after = spread_tiles(tiles, width, rest, closed=closed), 0, 0
+        inner, before, after = spread_tiles(tiles, width, rest, closed=closed), 0, 0
     else:
-        middle, before = np.arange(tiles * width), rest if closed else rest // 2
+        inner, before = np.arange(tiles * width), rest if closed else rest // 2
         after = rest - before
     borders = LEFT_BASE + np.arange(left), RIGHT_BASE + np.arange(right)
-    return np.concatenate([np.full(before, OUTSIDE), borders[0], middle, borders[1], np.full(after, OUTSIDE)])
+    columns = np.concatenate([np.full(before, OUTSIDE), borders[0], inner, borders[1], np.full(after, OUTSIDE)])
+    return columns if middle is None or not closed else _turned_to(middle, columns, tiles // 2, width)
+
+
+def _turned_to(middle: float, columns: IntArray, tile: int, width: int) -> IntArray:
+    """Return the columns of a ring, turned until the middle of a tile lies at a place."""
+    own = np.flatnonzero(columns // width == tile)
+    return np.roll(columns, math.floor(middle - (own[0] + own[-1] + 1) / 2 + 0.5))
 
 
 def _resampled(count: int, width: int) -> IntArray:

@@ -9,11 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from stitchmesh.errors import ParameterError
+from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.mesh import BORDER, IntArray, StitchMesh
 from stitchmesh.mesh.courses import chain_through, right_neighbours
 from stitchmesh.patterns.pattern import Pattern
 from stitchmesh.patterns.placement.columns import OUTSIDE, Remainder, lay_out
 from stitchmesh.patterns.placement.placement import Placement, is_plain, plain_above
+from stitchmesh.selection.parts import face_centres
+from stitchmesh.selection.wales import middle_of_front
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +50,10 @@ def grid_around(fabric: StitchMesh, face: int) -> Grid:
     return Grid(np.array([*below, *above]), closed and len(columns) == len(row))
 
 
-def fill_grid(fabric: StitchMesh, pattern: Pattern, grid: Grid, remainder: Remainder) -> Placement:
-    """Place a pattern on a grid, from the bottom of the grid.
+def fill_grid(
+    fabric: StitchMesh, pattern: Pattern, grid: Grid, remainder: Remainder, *, centre: bool = False
+) -> Placement:
+    """Place a pattern on a grid, from the bottom of the grid; ``centre`` is as for ``lay_pattern``.
 
     Raises:
         ParameterError: the pattern is wider than the grid, or ``remainder`` is ``refuse`` and whole repeats do not
@@ -59,7 +64,8 @@ def fill_grid(fabric: StitchMesh, pattern: Pattern, grid: Grid, remainder: Remai
     if remainder == "refuse" and rows % pattern.height:
         found = f"got {rows} rows for the {pattern.height} of pattern {pattern.name!r}"
         raise ParameterError(f"{where}: {found}; expected a multiple of the pattern's rows, or another remainder")
-    along = lay_out(pattern, columns, closed=grid.closed, remainder=remainder, where=where)
+    middle = middle_of_front(face_centres(fabric, grid.faces[0]), grid.closed) if centre else None
+    along = lay_out(pattern, columns, closed=grid.closed, remainder=remainder, where=where, middle=middle)
     if (along == OUTSIDE).all():
         needed = pattern.width if grid.closed else sum(pattern.rows[0].bottoms)
         raise ParameterError(
@@ -75,9 +81,9 @@ def _check_start(fabric: StitchMesh, face: int) -> None:
     if not 0 <= face < fabric.face_count:
         raise ParameterError(f"face {face}: does not exist; the mesh has faces 0 to {fabric.face_count - 1}")
     if not is_plain(fabric)[face]:
-        name = fabric.stitch_type(int(fabric.stitch[face])).name
+        name = stitch_name(fabric.stitch_type(int(fabric.stitch[face])))
         found = f"{name} on {fabric.n_bottom[face]} bottom and {fabric.n_top[face]}"
-        raise ParameterError(f"face {face}: is {found} top sides; a pattern starts from a plain stitch such as KNIT")
+        raise ParameterError(f"face {face}: is {found} top sides; a pattern starts from a plain stitch such as knit")
 
 
 class _Neighbours:

@@ -26,6 +26,7 @@ from stitchmesh.patterns.placement.rebuilt_runs import Rebuilt, RunPlan, line_ab
 from stitchmesh.patterns.placement.region import find_runs
 from stitchmesh.patterns.placement.units import units_of
 from stitchmesh.patterns.placement.whole_tiles import WholeTiles, shaped_faces
+from stitchmesh.selection.wales import middle_of_front
 
 _UNKNOWN = OUTSIDE - 1
 """Column of a loop to which no row below passes on a column."""
@@ -36,7 +37,7 @@ _FIRST_NEW_TILE = 1 << 20
 
 
 def follow_wales(
-    fabric: StitchMesh, pattern: Pattern, remainder: Remainder, inside: NDArray[np.bool_]
+    fabric: StitchMesh, pattern: Pattern, remainder: Remainder, inside: NDArray[np.bool_], *, centre: bool = False
 ) -> tuple[Placement, Rebuilt | None]:
     """Place a pattern on every stitch of a region; its first row is the first row that is not a cast-on row.
 
@@ -45,6 +46,7 @@ def follow_wales(
         pattern: the pattern.
         remainder: treatment of the loops of a first row that whole tiles do not cover.
         inside: whether each face belongs to the region, shape (F,).
+        centre: whether the middle of a tile lies in the middle of the front of each first row.
 
     Returns:
         The placement, and the change that moves the increases and decreases of the region to the limits of the tiles
@@ -53,7 +55,7 @@ def follow_wales(
     Raises:
         ParameterError: ``remainder`` is ``refuse`` and whole tiles do not cover a first row.
     """
-    wales = _WalePlacement(fabric, pattern, remainder, inside)
+    wales = _WalePlacement(fabric, pattern, remainder, inside, centre)
     placement = wales.placement()
     return placement, rebuild_runs(fabric, wales.plans, np.zeros((0, 3))) if wales.plans else None
 
@@ -61,8 +63,11 @@ def follow_wales(
 class _WalePlacement:
     """Columns of all loops and faces of a region, filled run by run from below."""
 
-    def __init__(self, fabric: StitchMesh, pattern: Pattern, remainder: Remainder, inside: NDArray[np.bool_]) -> None:
+    def __init__(
+        self, fabric: StitchMesh, pattern: Pattern, remainder: Remainder, inside: NDArray[np.bool_], centre: bool
+    ) -> None:
         self.fabric, self.pattern, self.remainder, self.inside = fabric, pattern, remainder, inside
+        self.centre = centre
         self.runs = find_runs(fabric, inside)
         self.run_of = np.full(fabric.face_count, BORDER)
         for number, run in enumerate(self.runs):
@@ -106,13 +111,13 @@ class _WalePlacement:
             below = _fill_unknown(below, run.closed)
             self.level[number] += 1
         elif (fabric.stitch[faces] == Stitch.CAST_ON).all():
-            self.above[tops] = self._lay_out(len(tops), run)
+            self.above[tops] = self._lay_out(tops, run)
             return
         else:
-            below = self._lay_out(len(below), run)
+            below = self._lay_out(np.array(bottom_sides(fabric, run.faces), dtype=np.int64), run)
             self.level[number] = 0
         if self.level[number] % self.pattern.height == 0 and self.remainder != "refuse":
-            below = self._begin_tiles(below, run.closed)
+            below = self._begin_tiles(below, run)
         own = _own_columns(fabric, faces, below)
         self.column[faces] = own
         if not (self.tiles and self.is_worked[faces].all() and not self.is_plain[faces].all()):
@@ -134,7 +139,7 @@ class _WalePlacement:
         if above is None:
             return False
         self.above[top_sides(fabric, turned.faces)] = above
-        shaped = shaped_faces(columns, above, tiles.width)
+        shaped = shaped_faces(columns, above, tiles.weights)
         if shaped:
             loops, stitch = shaped
             if not np.array_equal(loops, np.stack([fabric.n_bottom[faces], fabric.n_top[faces]], axis=1)):
@@ -153,13 +158,13 @@ class _WalePlacement:
             self.level[number] = self.level[under].max()
         return columns, len(under) > 0
 
-    def _begin_tiles(self, below: IntArray, closed: bool) -> IntArray:
+    def _begin_tiles(self, below: IntArray, run: Course) -> IntArray:
         """Return the columns with new tiles where enough adjacent loops lie outside the pattern for a whole repeat."""
         width, outside = self.pattern.width, below == OUTSIDE
         if outside.all():
-            whole = lay_out(self.pattern, len(below), closed=closed, remainder=self.remainder, where="")
+            whole = self._lay_out(np.array(bottom_sides(self.fabric, run.faces), dtype=np.int64), run)
             return below if (whole == OUTSIDE).all() else whole
-        turn = int(np.argmin(outside)) if closed else 0
+        turn = int(np.argmin(outside)) if run.closed else 0
         columns = np.roll(below, -turn)
         places = np.flatnonzero(columns == OUTSIDE)
         for gap in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1):
@@ -179,16 +184,31 @@ class _WalePlacement:
         tile, own = np.divmod(columns, width)
         return np.where(columns == OUTSIDE, OUTSIDE, numbers[np.where(columns == OUTSIDE, 0, tile)] * width + own)
 
-    def _lay_out(self, count: int, run: Course) -> IntArray:
-        where = f"row {self.fabric.row[run.faces[0]]} (face {run.faces[0]})"
-        return lay_out(self.pattern, count, closed=run.closed, remainder=self.remainder, where=where)
+    def _lay_out(self, loops: IntArray, run: Course) -> IntArray:
+        """Return the columns of the loops at the course sides of a run."""
+        fabric = self.fabric
+        where = f"row {fabric.row[run.faces[0]]} (face {run.faces[0]})"
+        ends = fabric.corner_position[loops], fabric.corner_position[fabric.side_next[loops]]
+        middle = middle_of_front((ends[0] + ends[1]) / 2, run.closed) if self.centre else None
+        return lay_out(
+            self.pattern, len(loops), closed=run.closed, remainder=self.remainder, where=where, middle=middle
+        )
 
 
 def _tile_start(fabric: StitchMesh, run: Course, below: IntArray, width: int) -> int:
-    """Return the place of the first face of a ring that begins a tile, 0 if there is none."""
-    first = np.cumsum(fabric.n_bottom[list(run.faces)]) - fabric.n_bottom[list(run.faces)]
-    begins = (below // width != np.roll(below, 1) // width)[first % len(below)]
-    return int(np.argmax(begins & (fabric.n_bottom[list(run.faces)] > 0)))
+    """Return the place of a face of a ring that begins a tile; 0 if no face does.
+
+    It is the first such face to whose limit of tiles no shaping is to move, if there is one.
+    """
+    low, high = fabric.n_bottom[list(run.faces)], fabric.n_top[list(run.faces)]
+    tile = (below // width)[(np.cumsum(low) - low) % len(below)]
+    begins = (tile != np.roll(tile, 1)) & (low > 0)
+    starts, shaped = np.flatnonzero(begins), np.flatnonzero(low != high)
+    if not len(starts):
+        return 0
+    ahead = shaped - starts[:, None]
+    apart = np.minimum(ahead % len(low), (-1 - ahead) % len(low))
+    return int(starts[np.argmin(np.isin(np.arange(len(starts)), apart.argmin(axis=0)))])
 
 
 def _without_yarn_overs(own: IntArray, n_bottom: IntArray) -> IntArray:

@@ -4,7 +4,7 @@
 
 A knitter works increases plainly between two repeats until they are enough for a repeat, and decreases such loops
 first. If there are none, the repeat loses the column at one of its ends that matters least. The shaping stitches of a
-row are therefore moved to the nearest limit of a tile.
+row are therefore moved to the nearest limit of a tile, and are worked with the stitch beside them that matters less.
 """
 
 from __future__ import annotations
@@ -197,13 +197,13 @@ def _near_left(columns: list[int], before: list[int]) -> bool:
     return 2 * (int(np.argmax(steps)) + 1) <= len(columns)
 
 
-def shaped_faces(below: IntArray, above: IntArray, width: int) -> tuple[IntArray, IntArray] | None:
+def shaped_faces(below: IntArray, above: IntArray, weights: IntArray) -> tuple[IntArray, IntArray] | None:
     """Return the faces of a run whose columns continue upwards, with all increases and decreases between them.
 
     Args:
         below: columns of the loops below the run.
         above: columns of the loops above the run.
-        width: columns of a tile.
+        weights: weight of each column of a tile (``column_weights``).
 
     Returns:
         The numbers of loops below and above each face, shape (n, 2), and the stitches, shape (n,); None if there are
@@ -219,8 +219,9 @@ def shaped_faces(below: IntArray, above: IntArray, width: int) -> tuple[IntArray
         if end < j or (column is None and i == place == 0):
             return None
         gap = [*below[i:place].tolist(), *above[j:end].tolist()]
-        own = bool(gap) and column is not None and gap[-1] != OUTSIDE and gap[-1] // width == column // width
-        if not builder.fill(place - i, end - j, on_right=own, last=column is None):
+        left = below[i - 1 : i].tolist()
+        on_right = bool(gap) and column is not None and _belongs_right(left, gap[-1], column, weights)
+        if not builder.fill(place - i, end - j, on_right=on_right, last=column is None):
             return None
         if column is not None:
             builder.add(1, 1, "left")
@@ -230,6 +231,17 @@ def shaped_faces(below: IntArray, above: IntArray, width: int) -> tuple[IntArray
     faces = zip(builder.loops, builder.keeps, strict=True)
     stitches = [int(shaping_stitch(low, high, keeps=keeps)) for (low, high), keeps in faces]
     return np.array(builder.loops), np.array(stitches)
+
+
+def _belongs_right(left: list[int], gap: int, right: int, weights: IntArray) -> bool:
+    """Whether a column that begins or ends is worked with the column on its right, not with the one on its left.
+
+    It is worked with the column that weighs less; if both weigh the same, with the column of its own tile.
+    """
+    width = len(weights)
+    if left and is_tile(np.array([*left, right])).all() and weights[left[0] % width] != weights[right % width]:
+        return bool(weights[right % width] < weights[left[0] % width])
+    return gap != OUTSIDE and gap // width == right // width
 
 
 @dataclass

@@ -38,7 +38,7 @@ def test_every_pattern_of_knit_and_purl_stitches_has_a_chart_and_no_other():
 
 
 def test_what_is_refused():
-    with pytest.raises(ParameterError, match=r"row 1, stitch 1 of the tile: got y; expected k or p"):
+    with pytest.raises(ParameterError, match=r"row 1, stitch 1 of the tile: got yo; expected knit or purl"):
         knit_chart(parse_pattern("row 1 RS: k, k2tog, yo", "lace"))
     with pytest.raises(ParameterError, match="expected a Pattern"):
         knit_chart([[1]])

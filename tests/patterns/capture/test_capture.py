@@ -86,7 +86,7 @@ def test_a_ring_is_cut_beside_its_cables():
 
 
 REFUSED = {
-    "a cast-on row": (lambda: flat(6, 4), lambda fabric: None, "face 0, 1, 2 (+3 more): is CAST_ON"),
+    "a cast-on row": (lambda: flat(6, 4), lambda fabric: None, "face 0, 1, 2 (+3 more): is cast-on"),
     "a face is missing": (lambda: flat(6, 4), lambda _: [7, 8, 13], "leaves out 1 of the 2 loops of the row below"),
     "a step below": (lambda: flat(6, 4), lambda _: [7, 13, 14], "takes 1 from elsewhere"),
     "two parts": (lambda: flat(6, 4), lambda _: [7, 8, 10, 11], "2 of its rows lie on no other row"),

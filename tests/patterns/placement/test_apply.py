@@ -16,6 +16,7 @@ from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.change import Marks, Patch, apply_change, inverse_change
+from stitchmesh.mesh.courses import right_neighbours
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import Cell, Loop, Pattern, Row, apply_pattern, lay_pattern, read_pattern
 from stitchmesh.patterns.placement.placement import plain_above
@@ -189,6 +190,17 @@ def test_cables_on_every_garment_are_whole(name):
     assert {tuple(group.destination) for group in groups} == {(2, 3, 0, 1)}
 
 
+@pytest.mark.parametrize("name", ["rope-cable", "cable-work", "braid-cables", "horseshoe-cable"])
+def test_cables_have_purl_on_both_sides_beside_stitches_left_over(name):
+    width = read_pattern(name).width
+    laid = lay_pattern(tube(width + 2, 9), name)
+    left_over = laid.reason >= 0
+    assert left_over.sum() == 2 * 8
+    right = right_neighbours(laid.fabric)
+    beside = np.concatenate([right[left_over], np.flatnonzero(left_over[right])])
+    assert (laid.fabric.stitch[beside[~left_over[beside]]] == Stitch.PURL).all()
+
+
 def test_a_grid_around_a_face_ends_at_shaping():
     fabric = narrowing_tube()
     shaped = fabric.row[fabric.n_bottom > 1].min()
@@ -255,7 +267,7 @@ def test_a_stitch_that_is_not_plain_does_not_move_the_columns_beside_it():
     ("chosen", "face", "message"),
     [
         (RIB, 999, "face 999: does not exist; the mesh has faces 0 to 39"),
-        (RIB, 3, "face 3: is CAST_ON .* plain stitch such as KNIT"),
+        (RIB, 3, "face 3: is cast-on .* plain stitch such as knit"),
         (pattern("k " * 9), 12, "grid at face 8: got 8 columns; pattern 'tried' needs at least 9"),
         (pattern("k " * 9), None, "pattern 'tried': its 9 columns are more than any first row"),
         (pattern("y " * 9 + "d12k " * 9, "p " * 18), None, "its 18 columns are more than any first row"),

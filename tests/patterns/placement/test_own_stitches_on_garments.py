@@ -105,7 +105,7 @@ def test_instructions_and_pictures_name_it():
     fabric = with_daisies(around(12, 6))
     text = knitting_instructions(fabric)
     assert f"daisy: {DAISY.instruction}" in text and "Round 1: [daisy, k1] 3 times." in text
-    assert [name for name, _ in stitch_key(fabric, fabric.stitch)] == ["knit", "cast on", "daisy"]
+    assert [name for name, _ in stitch_key(fabric, fabric.stitch)] == ["knit", "cast-on", "daisy"]
 
 
 def test_edits_beside_it_keep_it():

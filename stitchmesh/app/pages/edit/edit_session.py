@@ -13,6 +13,7 @@ import numpy as np
 from stitchmesh.app.pages.edit.brush import Brush
 from stitchmesh.app.pages.edit.fabric_view import FabricView
 from stitchmesh.app.pages.edit.saved_selections import SavedSelections, faces_after
+from stitchmesh.app.pages.own_patterns import OwnPatterns
 from stitchmesh.app.scene.face_colours import ColourBy
 from stitchmesh.app.scene.pointer import Pointer
 from stitchmesh.editing.edit import Edit
@@ -56,6 +57,7 @@ class EditSession:
         self.stitch, self.yarn = Stitch.PURL, 1
         self.brush: Brush = "Stitch"
         self.saved = SavedSelections(app)
+        self.patterns = OwnPatterns(app)
         self.on_colours: Callable[[ColourBy], object] = lambda by: None
         """Called when a tool shows the fabric in other colours."""
         self._seen: StitchMesh | None = None

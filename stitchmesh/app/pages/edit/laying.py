@@ -70,6 +70,8 @@ class LayPatterns(Tool):
         self.remainder: str = DEFAULT_REMAINDER
         self.ground: str | None = None
         """Colour of the pattern that stitches left over take; None for the commonest one."""
+        self.centre = False
+        """Whether the middle of a repeat lies in the middle of the front."""
         self.laid: LaidPattern | None = None
         """The pattern on the fabric, as it is shown; None while there is no preview."""
         self._face: int | None = None
@@ -83,6 +85,8 @@ class LayPatterns(Tool):
                         tuple(REMAINDERS), words, self._set_remainder)  # fmt: skip
         self._ground = controls.text("Ground", "Colour of the pattern that stitches left over take, such as cream; "
                                      "empty for the commonest one", "", self._set_ground)  # fmt: skip
+        controls.toggle("In the middle of the front", "Put the middle of a repeat in the middle of the front of "
+                        "rounds, and in the middle of flat rows", self.centre, self._set_centre)  # fmt: skip
         hint = "Move the repeat sideways to its next place, or by one row, or exchange left and right"
         controls.buttons("Move the pattern", hint, tuple(MOVES), self._move)
         controls.upload("Pattern from a file", "Read a pattern from a text or an image of a chart", SUFFIXES,
@@ -129,7 +133,9 @@ class LayPatterns(Tool):
             limit = f"at most {LARGEST_FILE / 1e6:.0f} MB"
             raise ParameterError(f"{Path(name).name}: got {len(content) / 1e6:.1f} MB; expected {limit}")
         with temporary_file(name, content) as path:
-            self.choose(format_pattern(read_pattern(path)))
+            pattern = read_pattern(path)
+        self.session.patterns.keep(pattern)
+        self.choose(format_pattern(pattern))
 
     def capture(self) -> None:
         """Take one repeat of the selected stitches as the pattern, to be laid around a click.
@@ -144,6 +150,7 @@ class LayPatterns(Tool):
         except StitchMeshError as error:
             self.session.refuse(faces, str(error))
             return
+        self.session.patterns.keep(pattern)
         self.pattern, self.area, self._face = format_pattern(pattern), "Around a click", None
         self._area.value = self.area
         self.discard()
@@ -169,6 +176,7 @@ class LayPatterns(Tool):
             raise ParameterError(f"pattern: {self._missing()}")
         arguments: dict[str, object] = {"pattern": self.pattern, **where, "remainder": self.remainder}
         arguments |= {} if self.ground is None else {"ground": self.ground}
+        arguments |= {"centre": True} if self.centre else {}
         if self.session.edit("paste_pattern", arguments, self._at()):
             self._say(markup("<b>{}</b> is laid.", self._read().name))
 
@@ -214,7 +222,7 @@ class LayPatterns(Tool):
         try:
             self.laid = lay_pattern(
                 fabric, self._read(), face=self._face if "face" in where else None, faces=faces,
-                remainder=check_remainder(self.remainder), ground=self.ground,
+                remainder=check_remainder(self.remainder), ground=self.ground, centre=self.centre,
             )  # fmt: skip
         except StitchMeshError as error:
             self.laid = None
@@ -262,6 +270,10 @@ class LayPatterns(Tool):
 
     def _set_area(self, area: str) -> None:
         self.area = next(known for known in AREAS if known == area)
+        self._preview()
+
+    def _set_centre(self, centre: bool) -> None:
+        self.centre = centre
         self._preview()
 
     def _set_ground(self, colour: str) -> None:

@@ -11,19 +11,16 @@ from stitchmesh.app.pages.edit.edit_session import EditSession
 from stitchmesh.app.pages.edit.laying import LayPatterns
 from stitchmesh.app.pages.edit.painting import PaintYarns
 from stitchmesh.app.pages.edit.pattern_palette import PatternPalette
-from stitchmesh.app.pages.edit.stitch_palette import chosen_stitch_html, stitch_named, stitch_palette_html
+from stitchmesh.app.pages.edit.stitch_palette import chosen_stitch_html, stitch_palette_html
 from stitchmesh.app.pages.edit.tool import Tool
 from stitchmesh.app.pages.edit.yarn_palette import yarn_colour, yarn_palette_html
-from stitchmesh.app.pages.swatch.state import own_patterns
 from stitchmesh.errors import ParameterError
+from stitchmesh.hand_knitting.words import stitch_named
 from stitchmesh.markup import Markup
 from stitchmesh.mesh.palette import check_yarn_number
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns.language.writing import format_pattern
 from stitchmesh.patterns.library import pattern_names
-
-SWATCH = "Swatch"
-"""Name of the page whose patterns are listed as those of the user."""
 
 
 class Palettes:
@@ -45,8 +42,8 @@ class Palettes:
                                          self._set_colour)  # fmt: skip
         assert isinstance(laying, LayPatterns)
         self._laying = laying
-        self._own = own_patterns(session.app.project.settings(SWATCH))
-        self._patterns = PatternPalette(controls, self._pattern_taken, session.app.post, self._own)
+        self._patterns = PatternPalette(controls, self._pattern_taken, session.app.post, session.patterns.all)
+        session.patterns.on_change = lambda: self._patterns.show_own(session.patterns.all)
         self.refresh()
 
     def show_for(self, tool: str) -> None:
@@ -82,9 +79,10 @@ class Palettes:
 
     def _pattern_taken(self, name: str) -> None:
         # A browser must not make the server read a file by its name.
-        if name not in self._own and name not in pattern_names():
+        own = self._session.patterns.all
+        if name not in own and name not in pattern_names():
             raise ParameterError(f"pattern {name[:40]!r}: is not in the library; choose one of the palette")
-        self._laying.choose(format_pattern(self._own[name]) if name in self._own else name)
+        self._laying.choose(format_pattern(own[name]) if name in own else name)
         self.refresh()
 
     def _set_colour(self) -> None:

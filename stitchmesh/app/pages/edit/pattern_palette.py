@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The palette of patterns: a button with a thumbnail for each pattern of the library and of the user's swatches.
+"""The palette of patterns: a button with a thumbnail for each pattern of the library and of the user.
 
 The patterns of the library stand in families, and a search leaves those whose names hold its words.
 
@@ -23,8 +23,8 @@ from stitchmesh.render.thumbnails.pattern_thumbnail import pattern_thumbnail
 
 SIZE = 72
 """Width and height of a thumbnail [pixels]."""
-OWN = "Your swatches"
-"""Title of the patterns of the page Swatch."""
+OWN = "Your own"
+"""Title of the patterns of the user."""
 STYLE = markup("""<style>
 .sm-patterns{display:flex;flex-wrap:wrap;gap:4px}
 .sm-patterns button{width:96px;padding:3px;border:2px solid transparent;border-radius:6px;background:none;
@@ -80,6 +80,11 @@ class PatternPalette:
         if visible and not self._begun:
             self._begun = True
             self._post(lambda: self._draw(0))
+
+    def show_own(self, own: Mapping[str, Pattern]) -> None:
+        """Show other patterns of the user."""
+        self._own, self._families[0] = own, (OWN, tuple(own))
+        self._blocks[0].content = self._block(0)
 
     def show_chosen(self, name: str) -> None:
         """Mark the button of a pattern."""

@@ -7,11 +7,10 @@ from __future__ import annotations
 from functools import cache
 from urllib.parse import quote
 
-from stitchmesh.errors import ParameterError
-from stitchmesh.hand_knitting.words import stitch_word
+from stitchmesh.hand_knitting.words import stitch_name, stitch_named, stitch_word
 from stitchmesh.markup import Markup, css_text, joined, markup
 from stitchmesh.mesh.own_stitch import OwnStitch, StitchType
-from stitchmesh.mesh.stitch import CODES, VOCABULARY, Stitch
+from stitchmesh.mesh.stitch import VOCABULARY, Stitch
 from stitchmesh.render.thumbnails.stitch_drawing import draw_stitch
 
 FAMILIES: dict[str, str] = {
@@ -22,7 +21,6 @@ FAMILIES: dict[str, str] = {
     "Kept loops and tucks": "sk ks sp ps sy ys",
 }
 """The stitches of the palette by family, as codes."""
-OTHER_NAMES = {Stitch.CAST_ON: "cast-on", Stitch.DRAW_THROUGH: "draw-through"}
 """Names of the stitches without a code."""
 SIZE = 40
 """Width and height of a drawing [pixels]."""
@@ -41,19 +39,7 @@ def name_of(stitch: StitchType) -> str:
     """Return the name that edits use for a stitch: its code, ``cast-on`` or ``draw-through``."""
     if isinstance(stitch, OwnStitch):
         return stitch.code
-    return OTHER_NAMES.get(stitch) or VOCABULARY[stitch].code
-
-
-def stitch_named(name: str) -> Stitch:
-    """Return the stitch of a name of the palette.
-
-    Raises:
-        ParameterError: the palette has no such stitch.
-    """
-    known = {**CODES, **{other: stitch for stitch, other in OTHER_NAMES.items()}}
-    if name not in known:
-        raise ParameterError(f"stitch: got {name[:40]!r}; expected one of {', '.join(known)}")
-    return known[name]
+    return VOCABULARY[stitch].code if stitch in VOCABULARY else stitch_name(stitch)
 
 
 def described(stitch: Stitch) -> str:

@@ -8,7 +8,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from stitchmesh.app.controls.chart_editor import ChartEditor
-from stitchmesh.patterns import pattern_names
+from stitchmesh.app.pages.own_patterns import OwnPatterns
+from stitchmesh.patterns import Pattern, pattern_names
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.weave.library import weave_names
 
@@ -35,6 +36,7 @@ class ChartPanel:
             edited: called with the text of the chart after each change.
         """
         self._app, self._changed, self._edited = app, changed, edited
+        self._own = OwnPatterns(app)
         self._build(source, text)
 
     def show(self, source: Source, text: str) -> None:
@@ -44,17 +46,25 @@ class ChartPanel:
 
     def _build(self, source: Source, text: str) -> None:
         controls = self._app.left_controls
-        names = (OWN, *pattern_names(), *weave_names())
-        self._library = controls.choice("Start from", "A pattern of the library; Undo brings the present chart back",
-                                        names, OWN, self._choose)  # fmt: skip
+        hint = "A pattern of the library or of your own; Undo brings the present chart back"
+        self._library = controls.choice("Start from", hint, self._names(), OWN, self._choose)
         self._editor = ChartEditor(controls, source, self._painted, download=self._app.download,
-                                   edited=self._edited, text=text)  # fmt: skip
+                                   edited=self._edited, text=text, opened=self._keep)  # fmt: skip
+
+    def _names(self) -> tuple[str, ...]:
+        return (OWN, *self._own.kept, *pattern_names(), *weave_names())
 
     def _choose(self, name: str) -> None:
-        """Take a pattern of the library."""
+        """Take a pattern of the list."""
         if name != OWN:
-            self._editor.show(resolve_pattern(name))
+            self._editor.show(self._own.kept.get(name) or resolve_pattern(name))
             self._library.value = name
+
+    def _keep(self, source: Source) -> None:
+        """Add a pattern that was read from a file to the list."""
+        if isinstance(source, Pattern):
+            self._own.keep(source)
+            self._library.options = self._names()
 
     def _painted(self, source: Source) -> None:
         self._library.value = OWN

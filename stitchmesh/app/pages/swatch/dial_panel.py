@@ -118,14 +118,13 @@ class DialPanel:
         self._yarn.value = name_of(yarn_of_dials(design))
         acting = acting_dials(design.pattern)
         for name, control in self._dials.items():
-            control.visible = name in acting
+            # One value only, so that no frame of a page shows another.
+            control.visible = name in acting and (name not in self._holds or getattr(design.dials, name) is not None)
             value = getattr(design.dials, name)
             if value is not None:
                 control.value = value
         for name, control in self._holds.items():
-            held = getattr(design.dials, name) is not None
-            control.value = held
-            self._dials[name].visible = held
+            control.value = getattr(design.dials, name) is not None
         for group, dials in self._groups.values():
             group.visible = any(dial.name in acting for dial in dials)
 

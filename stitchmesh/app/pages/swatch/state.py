@@ -143,7 +143,7 @@ def read_state(table: Mapping[str, Any]) -> SwatchState:
     return SwatchState(designs, edited, check_table(table.get("look", {}), Look), iterations, charts)
 
 
-def own_patterns(table: Mapping[str, Any]) -> dict[str, Pattern]:
+def swatch_patterns(table: Mapping[str, Any]) -> dict[str, Pattern]:
     """Return the patterns that the page holds, by the names under which other pages list them; weaves are left out.
 
     Args:

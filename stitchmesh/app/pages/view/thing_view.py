@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from stitchmesh.app.pages.view.clip_box import Box
 from stitchmesh.app.scene.drawing import IN_PLACE, Colours, Lines, Surface, YarnTubes
 from stitchmesh.app.scene.scene import Scene
+from stitchmesh.hand_knitting.words import stitch_name
 from stitchmesh.mesh import FloatArray, IntArray, Mesh, StitchMesh
 from stitchmesh.mesh.face_triangles import face_triangles
 from stitchmesh.mesh.picking import pick as pick_face
@@ -260,7 +261,7 @@ def _copies(yarns: YarnSet) -> FloatArray:
 def _stitch_name(fabric: StitchMesh | None, face: int) -> str:
     if fabric is None or face >= fabric.face_count or _is_panel(fabric):
         return ""
-    return f" ({fabric.stitch_type(int(fabric.stitch[face])).name.lower().replace('_', ' ')})"
+    return f" ({stitch_name(fabric.stitch_type(int(fabric.stitch[face])))})"
 
 
 def _is_panel(mesh: StitchMesh) -> bool:

@@ -112,7 +112,7 @@ def test_a_cable_is_dragged_over_a_row(opened):
 def test_a_refused_edit_says_why_in_the_scene_and_in_a_notice(opened):
     opened.act("stitch", "d12k")
     opened.click_at(middle(44))
-    reason = "face 44: d12k needs 2 and 1"
+    reason = "face 44: k2tog needs 2 and 1"
     opened.wait_for_text(reason)
     assert any(reason in notice for notice in opened.notices())
     names = opened.browser_page.evaluate("() => Object.keys(window.__viserMutable.nodeRefFromName)")

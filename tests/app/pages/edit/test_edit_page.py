@@ -127,7 +127,7 @@ def test_the_page_opens_again_as_it_was_left(page):
     ("panel", "action", "value", "reason"),
     [
         (0, "tool", "Hammer", "tool: got 'Hammer'; expected one of Paint stitches"),
-        (1, "stitch", "zz", "stitch: got 'zz'; expected one of k, p"),
+        (1, "stitch", "zz", "stitch 'zz': is unknown; expected one of k, p"),
         (1, "yarn", "one", "yarn: got 'one'; expected the number of a yarn"),
         (1, "yarn", "999999", "expected 0 to 255"),
         (1, "pattern", "/etc/passwd", "is not in the library; choose one of the palette"),

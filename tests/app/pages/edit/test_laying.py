@@ -88,6 +88,27 @@ def test_a_pattern_of_a_file_is_laid_as_its_text(page):
     assert (page.fabric.stitch == Stitch.PURL).sum() == 55
 
 
+def test_patterns_of_files_stay_in_the_lists_of_the_project(page):
+    page.act("tool", "Lay a pattern")
+    for name in ("Own", "Second", "Own"):
+        text = f'pattern "{name}"\nsource "me"\nrow 1 RS: k1 p1\nrow 2 WS: k1 p1\n'.encode()
+        page.run(lambda: page.controls.send("Pattern from a file", "own.knit", text))  # noqa: B023
+    left = page.front.left_controls
+    assert left.text_shown().count("own 1: Own") and left.text_shown().count("own 2: Second")
+    assert "own 3" not in left.text_shown()
+    page.app.open_page("Swatch")
+    left.set("Start from", "own 2: Second")
+    assert 'pattern "Second"' in page.project.settings("Swatch")["charts"][0]
+    page.run(lambda: left.send("Open a chart", "third.knit", text.replace(b"Own", b"Third")))
+    assert "own 3: Third" in left.find("Start from").options
+    page.app.open_page("Edit")
+    page.act("tool", "Lay a pattern")
+    page.controls.set("Where", "Whole fabric")
+    page.act("pattern", "own 3: Third")
+    page.press("Lay the pattern")
+    assert page.project.edits[-1].arguments["pattern"].startswith('pattern "Third"\n')
+
+
 @pytest.mark.parametrize(("name", "content"), [("a.knit", b"row 1: ?"), ("b.png", b"no picture"), ("c.txt", b"")])
 def test_a_broken_file_of_a_pattern_is_refused(page, name, content):
     page.act("tool", "Lay a pattern")
@@ -128,6 +149,17 @@ def test_a_pattern_is_moved_and_mirrored_before_it_is_laid(page):
     assert bits(page.fabric) == bits(apply_pattern(WIDE, wanted))
 
 
+def test_a_pattern_is_centred_on_the_front(tmp_path):
+    with edit_page(tmp_path, around(14, 5)) as page:
+        page.act("tool", "Lay a pattern")
+        page.controls.set("Where", "Whole fabric")
+        page.act("pattern", "rope-cable")
+        page.controls.set("In the middle of the front", True)
+        page.press("Lay the pattern")
+        assert page.project.edits[-1].arguments["centre"] is True
+        assert bits(page.fabric) == bits(apply_pattern(around(14, 5), "rope-cable", centre=True))
+
+
 def test_the_list_is_searched_and_has_repeats_families_and_own_swatches(tmp_path):
     state = first_state()
     with edit_page(tmp_path, flat(8, 9)) as page:
@@ -137,7 +169,7 @@ def test_the_list_is_searched_and_has_repeats_families_and_own_swatches(tmp_path
         page.app.open_page("Edit")
         page.act("tool", "Lay a pattern")
         left = page.front.left_controls
-        assert "Your swatches" in left.text_shown() and "Cables" in left.text_shown()
+        assert "Your own" in left.text_shown() and "Cables" in left.text_shown()
         assert "6 x 4" in left.text_shown()
         left.set("Search", "rope")
         assert "rope cable" in left.text_shown() and "Lace" not in left.text_shown()

@@ -59,10 +59,10 @@ def test_a_stitch_that_does_not_fit_is_refused_where_it_was_tried(page):
     page.act("stitch", "d12k")
     page.click_stitch(44)
     assert page.project.edits == ()
-    assert "face 44: d12k needs 2 and 1; the face has 1 bottom and 1 top sides" in page.notices()
+    assert "face 44: k2tog needs 2 and 1; the face has 1 bottom and 1 top sides" in page.notices()
     marked, reason = page.scene.drawings["refused/faces"], page.scene.drawings["refused/reason"]
     assert isinstance(marked, Surface) and len(marked.triangles) == 2
-    assert isinstance(reason, Labels) and "d12k needs 2 and 1" in reason.texts[0]
+    assert isinstance(reason, Labels) and "k2tog needs 2 and 1" in reason.texts[0]
     page.click((100.0, 100.0, 0.0))
     assert "refused/faces" not in page.scene.drawings
 

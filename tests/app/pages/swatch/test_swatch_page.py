@@ -15,8 +15,10 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.app.application import App
+from stitchmesh.app.controls.null_controls import NullControl, NullControls
 from stitchmesh.app.front import NullFront
 from stitchmesh.app.pages.gauge_panel import OWN_YARN
+from stitchmesh.app.pages.swatch.dial_panel import DialPanel
 from stitchmesh.app.pages.swatch.page import SwatchPage
 from stitchmesh.app.pages.swatch.state import state_table
 from stitchmesh.app.pages.swatch.stretch_panel import snap_texts
@@ -361,3 +363,20 @@ def test_a_yarn_sets_thickness_weight_and_loops(rig):
     rig.choose("plain")  # a weave has no loops
     rig.set("Yarn", "lace")
     assert rig.front.controls.find("Yarn").value == "lace"
+
+
+def test_a_size_that_is_not_held_is_hidden_at_every_moment(monkeypatch):
+    """Each frame of a relaxation shows the dials again; a page that drew between two values would show a wrong one."""
+    controls, seen = NullControls(), []
+    panel = DialPanel(controls, SwatchDesign(sm.read_pattern("rib2x2")), lambda **_: None)
+    dial = controls._made[[one.label for one in controls._made].index("Width of a repeat [cm]")]
+    plain = NullControl.__setattr__
+
+    def watched(control: NullControl, name: str, value: object) -> None:
+        plain(control, name, value)
+        if control is dial and name == "visible":
+            seen.append(value)
+
+    monkeypatch.setattr(NullControl, "__setattr__", watched)
+    panel.show(SwatchDesign(sm.read_pattern("rib2x2")))
+    assert seen and not any(seen)

@@ -37,6 +37,18 @@ VERTICES = """() => {
   return found;
 }"""
 NORMALS = VERTICES.replace("position", "normal").replace("i += 3", "i += 4")
+BUDGET_OF_ONE = """() => {
+  const set = [...window.stitchmeshYarns.sets.values()][0];
+  Object.defineProperty(set, "moving", { get: () => 1, set: () => {} });
+  window.levelsSeen = [];
+  const watch = () => {
+    if (![...window.stitchmeshYarns.sets.values()].includes(set)) return;
+    if (set.version > 1) window.levelsSeen.push(Object.values(window.stitchmeshYarns.report())[0].levels);
+    requestAnimationFrame(watch);
+  };
+  watch();
+}"""
+"""Lets a page draw one triangle while yarns move, and notes the levels in each of its frames."""
 LINES_ONLY = "() => [...window.stitchmeshYarns.sets.values()][0].parts.every((part) => part.object.isLine)"
 
 
@@ -113,6 +125,18 @@ def test_near_yarns_are_tubes_and_far_ones_lines(app_in_browser):
         assert 20 * far["triangles"] < near["triangles"]
         stand_at(rig, 6.0)
         rig.wait_for(lambda: sum(complete(rig)["levels"][:3]) == near["parts"], "tubes again")
+
+
+def test_yarns_that_move_are_tubes_also_where_the_page_draws_slowly(rig):
+    drawing = drawn(rig, tube(6, 30))
+    complete(rig)
+    rig.browser_page.wait_for_timeout(700)  # the camera stands
+    rig.browser_page.evaluate(BUDGET_OF_ONE)
+    rig.call(rig.app.scene.show, "viewed", replace(drawing, points=drawing.points + np.array([0.0, 0.0, 0.5])))
+    rig.wait_for(lambda: rig.browser_page.evaluate("() => window.levelsSeen.length > 0"), "a frame")
+    complete(rig, version=2)
+    lines_seen = [sum(levels[-2:]) for levels in rig.browser_page.evaluate("() => window.levelsSeen")]
+    assert lines_seen and not any(lines_seen)
 
 
 def test_a_frame_moves_the_tubes(rig):
