@@ -19,7 +19,7 @@ from itertools import accumulate, groupby
 
 from stitchmesh.hand_knitting.folding import fold_words
 
-FEWEST_TIMES = 2
+FEWEST_TIMES = 3
 """Smallest number of shaped rows that are written in one line."""
 MARKER = "sm"
 """Word for a marker that is slipped from needle to needle."""

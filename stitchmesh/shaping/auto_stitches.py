@@ -153,7 +153,7 @@ def shape_fabric(
     for (_, vertices), part in zip(parts, shaped, strict=True):
         times[vertices] = part.time
     seconds, tips = time.perf_counter() - start, sum(part.tips for part in shaped)
-    rows = ShapedRows(sum(part.rows.stacked for part in shaped), sum(part.rows.spread for part in shaped))
+    rows = sum(part.rows.stacked for part in shaped), sum(part.rows.spread for part in shaped)
     report = shaping_report(fabric, given, stitch_width, seconds, tips, rows)
     if shaping == "seams" and report.spread_rows:
         logger.warning(_spread_all_the_same(report, multiple))
@@ -205,24 +205,24 @@ def _shape_part(
         return _ShapedPart(*flat, tips=0, flat=True)
     levels, courses, ends = levels_of_part(part, marks, up, size, report)
     plain = plain_places(part, marks, size.width)
-    fabric, rows = stitches_between(
+    fabric, rows, leaning = stitches_between(
         levels, saddle_points(part, courses), size, plain,
         lambda done: report(SHARE_OF_TIME + (SHARE_OF_ROWS - SHARE_OF_TIME) * done, "rows"),
     )  # fmt: skip
     if short_rows:
         report(SHARE_OF_ROWS, "short rows")
-        fabric = with_short_rows(fabric, size.height, plain)
+        fabric = with_short_rows(fabric, size.height, plain, leaning)
     return _ShapedPart(fabric, rows, courses, ends, levels.tips)
 
 
 def _spread_all_the_same(report: ShapingReport, multiple: int) -> str:
     """The line that says why increases and decreases are not at seams."""
     if multiple > 1:
-        return f"shaping: is spread, because rounds of a multiple of {multiple} change by as many stitches at once"
+        return f"shaping: spread, because rounds of a multiple of {multiple} change by as many stitches at once"
     shaped = report.stacked_rows + report.spread_rows
     return (
-        f"shaping: is spread in {report.spread_rows} of the {shaped} rows with increases or decreases, because they "
-        "change by more stitches than seams hold, are too narrow, or join limbs"
+        f"shaping: spread in {report.spread_rows} of the {shaped} rows with increases or decreases, where the surface "
+        "asks for more than seams hold"
     )
 
 

@@ -13,7 +13,6 @@ from stitchmesh.mesh import FloatArray, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.mesh.turns import turn_edges, turn_slits
-from stitchmesh.shaping.seams import ShapedRows
 from stitchmesh.shaping.topology import lost_features, topology
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
@@ -56,7 +55,7 @@ class ShapingReport:
 
 def shaping_report(
     fabric: StitchMesh, surface: TriangleSurface, width: float, seconds: float, tips: int = 0,
-    rows: ShapedRows = ShapedRows(),  # noqa: B008
+    rows: tuple[int, int] = (0, 0),
 ) -> ShapingReport:  # fmt: skip
     """Measure stitches on a surface.
 
@@ -66,7 +65,7 @@ def shaping_report(
         width: width of a stitch [cm].
         seconds: time that it took to find the stitches.
         tips: number of borders of the fabric at which a yarn is drawn through the loops, and which the surface lacks.
-        rows: where rows have their increases and decreases.
+        rows: numbers of the rows that have their increases and decreases at seams, and all along.
     """
     counts = stitch_counts(fabric)
     closings = int((fabric.stitch == Stitch.DRAW_THROUGH).sum())
@@ -82,8 +81,8 @@ def shaping_report(
         short_rows=turns,
         mismatched_edges=int(fabric.mismatched.sum()) // 2,
         largest_shaping=round(_largest_shaping(fabric), 4),
-        stacked_rows=rows.stacked,
-        spread_rows=rows.spread,
+        stacked_rows=rows[0],
+        spread_rows=rows[1],
         lost=lost_features(topology(surface.mesh), topology(fabric, tips + turns)),
         rms_distance=round(float(np.sqrt(np.mean(distance**2))), 4),
         largest_distance=round(float(distance.max()), 4),

@@ -67,8 +67,8 @@ BANDS_OF_REPORT = 20
 
 def stitches_between(
     levels: LevelLines, saddles: FloatArray, size: StitchSize, plain: PlainPlaces, report_part: Callable[[float], None]
-) -> tuple[StitchMesh, ShapedRows]:
-    """Knit all bands; return also where rows have their increases and decreases.
+) -> tuple[StitchMesh, ShapedRows, NDArray[np.bool_]]:
+    """Knit all bands.
 
     Args:
         levels: the lines and the bands.
@@ -77,11 +77,16 @@ def stitches_between(
         plain: places from which increases and decreases are kept away.
         report_part: called at intervals with the part of the bands that is knitted, from 0 to 1.
 
+    Returns:
+        The stitches, where rows have their increases and decreases, and whether the wales of each stitch lean because
+        of shaping at seams, shape (F,).
+
     Raises:
         TessellationError: limbs join and part within one band, or neighbouring courses differ too much.
     """
     rows = Rows(levels, saddles, size, plain)
-    return rows.knitted(report_part), rows.shaped
+    fabric = rows.knitted(report_part)
+    return fabric, rows.shaped, rows.shaped.leaning(rows.tube_of_row)[rows.faces.row]
 
 
 class Rows:
@@ -146,7 +151,7 @@ class Rows:
         self.tube[above] = self.tube[below[0]] if len(below) == 1 else self._new_tube()
         for line, high in zip(below, self._divided(above, below), strict=True):
             if high is not None:
-                self._add_row(self._opened(self.course[line], high), high, self.tube[line], self.gores.get(above))
+                self._add_row(self._opened(self.course[line], high), high, self.tube[line], above)
 
     def _part(self, below: int, above: Sequence[int]) -> None:
         """Add the rows from the course on a line to those on several lines above it."""
@@ -405,8 +410,9 @@ class Rows:
         """Number of stitches along each edge of a graft with some stitches, here one, shape (edges,)."""
         return np.ones(count, dtype=np.int64)
 
-    def _add_row(self, low: Chain, high: Chain, tube: int, gores: Sequence[Gore] | None = None) -> None:
-        """Add the stitches between two chains of a tube, with shaping at the ends of gores if there are any."""
+    def _add_row(self, low: Chain, high: Chain, tube: int, line: int | None = None) -> None:
+        """Add the stitches between two chains of a tube; ``line`` is that of the upper one if it is a whole course."""
+        gores = None if line is None else self.gores.get(line)
         if gores is None:
             if low.closed and high.closed:
                 low, high = self._aligned(low, high)
@@ -416,7 +422,7 @@ class Rows:
             wales, left = stacked_wales(gores)
         self._add_faces(low, high, wales, left)
         self._mark(low, high, wales.below, wales.above)
-        self.shaped.add(wales, gores is not None)
+        self.shaped.add(wales, stacked=gores is not None)
         self.tube_of_row.append(tube)
 
     def _spread_wales(self, low: Chain, high: Chain) -> Wales:

@@ -14,14 +14,14 @@ Rows with increases or decreases follow one another in a rhythm that is as stead
 (``counts``) allows: each number differs from the one that fits by at most ``SLACK`` of a change.
 
 The wales at the ends of a gore lean, by half of what the row is longer or shorter than the one below. Where they would
-be stretched by more than a fifth, or where a change is too coarse for a narrow
-round, increases and decreases are spread over the row (``wales``).
+be stretched by more than a seventh, or where a change is too coarse for a narrow round, increases and decreases are
+spread over the row (``wales``).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -37,13 +37,15 @@ PLAIN_AT_SEAM = 1
 """Plain stitches between a seam and the increase or decrease beside it."""
 NARROWEST_GORE = 2 * (PLAIN_AT_SEAM + 2) + 1
 """Stitches of the narrowest gore that has a decrease at each of its ends, with one between them."""
-MOST_LEAN = 0.66
-"""Largest tangent of the angle by which wales at a seam lean: they are stretched by a fifth,
-as the edges of a single increase are."""
+MOST_LEAN = 0.55
+"""Largest tangent of the angle by which wales at a seam lean: they are stretched by a seventh, sqrt(1 + 0.55^2) = 1.14,
+less than the edges of a single increase."""
 COARSEST_CHANGE = 0.1
 """Largest part of the stitches of a round by which it may change at once."""
 MOST_SEAMS = 4
 """Largest number of seams of a tube."""
+FAST = 3
+"""Rows from one change to the next from which changes are on one side of a fabric that is knitted to and fro."""
 AS_WIDE = 0.9
 """Width of a round along an axis, over its largest width, from which the axis leads to its sides."""
 SLEEVE = 0.75
@@ -78,18 +80,41 @@ class Gore:
 
 @dataclass
 class ShapedRows:
-    """How many rows with increases or decreases have them where."""
+    """Which rows have their increases and decreases where."""
 
-    stacked: int = 0
-    """Rows that have them at seams."""
-    spread: int = 0
-    """Rows that have them all along."""
+    at_seams: list[bool] = field(default_factory=list)
+    """Whether each row, in the order in which rows are made, has them at seams."""
+    along: list[bool] = field(default_factory=list)
+    """Whether each row has them all along."""
 
-    def add(self, wales: Wales, stacked: bool) -> None:
-        """Count a row."""
+    def add(self, wales: Wales, *, stacked: bool) -> None:
+        """Take a row."""
         shaped = bool((np.diff(wales.below) != 1).any() or (np.diff(wales.above) != 1).any())
-        self.stacked += shaped and stacked
-        self.spread += shaped and not stacked
+        self.at_seams.append(shaped and stacked)
+        self.along.append(shaped and not stacked)
+
+    @property
+    def stacked(self) -> int:
+        """Number of rows that have them at seams."""
+        return sum(self.at_seams)
+
+    @property
+    def spread(self) -> int:
+        """Number of rows that have them all along."""
+        return sum(self.along)
+
+    def leaning(self, tube_of_row: Sequence[int]) -> NDArray[np.bool_]:
+        """Return whether each row is among those of its tube from the first to the last with shaping at seams.
+
+        Their wales lean beside the seams.
+        """
+        tube, stacked = np.array(tube_of_row), np.array(self.at_seams, dtype=bool)
+        leaning = np.zeros(len(tube), dtype=bool)
+        for number in np.unique(tube[stacked]):
+            rows = np.flatnonzero(tube == number)
+            shaped = np.flatnonzero(stacked[rows])
+            leaning[rows[shaped[0] : shaped[-1] + 1]] = True
+        return leaning
 
 
 def stacked_wales(gores: Sequence[Gore]) -> tuple[Wales, NDArray[np.bool_]]:
@@ -119,18 +144,20 @@ def halves(wales: Wales) -> NDArray[np.bool_]:
     return left
 
 
-def steady_counts(exact: FloatArray, step: int) -> IntArray:
+def steady_counts(exact: FloatArray, step: int, *, to_and_fro: bool = False) -> IntArray:
     """Return numbers that change by a step in as steady a rhythm as the exact ones allow, shape (n,).
 
     Args:
         exact: the exact numbers, shape (n,); the first one is 0.
         step: what the number changes by at once.
+        to_and_fro: whether rows are knitted to and fro: numbers then change at even places, which are rows on the right
+            side if the first one is cast on, unless they change too fast.
     """
     changes = np.zeros(len(exact), dtype=np.int64)
     windows = _windows(exact, step)
     last, done = 0, 0
     while done < len(windows):
-        first, apart, times = _longest_rhythm(windows[done:], last + 1)
+        first, apart, times = _longest_rhythm(windows[done:], last + 1, to_and_fro)
         for place in range(first, first + apart * times, apart):
             if place < len(exact):
                 changes[place] = windows[done][2] * step
@@ -156,24 +183,34 @@ def _windows(exact: FloatArray, step: int) -> list[_Window]:
     return found
 
 
-def _longest_rhythm(windows: Sequence[_Window], least: int) -> tuple[int, int, int]:
+def _longest_rhythm(windows: Sequence[_Window], least: int, to_and_fro: bool) -> tuple[int, int, int]:
     """Return the first place, the distance and the number of the most changes at equal distances.
 
     Args:
         windows: where each change may be.
         least: the first place that is free.
+        to_and_fro: whether numbers change at even places, as in ``steady_counts``.
     """
-    best = (max(least, (windows[0][0] + windows[0][1] + 1) // 2), 1, 1)
-    for apart in range(1, windows[1][1] - windows[0][0] + 1 if len(windows) > 1 else 1):
-        low, high, times = max(windows[0][0], least), windows[0][1], 1
+    step = 2 if to_and_fro and windows[-1][1] - windows[0][0] >= FAST * (len(windows) - 1) else 1
+    start, end = _multiples(max(windows[0][0], least), windows[0][1], step)
+    if start > end:
+        return max(windows[0][1], least), 1, 1
+    best = ((start + end) // (2 * step) * step, 1, 1)
+    for apart in range(step, windows[1][1] - start + 1 if len(windows) > 1 else 1, step):
+        low, high, times = start, end, 1
         for number, (first, last, sign) in enumerate(windows[1:], start=1):
-            lowest, highest = max(low, first - number * apart), min(high, last - number * apart)
+            lowest, highest = _multiples(max(low, first - number * apart), min(high, last - number * apart), step)
             if lowest > highest or sign != windows[0][2]:
                 break
             low, high, times = lowest, highest, number + 1
         if times > best[2]:
-            best = ((low + high) // 2, apart, times)
+            best = (-(-(low + high) // (2 * step)) * step, apart, times)
     return best
+
+
+def _multiples(low: int, high: int, step: int) -> tuple[int, int]:
+    """The first and the last multiple of a step between two places; the first one is larger if there is none."""
+    return -(-low // step) * step, high // step * step
 
 
 @dataclass(frozen=True)
@@ -273,10 +310,15 @@ def _steady_changes(
     for first, last in _runs_of(steady):
         # Ends that mirror each other change in the same rows, whatever the rounding of their positions.
         columns = [within[first:last] * (seams > 0), moved[first:last, 0], moved[first:last, 1]]
-        place = [np.concatenate([[0.0], np.cumsum(column)]).round(6) for column in columns]
-        steps = (2 * max(seams, 1), 1, 1)
-        changes = [np.diff(steady_counts(one, step)) // step for one, step in zip(place, steps, strict=True)]
-        found[first:last] = [RowChange(*row) for row in np.stack(changes, axis=1).tolist()]
+        begin = first % 2  # A row more, so that even places stay even.
+        place = [np.concatenate([np.zeros(1 + begin), np.cumsum(column)]).round(6) for column in columns]
+        changes = [
+            np.diff(steady_counts(one, step, to_and_fro=not tube[0].closed))[begin:] // step
+            for one, step in zip(place, (2 * max(seams, 1), 1, 1), strict=True)
+        ]
+        # A short run without a change does not keep a number of stitches that does not fit.
+        if last - first == len(steady) or np.any(changes):
+            found[first:last] = [RowChange(*row) for row in np.stack(changes, axis=1).tolist()]
     return found
 
 

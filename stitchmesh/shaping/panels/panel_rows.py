@@ -217,7 +217,7 @@ class PanelStitches:
             self._add_face(low, high, wales, place, wale, bool(left[place]))
             self.face_panel.append(panel)
         self._note_row_ends(panel, joint, wale)
-        self.shaped.add(wales, stacked)
+        self.shaped.add(wales, stacked=stacked)
         self.rows += 1
 
     def _wales(self, joint: _Joint) -> Wales | None:
