@@ -29,6 +29,8 @@ FIRST_WORDS = "Knitting instructions:"
 """Words with which instructions begin."""
 MOST_ROWS, MOST_STITCHES, MOST_DEPTH = 10_000, 100_000, 16
 """Largest numbers of rows of a piece, of stitches of a row, and of nested brackets."""
+MOST_IN_RHYTHM = 1_000_000
+"""Largest number of stitches of the shaped rows of one line."""
 _TAKEN = {Stitch.CAST_ON: 0, Stitch.DRAW_THROUGH: 1}
 _TURNS_MADE = {word: turn for turn, word in MADE_ONES.items()}
 _PIECE = re.compile(r"Piece \d+, worked (in rounds|to and fro)")
@@ -130,6 +132,8 @@ class _Parser:
         if number + step * (int(times) - 1) != int(last) or not 1 <= step or int(last) > MOST_ROWS:
             raise _Unreadable(f"got rows {first} to {last}, {times} times every {step}; expected as many rows")
         count, right_side = int(loops), side != "WS"
+        if count * int(times) > MOST_IN_RHYTHM:
+            raise _Unreadable(f"got {times} rows of {count} sts in one line; expected {MOST_IN_RHYTHM:,} sts at most")
         while number <= int(last):
             row = _Words(right_side, colour, count, places)
             row.read(words, 0)
@@ -137,11 +141,9 @@ class _Parser:
                 raise _Unreadable(f"got words on {row.loops} sts for {count} sts; expected as many")
             self._add(number, row.row())
             count, places, number = row.made, row.markers_after, number + 1
+            plain = [_plain_row(turned, colour, count) for turned in (right_side != (side is not None), right_side)]
             for between in range(step - 1 if number <= int(last) else 0):
-                turned = right_side if side is None else right_side != (between % 2 == 0)
-                plain = _Words(turned, colour)
-                plain.read(f"{'k' if turned else 'p'}{count}", 0)
-                self._add(number, plain.row())
+                self._add(number, plain[between % 2])
                 number += 1
         if count != int(left):
             raise _Unreadable(f"got {left} sts in the end; expected {count}, as the words leave")
@@ -153,6 +155,13 @@ class _Parser:
             raise _Unreadable(f"got a repeat of row {source}; expected rows that are written above")
         for number in range(first, min(max(last, first), MOST_ROWS + 1) + 1):
             self._add(number, rows[source + (number - first) % height])
+
+
+def _plain_row(right_side: bool, yarn: int, count: int) -> WrittenRow:
+    """A row that is knit, as seen from the right side."""
+    words = _Words(right_side, yarn)
+    words.read(f"{'k' if right_side else 'p'}{count}", 0)
+    return words.row()
 
 
 def _row(text: str, *, right_side: bool) -> WrittenRow:

@@ -118,7 +118,8 @@ def rhythm_line(rows: Sequence[RowForRhythm | None], rhythm: Rhythm, parts: list
     every = f"every {kind}" if rhythm.apart == 1 else f"every {_ordinal(rhythm.apart)} {kind}"
     others = "k the other rounds" if name == "Round" else "work the other rows plain"
     places = list(accumulate(part.taken for part in parts))[:-1]
-    markers = f" Markers after st{'s' if len(places) > 1 else ''} {', '.join(map(str, places))}." if places else ""
+    many = "s" if len(places) > 1 else ""
+    markers = f" Marker{many} after st{many} {', '.join(map(str, places))}." if places else ""
     return (
         f"{name}s {first + rhythm.first} to {first + rhythm.last}{row.before}: {_what(row, parts, name)} {every}, "
         f"{rhythm.times} times: {fold_words(words)}{'' if rhythm.apart == 1 else f'; {others}'}.{markers} "
