@@ -7,7 +7,8 @@
 
 Each line is one surface: seconds for the stitches, stitches, increases and decreases a thousand, short rows, grafted
 edges, distance to the input (rms and largest, in stitch widths), rms deviation of the stretch of stitches and of edges
-after mesh relaxation, and with ``--relax`` the largest strain and the certificate of the yarns at ``draft``.
+after mesh relaxation, rows whose increases and decreases are at seams or spread, and with ``--relax`` the largest
+strain and the certificate of the yarns at ``draft``.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 
@@ -27,6 +29,7 @@ from stitchmesh.io.meshes import read_repaired_mesh
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import relax_mesh_with_report
 from stitchmesh.shaping.auto_stitches import ShapedFabric
+from stitchmesh.shaping.options import DEFAULT_PLACEMENT, Placement
 from stitchmesh.shaping.report import shaping_report
 
 GARMENTS = Path(__file__).resolve().parent.parent / "assets" / "meshes"
@@ -63,7 +66,7 @@ def measure(scene: Scene, options: argparse.Namespace) -> str:
     options.name = name
     mesh = make()
     start = time.perf_counter()
-    shaped = sm.shape_fabric(mesh, stitch_width=width, most_shaping=options.most_shaping)
+    shaped = sm.shape_fabric(mesh, stitch_width=width, most_shaping=options.most_shaping, shaping=options.shaping)
     seconds = time.perf_counter() - start
     fabric, how = relax_mesh_with_report(
         shaped.fabric, surface=shaped.surface_mesh, device=options.device, progress=False
@@ -74,7 +77,7 @@ def measure(scene: Scene, options: argparse.Namespace) -> str:
         f"{name:24s} {seconds:6.1f} {report.stitches:7d} {report.irregular_per_thousand:6.1f} {report.short_rows:4d} "
         f"{report.mismatched_edges:4d} {report.rms_distance:6.3f} {report.largest_distance:5.2f} "
         f"{100 * (report.rms_stretch or 0):5.1f} {100 * (report.rms_edge_stretch or 0):5.1f} "
-        f"{'yes' if how.converged else 'no ':3s}"
+        f"{'yes' if how.converged else 'no ':3s} {shaped.report.stacked_rows:4d} {shaped.report.spread_rows:4d}"
     )
     if options.out:
         options.out.mkdir(parents=True, exist_ok=True)
@@ -119,10 +122,11 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="folder for stitch meshes")
     parser.add_argument("--only", nargs="*", default=[])
     parser.add_argument("--most-shaping", type=float, help="largest part of a row that is increases or decreases")
+    parser.add_argument("--shaping", default=DEFAULT_PLACEMENT, choices=get_args(Placement))
     options = parser.parse_args()
     logging.disable(logging.WARNING)
     np.seterr(all="ignore")
-    heads = "second stitch  irr/k shor graf rms    max   rms % edge% even strain cert. rest second loops"
+    heads = "second stitch  irr/k shor graf rms    max   rms % edge% even seam sprd strain cert. rest second loops"
     print(f"{'surface':24s} {heads}")
     for scene in scenes(options):
         if options.only and scene[0] not in options.only:

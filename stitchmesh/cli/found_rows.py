@@ -16,7 +16,7 @@ from stitchmesh.cli.arguments import Flag, PanelDirection, PanelPair, help_entry
 from stitchmesh.cli.options import StitchWidth, YarnAndGauge
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.recipe.sections import DirectionTable, MarkTable, PanelsSection, RowsSection
-from stitchmesh.shaping.options import PANEL_SIZE, ShapingOptions
+from stitchmesh.shaping.options import DEFAULT_PLACEMENT, PANEL_SIZE, Placement, ShapingOptions
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 
 
@@ -34,9 +34,14 @@ class FoundRows:
     """JSON list of places where knitting begins and ends, where a row runs, or where no shaping is (docs/recipes.md)"""
     most_shaping: Annotated[float | None, help_entry("PART", "as the mesh asks")] = ShapingOptions.most_shaping
     """largest part of the stitches of a row that are increases or decreases, such as 0.25"""
+    shaping: Annotated[Placement, help_entry("WHERE")] = DEFAULT_PLACEMENT
+    """increases and decreases: seams (stacked at sides, raglan lines and edges, in a rhythm) or spread over the row"""
 
-    def section(self) -> RowsSection:
+    def section(self, *, panels: bool = False) -> RowsSection:
         """Return the section of a recipe.
+
+        Args:
+            panels: whether panels are knitted, which have the placement of increases and decreases in their section.
 
         Raises:
             FileError: the file of the marks cannot be read, or has a key or a value that no mark has.
@@ -46,6 +51,7 @@ class FoundRows:
         return RowsSection(
             auto=self.auto, multiple=self.multiple, short_rows=not self.no_short_rows,
             marks=() if self.marks is None else _read_marks(self.marks), most_shaping=self.most_shaping,
+            shaping=DEFAULT_PLACEMENT if panels else self.shaping,
         )  # fmt: skip
 
 
@@ -94,14 +100,18 @@ class KnittedPanels:
     sew: Annotated[UseAppendAction[tuple[PanelPair, ...]], help_entry("PANEL,PANEL")] = ()
     """two panels whose seams are left to be sewn, also where their stitches fit"""
 
-    def section(self) -> PanelsSection:
+    def section(self, shaping: Placement) -> PanelsSection:
         """Return the section of a recipe.
+
+        Args:
+            shaping: where increases and decreases stand, if panels are knitted.
 
         Raises:
             ParameterError: another option is given without ``--panels``, or a direction is zero or not finite.
         """
         directions = tuple(DirectionTable(panel=name, direction=along) for name, along in self.panel_direction)
-        return PanelsSection(knit=self.panels, directions=directions, sewn=self.sew)
+        placement = shaping if self.panels else DEFAULT_PLACEMENT
+        return PanelsSection(knit=self.panels, directions=directions, sewn=self.sew, shaping=placement)
 
 
 def _read_marks(path: str) -> tuple[MarkTable, ...]:

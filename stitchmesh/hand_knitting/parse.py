@@ -9,11 +9,12 @@ that remain say nothing more about the stitches, and are not read.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 
 from stitchmesh.errors import PatternError, check_kind
+from stitchmesh.hand_knitting.rhythm import MARKER
 from stitchmesh.hand_knitting.rows import WrittenStitch
 from stitchmesh.hand_knitting.words import MADE_ONES, ONE_LOOP, stitch_word
 from stitchmesh.hand_knitting.written_pieces import (
@@ -28,12 +29,20 @@ FIRST_WORDS = "Knitting instructions:"
 """Words with which instructions begin."""
 MOST_ROWS, MOST_STITCHES, MOST_DEPTH = 10_000, 100_000, 16
 """Largest numbers of rows of a piece, of stitches of a row, and of nested brackets."""
+MOST_IN_RHYTHM = 1_000_000
+"""Largest number of stitches of the shaped rows of one line."""
 _TAKEN = {Stitch.CAST_ON: 0, Stitch.DRAW_THROUGH: 1}
 _TURNS_MADE = {word: turn for turn, word in MADE_ONES.items()}
 _PIECE = re.compile(r"Piece \d+, worked (in rounds|to and fro)")
 _CAST_ON = re.compile(r"Cast on (\d{1,6}) sts\b.*")
 _ROW = re.compile(r"(?:Row|Round) (\d{1,6})(?: \((RS|WS)\))?((?: in yarn \w+)?:.*)")
 _REPEATED = re.compile(r"(?:Row|Round)s? (\d{1,6})(?: to (\d{1,6}))?: as (?:row|round)s? (\d{1,6})(?: to (\d{1,6}))?\.")
+_RHYTHM = re.compile(
+    r"(?:Row|Round)s (\d{1,6}) to (\d{1,6})(?: \((RS|WS)\))?(?: in yarn (\w+))?: (?:decrease|increase) [^:]*? every "
+    r"(?:(\d{1,6})(?:st|nd|rd|th) )?(?:row|round), (\d{1,6}) times: (.*?)(?:; [^;.]*)?\."
+    r"(?: Markers? after sts? ([\d, ]+)\.)? \((\d{1,6}) to (\d{1,6}) sts\)"
+)
+_RUN = re.compile(r"([kp]) to (?:(\d{1,6}) before marker|marker|last (\d{1,6})|end)")
 _BODY = re.compile(
     r"(?: in yarn (?P<yarn>\w+))?:(?: first bind off sts (?P<bound>[\d, ]+);)? (?:pass (?P<passed>\d{1,6}), )?"
     r"(?P<words>.*?)(?P<turned>, turn)?\.(?: \(\d+ sts\))?"
@@ -101,6 +110,8 @@ class _Parser:
             self.pieces[-1].cast_on = int(match[1])
         elif self.pieces and (match := _REPEATED.fullmatch(line)):
             self._repeat(*(int(group) if group else 0 for group in match.groups()))
+        elif self.pieces and (match := _RHYTHM.fullmatch(line)):
+            self._add_rhythm(*match.groups())
         elif self.pieces and (match := _ROW.fullmatch(line)):
             self._add(int(match[1]), _row(match[3], right_side=match[2] != "WS"))
         elif self.pieces and re.match(r"(Row|Round)s? \d", line):
@@ -111,6 +122,32 @@ class _Parser:
             raise _Unreadable(f"got row {number}; expected each row once, numbered 1 to {MOST_ROWS}")
         self.pieces[-1].rows[number] = row
 
+    def _add_rhythm(
+        self, first: str, last: str, side: str | None, yarn: str | None, apart: str | None, times: str, words: str,
+        markers: str | None, loops: str, left: str,
+    ) -> None:  # fmt: skip
+        """Work shaped rows at equal distances, with plain rows between them (``stitchmesh.hand_knitting.rhythm``)."""
+        number, colour, step = int(first), _yarn_number(yarn or "A"), int(apart or 1)
+        places = [int(place) for place in re.findall(r"\d{1,6}", markers or "")]
+        if number + step * (int(times) - 1) != int(last) or not 1 <= step or int(last) > MOST_ROWS:
+            raise _Unreadable(f"got rows {first} to {last}, {times} times every {step}; expected as many rows")
+        count, right_side = int(loops), side != "WS"
+        if count * int(times) > MOST_IN_RHYTHM:
+            raise _Unreadable(f"got {times} rows of {count} sts in one line; expected {MOST_IN_RHYTHM:,} sts at most")
+        while number <= int(last):
+            row = _Words(right_side, colour, count, places)
+            row.read(words, 0)
+            if row.loops != count:
+                raise _Unreadable(f"got words on {row.loops} sts for {count} sts; expected as many")
+            self._add(number, row.row())
+            count, places, number = row.made, row.markers_after, number + 1
+            plain = [_plain_row(turned, colour, count) for turned in (right_side != (side is not None), right_side)]
+            for between in range(step - 1 if number <= int(last) else 0):
+                self._add(number, plain[between % 2])
+                number += 1
+        if count != int(left):
+            raise _Unreadable(f"got {left} sts in the end; expected {count}, as the words leave")
+
     def _repeat(self, first: int, last: int, source: int, end: int) -> None:
         """Copy rows, as in ``Rows 5 to 8: as rows 1 to 2.`` of a text."""
         rows, height = self.pieces[-1].rows, max(end, source) - source + 1
@@ -118,6 +155,13 @@ class _Parser:
             raise _Unreadable(f"got a repeat of row {source}; expected rows that are written above")
         for number in range(first, min(max(last, first), MOST_ROWS + 1) + 1):
             self._add(number, rows[source + (number - first) % height])
+
+
+def _plain_row(right_side: bool, yarn: int, count: int) -> WrittenRow:
+    """A row that is knit, as seen from the right side."""
+    words = _Words(right_side, yarn)
+    words.read(f"{'k' if right_side else 'p'}{count}", 0)
+    return words.row()
 
 
 def _row(text: str, *, right_side: bool) -> WrittenRow:
@@ -134,8 +178,19 @@ def _row(text: str, *, right_side: bool) -> WrittenRow:
 class _Words:
     """The stitches and crossings of a row, in working order."""
 
-    def __init__(self, right_side: bool, yarn: int) -> None:
+    def __init__(self, right_side: bool, yarn: int, on_needle: int = 0, markers: Sequence[int] = ()) -> None:
+        """Begin a row.
+
+        Args:
+            right_side: whether the knitter looks at the right side.
+            yarn: number of the yarn.
+            on_needle: loops on the needle, for words such as ``k to last 3``.
+            markers: numbers of loops before the markers, for words such as ``k to 3 before marker``.
+        """
         self.right_side, self.yarn = right_side, yarn
+        self.on_needle, self.markers = on_needle, list(markers)
+        self.made = 0
+        self.markers_after: list[int] = []
         self.stitches: list[WrittenStitch] = []
         self.crossings: list[tuple[int, tuple[int, ...], frozenset[tuple[int, int]]]] = []
         self.loops = 0
@@ -155,6 +210,16 @@ class _Words:
                 raise _Unreadable(f"got more than {MOST_STITCHES} stitches in a row; expected fewer")
 
     def _word(self, word: str, yarn: int) -> None:
+        if word == MARKER or (match := _RUN.fullmatch(word)):
+            end = self.markers[0] if self.markers else self.on_needle
+            if word == MARKER:
+                if not self.markers or self.loops != self.markers.pop(0):
+                    raise _Unreadable(f"got a marker after {self.loops} sts; expected one where the line says")
+                self.markers_after.append(self.made)
+            elif match:
+                count = end - int(match[2] or match[3] or 0) - self.loops
+                self._stitches(match[1], (), yarn, count)
+            return
         if crossing := _crossing(word):
             place, front = crossing
             self.crossings.append((self.loops, place, over_pairs(place, front)))
@@ -163,6 +228,7 @@ class _Words:
             return
         if word in _TURNS_MADE:
             self.stitches.append(WrittenStitch(Stitch.YARN_OVER, yarn=yarn, made=_TURNS_MADE[word]))
+            self.made += 1
             return
         if match := _COUNTED.fullmatch(word):
             self._stitches(match[1], (), yarn, int(match[2]))
@@ -182,6 +248,7 @@ class _Words:
         ordered = tuple(twists[::-1] if self.right_side else twists)
         self.stitches += [WrittenStitch(stitch, ordered, yarn)] * count
         self.loops += taken * count
+        self.made += SIDE_COUNTS[stitch][1] * count if stitch in SIDE_COUNTS else 0
 
     def row(self) -> WrittenRow:
         """Return the row from left to right, as seen from the right side.

@@ -17,7 +17,8 @@ from stitchmesh.hand_knitting.chart import piece_charts
 from stitchmesh.hand_knitting.folding import fold_words, repeats
 from stitchmesh.hand_knitting.joins import Joins
 from stitchmesh.hand_knitting.pieces import Piece, PieceRow, find_pieces
-from stitchmesh.hand_knitting.rows import Crossings, row_words
+from stitchmesh.hand_knitting.rhythm import MARKER, RowForRhythm, ShapedWord, rhythm_line, rhythms
+from stitchmesh.hand_knitting.rows import Crossings, places_below, row_words, stitches_of_face
 from stitchmesh.hand_knitting.words import (
     YARN_OVERS,
     cable_meanings,
@@ -27,7 +28,7 @@ from stitchmesh.hand_knitting.words import (
     without_yarn_overs,
 )
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.mesh.stitch import SIDE_COUNTS, Stitch
 
 COUNTING = "Sts on a needle are counted from its right end, right side facing; in rounds, from the start of the round."
 MORE_WORDS = {
@@ -38,6 +39,10 @@ MORE_WORDS = {
     r"\bdt\d": "dt: draw the yarn through the st and let the st off the needle",
     r"\bpass \d": "pass 1: leave the next st unworked and continue after it",
     r", turn\.": "turn: leave the other sts unworked and turn the work",
+    r" to last \d": "k to last 3: knit until 3 sts of the row are left",
+    r" before marker": "k to 3 before marker: knit until 3 sts are left before the next marker",
+    rf"\b{MARKER}\b": f"{MARKER}: slip the marker",
+    r" the other rows plain": "plain: k in RS rows, p in WS rows",
 }
 """Further explanations of the legend, by the regular expression that finds their words in the rows."""
 
@@ -96,11 +101,13 @@ def _piece(fabric: StitchMesh, number: int, piece: Piece, joins: Joins, crossing
         loops = int(fabric.n_top[list(first.faces)].sum())
         lines.append(_cast_on(fabric, first, loops, piece.in_rounds))
         rows = rows[1:]
-    bodies = []
+    bodies, in_rhythm = [], []
     for _, row in rows:
+        side = "" if piece.in_rounds else f" ({'RS' if row.right_side else 'WS'})"
         text, loops = _row(fabric, row, loops, crossings)
-        bodies.append(((f" ({'RS' if row.right_side else 'WS'})" if not piece.in_rounds else ""), text))
-    lines += _numbered(bodies, rows[0][0] if rows else 0, "Round" if piece.in_rounds else "Row")
+        bodies.append((side, text))
+        in_rhythm.append(_for_rhythm(fabric, row, crossings, side + text.partition(":")[0]))
+    lines += _numbered_rhythms(bodies, in_rhythm, rows[0][0] if rows else 0, "Round" if piece.in_rounds else "Row")
     lines += joins.describe_remaining(piece) if piece.needle else ["Cut the yarn and pull it tight."]
     return lines
 
@@ -125,6 +132,43 @@ def _row(fabric: StitchMesh, row: PieceRow, loops: int, crossings: Crossings) ->
     after = loops - len(row.bound_off) - taken + int(fabric.n_top[faces].sum())
     count = f" ({after} sts)" if after != loops else ""
     return f"{colour}:{bound} {passed}{words}{turn}.{count}", after
+
+
+def _for_rhythm(fabric: StitchMesh, row: PieceRow, crossings: Crossings, before: str) -> RowForRhythm | None:
+    """The words of a row with the loops that they take and make; None if it has more than words of known stitches.
+
+    Args:
+        fabric: the stitch mesh.
+        row: the row.
+        crossings: the cables of the fabric.
+        before: what the line of the row says before the words.
+    """
+    faces = row.faces[::-1] if row.right_side else row.faces
+    several = len(set(fabric.yarn[list(faces)].tolist())) > 1
+    if row.passed or row.left_over or row.bound_off or several:
+        return None
+    words = []
+    for face in faces:
+        stitches = stitches_of_face(fabric, face, crossings)
+        if any(place in crossings.group_at for place in places_below(fabric, face)):
+            return None
+        for one in stitches[::-1] if row.right_side else stitches:
+            if one.stitch not in SIDE_COUNTS:
+                return None
+            words.append(ShapedWord(one.word(row.right_side), *SIDE_COUNTS[one.stitch]))
+    return RowForRhythm(tuple(words), before)
+
+
+def _numbered_rhythms(
+    bodies: list[tuple[str, str]], in_rhythm: list[RowForRhythm | None], first: int, name: str
+) -> list[str]:
+    """Rows with their numbers; those that are shaped in a rhythm in one line."""
+    lines, done = [], 0
+    for rhythm, parts in rhythms(in_rhythm):
+        lines += _numbered(bodies[done : rhythm.first], first + done, name)
+        lines.append(rhythm_line(in_rhythm, rhythm, parts, first, name))
+        done = rhythm.last + 1
+    return lines + _numbered(bodies[done:], first + done, name)
 
 
 def _numbered(bodies: list[tuple[str, str]], first: int, name: str) -> list[str]:

@@ -53,6 +53,7 @@ COMMENTS = {
     "stitch_width": "wale spacing",
     "stitch_height": "course spacing",
     "increase": "m1, kfb, lifted or yo",
+    "shaping": "seams or spread",
     "counts": "V,W=COUNT",
     "aspect": "height over width of a stitch",
     "alpha": "part of the surface that unstressed stitches cover",

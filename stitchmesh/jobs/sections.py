@@ -16,7 +16,7 @@ from stitchmesh.periodic.swatch_options import KnitState, SwatchOptions
 from stitchmesh.quality import Quality, Solver, quality_named, quality_with
 from stitchmesh.recipe.sections import MarkTable, PhysicsSection, RowsSection
 from stitchmesh.render.options import PICTURE_SIZE, PictureOptions
-from stitchmesh.shaping.options import ShapingOptions
+from stitchmesh.shaping.options import DEFAULT_PLACEMENT, Placement, ShapingOptions
 from stitchmesh.tessellate import STITCH_WIDTH
 from stitchmesh.yarn.rest_length import parse_rest_lengths
 from stitchmesh.yarngen.finish import YarnFinish
@@ -89,6 +89,8 @@ class AutoStitchesTable:
     """Where knitting begins and ends, lines along which rows run, and plain places."""
     most_shaping: float | None = ShapingOptions.most_shaping
     """Largest part of the stitches of a row that are increases or decreases; None for as many as the surface asks."""
+    shaping: Placement = DEFAULT_PLACEMENT
+    """Where increases and decreases stand: ``seams`` or ``spread``."""
 
     def __post_init__(self) -> None:
         self.rows()

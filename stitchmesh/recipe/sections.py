@@ -17,7 +17,7 @@ from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase
 from stitchmesh.mesh.upright import Direction, Y, upright_turn
 from stitchmesh.quality import Quality, Solver, quality_named, quality_with
 from stitchmesh.shaping.marks import TimeMark
-from stitchmesh.shaping.options import UP, ShapingOptions
+from stitchmesh.shaping.options import DEFAULT_PLACEMENT, UP, Placement, ShapingOptions
 from stitchmesh.shaping.panels.options import PanelOptions
 from stitchmesh.yarn.rest_length import RestLengths, parse_rest_lengths
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, parse_stiffnesses
@@ -85,6 +85,8 @@ class RowsSection:
     """Where knitting begins and ends, lines along which rows run, and plain places."""
     most_shaping: float | None = None
     """Largest part of the stitches of a row that are increases or decreases."""
+    shaping: Placement = DEFAULT_PLACEMENT
+    """Where increases and decreases stand: ``seams`` or ``spread``."""
 
     def __post_init__(self) -> None:
         for part in fields(self) if not self.auto else ():
@@ -103,7 +105,7 @@ class RowsSection:
         marks = tuple(mark.turned(upright_turn(up)) for mark in time_marks(self.marks))
         return ShapingOptions(
             up=self.up, multiple=self.multiple, short_rows=self.short_rows, marks=marks,
-            most_shaping=self.most_shaping,
+            most_shaping=self.most_shaping, shaping=self.shaping,
         )  # fmt: skip
 
 
@@ -131,6 +133,8 @@ class PanelsSection:
     """Directions of knitting of panels; (0, 1) for all others."""
     sewn: tuple[tuple[int | str, int | str], ...] = ()
     """Pairs of panels whose seams are left to be sewn, also where their stitches fit."""
+    shaping: Placement = DEFAULT_PLACEMENT
+    """Where increases and decreases stand: at both ends of the rows (``seams``) or ``spread``."""
 
     def __post_init__(self) -> None:
         for part in fields(self) if not self.knit else ():
@@ -142,7 +146,8 @@ class PanelsSection:
         """Return how the panels are knitted; None if the mesh is no sewing pattern."""
         if not self.knit:
             return None
-        return PanelOptions(directions=tuple((one.panel, one.direction) for one in self.directions), sewn=self.sewn)
+        directions = tuple((one.panel, one.direction) for one in self.directions)
+        return PanelOptions(directions=directions, sewn=self.sewn, shaping=self.shaping)
 
 
 def time_marks(marks: Sequence[MarkTable]) -> tuple[TimeMark, ...]:

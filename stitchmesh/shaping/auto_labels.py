@@ -72,7 +72,7 @@ def auto_labels(
     if panel_size < SMALLEST_PANEL:
         raise ParameterError(f"panel size: got {panel_size}; expected {SMALLEST_PANEL} or more stitches")
     height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
-    size = StitchSize(stitch_width, height, multiple)
+    size = StitchSize(stitch_width, height, multiple, shaping="spread")
     labeled = []
     with shown_stages(progress) as report_stage:
         report_stage("label", 0.0, "dividing the surface into triangles")

@@ -22,7 +22,7 @@ from stitchmesh.errors import MeshError, ParameterError, TessellationError, chec
 from stitchmesh.io.library_meshes import MeshLike, as_mesh
 from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_FOUND_STITCH, check_memory
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh, StitchMesh
-from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase, with_increases
+from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase, check_increase, with_increases
 from stitchmesh.progress import Progress, shown_stages
 from stitchmesh.shaping.branchings import with_joins_and_parts_apart
 from stitchmesh.shaping.counts import SMALLEST_TIP, StitchSize, rounded_count
@@ -32,10 +32,11 @@ from stitchmesh.shaping.flat_pieces import knitted_flat_piece
 from stitchmesh.shaping.found_stitches import faces_of
 from stitchmesh.shaping.level_lines import LevelLines, without_small_tips
 from stitchmesh.shaping.marks import TimeMark, marked_ends
-from stitchmesh.shaping.options import UP, check_most_shaping
+from stitchmesh.shaping.options import DEFAULT_PLACEMENT, UP, Placement, check_most_shaping, check_placement
 from stitchmesh.shaping.plain_places import plain_places
 from stitchmesh.shaping.report import ShapingReport, shaping_report
 from stitchmesh.shaping.rows import stitches_between
+from stitchmesh.shaping.seams import ShapedRows
 from stitchmesh.shaping.short_row_plan import with_short_rows
 from stitchmesh.shaping.time_function import knitting_time
 from stitchmesh.shaping.triangle_surface import TriangleSurface, connected_parts, divided, without_fine_features
@@ -82,7 +83,7 @@ class ShapedFabric:
 def auto_stitches(
     mesh: MeshLike, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
     marks: Sequence[TimeMark] = (), up: ArrayLike = UP, multiple: int = 1, short_rows: bool = True,
-    most_shaping: float | None = None, increase: Increase = DEFAULT_INCREASE,
+    most_shaping: float | None = None, shaping: Placement = DEFAULT_PLACEMENT, increase: Increase = DEFAULT_INCREASE,
 ) -> StitchMesh:  # fmt: skip
     """Knit any surface: find rows and stitches without a labeled mesh.
 
@@ -102,6 +103,9 @@ def auto_stitches(
         most_shaping: largest part of the stitches of a row that are increases or decreases, such as 0.25 for one in
             four; one increase or decrease is always permitted. Rows that would need more are stretched. By default as
             many as the surface asks.
+        shaping: where increases and decreases stand: ``spread`` over the row, or ``seams``: stacked at the sides of
+            a tube, at underarms and raglan lines and at both ends of flat rows, in a steady rhythm. Where the surface
+            asks for more than seams can give, and in rounds of a multiple, they are spread all the same.
         increase: how increases are made: ``m1``, ``kfb``, ``lifted`` or ``yo`` (``with_increases``).
 
     Returns:
@@ -112,17 +116,16 @@ def auto_stitches(
         MeshError: the mesh has a lattice or is thinner than a stitch.
         TessellationError: a part is too small for its stitches, or the stitches would not fit in memory.
     """
-    shaped = shape_fabric(
+    return shape_fabric(
         mesh, stitch_width=stitch_width, stitch_height=stitch_height, marks=marks, up=up, multiple=multiple,
-        short_rows=short_rows, most_shaping=most_shaping,
-    )  # fmt: skip
-    return with_increases(shaped.fabric, increase)
+        short_rows=short_rows, most_shaping=most_shaping, shaping=shaping, increase=increase,
+    ).fabric  # fmt: skip
 
 
 def shape_fabric(
     mesh: MeshLike, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
     marks: Sequence[TimeMark] = (), up: ArrayLike = UP, multiple: int = 1, short_rows: bool = True,
-    most_shaping: float | None = None,
+    most_shaping: float | None = None, shaping: Placement = DEFAULT_PLACEMENT, increase: Increase = DEFAULT_INCREASE,
     progress: Progress | Literal[False] | None = None,
 ) -> ShapedFabric:  # fmt: skip
     """Knit any surface as ``auto_stitches`` does, and return also what the stitches follow from.
@@ -134,7 +137,9 @@ def shape_fabric(
     start = time.perf_counter()
     mesh = as_mesh(mesh, place="auto_stitches")
     height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
-    size = StitchSize(stitch_width, height, multiple, most_shaping)
+    check_placement(shaping)
+    check_increase(increase)
+    size = StitchSize(stitch_width, height, multiple, most_shaping, shaping)
     with shown_stages(progress) as report_stage:
         report_stage("shape", 0.0, "dividing the surface into triangles")
         given, surface, upwards = shaping_surface(mesh, size, up, marks)
@@ -143,12 +148,15 @@ def shape_fabric(
         for number, own_marks in enumerate(marks_by_part(parts, marks)):
             report_part = progress_of_part(report_stage, "shape", number, parts)
             shaped.append(_shape_part(parts[number][0], own_marks, upwards, size, short_rows, report_part))
-    fabric = joined([part.fabric for part in shaped])
+    fabric = with_increases(joined([part.fabric for part in shaped]), increase)
     times = np.zeros(len(surface.vertices))
     for (_, vertices), part in zip(parts, shaped, strict=True):
         times[vertices] = part.time
     seconds, tips = time.perf_counter() - start, sum(part.tips for part in shaped)
-    report = shaping_report(fabric, given, stitch_width, seconds, tips)
+    rows = sum(part.rows.stacked for part in shaped), sum(part.rows.spread for part in shaped)
+    report = shaping_report(fabric, given, stitch_width, seconds, tips, rows)
+    if shaping == "seams" and report.spread_rows:
+        logger.warning(_spread_all_the_same(report, multiple))
     flat = all(part.flat for part in shaped)
     return ShapedFabric(fabric, given, surface, times, tuple(part.ends for part in shaped), report, flat)
 
@@ -176,6 +184,8 @@ class _ShapedPart:
     """Stitches on a connected part of the surface."""
 
     fabric: StitchMesh
+    rows: ShapedRows
+    """Where its rows have increases and decreases."""
     time: FloatArray
     """Time of each vertex of the part in courses, shape (V,)."""
     ends: Ends
@@ -195,14 +205,25 @@ def _shape_part(
         return _ShapedPart(*flat, tips=0, flat=True)
     levels, courses, ends = levels_of_part(part, marks, up, size, report)
     plain = plain_places(part, marks, size.width)
-    fabric = stitches_between(
+    fabric, rows, leaning = stitches_between(
         levels, saddle_points(part, courses), size, plain,
         lambda done: report(SHARE_OF_TIME + (SHARE_OF_ROWS - SHARE_OF_TIME) * done, "rows"),
     )  # fmt: skip
     if short_rows:
         report(SHARE_OF_ROWS, "short rows")
-        fabric = with_short_rows(fabric, size.height, plain)
-    return _ShapedPart(fabric, courses, ends, levels.tips)
+        fabric = with_short_rows(fabric, size.height, plain, leaning)
+    return _ShapedPart(fabric, rows, courses, ends, levels.tips)
+
+
+def _spread_all_the_same(report: ShapingReport, multiple: int) -> str:
+    """The line that says why increases and decreases are not at seams."""
+    if multiple > 1:
+        return f"shaping: spread, because rounds of a multiple of {multiple} change by as many stitches at once"
+    shaped = report.stacked_rows + report.spread_rows
+    return (
+        f"shaping: spread in {report.spread_rows} of the {shaped} rows with increases or decreases, where the surface "
+        "asks for more than seams hold"
+    )
 
 
 def levels_of_part(

@@ -16,6 +16,7 @@ import numpy as np
 
 from stitchmesh.mesh import FloatArray
 from stitchmesh.shaping.level_lines import LevelLine, LevelLines
+from stitchmesh.shaping.options import DEFAULT_PLACEMENT, Placement
 
 SLACK = 0.7
 """Difference of a number of stitches from the exact one up to which the number of the course below is kept."""
@@ -41,6 +42,8 @@ class StitchSize:
     """Number that the stitches of each round are a multiple of."""
     most_shaping: float | None = None
     """Largest part of the stitches of a row that are increases or decreases; None for as many as the surface asks."""
+    shaping: Placement = DEFAULT_PLACEMENT
+    """Where increases and decreases stand."""
 
     @property
     def factor(self) -> float:
@@ -55,7 +58,7 @@ class StitchSize:
 def exact_counts(levels: LevelLines, size: StitchSize) -> FloatArray:
     """Return the number of stitches of each line, not rounded, with steps that rows can take, shape (lines,)."""
     count = np.array([max(line.length, 0.5 * size.width) / size.width for line in levels.lines])
-    for tube in _tubes(levels):
+    for tube in tubes(levels):
         count[tube] = _with_small_steps(count[tube], np.log(size.factor))
     return count
 
@@ -98,8 +101,8 @@ def is_part_beside(one: LevelLine, other: LevelLine) -> bool:
     return not short.closed and short.length < MOST_BESIDE * long.length
 
 
-def _tubes(levels: LevelLines) -> list[list[int]]:
-    """Numbers of the lines of each tube, upwards: lines between which no limb joins or parts."""
+def tubes(levels: LevelLines) -> list[list[int]]:
+    """Return the numbers of the lines of each tube, upwards: lines between which no limb joins or parts."""
     pairs = [(band.below[0], band.above[0]) for band in levels.bands if len(band.below) == len(band.above) == 1]
     above = {low: high for low, high in pairs if not is_part_beside(levels.lines[low], levels.lines[high])}
     followed = set(above.values())

@@ -23,6 +23,7 @@ from stitchmesh.shaping.panels.panel_rows import PanelStitches
 from stitchmesh.shaping.panels.panel_time import panel_time
 from stitchmesh.shaping.panels.refined_panel import RefinedPanel
 from stitchmesh.shaping.panels.sewing import sewn_fabric
+from stitchmesh.shaping.seams import ShapedRows
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 
 FLAT_PIECE = 0.95
@@ -31,7 +32,7 @@ FLAT_PIECE = 0.95
 
 def knitted_flat_piece(
     part: TriangleSurface, up: FloatArray, size: StitchSize
-) -> tuple[StitchMesh, FloatArray, Ends] | None:
+) -> tuple[StitchMesh, ShapedRows, FloatArray, Ends] | None:
     """Knit a flat piece whose outline has a part at which rows begin.
 
     Args:
@@ -40,8 +41,8 @@ def knitted_flat_piece(
         size: size of the stitches.
 
     Returns:
-        The stitches, the time of each vertex of the part in courses, shape (V,), and the ends; None if the part is no
-        such piece, as a disc is none.
+        The stitches, where rows have increases and decreases, the time of each vertex of the part in courses, shape
+        (V,), and the ends; None if the part is no such piece, as a disc is none.
 
     Raises:
         TessellationError: the piece is narrower than two stitches or lower than a row, or neighbouring rows differ too
@@ -58,7 +59,7 @@ def knitted_flat_piece(
     made = PanelStitches(size)
     made.knit(0, level_lines(part, found.courses, found.ends, panel.texture), hems_of(found, pieces, size.width))
     lines = [LevelLine(0, part.vertices[piece.vertices], closed=False) for piece in pieces]
-    return sewn_fabric(made, pieces, lines)[0], found.courses, found.ends
+    return sewn_fabric(made, pieces, lines)[0], made.shaped, found.courses, found.ends
 
 
 def _as_panel(part: TriangleSurface, up: FloatArray) -> PanelMesh | None:

@@ -62,7 +62,7 @@ def found_on_panels(
     """
     shaped = knit_panels(
         panels, stitch_width=stitch_width, stitch_height=stitch_height, directions=dict(options.directions),
-        sewn=options.sewn, progress=progress,
+        sewn=options.sewn, shaping=options.shaping, progress=progress,
     )  # fmt: skip
     given = triangle_surface(panels.mesh, EDGE_OVER_WIDTH * stitch_width)
     fit = asdict(shaping_report(shaped.fabric, given, stitch_width, shaped.report.seconds))

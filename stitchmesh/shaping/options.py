@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, Literal, get_args
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.shaping.marks import TimeMark
@@ -18,14 +18,18 @@ PANEL_SIZE = 6
 """Stitches and courses of a panel of a labeled mesh. Panels are then 4 to 8 stitches wide: large enough that few faces
 make a garment and that whole stitches divide an edge to an eighth, small enough for a sleeve of six panels."""
 
+Placement = Literal["seams", "spread"]
+"""Where increases and decreases stand: stacked at seams, or spread over the row."""
+DEFAULT_PLACEMENT: Placement = "spread"
+
 
 @dataclass(frozen=True, kw_only=True)
 class ShapingOptions:
     """Options of ``shape_fabric``, apart from the size of the stitches.
 
     Raises:
-        ParameterError: the direction is zero or not finite, the multiple is not positive, or the part of increases
-            and decreases is not a part of 1.
+        ParameterError: the direction is zero or not finite, the multiple is not positive, the part of increases and
+            decreases is not a part of 1, or there is no such placement.
     """
 
     up: tuple[float, float, float] = UP
@@ -38,6 +42,8 @@ class ShapingOptions:
     """Where knitting begins and ends, lines along which rows run, and plain places; automatic without any."""
     most_shaping: float | None = None
     """Largest part of the stitches of a row that are increases or decreases; None for as many as the surface asks."""
+    shaping: Placement = DEFAULT_PLACEMENT
+    """Where increases and decreases stand: ``seams`` or ``spread`` (``stitchmesh.shaping.seams``)."""
 
     def __post_init__(self) -> None:
         if len(self.up) != 3 or not all(map(math.isfinite, self.up)) or not any(self.up):
@@ -45,6 +51,7 @@ class ShapingOptions:
         if self.multiple < 1:
             raise ParameterError(f"multiple: got {self.multiple}; expected 1 or more stitches")
         check_most_shaping(self.most_shaping)
+        check_placement(self.shaping)
 
     @property
     def arguments(self) -> dict[str, Any]:
@@ -62,3 +69,13 @@ def check_most_shaping(part: float | None) -> None:
         raise ParameterError(
             f"most shaping: got {part:g}; expected a part of the stitches of a row above 0 and at most 1, such as 0.25"
         )
+
+
+def check_placement(shaping: str) -> None:
+    """Check that there is a placement of increases and decreases of that name.
+
+    Raises:
+        ParameterError: there is none.
+    """
+    if shaping not in get_args(Placement):
+        raise ParameterError(f"shaping: got {shaping!r}; expected one of {', '.join(get_args(Placement))}")

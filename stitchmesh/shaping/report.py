@@ -37,6 +37,10 @@ class ShapingReport:
     """Edges at grafts, where wale directions differ."""
     largest_shaping: float
     """Largest part of the stitches of a row that are increases, decreases or closings."""
+    stacked_rows: int
+    """Rows whose increases and decreases are stacked at seams."""
+    spread_rows: int
+    """Rows whose increases and decreases are spread over the row."""
     lost: str | None
     """What the fabric lacks of the borders, handles and joins of the surface, in one sentence; None for nothing."""
     rms_distance: float
@@ -50,8 +54,9 @@ class ShapingReport:
 
 
 def shaping_report(
-    fabric: StitchMesh, surface: TriangleSurface, width: float, seconds: float, tips: int = 0
-) -> ShapingReport:
+    fabric: StitchMesh, surface: TriangleSurface, width: float, seconds: float, tips: int = 0,
+    rows: tuple[int, int] = (0, 0),
+) -> ShapingReport:  # fmt: skip
     """Measure stitches on a surface.
 
     Args:
@@ -60,6 +65,7 @@ def shaping_report(
         width: width of a stitch [cm].
         seconds: time that it took to find the stitches.
         tips: number of borders of the fabric at which a yarn is drawn through the loops, and which the surface lacks.
+        rows: numbers of the rows that have their increases and decreases at seams, and all along.
     """
     counts = stitch_counts(fabric)
     closings = int((fabric.stitch == Stitch.DRAW_THROUGH).sum())
@@ -75,6 +81,8 @@ def shaping_report(
         short_rows=turns,
         mismatched_edges=int(fabric.mismatched.sum()) // 2,
         largest_shaping=round(_largest_shaping(fabric), 4),
+        stacked_rows=rows[0],
+        spread_rows=rows[1],
         lost=lost_features(topology(surface.mesh), topology(fabric, tips + turns)),
         rms_distance=round(float(np.sqrt(np.mean(distance**2))), 4),
         largest_distance=round(float(distance.max()), 4),

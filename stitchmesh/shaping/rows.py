@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.errors import TessellationError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, StitchMesh
@@ -29,7 +30,16 @@ from stitchmesh.shaping.counts import (
 )
 from stitchmesh.shaping.level_lines import Band, LevelLine, LevelLines
 from stitchmesh.shaping.plain_places import PlainPlaces
-from stitchmesh.shaping.wales import ABOVE, join_courses
+from stitchmesh.shaping.seams import (
+    Gore,
+    RowChange,
+    SeamPlan,
+    ShapedRows,
+    halves,
+    seam_plan,
+    stacked_wales,
+)
+from stitchmesh.shaping.wales import ABOVE, Wales, join_courses
 from stitchmesh.tessellate.panel import StitchFaces, stitch_for
 from stitchmesh.tessellate.tessellate import twins_of_edges, with_cast_on
 
@@ -57,7 +67,7 @@ BANDS_OF_REPORT = 20
 
 def stitches_between(
     levels: LevelLines, saddles: FloatArray, size: StitchSize, plain: PlainPlaces, report_part: Callable[[float], None]
-) -> StitchMesh:
+) -> tuple[StitchMesh, ShapedRows, NDArray[np.bool_]]:
     """Knit all bands.
 
     Args:
@@ -67,10 +77,16 @@ def stitches_between(
         plain: places from which increases and decreases are kept away.
         report_part: called at intervals with the part of the bands that is knitted, from 0 to 1.
 
+    Returns:
+        The stitches, where rows have their increases and decreases, and whether the wales of each stitch lean because
+        of shaping at seams, shape (F,).
+
     Raises:
         TessellationError: limbs join and part within one band, or neighbouring courses differ too much.
     """
-    return Rows(levels, saddles, size, plain).knitted(report_part)
+    rows = Rows(levels, saddles, size, plain)
+    fabric = rows.knitted(report_part)
+    return fabric, rows.shaped, rows.shaped.leaning(rows.tube_of_row)[rows.faces.row]
 
 
 class Rows:
@@ -98,6 +114,12 @@ class Rows:
         self.tube_of_row: list[int] = []
         ends = {band.below[0] for band in levels.bands if not band.above and len(band.below) == 1}
         self.last_courses = ends - levels.borders
+        self.shaped = ShapedRows()
+        # Rounds of whole repeats change by more than the stitches beside seams.
+        stacks = size.shaping == "seams" and size.multiple == 1
+        self.seam_plan = seam_plan(levels, self.exact, size) if stacks else SeamPlan({}, {})
+        self.seams: dict[int, IntArray] = {}  # places of the seams along each course
+        self.gores: dict[int, list[Gore]] = {}  # those of the row below a line, if its shaping is at seams
 
     def knitted(self, report_part: Callable[[float], None]) -> StitchMesh:
         """Add the rows of all bands, and join their faces to a stitch mesh."""
@@ -129,7 +151,7 @@ class Rows:
         self.tube[above] = self.tube[below[0]] if len(below) == 1 else self._new_tube()
         for line, high in zip(below, self._divided(above, below), strict=True):
             if high is not None:
-                self._add_row(self._opened(self.course[line], high), high, self.tube[line])
+                self._add_row(self._opened(self.course[line], high), high, self.tube[line], above)
 
     def _part(self, below: int, above: Sequence[int]) -> None:
         """Add the rows from the course on a line to those on several lines above it."""
@@ -167,6 +189,7 @@ class Rows:
         lines = self.levels.lines
         if len(band.below) == len(band.above) == 1 and not is_part_beside(lines[band.below[0]], lines[line]):
             below = self.course[band.below[0]]
+            self._find_gores(line, band.below[0])
             self._make_course(line, band.below, self._count_above(line, self._stitches_of(below)), below)
         else:
             count = rounded_count(self.levels.lines[line], self.exact[line], self.size)
@@ -198,6 +221,8 @@ class Rows:
         is_tip = line in self.last_courses and below <= LARGEST_TIP
         if is_tip or (below % self.size.step(target) == 0 and self.plain.hold(target.points).all()):
             return below
+        if line in self.gores:
+            return sum(gore.above for gore in self.gores[line])
         return count_beside(target, self.exact[line], below, self.size)
 
     def _fit_to(self, line: int, below: int, count: int) -> None:
@@ -222,13 +247,54 @@ class Rows:
             count: number of stitches.
             below: the course below, if it is the only one below and this is the only one above it.
         """
-        target, start = self.levels.lines[line], self._start(line, beside)
-        if below is not None and self._turns(target, count, below):
+        target = self.levels.lines[line]
+        start = self._seamed_start(line, beside, count)
+        if below is not None and line not in self.gores and self._turns(target, count, below):
             start += self._phase(target, start, count, below, self.tube[beside[0]])
         along = self._edges_along(line, start, count, below)
         place = start + target.length * np.concatenate([[0], np.cumsum(along)]) / count
         vertices = self._new_vertices(target.at(place[:-1] if target.closed else place))
         self.course[line] = Chain((*vertices, *vertices[:1]) if target.closed else vertices, self._new_edges(along))
+
+    def _find_gores(self, line: int, below: int) -> None:
+        """Find the gores of the row below a line, unless its increases and decreases have no room at the seams."""
+        change, chain = self.seam_plan.changes.get(line), self.course[below]
+        if change is None or below not in self.seams:
+            return
+        ends = np.concatenate([[] if chain.closed else [0], self.seams[below], [len(chain.edges)]]).astype(np.int64)
+        gores = change.gores(np.diff(ends).tolist(), chain.closed)
+        at_seams = np.array([self.points[chain.vertices[place]] for place in ends])
+        if all(gore.possible for gore in gores) and (change == RowChange() or not self.plain.hold(at_seams).any()):
+            self.gores[line] = gores
+
+    def _seamed_start(self, line: int, beside: Sequence[int], count: int) -> float:
+        """Length along a line at which its course starts [cm], with the seams where they are in the course below.
+
+        Args:
+            line: number of the line.
+            beside: numbers of the lines below it.
+            count: number of stitches of the course.
+        """
+        target = self.levels.lines[line]
+        if line in self.seam_plan.starts:
+            points = self.seam_plan.starts[line]
+        elif len(beside) == 1 and beside[0] in self.seams:
+            below = self.course[beside[0]]
+            points = np.array([self.points[below.vertices[place]] for place in self.seams[beside[0]]]).reshape(-1, 3)
+        else:
+            return self._start(line, beside)
+        along = np.array([target.nearest(point)[0] for point in points])
+        first = along[0] if target.closed else 0.0
+        gores = self.gores.get(line, [])
+        if sum(gore.above for gore in gores) == count:
+            ends = np.cumsum([gore.above for gore in gores])[:-1]
+            seams = np.append(0, ends) if target.closed else ends
+        else:
+            self.gores.pop(line, None)
+            seams = np.rint(np.mod(along - first, target.length) / target.length * count).astype(np.int64) % count
+        self.seams[line] = seams
+        away = along - first - seams * target.length / count
+        return float(first + np.mean(away - target.length * np.rint(away / target.length))) if target.closed else 0.0
 
     def _turns(self, target: LevelLine, count: int, below: Chain) -> bool:
         """Whether a course is a round with so few increases or decreases that they would all stand in one place.
@@ -344,10 +410,27 @@ class Rows:
         """Number of stitches along each edge of a graft with some stitches, here one, shape (edges,)."""
         return np.ones(count, dtype=np.int64)
 
-    def _add_row(self, low: Chain, high: Chain, tube: int) -> None:
-        """Add the stitches between two chains of a tube."""
-        if low.closed and high.closed:
-            low, high = self._aligned(low, high)
+    def _add_row(self, low: Chain, high: Chain, tube: int, line: int | None = None) -> None:
+        """Add the stitches between two chains of a tube; ``line`` is that of the upper one if it is a whole course."""
+        gores = None if line is None else self.gores.get(line)
+        if gores is None:
+            if low.closed and high.closed:
+                low, high = self._aligned(low, high)
+            wales = self._spread_wales(low, high)
+            left = halves(wales)
+        else:
+            wales, left = stacked_wales(gores)
+        self._add_faces(low, high, wales, left)
+        self._mark(low, high, wales.below, wales.above)
+        self.shaped.add(wales, stacked=gores is not None)
+        self.tube_of_row.append(tube)
+
+    def _spread_wales(self, low: Chain, high: Chain) -> Wales:
+        """The wale edges between two chains, with increases and decreases that are spread.
+
+        Raises:
+            TessellationError: the numbers of their edges differ too much.
+        """
         below, above = (np.array([self.points[vertex] for vertex in chain.vertices]) for chain in (low, high))
         recent = np.array([self.recent[vertex] for vertex in low.vertices])
         penalty = ABOVE * recent + KEPT_AWAY * self.plain.hold(below)
@@ -361,9 +444,7 @@ class Rows:
                 f"{len(high.edges)} above one row; the number changes by at most a factor of 3: choose smaller "
                 f"{self.faces_are}"
             )
-        self._add_faces(low, high, wales.below, wales.above)
-        self._mark(low, high, wales.below, wales.above)
-        self.tube_of_row.append(tube)
+        return wales
 
     def _aligned(self, low: Chain, high: Chain) -> tuple[Chain, Chain]:
         """Turn two rings so that they start at vertices near each other."""
@@ -374,8 +455,16 @@ class Rows:
         one, other = np.unravel_index(apart.argmin(), apart.shape)
         return low.turned(int(one)), high.turned(int(other))
 
-    def _add_faces(self, low: Chain, high: Chain, below: IntArray, above: IntArray) -> None:
-        """Add the faces between neighbouring wale edges."""
+    def _add_faces(self, low: Chain, high: Chain, wales: Wales, left: NDArray[np.bool_]) -> None:
+        """Add the faces between neighbouring wale edges.
+
+        Args:
+            low: the chain below.
+            high: the chain above.
+            wales: the wale edges.
+            left: whether each increase or decrease leans as at the left end of a row.
+        """
+        below, above = wales.below, wales.above
         closed = low.closed and high.closed
         wale = list(self._new_edges(np.ones(len(below) - closed, dtype=np.int64)))
         wale += wale[:1] if closed else []
@@ -387,7 +476,7 @@ class Rows:
             self.faces.edges.append([*bottom, wale[place + 1], *top[::-1], wale[place]])
             self.faces.n_bottom.append(len(bottom))
             self.faces.n_top.append(len(top))
-            self.faces.stitch.append(stitch_for(len(bottom), len(top), 2 * place < len(below)))
+            self.faces.stitch.append(stitch_for(len(bottom), len(top), bool(left[place])))
             self.faces.row.append(len(self.tube_of_row))
 
     def _mark(self, low: Chain, high: Chain, below: IntArray, above: IntArray) -> None:

@@ -49,15 +49,18 @@ class Wedge:
     """The stitches from left to right."""
 
 
-def with_short_rows(fabric: StitchMesh, height: float, plain: PlainPlaces) -> StitchMesh:
+def with_short_rows(
+    fabric: StitchMesh, height: float, plain: PlainPlaces, leaning: NDArray[np.bool_]
+) -> StitchMesh:
     """Add short rows where the rows of a fabric are too high.
 
     Args:
         fabric: stitches on a surface, before mesh relaxation.
         height: height of a stitch [cm].
         plain: places in which the yarn does not turn.
+        leaning: whether the wales of each stitch lean because of shaping at seams, shape (F,).
     """
-    for wedge in list(wedges(fabric, height, plain)):
+    for wedge in list(wedges(fabric, height, plain, leaning)):
         try:
             for change in short_rows(fabric, wedge.faces):
                 fabric = apply_change(fabric, change)
@@ -67,9 +70,11 @@ def with_short_rows(fabric: StitchMesh, height: float, plain: PlainPlaces) -> St
     return fabric
 
 
-def wedges(fabric: StitchMesh, height: float, plain: PlainPlaces) -> Iterator[Wedge]:
+def wedges(
+    fabric: StitchMesh, height: float, plain: PlainPlaces, leaning: NDArray[np.bool_]
+) -> Iterator[Wedge]:
     """Find the runs of stitches above which short rows are missing, from the first row to the last one."""
-    excess = np.maximum(face_height(fabric) / height - 1.0 - BEARABLE, 0.0)
+    excess = np.maximum(np.where(leaning, height_across(fabric), face_height(fabric)) / height - 1.0 - BEARABLE, 0.0)
     below = _faces_below(fabric)
     missing = np.zeros(fabric.face_count)
     crowded = _near_shaping(fabric) | plain.hold(face_centres(fabric, np.arange(fabric.face_count)))
@@ -89,6 +94,22 @@ def wedges(fabric: StitchMesh, height: float, plain: PlainPlaces) -> Iterator[We
 def face_height(fabric: StitchMesh) -> FloatArray:
     """Return the mean length of the two wale sides of each face [cm], shape (F,)."""
     return 0.5 * (fabric.side_length[fabric.left_wale] + fabric.side_length[fabric.right_wale])
+
+
+def height_across(fabric: StitchMesh) -> FloatArray:
+    """Return the mean height of the two wale sides of each face above its course [cm], shape (F,).
+
+    Wales beside a seam lean, and are longer than the row is high.
+    """
+    point = fabric.corner_position
+    bottom_right = fabric.face_start[:-1] + fabric.n_bottom
+    along = point[bottom_right] - point[fabric.face_start[:-1]]
+    along = along / np.linalg.norm(along, axis=1)[:, None]
+    up = np.stack([point[fabric.side_next[fabric.right_wale]] - point[fabric.right_wale],
+                   point[fabric.left_wale] - point[fabric.side_next[fabric.left_wale]]])  # fmt: skip
+    across = up - np.einsum("sfi,fi->sf", up, along)[:, :, None] * along
+    height: FloatArray = np.linalg.norm(across, axis=2).mean(axis=0)
+    return height
 
 
 def _faces_below(fabric: StitchMesh) -> list[IntArray]:

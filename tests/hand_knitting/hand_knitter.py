@@ -68,6 +68,8 @@ class HandKnitter:
     """Pairs of bundles that crossed; the bundle in front, as seen from the right side, comes first."""
     grafted: list[tuple[int, int]] = field(default_factory=list)
     """Pairs of grafted loops."""
+    markers: list[int] = field(default_factory=list)
+    """Loops from the start of the row to each marker on the needle."""
 
     def knit(self, text: str) -> HandKnitter:
         """Follow the instructions of a whole text."""
@@ -80,6 +82,8 @@ class HandKnitter:
                 self._cast_on(int(match[1]))
             elif match := re.fullmatch(r"Take up (.*); join the yarn\.", line):
                 self._take_up(match[1])
+            elif " times: " in line and re.match(r"(Row|Round)s \d", line):
+                self._rhythm(line)
             elif match := re.fullmatch(r"(?:Row|Round) (\d+)( \([RW]S\))?(.*)", line):
                 texts[int(match[1])] = match[2] != " (WS)", match[3]
                 if not match[3].startswith(": as "):
@@ -93,6 +97,29 @@ class HandKnitter:
             elif match := re.fullmatch(r"Graft sts? (.*) of piece (\d+) to sts? (.*) of piece (\d+) \(.*\)\.", line):
                 self._graft(*match.groups())
         return self
+
+    def _rhythm(self, line: str) -> None:
+        """Work shaped rows at equal distances and plain rows between them."""
+        head, _, rest = line.partition(" times: ")
+        first, last = map(int, re.match(r"\w+ (\d+) to (\d+)", head).groups())
+        apart = int((re.search(r"every (\d+)", head) or [0, 1])[1])
+        yarn = re.search(r" in yarn (\w+)", head)
+        rest, _, counts = rest.removesuffix(" sts)").rpartition(" (")
+        rest, _, places = rest.partition(" Marker")
+        words = rest.removesuffix(".").partition(";")[0]
+        needle, side = self.needles[-1], "(WS)" not in head
+        self.markers = [int(number) for number in re.findall(r"\d+", places)]
+        assert len(needle.loops) == int(counts.split()[0]), line
+        colour = f" in yarn {yarn[1]}" if yarn else ""
+        for number in range(first, last + 1):
+            if (number - first) % apart == 0:
+                self._row(side, f"{colour}: {words}.")
+            else:
+                right, markers = needle.in_rounds or side == ((number - first) % 2 == 0), self.markers
+                self._row(right, f"{colour}: {'k' if right else 'p'}{len(needle.loops)}.")
+                self.markers = markers
+        assert (last - first) // apart + 1 == int(head.split()[-1])
+        assert len(needle.loops) == int(counts.split()[-1]), line
 
     def _repeat_rows(self, texts: dict[int, tuple[bool, str]], low: int, high: int, words: str) -> None:
         """Work rows ``low`` to ``high`` as the rows that the words name."""
@@ -173,6 +200,7 @@ class _Row:
         position = 0 if self.needle.in_rounds else position
         self.behind, self.waiting = loops[:position], loops[position:]
         passed_in_round, turned_back = [], False
+        markers, self.knitter.markers = self.knitter.markers, []
         for word in words_of(body):
             if word.startswith("pass ") and self.needle.in_rounds:
                 passed_in_round = [self.waiting.pop(0) for _ in range(int(word[5:]))]
@@ -181,6 +209,13 @@ class _Row:
                 self.behind += [self.waiting.pop(0) for _ in range(int(word[5:]))]
             elif word == "turn":
                 turned_back = True
+            elif word == "sm":
+                assert len(loops) - len(self.waiting) == markers.pop(0), body
+                self.knitter.markers.append(len(self.behind))
+            elif match := re.fullmatch(r"([kp]) to (?:last (\d+)|(\d+) before marker|marker|end)", word):
+                end = markers[0] if "marker" in word else len(loops)
+                for _ in range(end - (len(loops) - len(self.waiting)) - int(match[2] or match[3] or 0)):
+                    self._stitch(match[1], "", {})
             else:
                 self._word(word)
         assert bool(self.waiting) == turned_back, f"{len(self.waiting)} sts left at the end of {body}"

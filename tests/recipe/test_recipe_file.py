@@ -48,7 +48,7 @@ FULL = Recipe(
     ),
     colours=(RecipeColour(on="neck 4", colour="teal"), RecipeColour(on="cuffs", yarn=1)),
     rows=RowsSection(
-        auto=True, up=(0.0, 0.0, 1.0), multiple=4, short_rows=False, most_shaping=0.25,
+        auto=True, up=(0.0, 0.0, 1.0), multiple=4, short_rows=False, most_shaping=0.25, shaping="seams",
         marks=(
             MarkTable(kind="border", points=((0.0, 1.5, 2.0),), role="begin", time=0.0),
             MarkTable(kind="stroke", points=((0.0, 4.0, 2.0), (0.1, 4.0, 2.0))),
@@ -56,7 +56,8 @@ FULL = Recipe(
         ),
     ),
     panels=PanelsSection(
-        knit=True, directions=(DirectionTable(panel="back", direction=(1.0, 0.0)),), sewn=(("back", 2), (0, 1))
+        knit=True, directions=(DirectionTable(panel="back", direction=(1.0, 0.0)),), sewn=(("back", 2), (0, 1)),
+        shaping="seams",
     ),
     label=LabelSection(start_borders=((1, 2),), start_edges=((3, 4), (5, 6)), flip=(7,), turn_inside_out=True),
     stitches=StitchesSection(
@@ -222,12 +223,12 @@ def test_found_rows_reach_the_options_of_the_stages():
     assert [(mark.kind, mark.role, mark.time, mark.radius) for mark in shaping.marks] == [
         ("border", "begin", 0.0, None), ("stroke", "row", None, None), ("point", "plain", None, 1.5),
     ]  # fmt: skip
-    assert shaping.most_shaping == 0.25
+    assert shaping.most_shaping == 0.25 and shaping.shaping == "seams"
 
 
 def test_the_panels_reach_the_options_of_the_stages():
     panels = recipe_options(Recipe(mesh="shirt.obj", panels=FULL.panels)).panels
-    assert panels == PanelOptions(directions=(("back", (1.0, 0.0)),), sewn=(("back", 2), (0, 1)))
+    assert panels == PanelOptions(directions=(("back", (1.0, 0.0)),), sewn=(("back", 2), (0, 1)), shaping="seams")
     assert recipe_options(Recipe(mesh="shirt.obj")).panels is None
 
 

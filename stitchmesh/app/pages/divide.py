@@ -12,6 +12,7 @@ from stitchmesh.app.pages.divide_text import edge_text, estimate_table, no_edge_
 from stitchmesh.app.pages.division_draft import DivisionDraft, with_count, with_edges, with_mark
 from stitchmesh.app.pages.division_view import DivisionView
 from stitchmesh.app.pages.gauge_panel import GaugePanel, yarn_of
+from stitchmesh.app.pages.increase_choice import WORDS, increase_choice
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.project.division import Division, with_known_edges
 from stitchmesh.app.scene.scene import Pick
@@ -22,6 +23,7 @@ from stitchmesh.markup import Markup
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.picking import pick as pick_place
 from stitchmesh.mesh.picking import picking_table
+from stitchmesh.mesh.shaping_stitches import Increase
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS
 from stitchmesh.recipe.estimate import GarmentEstimate, estimate_garment
 from stitchmesh.tessellate.counts import edge_named, edges_with_one_count
@@ -99,6 +101,7 @@ class DividePage(Page):
         self._gauge = GaugePanel(
             self.app.project, controls, division.stitch_width, division.stitch_height, self._take_size
         )  # fmt: skip
+        self._increase = increase_choice(controls, division.increase, self._set_increase)
         self._quality = controls.choice(
             "Quality", "Quality of the yarns for which time and memory are estimated.", tuple(PRESETS),
             self._settings["quality"], self._set_quality,
@@ -195,6 +198,9 @@ class DividePage(Page):
     def _take_size(self, width: float, height: float | None, what: str) -> None:
         self._change(replace(self._draft.division, stitch_width=width, stitch_height=height), what)
 
+    def _set_increase(self, increase: Increase) -> None:
+        self._change(replace(self._draft.division, increase=increase))
+
     def _set_quality(self, name: str) -> None:
         self._settings["quality"] = name
         self._keep()
@@ -251,6 +257,7 @@ class DividePage(Page):
         self._divide_button.disabled = estimate is None or self.app.tasks.running
         self._show_choice.visible, self._show_choice.value = ready, self._shown
         self._gauge.show(self._draft.division.stitch_width, self._draft.division.stitch_height)
+        self._increase.value = WORDS[self._draft.division.increase]
         self._show_chosen(estimate)
         division = self._draft.division
         if not self._typing:  # The text under the user's hands stays as it is.

@@ -11,6 +11,7 @@ from typing import Any
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.checked import check_table
 from stitchmesh.mesh import StitchMesh
+from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase
 from stitchmesh.tessellate import STITCH_WIDTH, tessellate
 from stitchmesh.tessellate.counts import edge_named
 from stitchmesh.tessellate.edge_file import VertexPair, parse_edge_counts
@@ -28,6 +29,8 @@ class Division:
     """Number of stitches along single edges, each named by its two vertices."""
     marked: tuple[VertexPair, ...] = ()
     """Wale edges at which all increases and decreases of their faces stand, each named by its two vertices."""
+    increase: Increase = DEFAULT_INCREASE
+    """How increases are made: ``m1``, ``kfb``, ``lifted`` or ``yo``."""
 
     def divide(self, labeled: StitchMesh) -> StitchMesh:
         """Divide a labeled mesh into stitches.
@@ -37,7 +40,7 @@ class Division:
         """
         return tessellate(
             labeled, stitch_width=self.stitch_width, stitch_height=self.stitch_height, counts=dict(self.counts),
-            marked=self.marked,
+            marked=self.marked, increase=self.increase,
         )  # fmt: skip
 
 
@@ -67,6 +70,7 @@ class _Table:
     stitch_height: float | None
     counts: tuple[str, ...]
     marked: tuple[tuple[int, int], ...]
+    increase: Increase = DEFAULT_INCREASE
 
 
 def division_table(division: Division) -> dict[str, Any]:
@@ -76,6 +80,7 @@ def division_table(division: Division) -> dict[str, Any]:
         "stitch_height": division.stitch_height,
         "counts": [f"{first},{second}={count}" for (first, second), count in division.counts.items()],
         "marked": [list(edge) for edge in division.marked],
+        "increase": division.increase,
     }
 
 
@@ -92,5 +97,6 @@ def division_of(table: object) -> Division:
             raise ParameterError(f"count of side {edge}: expected an edge, named by its two vertices")
         counts[edge] = count
     return Division(
-        stitch_width=found.stitch_width, stitch_height=found.stitch_height, counts=counts, marked=found.marked
-    )
+        stitch_width=found.stitch_width, stitch_height=found.stitch_height, counts=counts, marked=found.marked,
+        increase=found.increase,
+    )  # fmt: skip

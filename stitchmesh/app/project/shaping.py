@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from stitchmesh.io.checked import check_table
 from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase
 from stitchmesh.progress import Progress, no_progress
 from stitchmesh.shaping.marks import TimeMark
 from stitchmesh.shaping.options import ShapingOptions
@@ -33,6 +34,8 @@ class Shaping(ShapingOptions):
     """Wale spacing [cm]."""
     stitch_height: float | None = None
     """Course spacing [cm]; None for 0.77 times the stitch width."""
+    increase: Increase = DEFAULT_INCREASE
+    """How increases are made: ``m1``, ``kfb``, ``lifted`` or ``yo``."""
     marks: tuple[TimeMark, ...] = ()
     """Where knitting begins and ends, lines along which rows run, and plain places."""
 

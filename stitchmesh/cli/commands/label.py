@@ -16,6 +16,7 @@ from stitchmesh.cli.options import MeshInFile, Overwrite, Rows, Unit
 from stitchmesh.cli.say import say
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.units import DEFAULT_UNIT
+from stitchmesh.shaping.options import DEFAULT_PLACEMENT
 
 if TYPE_CHECKING:
     from stitchmesh.labeling import PartialLabeling
@@ -130,7 +131,8 @@ class Label:
             raise ParameterError(
                 f"{words}: is for the rows of a modelled mesh; find rows with --auto first, and give it for their file"
             )
-        for words, given in (("no short rows", not rows.short_rows), ("most shaping", rows.most_shaping is not None)):
+        for words, given in (("no short rows", not rows.short_rows), ("most shaping", rows.most_shaping is not None),
+                             ("shaping", rows.shaping != DEFAULT_PLACEMENT)):  # fmt: skip
             if given:
                 raise ParameterError(f"{words}: is for stitches, and a panel holds many; give it to `knit --auto`")
 

@@ -21,6 +21,7 @@ from stitchmesh.shaping.counts import SLACK, StitchSize
 from stitchmesh.shaping.level_lines import Band, LevelLine, LevelLines
 from stitchmesh.shaping.panels.hems import Hem
 from stitchmesh.shaping.rows import AT_EDGE, Rows
+from stitchmesh.shaping.seams import Gore, RowChange, ShapedRows, halves, seam_plan, stacked_wales
 from stitchmesh.shaping.wales import Wales, join_courses
 from stitchmesh.tessellate.panel import StitchFaces, stitch_for
 
@@ -113,6 +114,8 @@ class PanelStitches:
     """Edges along each piece of an outline that is a hem, from left to right."""
     rows: int = 0
     """Number of rows."""
+    shaped: ShapedRows = field(default_factory=ShapedRows)
+    """Where rows have increases and decreases."""
 
     def knit(self, panel: int, levels: LevelLines, hems: Sequence[Hem]) -> None:
         """Knit a panel.
@@ -124,22 +127,26 @@ class PanelStitches:
         _check_lines(levels, self.size)
         courses: dict[int, _Course] = {}
         first, wanted = self.rows, _counts_below_hems(levels, hems)
+        exact = np.array([line.length for line in levels.lines]) / self.size.width
+        changes = seam_plan(levels, exact, self.size).changes if self.size.shaping == "seams" else {}
         for band in levels.bands:
-            self._make_courses(levels, band, hems, courses, wanted)
+            change = changes.get(band.above[0]) if len(band.below) == len(band.above) == 1 else None
+            self._make_courses(levels, band, hems, courses, wanted, change)
             low, high = (
                 _end_to_end([courses[line] for line in lines if line in courses], END_TO_END * self.size.width)
                 for lines in (band.below, band.above)
             )
             for joint in _joints(low, high):
-                self._add_row(panel, joint)
+                self._add_row(panel, joint, change)
         if self.rows == first:
             place = levels.lines[0].points.mean(axis=0).round(1).tolist()
             raise TessellationError(f"near {place} cm: no room for one row of stitches; choose a smaller stitch")
 
     def _make_courses(
-        self, levels: LevelLines, band: Band, hems: Sequence[Hem], courses: dict[int, _Course], wanted: dict[int, int]
-    ) -> None:
-        """Make the courses of a band that have not been made yet."""
+        self, levels: LevelLines, band: Band, hems: Sequence[Hem], courses: dict[int, _Course], wanted: dict[int, int],
+        change: RowChange | None,
+    ) -> None:  # fmt: skip
+        """Make the courses of a band that have not been made yet; shaping at the ends of its only row changes it."""
         last = {band.below[0] for band in levels.bands if len(band.below) == 1 and not band.above}
         # Hems have given numbers of stitches; what is left of the course below belongs to the other lines.
         for number in sorted([*band.below, *band.above], key=lambda number: number not in levels.borders):
@@ -154,12 +161,19 @@ class PanelStitches:
                 below, beside = ([len(courses[one].chain.edges) for one in lines if one in courses]
                                  for lines in (band.below, band.above))  # fmt: skip
                 left = sum(below) - sum(beside) if number in band.above else 0
-                courses[number] = self._course(line, wanted.get(number, left))
+                if change is not None and number in band.above and number not in wanted and left > 0:
+                    courses[number] = self._even_course(line, left + change.left + change.right)
+                else:
+                    courses[number] = self._course(line, wanted.get(number, left))
 
     def _course(self, line: LevelLine, kept: int) -> _Course:
         """Make a course of equally wide stitches, as many as are to be kept if their width permits it."""
         exact = line.length / self.size.width
         count = kept if kept > 0 and abs(exact - kept) <= SLACK else max(1, round(exact))
+        return self._even_course(line, count)
+
+    def _even_course(self, line: LevelLine, count: int) -> _Course:
+        """Make a course of some equally wide stitches."""
         return self._chain_on(line, line.length * np.arange(count + 1) / count)
 
     def _hem_course(self, line: LevelLine, hem: Hem) -> _Course:
@@ -181,9 +195,16 @@ class PanelStitches:
         first, self.edges = self.edges, self.edges + count
         return tuple(range(first, self.edges))
 
-    def _add_row(self, panel: int, joint: _Joint) -> None:
-        """Add the stitches of a row."""
-        wales = self._wales(joint) or self._wales(joint := joint.narrowed())
+    def _add_row(self, panel: int, joint: _Joint, change: RowChange | None) -> None:
+        """Add the stitches of a row, with shaping at its ends if it joins two whole courses."""
+        gore = None if change is None else Gore(len(joint.low.chain.edges), change.left, change.right)
+        stacked = gore is not None and gore.possible and joint.is_whole and gore.above == len(joint.high.chain.edges)
+        wales: Wales | None
+        if gore is not None and stacked:
+            wales, left = stacked_wales([gore])
+        else:
+            wales = self._wales(joint) or self._wales(joint := joint.narrowed())
+            left = np.zeros(0, dtype=bool) if wales is None else halves(wales)
         low, high = joint.low_part, joint.high_part
         if wales is None:
             raise TessellationError(
@@ -193,9 +214,10 @@ class PanelStitches:
             )
         wale = self._new_edges(len(wales.below))
         for place in range(len(wale) - 1):
-            self._add_face(low, high, wales, place, wale)
+            self._add_face(low, high, wales, place, wale, bool(left[place]))
             self.face_panel.append(panel)
         self._note_row_ends(panel, joint, wale)
+        self.shaped.add(wales, stacked=stacked)
         self.rows += 1
 
     def _wales(self, joint: _Joint) -> Wales | None:
@@ -208,8 +230,10 @@ class PanelStitches:
         penalty[len(penalty) - Rows.edge_vertices :] += AT_EDGE
         return join_courses(below, above, self.size.width, penalty)
 
-    def _add_face(self, low: Chain, high: Chain, wales: Wales, place: int, wale: tuple[int, ...]) -> None:
-        """Add the face between two neighbouring wale edges."""
+    def _add_face(
+        self, low: Chain, high: Chain, wales: Wales, place: int, wale: tuple[int, ...], left: bool
+    ) -> None:
+        """Add the face between two neighbouring wale edges, which leans as at the left end of a row or at the right."""
         b, t = slice(*wales.below[place : place + 2].tolist()), slice(*wales.above[place : place + 2].tolist())
         bottom, top = low.edges[b], high.edges[t]
         faces = self.faces
@@ -217,7 +241,7 @@ class PanelStitches:
         faces.edges.append([*bottom, wale[place + 1], *top[::-1], wale[place]])
         faces.n_bottom.append(len(bottom))
         faces.n_top.append(len(top))
-        faces.stitch.append(stitch_for(len(bottom), len(top), 2 * place < len(wale)))
+        faces.stitch.append(stitch_for(len(bottom), len(top), left))
         faces.row.append(self.rows)
 
     def _note_row_ends(self, panel: int, joint: _Joint, wale: tuple[int, ...]) -> None:
@@ -225,8 +249,7 @@ class PanelStitches:
         low, high = joint.low_part, joint.high_part
         if joint.low_range[0] == joint.high_range[0] == 0:
             self.row_ends.append(RowEnd(panel, wale[0], (low.vertices[0], high.vertices[0]), False))
-        whole = len(joint.low.chain.edges), len(joint.high.chain.edges)
-        if (joint.low_range[1], joint.high_range[1]) == whole:
+        if (joint.low_range[1], joint.high_range[1]) == joint.whole:
             self.row_ends.append(RowEnd(panel, wale[-1], (low.vertices[-1], high.vertices[-1]), True))
 
 
@@ -243,6 +266,16 @@ class _Joint:
     low_exact: tuple[int, int]
     """The same for the vertices nearest to the ends of the other course."""
     high_exact: tuple[int, int]
+
+    @property
+    def whole(self) -> tuple[int, int]:
+        """Numbers of stitches of the two courses."""
+        return len(self.low.chain.edges), len(self.high.chain.edges)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the row lies between two whole courses."""
+        return (self.low_range, self.high_range) == ((0, self.whole[0]), (0, self.whole[1]))
 
     @property
     def low_part(self) -> Chain:

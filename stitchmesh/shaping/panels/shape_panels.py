@@ -22,6 +22,7 @@ from stitchmesh.shaping.auto_stitches import EDGE_OVER_WIDTH, MOST_STITCHES
 from stitchmesh.shaping.counts import StitchSize
 from stitchmesh.shaping.found_stitches import faces_of
 from stitchmesh.shaping.level_lines import LevelLine, level_lines
+from stitchmesh.shaping.options import DEFAULT_PLACEMENT, Placement, check_placement
 from stitchmesh.shaping.panels.hems import hems_of
 from stitchmesh.shaping.panels.opened_folds import opened_folds
 from stitchmesh.shaping.panels.options import PanelName, PanelOptions
@@ -33,6 +34,7 @@ from stitchmesh.shaping.panels.refined_panel import refined_panel
 from stitchmesh.shaping.panels.seam_gap import drawn_back, gap_at, sides_on_seams
 from stitchmesh.shaping.panels.seam_times import with_equal_seams
 from stitchmesh.shaping.panels.sewing import SeamResult, sewn_fabric
+from stitchmesh.shaping.seams import ShapedRows
 from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING, STITCH_WIDTH
 
 Directions = (
@@ -59,6 +61,10 @@ class PanelReport:
     """Wale edges at seams, through which rows go on in the next panel."""
     sewn_edges: int
     """Border edges of the stitches that lie on seams, for a needle and a thread."""
+    stacked_rows: int
+    """Rows whose increases and decreases are stacked at the ends."""
+    spread_rows: int
+    """Rows whose increases and decreases are spread over the row."""
     mean_angle: float
     """Mean angle between the rows and the lines across the direction of knitting [degrees], weighted by area."""
     largest_angle: float
@@ -84,7 +90,7 @@ class ShapedPanels:
 
 def shape_panels(
     panels: PanelMesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
-    directions: Directions | None = None, sewn: Pairs = (),
+    directions: Directions | None = None, sewn: Pairs = (), shaping: Placement = DEFAULT_PLACEMENT,
 ) -> StitchMesh:  # fmt: skip
     """Knit each panel of a sewing pattern in a given direction, and join the panels at their seams.
 
@@ -98,6 +104,8 @@ def shape_panels(
         directions: direction of knitting in the texture (u, v), by panel; by default those of ``panels``. A name stands
             for all panels whose object, group or material has it.
         sewn: pairs of panels whose seams are left to be sewn, also where their stitches fit.
+        shaping: where increases and decreases stand: ``spread`` over the row, or ``seams``: at both ends of it, one
+            stitch from the edge, in a steady rhythm; where a panel asks for more they are spread all the same.
 
     Returns:
         A stitch mesh on the panels.
@@ -108,18 +116,21 @@ def shape_panels(
             the direction, neighbouring rows differ too much, or there would be too many stitches.
     """
     return knit_panels(
-        panels, stitch_width=stitch_width, stitch_height=stitch_height, directions=directions, sewn=sewn
+        panels, stitch_width=stitch_width, stitch_height=stitch_height, directions=directions, sewn=sewn,
+        shaping=shaping,
     ).fabric  # fmt: skip
 
 
 def knit_panels(
     panels: PanelMesh, *, stitch_width: float = STITCH_WIDTH, stitch_height: float | None = None,
-    directions: Directions | None = None, sewn: Pairs = (), progress: Progress | Literal[False] | None = None,
+    directions: Directions | None = None, sewn: Pairs = (), shaping: Placement = DEFAULT_PLACEMENT,
+    progress: Progress | Literal[False] | None = None,
 ) -> ShapedPanels:  # fmt: skip
     """Knit panels as ``shape_panels`` does, and return how they were joined; arguments and errors are the same."""
     check_kind("shape_panels", panels, PanelMesh, "sm.read_panels(path)")
     height = COURSE_OVER_WALE_SPACING * stitch_width if stitch_height is None else stitch_height
-    size = StitchSize(stitch_width, height)
+    check_placement(shaping)
+    size = StitchSize(stitch_width, height, shaping=shaping)
     _check_size(panels, size)
     direction, apart = _directions(panels, directions or {}), _panels_apart(panels, sewn)
     with shown_stages(progress) as report_panel:
@@ -151,7 +162,7 @@ def _knit(
     gap = np.array([gap_at(pieces[number], size.width) for number in on_piece])
     fabric = replace(fabric, vertices=drawn_back(fabric, sewn, gap))
     fabric = replace(fabric, vertices=opened_folds(fabric, size.width))
-    report = _report(fabric, seams, len(sewn), times, time.perf_counter() - start)
+    report = _report(fabric, seams, len(sewn), times, made.shaped, time.perf_counter() - start)
     return ShapedPanels(fabric, faces_of(fabric), face_panel, seams, report)
 
 
@@ -165,8 +176,9 @@ def _named(panel: int) -> Iterator[None]:
 
 
 def _report(
-    fabric: StitchMesh, seams: Sequence[SeamResult], sewn: int, times: list[PanelTime], seconds: float
-) -> PanelReport:
+    fabric: StitchMesh, seams: Sequence[SeamResult], sewn: int, times: list[PanelTime], shaped: ShapedRows,
+    seconds: float,
+) -> PanelReport:  # fmt: skip
     """Gather the figures."""
     angle = np.degrees(np.concatenate([found.angle for found in times]))
     area = np.concatenate([found.refined.surface.area for found in times])
@@ -179,6 +191,8 @@ def _report(
         grafted_edges=sum(seam.edges for seam in seams if seam.kind == "grafted"),
         joined_edges=sum(seam.edges for seam in seams if seam.kind == "joined"),
         sewn_edges=sewn,
+        stacked_rows=shaped.stacked,
+        spread_rows=shaped.spread,
         mean_angle=round(float(np.average(angle, weights=area)), 3),
         largest_angle=round(float(angle[order][np.searchsorted(share, 0.99)]), 3),
     )

@@ -5,9 +5,10 @@
 from __future__ import annotations
 
 from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.pages.increase_choice import WORDS, increase_choice
 from stitchmesh.app.pages.rows.rows_session import RowsSession
 from stitchmesh.app.project.shaping import Point
-from stitchmesh.shaping.options import UP
+from stitchmesh.shaping.options import UP, Placement
 
 UPWARDS: dict[str, Point] = {
     "+y": UP, "+z": (0.0, 0.0, 1.0), "+x": (1.0, 0.0, 0.0), "-y": (0.0, -1.0, 0.0), "-z": (0.0, 0.0, -1.0),
@@ -19,6 +20,9 @@ OTHER = "another"
 AS_ASKED = "as many as the mesh asks"
 SHAPING_PARTS: dict[str, float | None] = {AS_ASKED: None, **{f"1 in {count}": 1.0 / count for count in (2, 3, 4, 6, 8)}}
 """Largest parts of the stitches of a row that are increases or decreases, in words."""
+
+PLACEMENTS: dict[str, Placement] = {"spread over the row": "spread", "at seams and edges": "seams"}
+"""Where increases and decreases stand, in words."""
 
 
 class SizePanel:
@@ -44,6 +48,14 @@ class SizePanel:
             "Increases in a row", "Largest part of the stitches of a row that are increases or decreases; rows that "
             "would need more are stretched.", self._shaping_parts(), AS_ASKED, self._set_most_shaping,
         )  # fmt: skip
+        self._placement = controls.choice(
+            "Shaping", "Increases and decreases are spread over the row, or stacked at the sides of a tube, at raglan "
+            "lines and at both edges of flat rows, in a steady rhythm.", tuple(PLACEMENTS), next(iter(PLACEMENTS)),
+            lambda words: session.change(shaping=PLACEMENTS[words]),
+        )  # fmt: skip
+        self._increase = increase_choice(
+            controls, shaping.increase, lambda increase: session.change(increase=increase)
+        )  # fmt: skip
         self.show()
 
     def show(self) -> None:
@@ -51,6 +63,8 @@ class SizePanel:
         shaping = self._session.shaping
         self._up.value = next((name for name, up in UPWARDS.items() if up == shaping.up), OTHER)
         self._multiple.value, self._short_rows.value = shaping.multiple, shaping.short_rows
+        self._placement.value = next(words for words, where in PLACEMENTS.items() if where == shaping.shaping)
+        self._increase.value = WORDS[shaping.increase]
         parts = SHAPING_PARTS.items()
         self._most_shaping.value = next((name for name, part in parts if part == shaping.most_shaping), OTHER)
 
