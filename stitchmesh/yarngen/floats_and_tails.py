@@ -8,8 +8,10 @@ the lowest lane. The lane is ``FLOAT_CLEARANCE`` behind the deepest yarn that th
 between two stitches, the yarn with the lower number crosses the wale side below the other yarn. The yarns of one row
 therefore keep the same order along the whole row and never twist around each other. Where a row has more than two
 yarns, others float past such a change. All lanes then have heights of their own, and are further behind
-(``DEEP_CLEARANCE``): a yarn reaches the height of its lane in front of the other lanes, and passes between them. A yarn
-is cut where its float would be too long.
+(``DEEP_CLEARANCE``): a yarn reaches the height of its lane in front of the other lanes, and passes between them. A
+knitter makes such a float no longer than one directly behind the stitches, whose length it has at rest. With the drawn
+length it is slack, and its loops sink into the fabric, each by another amount. A yarn is cut where its float would be
+too long.
 """
 
 from __future__ import annotations
@@ -107,27 +109,38 @@ class Rows:
         normal = weights @ self.fabric.vertex_normal[self.fabric.face_vertex[corners]]
         return weights @ self.fabric.corner_position[corners] + height * normal / np.linalg.norm(normal)
 
-    def lane(self, face: int, yarn: int) -> tuple[float, float]:
-        """Height of the lane of a yarn above the bottom of a face, over the height of the face, and its depth [cm]."""
+    def lane(self, face: int, yarn: int, clearance: float) -> tuple[float, float]:
+        """Height of the lane of a yarn above the bottom of a face, over the height of the face, and its depth [cm].
+
+        Args:
+            face: number of the face.
+            yarn: number of the yarn.
+            clearance: distance behind the deepest yarn of the face [radii].
+        """
         count, rank = len(self.yarns[face]), int(np.searchsorted(self.yarns[face], yarn))
         stitch = self.fabric.stitch_type(int(self.fabric.stitch[face]))
         deepest = _deepest(stitch, int(self.fabric.n_bottom[face]), int(self.fabric.n_top[face]))
         if count <= len(LANE_SHARES):
-            return LANE_SHARES[rank], (deepest - FLOAT_CLEARANCE) * self.radius
-        return LOWEST_LANE + rank / count, (deepest - DEEP_CLEARANCE) * self.radius
+            return LANE_SHARES[rank], (deepest - clearance) * self.radius
+        return LOWEST_LANE + rank / count, (deepest - clearance) * self.radius
 
-    def float_points(self, faces: list[int], yarn: int) -> list[FloatArray]:
+    def clearance(self, face: int) -> float:
+        """Distance of the floats in the row of a face behind the deepest yarn that they pass [radii]."""
+        return DEEP_CLEARANCE if len(self.yarns[face]) > len(LANE_SHARES) else FLOAT_CLEARANCE
+
+    def float_points(self, faces: list[int], yarn: int, clearance: float | None = None) -> list[FloatArray]:
         """Points of a yarn that floats behind faces [cm], each of shape (3,), in the lattice image of the first face.
 
         Args:
             faces: the faces, from left to right.
             yarn: number of the yarn.
+            clearance: distance behind the deepest yarn of each face [radii]; that of the row if it is None.
         """
         count = max(2, round(self.points_per_width))
         shares = (np.arange(count) + 0.5) / count
         away = self.fabric.shift(self.images(faces))
         return [
-            self.point(face, share, *self.lane(face, yarn)) + shift
+            self.point(face, share, *self.lane(face, yarn, clearance or self.clearance(face))) + shift
             for face, shift in zip(faces, away, strict=True)
             for share in shares
         ]
@@ -168,11 +181,15 @@ def lay_floats(rows: Rows, longest: int, bridges: Bridges) -> None:
             own, first, last = (int(yarn[each]) for each in (face, faces[0], faces[-1]))
             images = rows.images([face, *faces, target])
             begins, ends = fabric.shift(images[[1, -2]])
-            points = [rows.change_point(face, own, first), *(point + begins for point in rows.float_points(faces, own))]
-            points.append(rows.change_point(faces[-1], own, last) + ends)
+            ends_at = rows.change_point(face, own, first), rows.change_point(faces[-1], own, last) + ends
+            points, direct = (
+                np.array([ends_at[0], *(begins + np.array(rows.float_points(faces, own, clearance))), ends_at[1]])
+                for clearance in (rows.clearance(face), FLOAT_CLEARANCE)
+            )
             crossings = crossing_number(fabric.right_wale[face]), crossing_number(fabric.left_wale[target])
             image = int(images[-1, 0]), int(images[-1, 1])
-            bridges.join(*crossings, np.array(points), image=image, is_float=True)
+            ratio = float(_length(direct) / _length(points))
+            bridges.join(*crossings, points, rest_length_ratio=ratio, image=image, is_float=True)
     for face in rows.changes:
         after = int(rows.following[face])
         _end_in_tail(rows, bridges, int(fabric.right_wale[face]), _cut_tail(rows, face, after, 1))
@@ -180,6 +197,11 @@ def lay_floats(rows: Rows, longest: int, bridges: Bridges) -> None:
     side_yarn = yarn[fabric.side_face]
     for side in np.flatnonzero(fabric.is_wale & fabric.mismatched & (side_yarn != side_yarn[fabric.twin])).tolist():
         _end_in_tail(rows, bridges, side, tail_points(fabric, side))
+
+
+def _length(points: FloatArray) -> FloatArray:
+    """Return the length of the line through points [cm]."""
+    return np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
 
 
 def separate_corners(rows: Rows, corner_position: FloatArray) -> FloatArray:

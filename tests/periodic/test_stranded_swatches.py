@@ -15,7 +15,9 @@ from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_options import LONGEST_FLOAT, SwatchOptions
 from stitchmesh.quality import quality_named
+from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import carried_segments, segment_faces
+from stitchmesh.yarn.yarn_set import basis
 
 DRAFT = {"quality": "draft", "device": "cpu"}
 CHARTS = {
@@ -72,9 +74,43 @@ def test_every_loop_has_the_loop_length_beside_its_float(name):
     # A head has the rest length of its own face here, because all stitches are plain.
     loops = np.bincount(face[~carried], yarns.rest_length[~carried])
     np.testing.assert_allclose(loops, 4.0, rtol=1e-12)  # rounding of a sum
-    # The rest length of a float is its drawn length at the loop length that was drawn, about 1 % apart.
-    ratio = yarns.rest_length[carried].sum() / yarns.lengths[carried].sum()
-    assert 0.95 < ratio < 1.05
+    # The rest length of a float is its drawn length at the loop length that was drawn, about 1 % apart. Floats of three
+    # yarns, here over two stitches, are drawn three radii further behind, which makes them longer by 0.75 cm of 3.2 cm,
+    # less what a slanted way saves; at rest they are no longer for it.
+    least, most = (0.76, 0.9) if name == "three colours" else (0.95, 1.05)
+    assert least < yarns.rest_length[carried].sum() / yarns.lengths[carried].sum() < most
+
+
+def shown(yarns: YarnSet, pixels: int = 6, per_segment: int = 16) -> np.ndarray:
+    """The area that the loop of each stitch shows from the front, over the area of a stitch, by a map of depths."""
+    weights = basis(np.arange(per_segment) / per_segment)
+    corners = yarns.points[yarns.segment_points] + yarns.point_shift
+    points = np.einsum("kj,sjd->skd", weights, corners).reshape(-1, 3)
+    face = np.repeat(np.where(carried_segments(yarns), -1, segment_faces(yarns)), per_segment)
+    radius, size = float(yarns.radius[0]), np.linalg.norm(yarns.lattice.periods, axis=1)
+    shape = np.round(size * pixels / radius).astype(int)
+    place = np.floor(points[:, :2] / size * shape).astype(int)
+    depth, seen = np.full(shape, -np.inf), np.full(shape, -1)
+    for offset in np.argwhere(np.ones((2 * pixels + 1, 2 * pixels + 1))) - pixels:
+        beside = radius**2 - ((offset * radius / pixels) ** 2).sum()
+        if beside >= 0.0:
+            column, row = ((place + offset) % shape).T
+            height = points[:, 2] + np.sqrt(beside)
+            order = np.argsort(height)  # the highest is written last
+            order = order[height[order] > depth[column[order], row[order]]]
+            depth[column[order], row[order]], seen[column[order], row[order]] = height[order], face[order]
+    count = int(face.max()) + 1
+    return np.bincount(seen[seen >= 0], minlength=count) * count / seen.size
+
+
+@pytest.mark.usefixtures("first_state")
+@pytest.mark.parametrize("text", ["012/120/201", "001122/011220/112200/122001"])
+def test_each_stitch_of_three_colours_shows_its_colour_on_the_front(text):
+    swatch = sm.swatch(chart(text), **DRAFT)
+    assert swatch.report["converged"]
+    # The loops of drawn charts and of relaxed ones in two colours show 0.84 and more; heads of other loops hide the
+    # rest. With slack floats single loops showed 0.56.
+    assert shown(swatch.yarns).min() > 0.75
 
 
 def test_a_float_that_is_too_long_is_refused_with_its_place():
