@@ -14,7 +14,7 @@ Rows with increases or decreases follow one another in a rhythm that is as stead
 (``counts``) allows: each number differs from the one that fits by at most ``SLACK`` of a change.
 
 The wales at the ends of a gore lean, by half of what the row is longer or shorter than the one below. Where they would
-be stretched by more than a seventh, or where a change is too coarse for a narrow round, increases and decreases are
+be stretched by more than a fifth, or where a change is too coarse for a narrow round, increases and decreases are
 spread over the row (``wales``).
 """
 
@@ -37,9 +37,9 @@ PLAIN_AT_SEAM = 1
 """Plain stitches between a seam and the increase or decrease beside it."""
 NARROWEST_GORE = 2 * (PLAIN_AT_SEAM + 2) + 1
 """Stitches of the narrowest gore that has a decrease at each of its ends, with one between them."""
-MOST_LEAN = 0.55
-"""Largest tangent of the angle by which wales at a seam lean: they are stretched by a seventh, sqrt(1 + 0.55^2) = 1.14,
-less than the edges of a single increase."""
+MOST_LEAN = 0.66
+"""Largest tangent of the angle by which wales at a seam lean: they are stretched by a fifth, sqrt(1 + 0.66^2) = 1.2, as
+the edges of a single increase are."""
 COARSEST_CHANGE = 0.1
 """Largest part of the stitches of a round by which it may change at once."""
 MOST_SEAMS = 4
@@ -241,7 +241,8 @@ class SeamPlan:
     """Where all rows of a surface have their increases and decreases at seams."""
 
     starts: dict[int, FloatArray]
-    """The seams on the first line of each tube or flat part [cm], shape (n, 3), without the ends of flat rows."""
+    """The seams of each tube or flat part on the line where they begin [cm], in their order along it, shape (n, 3). The
+    ends of flat rows are not among them."""
     changes: dict[int, RowChange]
     """Change of the row below a line; none for rows whose increases and decreases are spread."""
 
@@ -261,23 +262,27 @@ def seam_plan(levels: LevelLines, exact: FloatArray, size: StitchSize) -> SeamPl
                 if levels.lines[one].closed != levels.lines[other].closed]  # fmt: skip
         for first, last in pairwise([0, *cuts, len(tube)]):
             numbers = tube[first:last]
-            starts = plan.starts[numbers[0]] = _starts(levels, numbers, known)
-            found = _steady_changes([levels.lines[line] for line in numbers], len(starts), exact[numbers], size)
-            plan.changes.update((line, change) for line, change in zip(numbers[1:], found, strict=True) if change)
+            lines = [levels.lines[line] for line in numbers]
+            starts = _met_seams(levels, numbers, known)
+            seams = (2 if lines[0].closed else 0) if starts is None else len(starts)
+            found = _steady_changes(lines, seams, exact[numbers], size)
+            if any(found):
+                begin = 0 if starts is not None else next(place for place, change in enumerate(found) if change)
+                points = starts if starts is not None else _sides(lines[begin])
+                along = [lines[begin].nearest(point)[0] for point in points]
+                plan.starts[numbers[begin]] = points[np.argsort(along, kind="stable")]
+                plan.changes.update((line, change) for line, change in zip(numbers[1:], found, strict=True) if change)
     return plan
 
 
-def _starts(levels: LevelLines, lines: Sequence[int], known: dict[tuple[int, bool], FloatArray]) -> FloatArray:
-    """The seams on the first line of a tube or a flat part, in their order along it, shape (n, 3)."""
-    first = levels.lines[lines[0]]
+def _met_seams(
+    levels: LevelLines, lines: Sequence[int], known: dict[tuple[int, bool], FloatArray]
+) -> FloatArray | None:
+    """The seams on the first line of a tube or a flat part that follow from where limbs meet, shape (n, 3), or None."""
     above, below = known.get((lines[-1], True)), known.get((lines[0], False))
     if below is not None and (above is None or len(below) > len(above)):
-        points = below
-    elif above is not None:
-        points = _traced(levels, lines[::-1], above)
-    else:
-        points = _sides(first) if first.closed else np.zeros((0, 3))
-    return points[np.argsort([first.nearest(point)[0] for point in points], kind="stable")]
+        return below
+    return None if above is None else _traced(levels, lines[::-1], above)
 
 
 def _steady_changes(
@@ -416,10 +421,12 @@ def _between_limbs(whole: LevelLine, limbs: list[LevelLine], older: FloatArray, 
 
 
 def _sides(ring: LevelLine) -> FloatArray:
-    """The two sides of a ring [cm], shape (2, 3), where its middle plane cuts it.
+    """The two sides of a ring [cm], shape (2, 3), where its middle plane cuts it; an open line has none.
 
     The axis to the sides is the first of x, z and y along which the ring is about as wide as along any of them.
     """
+    if not ring.closed:
+        return np.zeros((0, 3))
     points = np.concatenate([ring.points, ring.points[:1]])
     step = np.diff(points, axis=0)
     length = np.linalg.norm(step, axis=1)

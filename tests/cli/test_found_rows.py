@@ -181,7 +181,7 @@ def test_a_bad_option_gives_a_message_of_one_line(cone_obj, tmp_path, capsys, wo
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("option", ["--multiple=2", "--no-short-rows", "--most-shaping=0.2"])
+@pytest.mark.parametrize("option", ["--multiple=2", "--no-short-rows", "--most-shaping=0.2", "--shaping=seams"])
 def test_an_option_of_found_rows_needs_auto(cone_obj, tmp_path, capsys, option):
     name = option.partition("=")[0].removeprefix("--").removeprefix("no-").replace("-", "_")
     message = refused(capsys, "knit", cone_obj, option, "-o", tmp_path / "out")
@@ -317,6 +317,7 @@ def test_the_application_opens_panels_that_were_found(cone_obj, tmp_path):
         (["--auto", "--rows", "0"], "rows: is for the rows"),
         (["--auto", "--no-short-rows"], "no short rows: is for stitches, and a panel holds many"),
         (["--auto", "--most-shaping=0.2"], "most shaping: is for stitches, and a panel holds many"),
+        (["--auto", "--shaping=seams"], "shaping: is for stitches, and a panel holds many"),
         (["--auto", "--panel-size", "1"], "panel size: got 1; expected 2 or more stitches"),
         (["--panel-size", "4"], "panel_size: is for rows that are found; give auto (--auto) too"),
         (["--stitch-width", "4"], "stitch_width: is for rows that are found"),

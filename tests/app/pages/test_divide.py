@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.app.pages.gauge_panel import yarn_of
-from stitchmesh.app.project.division import Division
+from stitchmesh.app.project.division import Division, division_of, division_table
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.drawing import Labels, Lines, Surface
 from stitchmesh.errors import ParameterError
@@ -75,6 +75,15 @@ def test_the_division_is_that_of_python(page):
     assert fabric.vertices.tobytes() == expected.vertices.tobytes()
     assert fabric.face_vertex.tobytes() == expected.face_vertex.tobytes()
     assert page.project.division == Division(stitch_width=WIDTH)
+
+
+def test_increases_are_made_as_chosen_and_kept(page):
+    page.controls.set("Increases", "yarn over, with a hole")
+    divided(page)
+    expected = tessellate(labeled_of(page), stitch_width=WIDTH, increase="yo")
+    assert page.project.fabric.stitch.tolist() == expected.stitch.tolist()
+    assert (page.project.fabric.twist == expected.twist).all()
+    assert division_of(division_table(page.project.division)) == Division(stitch_width=WIDTH, increase="yo")
 
 
 def test_the_estimate_follows_the_size(page):

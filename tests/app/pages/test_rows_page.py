@@ -323,6 +323,17 @@ def test_short_rows_and_the_largest_part_of_increases_are_chosen_and_kept(page):
     assert page.controls.find("Find the stitches")
 
 
+def test_where_increases_stand_and_how_they_are_made_is_chosen_and_kept(page):
+    assert page.controls.find("Shaping").value == "spread over the row"
+    set_value(page, "Shaping", "at seams and edges")
+    set_value(page, "Increases", "lifted, from the loop below")
+    knit(page)
+    shaping = page.project.shaping
+    assert (shaping.shaping, shaping.increase) == ("seams", "lifted")
+    assert shaping_of(shaping_table(shaping)) == shaping
+    assert page.project.fabric.stitch.tolist() == shaping.shape(page.project.mesh).fabric.stitch.tolist()
+
+
 def test_a_shaping_of_an_earlier_version_has_the_other_options_by_default():
     earlier = {"stitch_width": 1.2, "stitch_height": None, "marks": [], "up": [0.0, 1.0, 0.0], "multiple": 2}
     assert shaping_of(earlier) == Shaping(stitch_width=1.2, multiple=2)

@@ -122,6 +122,20 @@ def test_gores_of_a_skirt_are_knitted_in_rounds_with_decreases(tmp_path):
     assert shaped.report.largest_angle < 0.1  # a cone is flat
 
 
+def test_gores_of_a_skirt_decrease_at_both_of_their_seams(tmp_path):
+    panels = skirt().read(tmp_path)
+    spread, seams = (knit_panels(panels, stitch_width=2.0, shaping=shaping) for shaping in ("spread", "seams"))
+    assert seams.report.stacked_rows > 0 == spread.report.stacked_rows and seams.report.spread_rows == 0
+    fabric = seams.fabric
+    for panel in range(GORES):
+        faces = np.flatnonzero(seams.face_panel == panel)
+        for row in np.unique(fabric.row[faces]):
+            # Faces of a panel lie in the order in which its rows are made, each from left to right.
+            inside = faces[fabric.row[faces] == row]
+            decreases = np.flatnonzero(fabric.n_top[inside] < fabric.n_bottom[inside]).tolist()
+            assert decreases in ([], [1, len(inside) - 2])
+
+
 def test_a_t_shirt_is_grafted_at_the_shoulders_and_sewn_at_the_armholes(tmp_path):
     panels = t_shirt().read(tmp_path)
     shaped = knit_panels(panels, stitch_width=1.5)
