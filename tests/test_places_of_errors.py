@@ -33,7 +33,7 @@ def yarns_of(fabric: StitchMesh, radius: float | None = None) -> sm.YarnSet:
 @pytest.mark.decides
 def test_the_thinner_yarn_of_a_message_works():
     fabric = flat_fabric()
-    low = replace(fabric, vertices=fabric.vertices * [1.0, 0.1, 1.0])  # rows a tenth as high as they should be
+    low = replace(fabric, vertices=fabric.vertices * [1.0, 0.05, 1.0])  # rows a twentieth as high as they should be
     with pytest.raises(YarnError, match=r"^near \(.*\) cm: face \d+: yarns start .* apart") as refused:
         yarns_of(low)
     place = np.array([float(word) for word in re.findall(r"near \((.*?)\)", str(refused.value))[0].split(", ")])

@@ -16,6 +16,9 @@ from stitchmesh.hand_knitting import knitting_instructions
 from stitchmesh.labeling import label
 from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.pipeline.options import KnitOptions
+from stitchmesh.pipeline.stages import edge_forms_stage
+from stitchmesh.recipe.recipe import Recipe, recipe_options
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance
@@ -104,6 +107,15 @@ def test_purl_at_the_hem_goes_on_into_the_first_row():
     purled = np.where(np.isin(FABRIC.row, [1, 2]), Stitch.PURL, FABRIC.stitch)
     fabric = edged("hem=fold:2", fabric=replace(FABRIC, stitch=purled))
     assert (fabric.stitch[: FABRIC.face_count][FABRIC.row == 0] == Stitch.PURL).all()
+
+
+def test_a_recipe_adds_the_rows_after_the_mesh_relaxation_with_the_radius_of_its_yarn():
+    recipe = Recipe(mesh="tube.obj", stitch_width=0.5, yarn_radius=RADIUS, edge_forms=("hem=fold:4",))
+    report: dict[str, object] = {}
+    fabric = edge_forms_stage(FABRIC, recipe_options(recipe), report)
+    np.testing.assert_array_equal(fabric.vertices, edged("hem=fold:4").vertices)
+    assert isinstance(report["edge_forms"], dict) and report["edge_forms"]["stitches"] == 5 * ROUND
+    assert edge_forms_stage(FABRIC, KnitOptions(), report) is FABRIC
 
 
 @pytest.mark.parametrize(
