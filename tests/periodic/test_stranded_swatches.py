@@ -117,8 +117,8 @@ def test_each_stitch_of_three_colours_shows_its_colour_on_the_front(text):
 @pytest.mark.usefixtures("first_state")
 def test_a_held_width_keeps_three_colours_from_drawing_together():
     """This is what the verdict on a free repeat advises."""
-    width = 6 * SwatchOptions().plain_loop / LOOP_OVER_WIDTH
-    report = sm.swatch(chart("001122/011220/112200/122001"), relax_cell=True, period=(width, None), **DRAFT).report
+    width = 3 * SwatchOptions().plain_loop / LOOP_OVER_WIDTH
+    report = sm.swatch(chart(CHARTS["three colours"]), relax_cell=True, period=(width, None), **DRAFT).report
     assert relaxation_verdict(report).good
 
 
