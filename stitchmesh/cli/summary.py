@@ -31,7 +31,7 @@ AsJson = Annotated[bool, arg(help="print the report as JSON instead of a summary
 REMEDIES: Mapping[Kind, str] = {
     "hidden by rounding": "take --quality reference (float64), or smaller values of --stiffness",
     "not at rest": "raise --max-iterations",
-    "drawn in": "use --blocked, or take a chart of fewer yarns in a row",
+    "drawn in": "hold its width (--period WIDTH free), or take a chart of fewer yarns in a row",
     "not flat": "use --relax-cell without --unsupported, or --blocked",
 }
 """What helps on the command line, in place of the remedy of a finding."""

@@ -85,7 +85,7 @@ def relaxation_verdict(report: Mapping[str, Any], *, mesh_converged: bool = True
     elif report.get("yarns_in_row", 1) > 1 and report["course_spacing"] > DRAWN_IN * report["wale_spacing"]:
         narrow = f"the stitches are {report['wale_spacing']:.2g} cm wide and {report['course_spacing']:.2g} cm high"
         hidden = f"{narrow}{_by_floats(report)}, and stitches of one colour hide those of another"
-        found.append(Finding("drawn in", hidden, "block it, or take a chart of fewer yarns in a row"))
+        found.append(Finding("drawn in", hidden, "hold its width, or take a chart of fewer yarns in a row"))
     touching = f"axes at least {distance:.2f} radii apart (2 is touching); none passed through another"
     praise = f"the yarns are at rest, strained by at most {_percent(strain)}, {touching}"
     return Verdict(tuple(found), praise)

@@ -11,10 +11,11 @@ import stitchmesh as sm
 from stitchmesh.errors import ParameterError, PatternError
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.patterns import Cell, Pattern, Row
-from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
+from stitchmesh.periodic.repeat.drawn_swatch import LOOP_OVER_WIDTH, draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_options import LONGEST_FLOAT, SwatchOptions
 from stitchmesh.quality import quality_named
+from stitchmesh.reporting.verdict import relaxation_verdict
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import carried_segments, segment_faces
 from stitchmesh.yarn.yarn_set import basis
@@ -111,6 +112,14 @@ def test_each_stitch_of_three_colours_shows_its_colour_on_the_front(text):
     # The loops of drawn charts and of relaxed ones in two colours show 0.84 and more; heads of other loops hide the
     # rest. With slack floats single loops showed 0.56.
     assert shown(swatch.yarns).min() > 0.75
+
+
+@pytest.mark.usefixtures("first_state")
+def test_a_held_width_keeps_three_colours_from_drawing_together():
+    """This is what the verdict on a free repeat advises."""
+    width = 3 * SwatchOptions().plain_loop / LOOP_OVER_WIDTH
+    report = sm.swatch(chart(CHARTS["three colours"]), relax_cell=True, period=(width, None), **DRAFT).report
+    assert relaxation_verdict(report).good
 
 
 def test_a_float_that_is_too_long_is_refused_with_its_place():
