@@ -278,7 +278,7 @@ class Rows:
         target = self.levels.lines[line]
         if line in self.seam_plan.starts:
             points = self.seam_plan.starts[line]
-        elif len(beside) == 1 and beside[0] in self.seams:
+        elif len(beside) == 1 and beside[0] in self.seams and self.levels.lines[beside[0]].closed == target.closed:
             below = self.course[beside[0]]
             points = np.array([self.points[below.vertices[place]] for place in self.seams[beside[0]]]).reshape(-1, 3)
         else:

@@ -22,7 +22,7 @@ from stitchmesh.shaping.seams import NARROWEST_GORE, Gore, seam_plan, stacked_wa
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
 from tests.gallery import ROOT, grid, tube
 from tests.hand_knitting.test_instructions import Comparison
-from tests.shaping.surfaces import in_triangles
+from tests.shaping.surfaces import in_triangles, tube_with_holes
 
 WIDTH = 0.8
 
@@ -164,6 +164,13 @@ def test_shaping_keeps_away_from_plain_places():
     line = np.stack([_half_width(9.0, place[:, 1]), place[:, 1], 0.0 * place[:, 1]], axis=1)
     # The middle of a stitch whose vertices are all outside may lie half a stitch inside.
     assert np.linalg.norm(place - line, axis=1).min() > 3.0 - 0.5 * WIDTH
+
+
+def test_a_slit_below_a_narrow_tube_passes_no_seams_on():
+    """The open rows beside the slit have their seams at its sides; the rounds above it are too narrow for seams."""
+    mesh = tube_with_holes("############ ############ ############ #####..##### #####..##### #####..#####", 2.0)
+    shaped = sm.shape_fabric(mesh, stitch_width=WIDTH, shaping="seams")
+    assert shaped.report.stacked_rows == 0 and shaped.report.lost is None
 
 
 def test_gores_have_mirrored_ends():
