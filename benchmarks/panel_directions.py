@@ -38,7 +38,7 @@ def knitted(panels: PanelMesh, angle: float, width: float) -> ShapedPanels:
 def state(shaped: ShapedPanels) -> str:
     """Return whether the loops hold each other, or what refuses them."""
     try:
-        fabric = make_room(relax_mesh(shaped.fabric, surface=shaped.surface, progress=False))
+        fabric = make_room(relax_mesh(shaped.fabric, surface=shaped.surface, progress=False), loops=True)
         check_loops(fabric, generate_yarns(fabric))
     except StitchMeshError as error:
         return str(error)

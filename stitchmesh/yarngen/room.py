@@ -14,12 +14,13 @@ stitch then has two sides along one line, between which its yarns have little ro
 corner is moved away from the stitch first, by a fifth of a stitch.
 
 Two layers of a fabric that lie too close, such as a brim that is folded up, get no room by smoothing. They are then
-moved apart (``layers_apart``).
+moved apart (``layers_apart``). Beside a sewn seam, as at a shoulder, the loops at the borders of two layers can hang in
+each other although their yarns have room; layers are then moved apart further.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -39,6 +40,7 @@ from stitchmesh.yarngen.generate import (
     yarns_along_routes,
 )
 from stitchmesh.yarngen.layers_apart import THICKNESS_OVER_RADIUS, layers_apart
+from stitchmesh.yarngen.loop_check.loop_linking import check_loops
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -58,6 +60,9 @@ STRAIGHT = np.radians(150.0)
 CORNER_HEIGHT = 0.3
 """How far it is moved, over half the distance of its two neighbours. The angle is then below ``STRAIGHT``: this is more
 than the tangent of half of what that lacks to a straight one."""
+APART = (THICKNESS_OVER_RADIUS, 2.0 * THICKNESS_OVER_RADIUS)
+"""Distances to which layers are moved apart, one after the other, over the radius: the thickness of a fabric, and one
+at which the loops at two borders hang beside each other."""
 MOST_ROUNDS = 18
 """Number of looks at the yarns after which the stitches stay as they are."""
 
@@ -74,7 +79,7 @@ class Room:
 
 def make_room(
     fabric: StitchMesh, *, yarn_radius: float | None = None, quality: str | Quality = DEFAULT_QUALITY,
-    finish: YarnFinish = DEFAULT_FINISH,
+    finish: YarnFinish = DEFAULT_FINISH, loops: bool = False,
 ) -> StitchMesh:  # fmt: skip
     """Smooth stitches where the yarns of a fabric would start too close, until the yarns have room.
 
@@ -83,12 +88,12 @@ def make_room(
     Returns:
         The fabric; the same one if its yarns have room, or cannot be given any.
     """
-    return make_room_with_report(fabric, yarn_radius=yarn_radius, quality=quality, finish=finish)[0]
+    return make_room_with_report(fabric, yarn_radius=yarn_radius, quality=quality, finish=finish, loops=loops)[0]
 
 
 def make_room_with_report(
     fabric: StitchMesh, *, yarn_radius: float | None = None, quality: str | Quality = DEFAULT_QUALITY,
-    finish: YarnFinish = DEFAULT_FINISH,
+    finish: YarnFinish = DEFAULT_FINISH, loops: bool = False,
 ) -> tuple[StitchMesh, Room]:  # fmt: skip
     """Smooth stitches as ``make_room`` does, and return also what was moved.
 
@@ -97,6 +102,7 @@ def make_room_with_report(
         yarn_radius: contact radius of the yarn [cm]; an eighth of the mean stitch width if not given.
         quality: the quality with which the yarns will be generated.
         finish: how rows are cast on and bound off, and which floats are cut.
+        loops: whether layers whose loops hang in each other (``check_loops``) are moved apart too.
 
     Returns:
         The fabric, and what was moved. If the yarns are still crowded after ``MOST_ROUNDS``, the given fabric and no
@@ -112,25 +118,45 @@ def make_room_with_report(
     points_per_stitch = quality_named(quality).control_points_per_stitch
     yarns_of = partial(_yarns, radius=radius, points_per_stitch=points_per_stitch, finish=finish)
     crowded: set[int] = set()
-    for begun in _starts(fabric, radius):
+    roomy: StitchMesh | None = None
+    distances = [thickness * radius for thickness in (APART if loops else APART[:1])]
+    for begun in _starts(fabric, distances):
         for along_borders in (False, True):
             smoothed, found = _with_room(begun, radius, yarns_of, along_borders=along_borders)
             crowded |= found
-            if smoothed is not None:
-                return (_moved(fabric, smoothed.vertices) if crowded else fabric), _room(fabric, smoothed, crowded)
-    return fabric, Room((), 0.0)
+            if smoothed is None:
+                continue
+            tangled = _tangled(smoothed, yarns_of(smoothed), finish) if loops else set()
+            roomy = smoothed if roomy is None or not tangled else roomy
+            crowded |= tangled
+            if not tangled:
+                return (_moved(fabric, roomy.vertices) if crowded else fabric), _room(fabric, roomy, crowded)
+            break
+    if roomy is None or roomy is fabric:
+        return fabric, Room((), 0.0)
+    return _moved(fabric, roomy.vertices), _room(fabric, roomy, crowded)
 
 
 def _yarns(fabric: StitchMesh, radius: float, points_per_stitch: int, finish: YarnFinish) -> YarnSet:
     return yarns_along_routes(trace_yarn_routes(fabric, radius, points_per_stitch, finish), radius)
 
 
-def _starts(fabric: StitchMesh, radius: float) -> Iterator[StitchMesh]:
-    """Yield the fabric, and, if it has two layers that are too close, the fabric with these moved apart."""
+def _starts(fabric: StitchMesh, distances: Sequence[float]) -> Iterator[StitchMesh]:
+    """Yield the fabric, and for each distance [cm], if it has two layers that are closer, with these moved apart."""
     yield fabric
-    apart = layers_apart(fabric, THICKNESS_OVER_RADIUS * radius)
-    if apart is not fabric:
-        yield apart
+    for distance in distances:
+        apart = layers_apart(fabric, distance)
+        if apart is not fabric:
+            yield apart
+
+
+def _tangled(fabric: StitchMesh, yarns: YarnSet, finish: YarnFinish) -> set[int]:
+    """Return the stitch that is named as one whose loops do not hold as they should, or nothing."""
+    try:
+        check_loops(fabric, yarns, finish=finish)
+    except YarnError as error:
+        return set() if error.face is None else {error.face}
+    return set()
 
 
 def _with_room(

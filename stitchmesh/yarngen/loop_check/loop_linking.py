@@ -38,6 +38,7 @@ from stitchmesh.yarngen.loop_check.threadings import expected_threadings, is_dra
 from stitchmesh.yarngen.loop_check.unrolled_loops import unroll_loops
 
 WRONG_TEMPLATE = "the template of a stitch is wrong"
+"""What is said of a fabric on a lattice, all of whose stitches have room."""
 """What to look at where a regular fabric fails."""
 WHOLE = 1e-6
 """Largest difference between two linking numbers that count as equal."""
@@ -119,7 +120,15 @@ def check_loops(fabric: StitchMesh, yarns: YarnSet, *, finish: YarnFinish = DEFA
     radius = generation_radius(fabric, yarns)
     generated = yarns_along_routes(pieces.routes, radius)
     if fabric.lattice is None:
-        _check_generated(find_arcs(fabric, generated, finish), generated)
+        try:
+            _check_generated(find_arcs(fabric, generated, finish), generated)
+        except YarnError as error:
+            assert error.face is not None  # It names the stitch.
+            corners = fabric.face_vertex[fabric.sides_of(np.array([error.face]))]
+            place = fabric.vertices[corners].mean(axis=0).round(1).tolist()
+            room = f"near {place} cm, make room (sm.make_room with loops=True), or use a thinner yarn"
+            remedy = f"{room}; if neither helps, {WRONG_TEMPLATE}"
+            raise YarnError(error.found, face=error.face, remedy=remedy) from error
     else:
         checkable = unroll_loops(fabric, radius, finish)
         _check_generated(checkable.arcs, checkable.yarns, checkable.links, checkable.loops)

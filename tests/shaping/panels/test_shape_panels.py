@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stitchmesh.errors import ParameterError, TessellationError
+from stitchmesh.errors import ParameterError, TessellationError, YarnError
 from stitchmesh.mesh import BORDER, TOP, StitchMesh
 from stitchmesh.mesh.courses import find_courses
 from stitchmesh.meshrelax import relax_mesh, relax_mesh_with_report
@@ -17,6 +17,7 @@ from stitchmesh.shaping.panels.panel_mesh import PanelMesh
 from stitchmesh.shaping.panels.shape_panels import ShapedPanels, knit_panels, shape_panels
 from stitchmesh.yarngen import generate_yarns, make_room
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
+from stitchmesh.yarngen.room import make_room_with_report
 from tests.shaping.panels.sewing_patterns import (
     BAG_HEIGHT,
     BAG_WIDTH,
@@ -198,8 +199,20 @@ def test_a_sleeve_with_a_curved_cuff_and_a_cap_is_knitted_in_rounds(tmp_path):
 )
 def test_yarns_of_shirts_and_dresses_hold_each_other(tmp_path, pattern):
     shaped = knit_panels(pattern.read(tmp_path), stitch_width=2.0, progress=False)
-    fabric = make_room(relax_mesh(shaped.fabric, surface=shaped.surface, progress=False), quality="draft")
+    fabric = make_room(relax_mesh(shaped.fabric, surface=shaped.surface, progress=False), quality="draft", loops=True)
     check_loops(fabric, generate_yarns(fabric, quality="draft"))
+
+
+def test_loops_of_two_layers_that_hang_in_each_other_are_moved_apart(tmp_path):
+    # At the flat foot of the bag, the stitches at the ends of the rows of both sides lie on each other.
+    panels = bag().read(tmp_path)
+    shaped = knit_panels(panels, stitch_width=WIDTH, directions=towards(panels, 240.0), progress=False)
+    fabric = relax_mesh(shaped.fabric, surface=shaped.surface, progress=False)
+    with pytest.raises(YarnError, match=r"passes .*; near \[.*\] cm, make room \(sm.make_room with loops=True\)"):
+        check_loops(fabric, generate_yarns(make_room(fabric)))
+    roomy, room = make_room_with_report(fabric, loops=True)
+    check_loops(roomy, generate_yarns(roomy))
+    assert 0.0 < room.farthest < WIDTH and room.faces
 
 
 @pytest.mark.parametrize("angle", [45.0, 60.0, 120.0])
