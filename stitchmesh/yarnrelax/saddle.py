@@ -36,9 +36,9 @@ from stitchmesh.lattice import Lattice, lattice_frame
 from stitchmesh.mesh import FloatArray
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.assembled_hessian import assembled_hessian
 from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
 from stitchmesh.yarnrelax.energies.term import TermChoice
-from stitchmesh.yarnrelax.hessian.assembled_hessian import assembled_hessian
 from stitchmesh.yarnrelax.hessian.factored_matrix import factored
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.observer import Progress

@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.hessian.assembled_hessian import assembled_hessian
+from stitchmesh.yarnrelax.assembled_hessian import assembled_hessian
 from stitchmesh.yarnrelax.saddle import free_coordinates, moved_down
 from stitchmesh.yarnrelax.together.cell_batch import CellBatch
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.sparse import csc_array, diags_array
 
 from stitchmesh.errors import SolverError
-from stitchmesh.yarnrelax.hessian.assembled_hessian import assembled_hessian
+from stitchmesh.yarnrelax.assembled_hessian import assembled_hessian
 from stitchmesh.yarnrelax.hessian.factored_matrix import factored
 from tests.yarnrelax.hessian.dense_matrix import started
 from tests.yarnrelax.hessian.test_hessian_product import SCENES
