@@ -10,12 +10,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stitchmesh.errors import YarnError
 from stitchmesh.mesh import BORDER, RIGHT, TOP, FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.border_lean import border_lean, vertex_step
 from stitchmesh.mesh.courses import find_courses
 from stitchmesh.mesh.stitch import Stitch
+from stitchmesh.yarngen.templates.edge_templates import CHAIN_HEIGHT
 
 DRAWN_HEIGHT = 0.8
 """Height of a bind-off face with a drawn-through yarn, over the mean height of the stitches below it."""
@@ -31,8 +33,8 @@ def with_bind_off(fabric: StitchMesh, height: float = DRAWN_HEIGHT) -> StitchMes
 
     Args:
         fabric: stitch faces.
-        height: height of the new faces, over the mean height of the stitches below; faces above small rings always have
-            ``DRAWN_HEIGHT``.
+        height: height of the new faces, over the mean height of the stitches below; those of ``drawn_sides`` always
+            have ``DRAWN_HEIGHT``.
     """
     sides = np.flatnonzero((fabric.side_role == TOP) & (fabric.twin == BORDER))
     if len(sides) == 0:
@@ -85,10 +87,35 @@ def _with_one_yarn_per_bind_off(whole: StitchMesh, first: int) -> StitchMesh:
     return replace(whole, yarn=yarn)
 
 
-def small_rings(fabric: StitchMesh) -> list[IntArray]:
-    """Top sides of each small border ring, such as a crown or a fingertip, through which a yarn is always drawn."""
+def drawn_sides(fabric: StitchMesh) -> IntArray:
+    """Return the top sides through whose loops a yarn is always drawn: those of small rings, and of touching borders.
+
+    Small rings are those of a crown or a fingertip.
+    """
+    found = [loop for loop in fabric.boundary_loops if len(loop) <= SMALL_RING_LOOPS and _is_top(fabric, loop).all()]
+    found += [loop[_is_top(fabric, loop)] for loop in _touching_borders(fabric)]
+    return np.unique(np.concatenate(found)) if found else np.zeros(0, dtype=np.int64)
+
+
+def _is_top(fabric: StitchMesh, sides: IntArray) -> NDArray[np.bool_]:
+    return np.asarray(fabric.side_role[sides] == TOP)
+
+
+def _touching_borders(fabric: StitchMesh) -> list[IntArray]:
+    """Return the sides of each border that has no room for a chain between itself and another one.
+
+    They touch, as where a fabric was separated.
+    """
+    from scipy.spatial import cKDTree
+
     loops = fabric.boundary_loops
-    return [loop for loop in loops if len(loop) <= SMALL_RING_LOOPS and (fabric.side_role[loop] == TOP).all()]
+    if len(loops) < 2:
+        return []
+    number = np.repeat(np.arange(len(loops)), [len(loop) for loop in loops])
+    places = fabric.vertices[fabric.face_vertex[np.concatenate(loops)]]
+    near = CHAIN_HEIGHT * float(fabric.side_length[fabric.is_wale].mean())
+    pairs = number[cKDTree(places).query_pairs(near, output_type="ndarray")].reshape(-1, 2)
+    return [loops[border] for border in np.unique(pairs[pairs[:, 0] != pairs[:, 1]])]
 
 
 def _join_neighbours(twin: IntArray, first: IntArray, left: IntArray, right: IntArray) -> None:
@@ -114,8 +141,8 @@ def _raised_vertices(fabric: StitchMesh, vertices: IntArray, sides: IntArray, sh
     Raises:
         YarnError: a wale that ends at the border has no length.
     """
-    rings = [fabric.face_vertex[ring] for ring in small_rings(fabric)]
-    shares = np.where(np.isin(vertices, np.concatenate(rings)) if rings else False, DRAWN_HEIGHT, share)
+    drawn = fabric.face_vertex[drawn_sides(fabric)]
+    shares = np.where(np.isin(vertices, drawn), DRAWN_HEIGHT, share)
     base, up = fabric.vertices[vertices], shares[..., None] * _mean_wale(fabric)[vertices]
     flat = vertices[~up.any(axis=1)]
     if len(flat):

@@ -14,7 +14,7 @@ from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarn import APPARENT_OVER_CONTACT, FLOATING, YarnSet, segment_points
-from stitchmesh.yarngen.bind_off import DRAWN_HEIGHT, with_bind_off
+from stitchmesh.yarngen.bind_off import DRAWN_HEIGHT, drawn_sides, with_bind_off
 from stitchmesh.yarngen.bridges import SAME_IMAGE, SLOTS, Bridges, Image
 from stitchmesh.yarngen.cables import cross_loops, open_corners
 from stitchmesh.yarngen.clearance import smallest_distance
@@ -145,7 +145,7 @@ def trace_yarn_routes(
     bridges = finish_row_ends(whole, carried_strands(rows, finish.longest_float))
     lay_floats(rows, finish.longest_float, bridges)
     corner_position = separate_corners(rows, corners)
-    edge = choose_edges(whole, bridges, finish)
+    edge = choose_edges(whole, bridges, finish, drawn_sides(fabric))
     parts = place_parts(whole, radius, points_per_stitch, corner_position=corner_position, edge=edge)
     cross_loops(whole, groups, corners, radius, points_per_width(points_per_stitch), bridges)
     yarns = trace(link_ends(whole, parts, bridges))
