@@ -114,8 +114,7 @@ def room_stage(
     progress("meshrelax", 1.0, "room for the yarns")
     with _refused(fabric, options, quality_named(options.quality), report["shape"]):
         roomy, room = make_room_with_report(
-            fabric, yarn_radius=options.yarn_radius, quality=options.quality, finish=options.finish,
-            loops=options.panels is not None,
+            fabric, yarn_radius=options.yarn_radius, quality=options.quality, finish=options.finish
         )  # fmt: skip
     farthest = room.farthest / options.stitch_width
     if room.faces:

@@ -10,12 +10,12 @@ neighbours on the border, and only its corners stay: mesh relaxation can press t
 that is moved all around, as at a tip, keeps its length: without, it would shrink to a point.
 
 A row can end where a border is straight, as where the front of a cardigan passes smoothly into its neck. Its last
-stitch then has two sides along one line, between which its yarns have little room or none. If they have none, its
-corner is moved away from the stitch first, by a fifth of a stitch.
+stitch then has two sides along one line, between which its yarns have little room or none. If they have none, or its
+loops do not hold, its corner is moved away from the stitch first, by a fifth of a stitch.
 
 Two layers of a fabric that lie too close, such as a brim that is folded up, get no room by smoothing. They are then
 moved apart (``layers_apart``). Beside a sewn seam, as at a shoulder, the loops at the borders of two layers can hang in
-each other although their yarns have room; layers are then moved apart further.
+each other although their yarns have room (``check_loops``); layers are then moved apart further.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class Room:
 
 def make_room(
     fabric: StitchMesh, *, yarn_radius: float | None = None, quality: str | Quality = DEFAULT_QUALITY,
-    finish: YarnFinish = DEFAULT_FINISH, loops: bool = False,
+    finish: YarnFinish = DEFAULT_FINISH,
 ) -> StitchMesh:  # fmt: skip
     """Smooth stitches where the yarns of a fabric would start too close, until the yarns have room.
 
@@ -88,12 +88,12 @@ def make_room(
     Returns:
         The fabric; the same one if its yarns have room, or cannot be given any.
     """
-    return make_room_with_report(fabric, yarn_radius=yarn_radius, quality=quality, finish=finish, loops=loops)[0]
+    return make_room_with_report(fabric, yarn_radius=yarn_radius, quality=quality, finish=finish)[0]
 
 
 def make_room_with_report(
     fabric: StitchMesh, *, yarn_radius: float | None = None, quality: str | Quality = DEFAULT_QUALITY,
-    finish: YarnFinish = DEFAULT_FINISH, loops: bool = False,
+    finish: YarnFinish = DEFAULT_FINISH,
 ) -> tuple[StitchMesh, Room]:  # fmt: skip
     """Smooth stitches as ``make_room`` does, and return also what was moved.
 
@@ -102,7 +102,6 @@ def make_room_with_report(
         yarn_radius: contact radius of the yarn [cm]; an eighth of the mean stitch width if not given.
         quality: the quality with which the yarns will be generated.
         finish: how rows are cast on and bound off, and which floats are cut.
-        loops: whether layers whose loops hang in each other (``check_loops``) are moved apart too.
 
     Returns:
         The fabric, and what was moved. If the yarns are still crowded after ``MOST_ROUNDS``, the given fabric and no
@@ -119,16 +118,14 @@ def make_room_with_report(
     yarns_of = partial(_yarns, radius=radius, points_per_stitch=points_per_stitch, finish=finish)
     crowded: set[int] = set()
     roomy: StitchMesh | None = None
-    distances = [thickness * radius for thickness in (APART if loops else APART[:1])]
+    distances = [thickness * radius for thickness in APART]
     for begun in _starts(fabric, distances):
         for along_borders in (False, True):
-            smoothed, found = _with_room(begun, radius, yarns_of, along_borders=along_borders)
-            crowded |= found
+            smoothed, found, tangled = _with_room(begun, radius, yarns_of, finish, along_borders=along_borders)
+            crowded |= found | tangled
             if smoothed is None:
                 continue
-            tangled = _tangled(smoothed, yarns_of(smoothed), finish) if loops else set()
             roomy = smoothed if roomy is None or not tangled else roomy
-            crowded |= tangled
             if not tangled:
                 return (_moved(fabric, roomy.vertices) if crowded else fabric), _room(fabric, roomy, crowded)
             break
@@ -160,35 +157,39 @@ def _tangled(fabric: StitchMesh, yarns: YarnSet, finish: YarnFinish) -> set[int]
 
 
 def _with_room(
-    fabric: StitchMesh, radius: float, yarns_of: Callable[[StitchMesh], YarnSet], *, along_borders: bool
-) -> tuple[StitchMesh | None, set[int]]:
-    """Smooth around crowded stitches until the yarns have room; return the fabric and the stitches that were crowded.
+    fabric: StitchMesh, radius: float, yarns_of: Callable[[StitchMesh], YarnSet], finish: YarnFinish, *,
+    along_borders: bool,
+) -> tuple[StitchMesh | None, set[int], set[int]]:  # fmt: skip
+    """Smooth around crowded stitches until the yarns have room.
 
     Args:
         fabric: the stitches.
         radius: radius of the yarns [cm].
         yarns_of: function that generates the yarns of stitches.
+        finish: the finish of these yarns.
         along_borders: whether vertices of borders are moved too.
 
     Returns:
-        The fabric, None if its yarns are still crowded after ``MOST_ROUNDS``; and the crowded stitches.
+        The fabric, None if its yarns are still crowded after ``MOST_ROUNDS``; the stitches that were crowded; and one
+        whose loops do not hold as they should, if there is one.
     """
     found: set[int] = set()
     smooth = None
     for number in range(MOST_ROUNDS):
         yarns = yarns_of(fabric)
         crowded = crowded_points(yarns, WANTED_OVER_SMALLEST * SMALLEST_DISTANCE_OVER_RADIUS * radius)
-        if not len(crowded):
-            return fabric, found
-        faces = np.unique(yarns.face[crowded])
-        found.update(faces.tolist())
+        tangled = set() if len(crowded) else _tangled(fabric, yarns, finish)
+        faces = np.unique(np.append(yarns.face[crowded], np.array(sorted(tangled), dtype=np.int64)))
         raised = _with_raised_corners(fabric, faces)
+        if raised is fabric and not len(crowded):
+            return fabric, found, tangled
+        found.update(faces.tolist())
         if raised is not fabric:
             fabric = raised
             continue
         smooth = _Smoothing.of(fabric, along_borders=along_borders) if smooth is None else smooth
         fabric = replace(fabric, vertices=smooth.moved(fabric, faces, RINGS + number // ROUNDS_OF_RING))
-    return None, found
+    return None, found, set()
 
 
 def _with_raised_corners(fabric: StitchMesh, near: IntArray) -> StitchMesh:

@@ -67,7 +67,7 @@ def test_the_file_states_its_format(tmp_path):
         ("twin", None, "dataset 'twin' is missing"),
         ("twin", [-1, -1, -1, 4, -1, 3, -1, -1, -1, -1], "is not the same edge reversed"),
         ("n_top", [2, 2], "a stitch face needs exactly 2 more, its wale sides"),
-        ("stitch", [1, 1], "KNIT on 2 bottom and 1 top sides"),
+        ("stitch", [1, 1], "knit on 2 bottom and 1 top sides"),
         ("vertices", np.zeros((8, 3)), "area is zero"),
         ("face_vertex", [0, 1, 2, 3, 4, 4, 3, 5, 6, 99], "vertex 99 does not exist"),
         ("stretch", [1.0], "stretch: got shape (1,)"),

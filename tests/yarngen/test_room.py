@@ -78,15 +78,27 @@ def test_a_fold_at_borders_gets_room_and_corners_stay():
     np.testing.assert_array_equal(roomy.vertices[corner], fabric.vertices[corner])
 
 
-def test_stitches_between_corners_cannot_get_room():
+def pieces_of_one_stitch(places: list[float]) -> StitchMesh:
+    """Stitches of 1 cm width, one upon the other."""
     corner = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.77, 0.0], [0.0, 0.77, 0.0]])
-    pieces = Mesh.from_polygons(
-        np.concatenate([corner, corner + np.array([0.0, 0.0, GAP])]), [[0, 1, 2, 3], [4, 5, 6, 7]]
-    )
-    fabric = sm.tessellate(sm.label(pieces), stitch_width=1.0)  # two stitches, one upon the other
+    points = np.concatenate([corner + np.array([0.0, 0.0, place]) for place in places])
+    faces = np.arange(len(points)).reshape(-1, 4).tolist()
+    return sm.tessellate(sm.label(Mesh.from_polygons(points, faces)), stitch_width=1.0)
+
+
+def test_a_stitch_between_corners_cannot_get_room():
+    plain = pieces_of_one_stitch([0.0])
+    fabric = replace(plain, vertices=plain.vertices * [1.0, 0.02, 1.0])
     assert sm.make_room(fabric, quality="draft") is fabric
     with pytest.raises(YarnError, match="radii apart"):
         sm.generate_yarns(fabric, quality="draft")
+
+
+def test_stitches_that_lie_upon_one_another_are_moved_apart():
+    fabric = pieces_of_one_stitch([0.0, GAP])
+    with pytest.raises(YarnError, match="radii apart"):
+        sm.generate_yarns(fabric, quality="draft")
+    sm.generate_yarns(sm.make_room(fabric, quality="draft"), quality="draft")
 
 
 def test_borders_stay_where_they_are_if_yarns_get_room_without():

@@ -126,7 +126,7 @@ def check_loops(fabric: StitchMesh, yarns: YarnSet, *, finish: YarnFinish = DEFA
             assert error.face is not None  # It names the stitch.
             corners = fabric.face_vertex[fabric.sides_of(np.array([error.face]))]
             place = fabric.vertices[corners].mean(axis=0).round(1).tolist()
-            room = f"near {place} cm, make room (sm.make_room with loops=True), or use a thinner yarn"
+            room = f"near {place} cm, make room (sm.make_room), or use a thinner yarn"
             remedy = f"{room}; if neither helps, {WRONG_TEMPLATE}"
             raise YarnError(error.found, face=error.face, remedy=remedy) from error
     else:

@@ -10,10 +10,10 @@ import pytest
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax import assembled_hessian as module
 from stitchmesh.yarnrelax.assembled_hessian import assembled_hessian
 from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
 from stitchmesh.yarnrelax.energies.confinement import Confinement
-from stitchmesh.yarnrelax.hessian import assembled_hessian as module
 from tests.yarnrelax.hessian.dense_matrix import Products, forces_at, points_of, started
 from tests.yarnrelax.hessian.test_hessian_product import CELLS, FREE, KALDOR, SCENES, assert_close
 from tests.yarnrelax.solvers.test_cell_strain import deformed
