@@ -28,7 +28,7 @@ def test_example_runs(path, tmp_path):
     spec = importlib.util.spec_from_file_location(path.stem, path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    yarns = module.main(tmp_path, 2.5)
+    yarns = module.main(tmp_path, 2.2)
     assert np.isfinite(yarns.points).all()
     assert np.abs(yarns.strain).max() < 0.05  # The largest strain of a garment's yarn that the README allows.
     assert any(tmp_path.iterdir())
