@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 from dataclasses import replace
@@ -227,7 +228,11 @@ def test_a_job_that_runs_is_followed_until_it_has_finished(app_in_browser, tmp_p
         rig.wait_for_text("Waiting for the first result")
         command = [sys.executable, "-m", "stitchmesh", "knit", str(tmp_path / "tube.obj"), *options]
         with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+            while not (job / "stitches.h5").exists():
+                assert process.poll() is None
+            process.send_signal(signal.SIGSTOP)  # A page that looks late would see the finished job only.
             rig.wait_for_text("is running, or was stopped")
+            process.send_signal(signal.SIGCONT)
             rig.wait_for_text("is finished")
         assert process.returncode == 0
         shown = rig.call(lambda: rig.app.page._viewed.thing)
