@@ -104,6 +104,7 @@ def test_the_clicks_make_what_the_same_calls_make(app_in_browser, skirt_file, tm
         rig.settle()
         rig.page_button("Project")
         rig.open_group("Download")
+        rig.settle()
         _, content = rig.downloaded(lambda: rig.act("download", "relaxed.h5"))
     (tmp_path / "relaxed.h5").write_bytes(content)
     corners = mesh.face_vertex[side], mesh.face_vertex[mesh.side_next[side]]
