@@ -152,7 +152,8 @@ def _raised_vertices(fabric: StitchMesh, vertices: IntArray, sides: IntArray, sh
     raised = base + vertex_step(up, border_lean(base, up, sides), fabric.vertex_normal[vertices])
     for foot, head in _steps(fabric):
         wale = fabric.vertices[head] - fabric.vertices[foot]
-        raised[np.searchsorted(vertices, foot)] = fabric.vertices[foot] + max(share, 1.0) * wale
+        place = np.searchsorted(vertices, foot)
+        raised[place] = fabric.vertices[foot] + max(shares[place], 1.0) * wale
     return raised
 
 
