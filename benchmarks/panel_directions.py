@@ -38,7 +38,7 @@ def knitted(panels: PanelMesh, angle: float, width: float) -> ShapedPanels:
 def state(shaped: ShapedPanels) -> str:
     """Return whether the loops hold each other, or what refuses them."""
     try:
-        fabric = make_room(relax_mesh(shaped.fabric, surface=shaped.surface, progress=False), loops=True)
+        fabric = make_room(relax_mesh(shaped.fabric, surface=shaped.surface, progress=False))
         check_loops(fabric, generate_yarns(fabric))
     except StitchMeshError as error:
         return str(error)
