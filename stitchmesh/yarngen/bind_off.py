@@ -24,6 +24,9 @@ DRAWN_HEIGHT = 0.8
 SMALL_RING_LOOPS = 16
 """Largest number of loops of a small border ring. Such a ring is too short for a chain bind-off; knitters break the
 yarn and draw it through these loops."""
+DRAWN_OUT = 2.0
+"""Width of a stitch of a chain above over that below from which a yarn is drawn through its row, if the row has no more
+loops than a small ring: in a notch, the loops of a chain would be drawn out so far that they miss one another."""
 
 
 def with_bind_off(fabric: StitchMesh, height: float = DRAWN_HEIGHT) -> StitchMesh:
@@ -39,9 +42,11 @@ def with_bind_off(fabric: StitchMesh, height: float = DRAWN_HEIGHT) -> StitchMes
     sides = np.flatnonzero((fabric.side_role == TOP) & (fabric.twin == BORDER))
     if len(sides) == 0:
         return fabric
-    right, left = fabric.face_vertex[sides], fabric.face_vertex[fabric.side_next[sides]]
-    border_vertices, place = np.unique(np.concatenate([right, left]), return_inverse=True)
-    raised = len(fabric.vertices) + place.reshape(2, -1)
+    border_vertices, ends = _ends(fabric, sides)
+    right, left = border_vertices[ends]
+    drawn, _ = _ends(fabric, drawn_sides(fabric))
+    shares = np.where(np.isin(border_vertices, drawn), DRAWN_HEIGHT, height)
+    raised = len(fabric.vertices) + ends
     quads = np.stack([left, right, raised[0], raised[1]], axis=1)
     first = fabric.side_count + 4 * np.arange(len(sides))
     twin = np.concatenate([fabric.twin, np.full(4 * len(sides), BORDER)])
@@ -50,9 +55,7 @@ def with_bind_off(fabric: StitchMesh, height: float = DRAWN_HEIGHT) -> StitchMes
     count = len(sides)
     plain = np.zeros(4 * count, dtype=np.int64)
     whole = StitchMesh(
-        vertices=np.concatenate(
-            [fabric.vertices, _raised_vertices(fabric, border_vertices, place.reshape(2, -1), height)]
-        ),
+        vertices=np.concatenate([fabric.vertices, _raised_vertices(fabric, border_vertices, ends, shares)]),
         face_start=np.concatenate([fabric.face_start, fabric.face_start[-1] + 4 * np.arange(1, count + 1)]),
         face_vertex=np.concatenate([fabric.face_vertex, quads.ravel()]),
         twin=twin,
@@ -88,13 +91,44 @@ def _with_one_yarn_per_bind_off(whole: StitchMesh, first: int) -> StitchMesh:
 
 
 def drawn_sides(fabric: StitchMesh) -> IntArray:
-    """Return the top sides through whose loops a yarn is always drawn: those of small rings, and of touching borders.
+    """Return the top sides through whose loops a yarn is always drawn, because a chain has no room there.
 
-    Small rings are those of a crown or a fingertip.
+    They are those of small rings, such as a crown or a fingertip, of touching borders, and of short rows in a notch.
     """
     found = [loop for loop in fabric.boundary_loops if len(loop) <= SMALL_RING_LOOPS and _is_top(fabric, loop).all()]
     found += [loop[_is_top(fabric, loop)] for loop in _touching_borders(fabric)]
+    found += _rows_in_notches(fabric)
     return np.unique(np.concatenate(found)) if found else np.zeros(0, dtype=np.int64)
+
+
+def _rows_in_notches(fabric: StitchMesh) -> list[IntArray]:
+    """Return the top sides of each short row on which a stitch of a chain would be drawn out."""
+    rows = [row for loop in fabric.boundary_loops for row in _short_rows(fabric, loop)]
+    if not rows:
+        return []
+    sides = np.concatenate(rows)
+    vertices, ends = _ends(fabric, sides)
+    raised = _raised_vertices(fabric, vertices, ends, np.full(len(vertices), CHAIN_HEIGHT))
+    wide = np.linalg.norm(raised[ends[1]] - raised[ends[0]], axis=1) > DRAWN_OUT * fabric.side_length[sides]
+    return [row for row in rows if np.isin(row, sides[wide]).any()]
+
+
+def _short_rows(fabric: StitchMesh, loop: IntArray) -> list[IntArray]:
+    """Return the runs of neighbouring top sides of a border that are no longer than a small ring."""
+    top = _is_top(fabric, loop)
+    if top.all():
+        return []
+    loop = np.roll(loop, -int(np.flatnonzero(~top)[0]))
+    top = _is_top(fabric, loop)
+    runs = np.split(loop, np.flatnonzero(np.diff(top)) + 1)
+    return [run for run in runs if _is_top(fabric, run).all() and len(run) <= SMALL_RING_LOOPS]
+
+
+def _ends(fabric: StitchMesh, sides: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the vertices of top sides, ascending, and the right and the left end of each as indices into them."""
+    ends = np.stack([fabric.face_vertex[sides], fabric.face_vertex[fabric.side_next[sides]]])
+    vertices, place = np.unique(ends, return_inverse=True)
+    return vertices, place.reshape(2, -1)
 
 
 def _is_top(fabric: StitchMesh, sides: IntArray) -> NDArray[np.bool_]:
@@ -127,7 +161,7 @@ def _join_neighbours(twin: IntArray, first: IntArray, left: IntArray, right: Int
             twin[side + 1], twin[neighbour + 3] = neighbour + 3, side + 1
 
 
-def _raised_vertices(fabric: StitchMesh, vertices: IntArray, sides: IntArray, share: float) -> FloatArray:
+def _raised_vertices(fabric: StitchMesh, vertices: IntArray, sides: IntArray, shares: FloatArray) -> FloatArray:
     """New vertices above border vertices [cm], shape (n, 3), along the wales that end there.
 
     Where the border is a small ring, as at a crown, the wales converge. The new row then points along the normal.
@@ -136,13 +170,11 @@ def _raised_vertices(fabric: StitchMesh, vertices: IntArray, sides: IntArray, sh
         fabric: stitch faces.
         vertices: border vertices, ascending, shape (n,).
         sides: index into ``vertices`` of the right and the left end of each top side, shape (2, S).
-        share: height of the new faces, over the mean height of the stitches below.
+        shares: height of the new faces, over the mean height of the stitches below, shape (n,).
 
     Raises:
         YarnError: a wale that ends at the border has no length.
     """
-    drawn = fabric.face_vertex[drawn_sides(fabric)]
-    shares = np.where(np.isin(vertices, drawn), DRAWN_HEIGHT, share)
     base, up = fabric.vertices[vertices], shares[..., None] * _mean_wale(fabric)[vertices]
     flat = vertices[~up.any(axis=1)]
     if len(flat):
@@ -151,6 +183,8 @@ def _raised_vertices(fabric: StitchMesh, vertices: IntArray, sides: IntArray, sh
         raise YarnError(f"face {face}: is bound off, but has no height at one side", face=face, remedy=remedy)
     raised = base + vertex_step(up, border_lean(base, up, sides), fabric.vertex_normal[vertices])
     for foot, head in _steps(fabric):
+        if foot not in vertices:
+            continue
         wale = fabric.vertices[head] - fabric.vertices[foot]
         place = np.searchsorted(vertices, foot)
         raised[place] = fabric.vertices[foot] + max(shares[place], 1.0) * wale

@@ -176,6 +176,7 @@ def towards(panels: PanelMesh, angle: float) -> dict[int, tuple[float, float]]:
     [
         (bag, 0.0, 1.5),  # panels that lie on each other at a sewn foot
         (skirt, 45.0, 2.0),  # tips at which rows end with steps
+        (t_shirt, 135.0, 1.5),  # two stitches that are bound off in a notch, drawn out to twice their width
     ],
 )
 def test_yarns_hold_each_other_in_other_directions(tmp_path, pattern, angle, width):
