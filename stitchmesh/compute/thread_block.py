@@ -95,6 +95,21 @@ def _extreme(sign: str) -> str:
 """
 
 
+_TOTAL = """
+#if defined(__CUDA_ARCH__)
+    __shared__ double parts[32];
+    for (int step = 16; step > 0; step >>= 1) value += __shfl_xor_sync(0xffffffffu, value, step);
+    if ((threadIdx.x & 31) == 0) parts[threadIdx.x >> 5] = value;
+    __syncthreads();
+    const int warps = blockDim.x >> 5;
+    value = 0.0;
+    for (int k = 0; k < warps; ++k) value += parts[k];
+    __syncthreads();
+#endif
+    return value;
+"""
+
+
 @wp.func_native(_BARRIER)
 def wait_for_block():
     """Continue when all threads of the block have reached this point and their writes are visible."""
@@ -110,6 +125,12 @@ def largest_over_block(value: wp.float64) -> wp.float64:
 @wp.func_native(_extreme("<"))
 def smallest_over_block(value: wp.float64) -> wp.float64:
     """Smallest value over all threads of the block."""
+    ...
+
+
+@wp.func_native(_TOTAL)
+def total_over_block(value: wp.float64) -> wp.float64:
+    """Sum of one value over all threads of the block, always in the same order; each thread gets it."""
     ...
 
 

@@ -145,55 +145,6 @@ def test_the_stiffness_of_a_pair_is_the_second_derivative_and_has_no_negative_ei
         assert np.abs(matrix_of(exact) @ press).max() < 1e-12 * 3.0 * 2 / 0.05  # nothing along the normal
 
 
-@pytest.mark.parametrize("mu", [0.3, (0.5, 0.2)])
-@pytest.mark.parametrize("size", [0.003, 0.1], ids=["sticking", "sliding"])
-def test_the_product_with_a_motion_is_the_change_of_the_forces(size: float, mu: float | tuple[float, float]) -> None:
-    """Samples and strains move; the matrix is symmetric, so that two motions give the same work of each other's."""
-    yarns = periodic_patch(1, 1)
-    scene = CellScene.of(yarns.with_radius(1.1 * yarns.radius), Friction(mu))
-    points, periods = scene.start + slip(yarns, size), scene.periods
-    rng, works = np.random.default_rng(7), []
-    motions = [(rng.normal(size=points.shape), 0.1 * rng.normal(size=3)) for _ in range(2)]
-    for moved, whole in motions:
-        found, virial = product(scene, points, moved, whole)
-        step = 1e-6  # of a motion of one radius over a slip of a few thousandths
-        ends = []
-        for side in (1.0, -1.0):
-            matrix = strain(*(side * step * whole))
-            scene.set_strain(matrix, points, periods)
-            at = points @ matrix.T + side * step * moved
-            ends.append((scene.sample_forces(at), scene.strain_forces(at)[:3]))
-        scene.set_strain(np.eye(3), points, periods)
-        change = -(ends[0][0] - ends[1][0]) / (2 * step)
-        np.testing.assert_allclose(found, change, atol=1e-3 * np.abs(change).max())
-        works.append((found, virial, whole, samples_of(scene, moved)))
-    one, two = works
-    cross = [(a[0] * b[3]).sum() + a[1] @ b[2] for a, b in ((one, two), (two, one))]
-    own = (one[0] * one[3]).sum() + one[1] @ one[2]
-    assert own > 0.0
-    assert cross[0] == pytest.approx(cross[1], abs=1e-10 * own)  # rounding
-
-
-def samples_of(scene: CellScene, moved: np.ndarray) -> np.ndarray:
-    """Motion of the contact samples for a motion of the control points."""
-    scene.set_points(scene.start)
-    before = scene.state.samples.numpy()[:, :3].copy()
-    scene.set_points(scene.start + moved)
-    return scene.state.samples.numpy()[:, :3] - before
-
-
-def product(
-    scene: CellScene, points: np.ndarray, moved: np.ndarray, whole: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Products for the samples, shape (P, 3), and for the strains, shape (3,)."""
-    model, motion = scene.model, samples_of(scene, moved)
-    scene.set_points(points)
-    given = model.upload(np.column_stack([motion, np.zeros(len(motion))]), 4)
-    found, virial = model.empty(len(motion), 4), model.empty(len(motion), 3)
-    scene.friction.products(scene.state, given, model.upload(whole[None], 3), found, virial, model.launch)
-    return found.numpy()[:, :3], virial.numpy().sum(axis=0)
-
-
 def mollified(s: float, e: float) -> float:
     """phi (``friction``)."""
     return s * s / e - s**3 / (3 * e * e) if s < e else s - e / 3
@@ -252,7 +203,6 @@ def test_friction_dissipates_in_a_closed_cycle(size: float) -> None:
     assert (work > -0.5 * full) if size < 0.05 else (-1.1 * full < work < -0.6 * full)
 
 
-@cache
 @cache
 def relaxed(mu: float, load: float = 0.0, start: float = 1.0, moved: bool = False) -> Relaxation:
     """Stockinette in a free cell, from a cell that is ``start`` times as high, along the wales drawn with a load."""

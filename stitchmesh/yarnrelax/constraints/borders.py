@@ -16,13 +16,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import warp as wp
+from scipy.sparse import csr_array, kron
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarnrelax.energies.shape_patches import loops_of
-from stitchmesh.yarnrelax.energies.term import Constraint, ConstraintChoice
+from stitchmesh.yarnrelax.energies.term import Constraint, ConstraintChoice, Coupling
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 
@@ -120,6 +122,13 @@ class Borders(Constraint):
     def filter_forces(self, force: wp.array[Any], launcher: Launcher) -> list[Any]:
         """The launch that subtracts the reactions of the border from forces."""
         return [launcher(centre_forces, len(self.held), [self.held, self.loop_start, self.loop_points], [force])]
+
+    def coupling(self) -> Coupling:
+        """The rows that sum the coordinates of each loop."""
+        start, points = self.loop_start.numpy(), self.loop_points.numpy()
+        shape = len(start) - 1, len(self.home)
+        loops = csr_array((np.ones(len(points)), points, start), shape=shape)
+        return Coupling(csr_array(kron(loops[self.held.numpy()], np.eye(3))))
 
     def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], launcher: Launcher) -> list[Any]:
         """The launch that removes the motion of the mean from the steps of each border loop."""

@@ -18,11 +18,12 @@ from typing import Any
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
+from scipy.sparse import csr_array, kron
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.energies.term import Constraint, ConstraintChoice
+from stitchmesh.yarnrelax.energies.term import Constraint, ConstraintChoice, Coupling
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.point_selection import select_points
 from stitchmesh.yarnrelax.model.state import State
@@ -67,15 +68,26 @@ def pinned_points(yarns: YarnSet, pins: Pins) -> NDArray[np.int64]:
     return select_points("pins", yarns, pins.points, pins.faces)
 
 
+def held_coordinates(points: wp.array[Any], count: int) -> Coupling:
+    """A row for each coordinate of some of ``count`` control points."""
+    held = points.numpy()
+    rows = csr_array((np.ones(len(held)), held, np.arange(len(held) + 1)), shape=(len(held), count))
+    return Coupling(csr_array(kron(rows, np.eye(3))))
+
+
 class _Held(Constraint):
     """Pins on a device."""
 
     def __init__(self, model: Model, points: NDArray[np.int64]) -> None:
-        self.pinned = model.integers(points)
+        self.pinned, self.count = model.integers(points), model.point_count
 
     def filter_forces(self, force: wp.array[Any], launcher: Launcher) -> list[Any]:
         """The launch that sets forces on pinned control points to zero."""
         return [launcher(hold, len(self.pinned), [self.pinned], [force])]
+
+    def coupling(self) -> Coupling:
+        """A row for each coordinate of the pinned control points."""
+        return held_coordinates(self.pinned, self.count)
 
     def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], launcher: Launcher) -> list[Any]:
         """The launch that sets steps of pinned control points to zero."""

@@ -59,22 +59,3 @@ def add_friction_virial(total: Any, images: Any, p: int, gap: Any, force: Any, s
     f1, f2 = wp.dot(force, e1) * half, wp.dot(force, e2) * half
     aa, bb, ac = k * g1 * g1, k * g2 * g2, k * g1 * g2
     return total + type(total)(f1 * g1, f2 * g2, f1 * g2, aa, bb, bb, none, ac, none)
-
-
-@wp.func
-def strain_of_gap(images: Any, p: int, gap: Any, strain: wp.array[Any]) -> Any:
-    """Change of the gap of a pair by the strain (a, b, c) of its cell: e1 (a g1 + c g2) + e2 b g2."""
-    cell = cell_of_sample(images, p)
-    e1, e2 = images.frame[2 * cell], images.frame[2 * cell + 1]
-    g1, g2, whole = wp.dot(gap, e1), wp.dot(gap, e2), strain[cell]
-    return e1 * (whole[0] * g1 + whole[2] * g2) + e2 * (whole[1] * g2)
-
-
-@wp.func
-def half_virial(images: Any, p: int, gap: Any, force: Any) -> Any:
-    """Half of the part (11, 22, 12) of a pair in the virial; the other sample of the pair has the other half."""
-    cell = cell_of_sample(images, p)
-    e1, e2 = images.frame[2 * cell], images.frame[2 * cell + 1]
-    half = type(gap[0])(0.5)
-    g1, g2, f1, f2 = wp.dot(gap, e1), wp.dot(gap, e2), wp.dot(force, e1) * half, wp.dot(force, e2) * half
-    return type(gap)(f1 * g1, f2 * g2, f1 * g2)

@@ -40,7 +40,8 @@ from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.term import Term, TermChoice
 from stitchmesh.yarnrelax.model.cells import PeriodicCell
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.lattice_images import cell_of, rests
+from stitchmesh.yarnrelax.model.input_powers import InputPowers
+from stitchmesh.yarnrelax.model.lattice_images import cell_of
 from stitchmesh.yarnrelax.model.material import carried_lengths
 from stitchmesh.yarnrelax.model.state import State
 
@@ -122,28 +123,6 @@ def confinement_forces(
     cell = cell_of_point(model, j)
     excess = excess_of_point(planes, cell, points[j])
     external_force[j] += planes.normal[cell] * confinement_force(excess, stiffness[j])
-
-
-@kernel
-def confinement_products(
-    # model
-    model: Any,
-    planes: Any,
-    stiffness: wp.array[Any],
-    # state in
-    points: wp.array[Any],
-    motion: wp.array[Any],
-    # state out
-    product: wp.array[Any],
-) -> None:
-    """Add the product of the planes' stiffness with the motion of each control point."""
-    j = wp.tid()
-    cell = cell_of_point(model, j)
-    if rests(model.images, cell):
-        return
-    normal = planes.normal[cell]
-    curvature = confinement_curvature(excess_of_point(planes, cell, points[j]), stiffness[j])
-    product[j] += normal * (curvature * wp.dot(normal, motion[j]))
 
 
 @kernel
@@ -243,11 +222,6 @@ class _Planes(Term):
         inputs = [*self._constants, state.points]
         return [launcher(confinement_forces, self.model.point_count, inputs, [state.external_force])]
 
-    def product(self, state: State, motion: wp.array[Any], product: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """The launch that adds the product of the planes' stiffness with a motion."""
-        inputs = [*self._constants, state.points, motion]
-        return [launcher(confinement_products, self.model.point_count, inputs, [product])]
-
     def point_blocks(self, state: State) -> NDArray[np.float64]:
         """The stiffness of the planes at the control points beyond them, shape (N, 3, 3)."""
         cell = np.repeat(np.arange(self.model.cell_count), np.diff(self.model.point_start))
@@ -272,6 +246,13 @@ class _Planes(Term):
     def stiffness(self) -> NDArray[np.float64]:
         """The second derivative beyond the planes, shape (N,)."""
         return self.host_stiffness
+
+    def input_powers(self) -> list[InputPowers]:
+        """Half the distance of the planes, and their stiffness at each control point, kappa l_j."""
+        return [
+            InputPowers(self.planes.half, [{"planes": 1.0}]),
+            InputPowers(self.own_stiffness, [{"loop_length": 1.0, "k_bend": 1.0, "radius": -4.0}]),
+        ]
 
     @property
     def _constants(self) -> list[Any]:

@@ -34,6 +34,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
+from scipy.sparse import bsr_array, csr_array, kron
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
@@ -42,7 +43,7 @@ from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.shape_patches import Loops, Rows, choose_patches, loops_of, owners
-from stitchmesh.yarnrelax.energies.term import Term, TermChoice
+from stitchmesh.yarnrelax.energies.term import Coupling, Term, TermChoice
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
 
@@ -117,37 +118,6 @@ def pull_patches(
     mean = mean / whole[patch]
     pull[patch] = patch_slope(mean, normal[patch], stiffness, threshold)
     energy[patch] = patch_energy(mean, normal[patch], stiffness, threshold) * whole[patch]
-
-
-@kernel
-def pull_moved_patches(
-    # model
-    patch_start: wp.array[wp.int32],
-    patch_loops: wp.array[wp.int32],
-    patch_weight: wp.array[Any],
-    whole: wp.array[Any],
-    normal: wp.array[Any],
-    stiffness: Any,
-    threshold: Any,
-    # state in
-    displacement: wp.array[Any],
-    motion: wp.array[Any],
-    # state out
-    pull: wp.array[Any],
-) -> None:
-    """Minus the second derivative of each patch's energy, times the mean motion of its loops, at weight one."""
-    patch = wp.tid()
-    n = normal[patch]
-    mean, moved = type(n)(), type(n)()
-    for k in range(patch_start[patch], patch_start[patch + 1]):
-        mean += displacement[patch_loops[k]] * patch_weight[k]
-        moved += motion[patch_loops[k]] * patch_weight[k]
-    moved = moved / whole[patch]
-    across = wp.dot(moved, n)
-    level = stiffness[1]
-    if wp.abs(wp.dot(mean, n)) > threshold * whole[patch]:
-        level = stiffness[2]
-    pull[patch] = ((moved - n * across) * stiffness[0] + n * (across * level)) * type(across)(-2.0)
 
 
 @kernel
@@ -227,10 +197,6 @@ class Shape(Term):
     """Pull of each patch, shape (K, 3)."""
     patch_energy: wp.array[Any]
     """Energy of each patch [erg], shape (K,)."""
-    motion: wp.array[Any]
-    """Sum of the motions of each loop in a product, shape (L, 3)."""
-    moved_pull: wp.array[Any]
-    """Pull of each patch in a product, shape (K, 3)."""
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
         """Add the patches' forces."""
@@ -246,19 +212,22 @@ class Shape(Term):
         self._pull(state, self.model.launch)
         return ordered_sum(self.patch_energy)
 
-    def product(self, state: State, motion: wp.array[Any], product: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """Add the product of the patches' stiffness with a motion; the displacements are those of the last forces."""
-        kappa = vector(3, self.model.scalar)(*self.kappa)
-        patches = [self.patch_start, self.patch_loops, self.patch_weight, self.whole, self.normal, kappa]
-        loops = [self.loop_start, self.loop_points]
-        owned = [*loops, self.owner_start, self.owner_patches, self.owner_weight]
-        count, still = len(self.loop_start) - 1, wp.zeros_like(self.home)
-        return [
-            launcher(displace_loops, count, [*loops, still, motion], [self.motion]),
-            launcher(pull_moved_patches, len(self.whole), [*patches, self.threshold, self.displacement, self.motion],
-                     [self.moved_pull]),
-            launcher(add_shape_forces, count, [*owned, self.moved_pull], [product]),
-        ]  # fmt: skip
+    def coupling(self, state: State) -> Coupling:
+        """The patches: rows sum the weighted coordinates of their control points."""
+        count, start = len(self.whole), self.patch_start.numpy()
+        whole, normal = (array.numpy().astype(np.float64) for array in (self.whole, self.normal))
+        shape = count, len(self.loop_start) - 1
+        of_loops = csr_array((self.patch_weight.numpy().astype(np.float64), self.patch_loops.numpy(), start), shape)
+        points = self.loop_points.numpy()
+        of_points = csr_array((np.ones(len(points)), points, self.loop_start.numpy()), (shape[1], len(self.home)))
+        across = np.einsum("ki,ki->k", of_loops @ self.displacement.numpy().astype(np.float64), normal)
+        tangent, first, stiffened = self.kappa
+        level = np.where(np.abs(across) > float(self.threshold) * whole, stiffened, first)
+        outer = normal[:, :, None] * normal[:, None, :]
+        give = outer / level[:, None, None] + (np.eye(3) - outer) / tangent
+        blocks = 0.5 * whole[:, None, None] * give
+        compliance = bsr_array((blocks, np.arange(count), np.arange(count + 1)), shape=(3 * count, 3 * count))
+        return Coupling(csr_array(kron(of_loops @ of_points, np.eye(3))), csr_array(compliance))
 
     def stiffness(self) -> NDArray[np.float64]:
         """Largest row sums of the patches' stiffness."""
@@ -303,8 +272,6 @@ def put_shape(model: Model, fabric: StitchMesh, loops: Loops) -> Shape:
         displacement=model.empty(len(loops.face), 3),
         pull=model.empty(len(centres), 3),
         patch_energy=model.empty(len(centres)),
-        motion=model.empty(len(loops.face), 3),
-        moved_pull=model.empty(len(centres), 3),
     )
 
 

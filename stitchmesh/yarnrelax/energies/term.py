@@ -10,17 +10,31 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
+from stitchmesh.yarnrelax.energies.pair_stiffness import PairStiffness
 from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.input_powers import InputPowers
 from stitchmesh.yarnrelax.model.state import State
+
+
+@dataclass(frozen=True, eq=False)
+class Coupling:
+    """A stiffness V^T C^-1 V that joins many coordinates."""
+
+    rows: csr_array
+    """V, shape (m, n)."""
+    compliance: csr_array | None = None
+    """C, shape (m, m); None for a constraint."""
 
 
 class Term(ABC):
@@ -29,7 +43,7 @@ class Term(ABC):
     name: str
     """Name of the term in reports."""
     gives_hessian: bool = False
-    """Whether ``product`` is the product with the exact Hessian, or one that is never negative and nearly it."""
+    """Whether ``point_blocks`` and ``coupling`` are the exact Hessian, or one that is never negative and nearly it."""
     lags: bool = False
     """Whether the term is renewed each time the yarns have come to rest, until renewal changes nothing."""
 
@@ -53,19 +67,34 @@ class Term(ABC):
     def stiffness(self) -> NDArray[np.float64]:
         """Row sums of stiffness at the control points [erg / unit^2], shape (N,), except those of ``forces``."""
 
-    def product(self, state: State, motion: wp.array[Any], product: wp.array[Any], launcher: Launcher) -> list[Any]:
-        """The launches that add the product of the term's Hessian with a motion; both of shape (E, 3).
-
-        Called only where ``gives_hessian``; a term with constant forces adds nothing.
-        """
-        return []
-
     def point_blocks(self, state: State) -> NDArray[np.float64] | None:
         """Second derivatives by the coordinates of each control point [erg / unit^2], shape (N, 3, 3); None for zero.
 
-        Called only where ``gives_hessian``.
+        The assembled Hessian has these blocks and those of ``pair_stiffness``, also without ``gives_hessian``.
         """
         return None
+
+    def pair_stiffness(self, state: State, launcher: Launcher) -> PairStiffness | None:
+        """Second derivatives of the energies of pairs of contact samples; None for none.
+
+        Forces on the strains of cells that relax must follow from those of the pairs, as for contact.
+        """
+        return None
+
+    def coupling(self, state: State) -> Coupling | None:
+        """A part of the Hessian that joins many control points, over their coordinates; None for zero.
+
+        Called only where ``gives_hessian``, at the state of the last forces.
+        """
+        return None
+
+    def input_powers(self) -> list[InputPowers]:
+        """How the constants of the term depend on the inputs of a relaxation, for the derivatives of a state of rest.
+
+        Raises:
+            ParameterError: this is not known.
+        """
+        raise ParameterError(f"derivatives at rest: got the term {self.name}, which has none; leave it out")
 
     def renew(self, state: State, candidates: Candidates) -> None:  # noqa: B027 - most terms have no lagged quantities
         """Update lagged quantities; called at the beginning of a load step, outside of captured launches."""
@@ -103,6 +132,10 @@ class Constraint(ABC):
     @abstractmethod
     def filter_forces(self, force: wp.array[Any], launcher: Launcher) -> list[Any]:
         """Subtract the reaction of the constraint from forces on the control points."""
+
+    @abstractmethod
+    def coupling(self) -> Coupling:
+        """The rows that sum the coordinates of control points whose sums the constraint holds."""
 
     @abstractmethod
     def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], launcher: Launcher) -> list[Any]:

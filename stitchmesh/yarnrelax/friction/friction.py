@@ -44,18 +44,25 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.cell_virial import add_friction_virial, half_virial, strain_of_gap
+from stitchmesh.yarnrelax.energies.cell_virial import add_friction_virial
+from stitchmesh.yarnrelax.energies.pair_stiffness import PairStiffness
 from stitchmesh.yarnrelax.energies.term import Term, TermChoice
-from stitchmesh.yarnrelax.friction.friction_contacts import Contacts, first_contacts, own_images, renewed_contacts
+from stitchmesh.yarnrelax.friction.friction_contacts import (
+    Contacts,
+    empty_lists,
+    first_contacts,
+    own_images,
+    renewed_contacts,
+)
 from stitchmesh.yarnrelax.friction.friction_law import (
     resistance_block,
     resisted_slip,
     slip_energy,
     slip_measure,
     slip_slope,
-    slip_stiffness_times,
     vector_from,
 )
+from stitchmesh.yarnrelax.friction.friction_stiffness import friction_stiffness
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.state import State
@@ -114,52 +121,6 @@ def friction_forces(cell_relaxes: bool) -> wp.Kernel:
             sample_virial[p] += virial * law[0]
 
     return friction_forces
-
-
-@functools.cache
-def friction_products(cell_relaxes: bool) -> wp.Kernel:
-    """The kernel of the products of the Hessian with a motion; where a cell relaxes, also with its strains."""
-
-    @kernel
-    def friction_products(
-        # model
-        images: Any,
-        law: Any,
-        tangent: wp.array[Any],
-        contact_count: wp.array[wp.int32],
-        contact_entry: wp.array2d[wp.int32],
-        anchor: wp.array2d[Any],
-        press: wp.array2d[Any],
-        # state in
-        samples: wp.array[Any],
-        sample_motion: wp.array[Any],
-        strain: wp.array[Any],
-        # state out
-        sample_product: wp.array[Any],
-        sample_strain: wp.array[Any],
-    ) -> None:
-        """Add the product of each sample; ``strain`` is (a, b, c) of each cell (``cell_strain``)."""
-        p = wp.tid()
-        own = sample_motion[p]
-        total = type(own)()
-        part = type(tangent[0])()
-        for c in range(contact_count[p]):
-            force, entry = press[p, c], contact_entry[p, c]
-            q = sample_number(images, entry)
-            gap = vector_from(images, samples, p, samples[p], entry, force)
-            moved = own - sample_motion[q]
-            change = type(force)(moved[0], moved[1], moved[2])
-            if wp.static(cell_relaxes):
-                change += strain_of_gap(images, p, gap, strain)
-            pull = slip_stiffness_times(force, gap - anchor[p, c], change, tangent[p], tangent[q], law)
-            total += type(own)(pull[0], pull[1], pull[2], own[3] - own[3])
-            if wp.static(cell_relaxes):
-                part += half_virial(images, p, gap, pull)
-        sample_product[p] += total
-        if wp.static(cell_relaxes):
-            sample_strain[p] += part
-
-    return friction_products
 
 
 @kernel
@@ -226,6 +187,7 @@ class FrictionTerm(Term):
     """Friction on a device."""
 
     name = "friction"
+    gives_hessian = True
     lags = True
 
     def __init__(self, model: Model, friction: Friction) -> None:
@@ -235,6 +197,7 @@ class FrictionTerm(Term):
         self.model, self.friction = model, friction
         self.law = vector(4, model.scalar)(largest, along, across, friction.slip_length)
         self.contacts = first_contacts(model)
+        self._stiffness = empty_lists(model, self.contacts, 6)
 
     def weaken(self, share: float) -> None:
         """Set the coefficients to a share of those that were chosen; captured launches must be discarded."""
@@ -247,33 +210,34 @@ class FrictionTerm(Term):
         outputs = [state.sample_force, state.sample_block, state.sample_virial]
         return [launcher(friction_forces(state.cell_relaxes), self.model.sample_count, self._inputs(state), outputs)]
 
-    def products(
-        self, state: State, motion: wp.array[Any], strain: wp.array[Any], product: wp.array[Any],
-        strain_product: wp.array[Any], launcher: Launcher,
-    ) -> list[Any]:  # fmt: skip
-        """The launch that adds the products of the Hessian of friction with a motion.
+    def pair_stiffness(self, state: State, launcher: Launcher) -> PairStiffness:
+        """The pairs that press each other, and the Hessian of each.
 
-        The Hessian is that of the energy between two renewals: symmetric, without negative eigenvalues, and soft along
-        a slip (``friction_law``).
-
-        Args:
-            state: the state; its samples are up to date.
-            motion: motion of each contact sample, shape (P, 4); the fourth component is not read.
-            strain: strains (a, b, c) of each cell, shape (C, 3); not read where no cell relaxes.
-            product: the product for each sample, shape (P, 4), is added here.
-            strain_product: the share of each sample in the product for the strains of its cell, shape (P, 3), is added
-                here; not written where no cell relaxes.
-            launcher: launches or prepares.
+        It is that of the energy between two renewals: symmetric, without negative eigenvalues, and soft along a slip
+        (``friction_law``).
         """
-        inputs = [*self._inputs(state), motion, strain]
-        kernel = friction_products(state.cell_relaxes)
-        return [launcher(kernel, self.model.sample_count, inputs, [product, strain_product])]
+        kept, inputs = self.contacts, self._inputs(state)
+        if self._stiffness.shape != kept.entry.shape:
+            self._stiffness = empty_lists(self.model, kept, 6)
+        launch = launcher(friction_stiffness, self.model.sample_count, inputs, [self._stiffness])
+        return PairStiffness(inputs[0], kept.count, kept.entry, self._stiffness, [launch])
 
     def energy(self, state: State, candidates: Candidates) -> float:
         """Energy of all pairs [erg]; zero without slip."""
+        return ordered_sum(self._sample_energies(state))
+
+    def cell_energies(self, state: State, candidates: Candidates) -> NDArray[np.float64]:
+        """Energy of the pairs of each cell [erg], shape (C,)."""
+        model = self.model
+        if model.cell_count == 1:
+            return np.array([self.energy(state, candidates)])
+        energies = self._sample_energies(state).numpy().astype(np.float64)
+        return np.add.reduceat(energies, model.sample_start[model.segment_start[:-1]])
+
+    def _sample_energies(self, state: State) -> wp.array[Any]:
         energy = self.model.empty(self.model.sample_count)
         self.model.launch(friction_energies, self.model.sample_count, self._inputs(state), [energy])
-        return ordered_sum(energy)
+        return energy
 
     def stiffness(self) -> NDArray[np.float64]:
         """Zero: the stiffness comes with ``forces``."""

@@ -178,6 +178,11 @@ def renewed_contacts(model: Model, law: Any, state: State, candidates: Candidate
     return replace(new, tangent=tangent, count=count)
 
 
+def empty_lists(model: Model, contacts: Contacts, size: int) -> wp.array[Any]:
+    """A vector of ``size`` zeros for each pair, in the order of the lists."""
+    return _rows(model, contacts.entry.shape[1], lambda shape: model.empty(shape, size))
+
+
 def own_images(model: Model, contacts: Contacts) -> Any:
     """The images that the entries of contacts refer to, with the current periods."""
     return _images(model, table=contacts.table)

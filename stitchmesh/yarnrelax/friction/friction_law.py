@@ -140,14 +140,3 @@ def slip_stiffness_block(press: Any, slip: Any, first: Any, second: Any, law: An
     measure, size = slip_measure(slip, resisted), wp.length(press) * law[0]
     block = resistance_block(size * slip_slope(measure, law[3]), normal, first, second, law, zero)
     return block - outer_product(resisted, size * slip_curvature(measure, law[3]), zero)
-
-
-@wp.func
-def slip_stiffness_times(press: Any, slip: Any, change: Any, first: Any, second: Any, law: Any) -> Any:
-    """H of a pair times a change of its relative displacement; arguments as for ``slip_stiffness_block``."""
-    normal = wp.normalize(press)
-    resisted = resisted_slip(slip, normal, first, second, law)
-    measure = slip_measure(slip, resisted)
-    product = resisted_slip(change, normal, first, second, law) * slip_slope(measure, law[3])
-    softer = resisted * (wp.dot(resisted, change) * slip_curvature(measure, law[3]))
-    return (product - softer) * (wp.length(press) * law[0])

@@ -23,6 +23,7 @@ from stitchmesh.compute.precision import vector
 from stitchmesh.compute.vector_loads import load_vector
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.contact import contact_force_scale
+from stitchmesh.yarnrelax.energies.pair_stiffness import PairStiffness
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import cell_of_sample, rests, sample_number
 from stitchmesh.yarnrelax.model.spline import from_entry
@@ -79,11 +80,12 @@ class TouchingPairs:
         self.stiffness = _lists_like(candidates.lists, vector(4, model.scalar))
         """The vector a and the number b of each pair [erg^(1/2) / unit, erg / unit^2], shape (P, capacity)."""
 
-    def launch(self, exact: wp.array[Any], samples: wp.array[Any], launcher: Launcher) -> Any:
-        """The launch that finds the pairs."""
+    def pair_stiffness(self, exact: wp.array[Any], samples: wp.array[Any], launcher: Launcher) -> PairStiffness:
+        """The pairs for the assembled Hessian; ``exact`` is the share of the exact matrix of each cell, shape (C,)."""
         inputs = [self.model.constants, exact, samples, self.candidates.count, self.candidates.lists]
         outputs = [self.count, self.entries, self.stiffness]
-        return launcher(find_touching_pairs, self.model.sample_count, inputs, outputs)
+        launch = launcher(find_touching_pairs, self.model.sample_count, inputs, outputs)
+        return PairStiffness(self.model.constants.images, self.count, self.entries, self.stiffness, [launch])
 
 
 def _lists_like(lists: wp.array[Any], dtype: Any) -> wp.array[Any]:

@@ -91,6 +91,26 @@ def image_shift(images: Images64, cell: int, number: int) -> wp.vec3d:
 
 
 @wp.func
+def exact_shift(images: NoImages, cell: int, number: int) -> wp.vec3d:
+    """Displacement of an image of a cell in double precision: zero without a lattice."""
+    return wp.vec3d()
+
+
+@wp.func
+def exact_shift(images: Images32, cell: int, number: int) -> wp.vec3d:
+    """Displacement of an image of a cell in double precision."""
+    ab = images.image[number]
+    u, v = wp.vec3d(images.periods[2 * cell]), wp.vec3d(images.periods[2 * cell + 1])
+    return u * wp.float64(ab[0]) + v * wp.float64(ab[1])
+
+
+@wp.func
+def exact_shift(images: Images64, cell: int, number: int) -> wp.vec3d:
+    """Displacement of an image of a cell in double precision."""
+    return image_shift(images, cell, number)
+
+
+@wp.func
 def turns_of(image: wp.vec2i, step: wp.vec2i) -> int:
     """The number n with image = n step; ``NO_TURNS`` where there is none."""
     turns = int(0)

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarnrelax.collision.budget import shortened
-from stitchmesh.yarnrelax.constraints.pins import hold
+from stitchmesh.yarnrelax.constraints.pins import held_coordinates, hold
 from stitchmesh.yarnrelax.energies.body_surface import single
-from stitchmesh.yarnrelax.energies.term import Constraint
+from stitchmesh.yarnrelax.energies.term import Constraint, Coupling
 from stitchmesh.yarnrelax.friction.surface_anchor import anchor_at, anchor_place
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
@@ -72,7 +72,7 @@ class CarriedPoints(Constraint):
 
     def __init__(self, model: Model, surface: MovingSurface, points: NDArray[np.int64]) -> None:
         """Attach control points where the yarns were given; the surface is at its first time."""
-        self.surface, self.carried = surface, model.integers(points)
+        self.surface, self.carried, self.count = surface, model.integers(points), model.point_count
         self.face, self.local = model.integers(np.zeros(len(points))), model.empty(len(points), 3)
         given = model.upload(model.to_device(model.yarns.points), 3)
         model.launch(attach, len(points), [surface.constants, self.carried, given], [self.face, self.local])
@@ -80,6 +80,10 @@ class CarriedPoints(Constraint):
     def filter_forces(self, force: wp.array[Any], launcher: Launcher) -> list[Any]:
         """The launch that sets forces on carried points to zero."""
         return [launcher(hold, len(self.carried), [self.carried], [force])]
+
+    def coupling(self) -> Coupling:
+        """A row for each coordinate of the carried points."""
+        return held_coordinates(self.carried, self.count)
 
     def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], launcher: Launcher) -> list[Any]:
         """The launch that leads carried points to their places on the body."""

@@ -52,6 +52,14 @@ def test_pinned_points_have_no_force_and_take_no_step(precision: str) -> None:
         assert np.array_equal(vectors[free], values.astype(vectors.dtype)[free])
 
 
+def test_rows_of_pins_are_the_coordinates_of_the_pinned_points() -> None:
+    yarns = tight_patch()
+    coupling = Pins([4, 0, 71]).on(on_device(yarns, "float64")).coupling()
+    motion = np.random.default_rng(2).normal(size=yarns.points.shape)
+    assert coupling.compliance is None
+    assert np.array_equal((coupling.rows @ motion.ravel()).reshape(-1, 3), motion[[0, 4, 71]])
+
+
 def test_a_pinned_face_holds_all_its_control_points() -> None:
     yarns = tight_patch()
     held = pinned_points(yarns, Pins(points=[3], faces=[1, 4]))

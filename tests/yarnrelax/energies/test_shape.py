@@ -16,6 +16,7 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, make_candidates
+from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.energies.shape import KeepShape, Shape
 from stitchmesh.yarnrelax.energies.shape_patches import RINGS, choose_patches, loops_of
 from stitchmesh.yarnrelax.model.constants import Model
@@ -83,6 +84,49 @@ def test_row_sums_bound_the_stiffness_of_the_patches() -> None:
     ends = [energy_and_force(scene, start + side * change * direction)[1] for side in (1, -1)]
     curvature = -((ends[0] - ends[1]) * direction).sum() / (2 * change)
     assert 0.0 < curvature <= (rows[:, None] * direction**2).sum()
+
+
+@pytest.mark.parametrize("lift", [0.05, 0.4], ids=["below the threshold", "above the threshold"])
+def test_its_coupling_is_the_derivative_of_the_forces(lift: float) -> None:
+    """The stiffness is V^T C^-1 V; between the thresholds of all patches the forces are linear."""
+    yarns = flat_patch(ROWS, STITCHES)
+    scene = shape_scene(yarns)
+    model, shape, state, _candidates = scene
+    random = np.random.default_rng(9)
+    # the mean displacement of a patch of many loops stays within a tenth of these from the lift
+    points = yarns.points + random.normal(scale=0.02, size=yarns.points.shape) + [0.0, 0.1, lift]
+    direction = random.normal(size=yarns.points.shape)
+    step = 1e-3
+    ends = [energy_and_force(scene, points + side * step * direction)[1] for side in (1, -1)]
+    energy_and_force(scene, points)
+    coupling = shape.coupling(state)
+    assert coupling.compliance is not None
+    rows, compliance = coupling.rows.toarray(), coupling.compliance.toarray()
+    np.testing.assert_allclose(compliance, compliance.T, atol=1e-15 * np.abs(compliance).max())  # rounding
+    found = rows.T @ np.linalg.solve(compliance, rows @ direction.ravel()) / model.unit**2
+    expected = (ends[1] - ends[0]).ravel() / (2 * step)
+    np.testing.assert_allclose(found, expected, atol=1e-10 * np.abs(expected).max())  # rounding over the step
+
+
+def test_rows_of_borders_sum_the_motions_of_their_loops() -> None:
+    """Constraints hold what their rows sum: forces less the reactions have no sum, steps leave none."""
+    yarns, fabric = flat_patch(ROWS, STITCHES), fabric_of(ROWS, STITCHES, closed=False)
+    model = shape_scene(yarns)[0]
+    borders = KeepBorders(fabric).on(model)
+    coupling, state = borders.coupling(), make_state(model, external=True)
+    motion = np.random.default_rng(4).normal(size=yarns.points.shape)
+    loops = loops_of(yarns, fabric)
+    expected = np.add.reduceat(motion[loops.points.entry], loops.points.start[:-1])[loops.held]
+    assert coupling.compliance is None
+    np.testing.assert_allclose(coupling.rows @ motion.ravel(), expected.ravel(), atol=1e-14)  # rounding of sums
+    force, step = model.upload(motion, 3), model.upload(motion, 3)
+    state.stiffness.fill_(1.0)
+    borders.filter_forces(force, model.launch)
+    limit = model.empty(model.point_count)
+    limit.fill_(10.0)
+    borders.filter_steps(state, step, limit, model.launch)
+    for vectors in (force, step):
+        np.testing.assert_allclose(coupling.rows @ vectors.numpy().ravel(), 0.0, atol=1e-12)  # places of some tens
 
 
 def test_patches_overlap_and_cover_every_loop() -> None:

@@ -6,13 +6,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.sparse import csc_array, diags_array
+from scipy.sparse import csc_array, csr_array, diags_array
 
 from stitchmesh.errors import SolverError
 from stitchmesh.yarnrelax.assembled_hessian import assembled_hessian
+from stitchmesh.yarnrelax.energies.term import Coupling
 from stitchmesh.yarnrelax.hessian.factored_matrix import factored
-from tests.yarnrelax.hessian.dense_matrix import started
-from tests.yarnrelax.hessian.test_hessian_product import SCENES
+from tests.yarnrelax.hessian.scenes import SCENES, started
 
 pytestmark = pytest.mark.decides
 COMPRESSED = assembled_hessian(started(*SCENES["compressed open piece"]))
@@ -36,6 +36,46 @@ def test_the_eigenvectors_of_all_negative_eigenvalues_are_found() -> None:
     # Vectors of equal eigenvalues may be turned against each other: the projections onto their space are compared.
     np.testing.assert_allclose(found @ found.T, expected @ expected.T, atol=1e-6)
     assert factored(COMPRESSED, -2.0 * values[0]).negative_eigenvectors().shape == (len(values), 0)
+
+
+def with_coupling(stiffness: float) -> tuple[np.ndarray, Coupling]:
+    """The matrix of the piece with springs on the sums of some of its coordinates, and the springs."""
+    size = COMPRESSED.shape[0]
+    rows = np.where(np.random.default_rng(4).random((5, size)) < 0.3, 1.0, 0.0)
+    compliance = np.eye(5) / stiffness + 0.1 * np.ones((5, 5)) / stiffness
+    dense = COMPRESSED.toarray() + rows.T @ np.linalg.solve(compliance, rows)
+    return dense, Coupling(csr_array(rows), csr_array(compliance))
+
+
+def test_couplings_are_parts_of_the_matrix() -> None:
+    """Its solutions, the number of its negative eigenvalues, and their eigenvectors."""
+    largest = float(np.linalg.eigvalsh(COMPRESSED.toarray())[-1])
+    dense, coupling = with_coupling(0.3 * largest)
+    values, vectors = np.linalg.eigh(dense)
+    shift = 1e-6 * values[-1]
+    found = factored(COMPRESSED, shift, [coupling])
+    assert found.negative_count == np.count_nonzero(values < -shift)
+    assert found.negative_count != factored(COMPRESSED, shift).negative_count
+    right = np.random.default_rng(0).normal(size=(len(values), 2))
+    solution = found.solve(right)
+    np.testing.assert_allclose(dense @ solution + shift * solution, right, atol=1e-7 * np.abs(right).max())  # see above
+    own, expected = found.negative_eigenvectors(), vectors[:, values < -shift]
+    np.testing.assert_allclose(own @ own.T, expected @ expected.T, atol=1e-6)
+
+
+def test_constraints_hold_what_their_rows_sum() -> None:
+    """As for the matrix of motions that the constraint allows."""
+    rows = np.kron(np.eye(4, COMPRESSED.shape[0] // 3), np.eye(3))  # four points that are pinned
+    kept = COMPRESSED.toarray()[12:, 12:]
+    values = np.linalg.eigvalsh(kept)
+    shift = 1e-6 * values[-1]
+    found = factored(COMPRESSED, shift, [Coupling(csr_array(rows))])
+    assert found.negative_count == np.count_nonzero(values < -shift) > 0
+    right = np.random.default_rng(0).normal(size=COMPRESSED.shape[0])
+    solution, expected = found.solve(right), np.linalg.solve(kept + shift * np.eye(len(kept)), right[12:])
+    # RIGID is a million times the diagonal; the softest motions of the piece amplify what gives way.
+    assert np.abs(solution[:12]).max() < 1e-4 * np.abs(expected).max()
+    np.testing.assert_allclose(solution[12:], expected, atol=1e-3 * np.abs(expected).max())
 
 
 def test_the_laplace_matrix_of_a_path_has_the_inertia_that_its_eigenvalues_say() -> None:

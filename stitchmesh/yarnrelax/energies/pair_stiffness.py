@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The stiffness of pairs of contact samples, as energies between samples hand it to the Hessian.
+
+A pair has the energy E(g) of the vector g between its samples, and the symmetric matrix K of its second derivatives
+[erg / unit^2]. K is stored as six numbers (xx, yy, zz, xy, xz, yz), or by a vector a and a number b if K = a a^T - b I,
+as for contact (``contact_hessian``). Sums are in double precision whatever the precision of the energies is.
+"""
+
+# overloads, which Warp distinguishes by the types of their arguments
+# ruff: noqa: F811
+# mypy: disable-error-code="no-redef,valid-type"
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import warp as wp
+
+from stitchmesh.compute.precision import vector
+
+Block32, Block64 = vector(6, wp.float32), vector(6, wp.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class PairStiffness:
+    """Pairs of contact samples on a device, each listed from both of its samples, and the stiffness of each."""
+
+    images: Any
+    """The images that the entries refer to, with the current periods."""
+    count: wp.array[Any]
+    """Number of pairs of each sample, shape (P,)."""
+    entries: wp.array[Any]
+    """The other samples as entries of a candidate list, shape (P, capacity)."""
+    stiffness: wp.array[Any]
+    """Stiffness of each pair, vectors of four or of six numbers, shape (P, capacity)."""
+    launches: list[Any] = field(default_factory=list)
+    """The launches that find all of this for the current samples."""
+
+
+@wp.func
+def stiffness_block(stiffness: wp.vec4d) -> Block64:
+    """K of a pair as six numbers, from the vector a and the number b."""
+    a0, a1, a2, b = stiffness[0], stiffness[1], stiffness[2], stiffness[3]
+    return Block64(a0 * a0 - b, a1 * a1 - b, a2 * a2 - b, a0 * a1, a0 * a2, a1 * a2)
+
+
+@wp.func
+def stiffness_block(stiffness: wp.vec4f) -> Block64:
+    """K of a pair as six numbers, from the vector a and the number b."""
+    return stiffness_block(wp.vec4d(stiffness))
+
+
+@wp.func
+def stiffness_block(stiffness: Block64) -> Block64:
+    """K of a pair as six numbers."""
+    return stiffness
+
+
+@wp.func
+def stiffness_block(stiffness: Block32) -> Block64:
+    """K of a pair as six numbers."""
+    return Block64(stiffness)
+
+
+@wp.func
+def block_times(block: Any, other: wp.vec3d) -> wp.vec3d:
+    """The product of a symmetric matrix of six numbers with a vector."""
+    x, y, z = other[0], other[1], other[2]
+    return wp.vec3d(
+        block[0] * x + block[3] * y + block[4] * z,
+        block[3] * x + block[1] * y + block[5] * z,
+        block[4] * x + block[5] * y + block[2] * z,
+    )
+
+
+@wp.func
+def block_as_matrix(block: Any) -> wp.mat33d:
+    """A symmetric matrix of six numbers as nine."""
+    return wp.mat33d(block[0], block[3], block[4], block[3], block[1], block[5], block[4], block[5], block[2])

@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The matrices of cells beside the processor, each with factors of its own (``factored_matrix``), on all cores."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_array
+
+from stitchmesh.mesh import FloatArray
+from stitchmesh.yarnrelax.energies.term import Coupling
+from stitchmesh.yarnrelax.hessian.cell_matrices import CellFactors, CellMatrices, Owners
+from stitchmesh.yarnrelax.hessian.factored_matrix import FactoredMatrix, factored
+
+
+@dataclass(frozen=True, eq=False)
+class MatricesOnHost(CellMatrices):
+    """The matrices of cells."""
+
+    matrix: csc_array
+    """The matrix of all coordinates, shape (n, n)."""
+    owners: Owners
+    couplings: Sequence[Coupling] = ()
+    """What the factors have beside the matrix; all coordinates are then those of one cell."""
+
+    def only(self, cells: NDArray[np.bool_]) -> MatricesOnHost:
+        """The matrices of some of these cells, shape (C,)."""
+        return replace(self, owners=self.owners.only(cells))
+
+    def diagonal(self) -> FloatArray:
+        """Return the entries on the diagonal, shape (n,)."""
+        return np.asarray(self.matrix.diagonal())
+
+    def product(self, vector: FloatArray) -> FloatArray:
+        """Return the product with a vector, both of shape (n,)."""
+        is_in = self.owners.cell >= 0
+        return np.asarray(np.where(is_in, self.matrix @ np.where(is_in, vector, 0.0), 0.0))
+
+    def factored(self, shift: FloatArray) -> CellFactors:
+        """Factor the matrices plus multiples of the identity."""
+        cells = self.owners.cells
+        found = _on_all_cores(lambda cell: factored(self._of(cell), float(shift[cell]), self.couplings), cells)
+        return FactorsOnHost(dict(zip(cells, found, strict=True)), self.owners)
+
+    def _of(self, cell: int) -> csc_array:
+        own = self.owners.coordinates[cell]
+        return self.matrix if len(own) == self.matrix.shape[0] else csc_array(self.matrix[:, own][own])
+
+
+@dataclass(frozen=True, eq=False)
+class FactorsOnHost(CellFactors):
+    """The factors of the matrices of cells."""
+
+    factors: Mapping[int, FactoredMatrix]
+    owners: Owners
+
+    @cached_property
+    def negative_count(self) -> NDArray[np.int64]:  # type: ignore[override]
+        """Number of negative eigenvalues of each cell, shape (C,)."""
+        count = np.zeros(self.owners.cell_count, dtype=np.int64)
+        for cell, own in self.factors.items():
+            count[cell] = own.negative_count
+        return count
+
+    def solve(self, right: FloatArray, cells: NDArray[np.bool_]) -> FloatArray:
+        """Return the solution of the linear systems of some cells."""
+        chosen, solution = np.flatnonzero(cells).tolist(), np.zeros(len(right))
+        own = self.owners.coordinates
+        found = _on_all_cores(lambda cell: self.factors[cell].solve(right[own[cell]]), chosen)
+        for cell, part in zip(chosen, found, strict=True):
+            solution[own[cell]] = part
+        return solution
+
+    def negative_eigenvectors(self, cells: Sequence[int]) -> Mapping[int, FloatArray]:
+        """Return orthonormal eigenvectors of the negative eigenvalues of some cells."""
+        found = _on_all_cores(lambda cell: self.factors[cell].negative_eigenvectors(), cells)
+        return dict(zip(cells, found, strict=True))
+
+
+def _on_all_cores(task: Callable[[int], Any], cells: Iterable[int]) -> list[Any]:
+    """The results of a task for each of some cells, which take all processors together."""
+    numbers = list(cells)
+    if len(numbers) <= 1:
+        return [task(number) for number in numbers]
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        return list(threads.map(task, numbers))

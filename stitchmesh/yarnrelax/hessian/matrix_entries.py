@@ -1,0 +1,175 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The entries of the assembled Hessian, gathered from the segments (``segment_hessian``, ``segment_sums``).
+
+A block between two control points is the sum over the segments of the first and those of the second. A segment of both
+adds the matrix of its legs and its pairs; two segments that touch add the pairs between them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from stitchmesh.compute.captured import Launcher
+from stitchmesh.compute.kernel import kernel
+from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
+from stitchmesh.yarnrelax.energies.pair_stiffness import Block64, block_as_matrix
+from stitchmesh.yarnrelax.hessian.matrix_pattern import MatrixPattern
+from stitchmesh.yarnrelax.hessian.segment_sums import SegmentSums
+from stitchmesh.yarnrelax.hessian.touching_segments import TouchingSegments, place_in_list
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.lattice_images import cell_of
+from stitchmesh.yarnrelax.model.state import State
+
+
+@wp.func
+def block_of_legs(leg_hessian: wp.array2d[Any], s: int, leg: int, other: int) -> wp.mat33d:
+    """The block of two legs of a segment, of which one half is stored (``LEG_PAIRS``)."""
+    low, high = wp.min(leg, other), wp.max(leg, other)
+    block = wp.mat33d(leg_hessian[(low * (5 - low)) // 2 + high, s])
+    if leg > other:
+        block = wp.transpose(block)
+    return block
+
+
+@wp.func
+def block_of_corners(leg_hessian: wp.array2d[Any], s: int, a: int, b: int) -> wp.mat33d:
+    """The block of two control points of a segment: each ends the leg before it and begins the next one."""
+    block = wp.mat33d()
+    if a > 0 and b > 0:
+        block += block_of_legs(leg_hessian, s, a - 1, b - 1)
+    if a < 3 and b < 3:
+        block += block_of_legs(leg_hessian, s, a, b)
+    if a > 0 and b < 3:
+        block -= block_of_legs(leg_hessian, s, a - 1, b)
+    if a < 3 and b > 0:
+        block -= block_of_legs(leg_hessian, s, a, b - 1)
+    return block
+
+
+@kernel
+def put_blocks(
+    # model
+    model: Any,
+    places: wp.array[wp.vec4i],
+    start: wp.array[wp.int32],
+    height: wp.array[wp.int32],
+    touching_count: wp.array[wp.int32],
+    touching: wp.array2d[wp.int32],
+    pair_base: wp.array[wp.int32],
+    # state in
+    leg_hessian: wp.array2d[Any],
+    own_blocks: wp.array2d[Any],
+    between: wp.array2d[Any],
+    # state out
+    entries: wp.array[wp.float64],
+) -> None:
+    """The block of two control points, at its places above and below the diagonal."""
+    place = places[wp.tid()]
+    i, j = place[0], place[1]
+    slots, other_slots = model.point_segments[i], model.point_segments[j]
+    legs = wp.mat33d()
+    pairs = Block64()
+    for a in range(4):
+        s = slots[a]
+        if s >= 0:
+            for b in range(4):
+                t = other_slots[b]
+                if t == s:
+                    legs += block_of_corners(leg_hessian, s, a, b)
+                    pairs += own_blocks[s, a][b]
+                if t >= s:
+                    k = place_in_list(touching, s, touching_count[s], t)
+                    if k >= 0:
+                        pairs -= between[pair_base[s] + k, a][b]
+                elif t >= 0:
+                    k = place_in_list(touching, t, touching_count[t], s)
+                    if k >= 0:
+                        pairs -= between[pair_base[t] + k, b][a]
+    total = legs + block_as_matrix(pairs)
+    if i == j:  # the transposes of the legs' blocks come in another order
+        total = (total + wp.transpose(total)) * wp.float64(0.5)
+    for row in range(3):
+        for column in range(3):
+            entries[start[i] + row * height[i] + 3 * place[2] + column] = total[row, column]
+            if i != j and place[3] >= 0:
+                entries[start[j] + column * height[j] + 3 * place[3] + row] = total[row, column]
+
+
+@kernel
+def put_border(
+    # model
+    model: Any,
+    per_unit: wp.float64,
+    frame: wp.array[wp.vec3d],
+    cell_start: wp.array[wp.int32],
+    start: wp.array[wp.int32],
+    height: wp.array[wp.int32],
+    strain_start: wp.array[wp.int32],
+    # state in
+    exact: wp.array[Any],
+    force: wp.array[Any],
+    external_force: wp.array[Any],
+    point_strains: wp.array2d[wp.mat33d],
+    # state out
+    entries: wp.array[wp.float64],
+) -> None:
+    """The derivatives by each control point and the strains of its cell, at their places on both sides.
+
+    The internal force f on the point adds - f^T E_m du to the exact Hessian, and so its share of that.
+    """
+    i = wp.tid()
+    slots = model.point_segments[i]
+    cell = cell_of(model.images, wp.max(slots))
+    total = wp.mat33d()
+    for a in range(4):
+        if slots[a] >= 0:
+            total += point_strains[slots[a], a]
+    internal = wp.vec3d(force[i])
+    if external_force.shape[0] > 0:
+        internal -= wp.vec3d(external_force[i])
+    internal = internal * wp.float64(exact[cell])
+    e1, e2 = frame[2 * cell], frame[2 * cell + 1]
+    first, second = wp.dot(internal, e1) * per_unit, wp.dot(internal, e2) * per_unit
+    total -= wp.matrix_from_cols(e1 * first, e2 * second, e2 * first)
+    strain_height = 3 * (cell_start[cell + 1] - cell_start[cell]) + 3
+    for row in range(3):
+        for strain in range(3):
+            entries[start[i] + (row + 1) * height[i] - 3 + strain] = total[row, strain]
+            place = strain_start[cell] + strain * strain_height + 3 * (i - cell_start[cell]) + row
+            entries[place] = total[row, strain]
+
+
+@kernel
+def add_at(
+    # model
+    places: wp.array[wp.int32],
+    # state in
+    values: wp.array[wp.float64],
+    # state in and out
+    entries: wp.array[wp.float64],
+) -> None:
+    """Add values to the entries at different places."""
+    k = wp.tid()
+    entries[places[k]] += values[k]
+
+
+def entry_launches(
+    model: Model, state: State, exact: wp.array[Any], leg_hessian: wp.array[Any], touching: TouchingSegments,
+    pattern: MatrixPattern, sums: SegmentSums, entries: wp.array[Any], launcher: Launcher,
+) -> list[Any]:  # fmt: skip
+    """The launches that write all entries but those of two strains, whose parts are ``sums.strain_strains``."""
+    places = [pattern.start, pattern.height]
+    lists = [touching.count, touching.segments, pattern.pair_base]
+    found = [leg_hessian, sums.own_blocks, sums.blocks]
+    inputs = [model.constants, pattern.blocks, *places, *lists, *found]
+    launches = [launcher(put_blocks, pattern.block_count, inputs, [entries])]
+    if sums.relaxes:
+        inputs = [
+            model.constants, wp.float64(1.0 / float(STRAIN_UNIT)), sums.frame, model.cell_points, *places,
+            pattern.strain_start, exact, state.force, state.external_force, sums.point_strains,
+        ]  # fmt: skip
+        launches.append(launcher(put_border, model.point_count, inputs, [entries]))
+    return launches

@@ -1,0 +1,36 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The eigenvectors of the negative eigenvalues of a symmetric matrix, from solutions of its linear system.
+
+Lanczos' method finds them from products with the inverse matrix, whose lowest eigenvalues belong to them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
+
+from stitchmesh.mesh import FloatArray
+
+
+def negative_eigenvectors(solve: Callable[[FloatArray], FloatArray], size: int, count: int) -> FloatArray:
+    """Return orthonormal eigenvectors of the negative eigenvalues, of all that are found, shape (n, m).
+
+    Args:
+        solve: the solution of the linear system for a right-hand side, both of shape (n,).
+        size: number n of the coordinates.
+        count: number of the negative eigenvalues.
+    """
+    if count == 0:
+        return np.zeros((size, 0))
+    if count >= size - 1:  # Lanczos' method leaves one out.
+        values, vectors = np.linalg.eigh(np.stack([solve(unit) for unit in np.eye(size)], axis=1))
+        return np.asarray(vectors[:, values < 0.0])
+    inverse = LinearOperator((size, size), matvec=solve, dtype=np.float64)
+    start = np.random.default_rng(0).normal(size=size)
+    try:
+        return np.asarray(eigsh(inverse, k=count, which="SA", v0=start)[1])
+    except ArpackNoConvergence as error:  # Some are too near to each other; there is a way down without them.
+        return np.asarray(error.eigenvectors)

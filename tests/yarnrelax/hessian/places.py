@@ -1,0 +1,27 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Matrices of cells beside the processor and on a device."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import warp as wp
+from scipy.sparse import csc_array
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.yarnrelax.hessian.cell_matrices import CellMatrices, Owners
+from stitchmesh.yarnrelax.hessian.matrices_on_gpu import MatricesOnGpu, PatternOnGpu
+from stitchmesh.yarnrelax.hessian.matrices_on_host import MatricesOnHost
+
+Place = Callable[[Owners, csc_array], CellMatrices]
+
+
+def on_host(owners: Owners, matrix: csc_array) -> MatricesOnHost:
+    return MatricesOnHost(matrix, owners)
+
+
+def on_device(name: str, owners: Owners, matrix: csc_array) -> MatricesOnGpu:
+    """The matrices as on a GPU; without factors, which are cuDSS's, also on the processor."""
+    pattern = PatternOnGpu(matrix.indptr, matrix.indices, device_named(name))
+    return MatricesOnGpu(pattern, wp.array(matrix.data, dtype=wp.float64, device=name), owners)

@@ -1,0 +1,167 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Matrices of cells are the same wherever they are: products, inertia, solutions and eigenvectors of each cell."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import warp as wp
+from scipy.sparse import csc_array, csr_array, random_array
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.errors import SolverError
+from stitchmesh.quality import PRESETS
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
+from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
+from stitchmesh.yarnrelax.energies.term import Coupling
+from stitchmesh.yarnrelax.hessian.cell_matrices import Owners
+from stitchmesh.yarnrelax.hessian.matrices_on_gpu import MatricesOnGpu
+from stitchmesh.yarnrelax.hessian.matrices_on_host import MatricesOnHost
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from tests.compute.pretended_cudss import pretend_cudss
+from tests.compute.test_cudss import GPUS, needs_cudss
+from tests.yarnrelax.hessian.places import Place, on_device
+from tests.yarnrelax.stockinette import periodic_patch, woven_cell
+
+KALDOR, FREE = YarnMaterial.named("kaldor-simulation"), RelaxCell()
+SIZES = (40, 25, 31)
+CELL = np.repeat(np.arange(3), SIZES)[np.random.default_rng(1).permutation(sum(SIZES))].astype(np.int32)
+"""The cell of each coordinate, in no order."""
+OWNERS = Owners(np.where(np.arange(len(CELL)) % 7 == 3, -1, CELL).astype(np.int32), 3)
+SHIFT = np.array([0.5, 1.0, 2.0])
+
+
+def matrix() -> csc_array:
+    """A matrix of three cells with eigenvalues of both signs."""
+    shape, rng = (len(CELL), len(CELL)), np.random.default_rng(0)
+    found = random_array(shape, density=0.15, rng=rng, data_sampler=normal).toarray()
+    found = np.where(CELL[:, None] == CELL, found + found.T, 0.0) + np.diag(np.arange(len(CELL)) % 3 - 0.5)
+    return csc_array(found)
+
+
+def normal(size: int) -> np.ndarray:
+    return np.random.default_rng(2).normal(size=size)
+
+
+def part(cell: int) -> np.ndarray:
+    """The shifted matrix of a cell without what is left out."""
+    own = OWNERS.coordinates[cell]
+    return matrix().toarray()[np.ix_(own, own)] + SHIFT[cell] * np.eye(len(own))
+
+
+def test_each_cell_has_its_coordinates_in_order() -> None:
+    for cell, own in enumerate(OWNERS.coordinates):
+        np.testing.assert_array_equal(own, np.flatnonzero(OWNERS.cell == cell))
+    only = OWNERS.only(np.array([True, False, True]))
+    assert only.cells == [0, 2] and OWNERS.cells == [0, 1, 2]
+    assert OWNERS.sums(np.ones(len(CELL))).tolist() == [len(own) for own in OWNERS.coordinates]
+    np.testing.assert_array_equal(OWNERS.each(SHIFT), np.where(OWNERS.cell < 0, 0.0, SHIFT[OWNERS.cell]))
+
+
+def test_products_and_diagonals_leave_out_what_is_left_out(place: Place) -> None:
+    vector, is_in = normal(len(CELL)), OWNERS.cell >= 0
+    expected = np.where(is_in, matrix().toarray() @ np.where(is_in, vector, 0.0), 0.0)
+    matrices = place(OWNERS, matrix())
+    np.testing.assert_allclose(matrices.product(vector), expected, atol=1e-14 * len(CELL))  # sums in another order
+    np.testing.assert_array_equal(matrices.diagonal(), matrix().diagonal())
+    first = np.array([True, False, False])
+    expected = np.where(CELL == 0, expected, 0.0)
+    np.testing.assert_allclose(matrices.only(first).product(vector), expected, atol=1e-14 * len(CELL))
+
+
+def test_the_upper_triangle_is_that_of_the_shifted_matrices_and_of_the_identity() -> None:
+    matrices = on_device("cpu", OWNERS, matrix())
+    values = wp.zeros(len(matrices.pattern.upper_columns), dtype=wp.float64, device="cpu")
+    matrices.put_upper_triangle(wp.array(SHIFT, dtype=wp.float64, device="cpu"), values)
+    parts = (values.numpy(), matrices.pattern.upper_columns.numpy(), matrices.pattern.upper_start.numpy())
+    is_in = OWNERS.cell >= 0
+    expected = np.where(is_in[:, None] & is_in, matrix().toarray(), np.diag(~is_in)) + np.diag(OWNERS.each(SHIFT))
+    np.testing.assert_array_equal(csc_array(parts, shape=(len(CELL), len(CELL))).toarray().T, np.triu(expected))
+
+
+@pytest.mark.decides
+def test_factors_count_and_solve_for_each_cell(place: Place) -> None:
+    factors, right = place(OWNERS, matrix()).factored(SHIFT), normal(len(CELL))
+    some = np.array([True, False, True])
+    found = factors.solve(right, some)
+    for cell, own in enumerate(OWNERS.coordinates):
+        assert factors.negative_count[cell] == np.count_nonzero(np.linalg.eigvalsh(part(cell)) < 0.0) > 0
+        expected = np.linalg.solve(part(cell), right[own]) * some[cell]
+        # Without an exchange of rows a pivot may be small: ten digits are left of float64.
+        np.testing.assert_allclose(found[own], expected, atol=1e-6 * np.abs(expected).max())
+    assert (found[OWNERS.cell < 0] == 0.0).all()
+
+
+def test_the_eigenvectors_of_each_cell_are_found(place: Place) -> None:
+    for cell, found in place(OWNERS, matrix()).factored(SHIFT).negative_eigenvectors([0, 2]).items():
+        values, vectors = np.linalg.eigh(part(cell))
+        expected = vectors[:, values < 0.0]
+        # Vectors of near eigenvalues may be turned against each other: the projections are compared.
+        np.testing.assert_allclose(found @ found.T, expected @ expected.T, atol=1e-6)
+
+
+@pytest.mark.parametrize("given", [[[0.0, 1.0], [1.0, 0.0]], [[np.nan, 0.0], [0.0, 1.0]]])
+def test_a_matrix_without_such_factors_is_refused(place: Place, given: list[list[float]]) -> None:
+    full = csc_array((np.ravel(given), [0, 1, 0, 1], [0, 2, 4]), shape=(2, 2))
+    with pytest.raises(SolverError, match="factors of the Hessian"):
+        place(Owners(np.zeros(2, dtype=np.int32), 1), full).factored(np.zeros(1))
+
+
+def test_factors_whose_memory_others_took_are_found_again_to_the_same_bits(place: Place) -> None:
+    matrices, right, every = place(OWNERS, matrix()), normal(len(CELL)), np.ones(3, dtype=bool)
+    first = matrices.factored(SHIFT)
+    before = first.solve(right, every)
+    second = matrices.only(np.array([False, True, False])).factored(3.0 * SHIFT)
+    assert not np.array_equal(second.solve(right, np.array([False, True, False])), before)
+    np.testing.assert_array_equal(first.solve(right, every), before)
+    np.testing.assert_array_equal(place(OWNERS, matrix()).factored(SHIFT).solve(right, every), before)
+
+
+def batch_on(device: str) -> YarnSimulation:
+    given = [(yarns, KALDOR) for yarns in (periodic_patch(1, 1), woven_cell(), periodic_patch(2, 2))]
+    return YarnSimulation(given, PRESETS["draft"], device_named(device), cells=[FREE] * 3)
+
+
+def owners_in(simulation: YarnSimulation) -> Owners:
+    """All coordinates of the control points and of the strains."""
+    cell = np.append(np.repeat(np.arange(3), 3 * np.diff(simulation.model.point_start)), np.repeat(np.arange(3), 3))
+    return Owners(cell.astype(np.int32), 3)
+
+
+def test_without_cudss_and_with_couplings_the_processor_factors(monkeypatch: pytest.MonkeyPatch) -> None:
+    simulation = batch_on("cpu")
+    owners, assembly = owners_in(simulation), HessianAssembly(simulation)
+    assert isinstance(assembly.cell_matrices(np.ones(3), owners, [], forces_are_found=False), MatricesOnHost)
+    pretend_cudss(monkeypatch)
+    monkeypatch.setattr("stitchmesh.yarnrelax.assembled_hessian.factors_on", lambda _device: True)
+    coupling = Coupling(csr_array((1, len(owners.cell))))
+    assert isinstance(assembly.cell_matrices(np.ones(3), owners, [coupling], forces_are_found=True), MatricesOnHost)
+    first = assembly.cell_matrices(np.ones(3), owners, [], forces_are_found=True)
+    second = assembly.cell_matrices(np.zeros(3), owners, [], forces_are_found=True)
+    assert isinstance(first, MatricesOnGpu) and isinstance(second, MatricesOnGpu)
+    assert first.pattern is second.pattern  # whose analysis is kept
+
+
+@pytest.mark.decides
+@pytest.mark.parametrize("device", ["cpu", pytest.param("GPU", marks=needs_cudss)])
+def test_hessians_of_a_batch_have_the_inertia_and_the_solutions_of_the_processor(
+    device: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if device == "cpu":
+        pretend_cudss(monkeypatch)
+        monkeypatch.setattr("stitchmesh.yarnrelax.assembled_hessian.factors_on", lambda _device: True)
+    simulation = batch_on(device if device == "cpu" else GPUS[0])
+    owners, assembly = owners_in(simulation), HessianAssembly(simulation)
+    for exact in (np.ones(3), np.zeros(3)):
+        found = assembly.cell_matrices(exact, owners, [], forces_are_found=False)
+        assert isinstance(found, MatricesOnGpu)
+        host = MatricesOnHost(assembly.matrix(exact), owners)
+        # a shift that counts: motions of a cell as a whole have eigenvalues of the size of rounding
+        shift = np.array([1e-5 * np.median(found.diagonal()[own]) for own in owners.coordinates])
+        here, there = found.factored(shift), host.factored(shift)
+        np.testing.assert_array_equal(here.negative_count, there.negative_count)
+        right, every = normal(len(owners.cell)), np.ones(3, dtype=bool)
+        solution = there.solve(right, every)
+        # Rounding of float64 times the condition, 1e7 by the shift, times the growth of small pivots.
+        np.testing.assert_allclose(here.solve(right, every), solution, atol=1e-5 * np.abs(solution).max())
