@@ -20,7 +20,7 @@ library's charts of two yarns in a row at most 1.1. Narrower stitches hide the c
 Kind = Literal[
     "too few stitches", "too many stitches", "too few rows", "too many rows",
     "uneven stitches", "stopped", "out of time", "hidden by rounding", "not at rest", "strained", "crowded", "not flat",
-    "drawn in",
+    "drawn in", "change not known",
 ]  # fmt: skip
 """What can be wrong with a fabric, and with relaxed yarns."""
 
@@ -98,9 +98,11 @@ def _by_floats(report: Mapping[str, Any]) -> str:
 
 
 def _findings_of_rest(report: Mapping[str, Any]) -> list[Finding]:
-    """Return the finding that the yarns are not at rest, if they are not."""
+    """Return the finding that the yarns are not at rest, or that nobody can say so, if there is one."""
     if report["converged"]:
-        return []
+        known = report.get("remaining_change", "not told") is not None or report.get("residual") == 0.0
+        text = "the forces balance, but how far the spacing of the stitches still changes is not known"
+        return [] if known else [Finding("change not known", text, "see whether more iterations change the size")]
     after = f"after {report['iterations']:,} iterations"
     if report.get("stopped", False):
         return [Finding("stopped", f"the relaxation was stopped {after}, before the yarns were at rest", "continue it")]

@@ -23,6 +23,19 @@ MORE_ITERATIONS = "raise max_iterations"
 
 
 @dataclass(frozen=True)
+class RemainingChange:
+    """Estimate of the change that is left between a state and rest."""
+
+    spacing: float
+    """Largest relative change of the periods of the cell. Of a piece that Newton's method ends, the rms relative change
+    of distances between neighbouring stitches; of other pieces, that of their mean along the yarns or across them."""
+    energy: float
+    """Relative change of the energy."""
+    rms_radii: float
+    """The rms displacement of the control points in yarn radii; of the stitches where Newton's method does not end."""
+
+
+@dataclass(frozen=True)
 class Assessment:
     """Residual and energies of a state."""
 

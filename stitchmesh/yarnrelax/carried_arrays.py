@@ -23,8 +23,6 @@ def carried_arrays(simulation: YarnSimulation) -> dict[str, wp.array[Any]]:
     if simulation.search.periods is not None:
         own |= {"searched_points": simulation.search.points, "searched_periods": simulation.search.periods}
     carried = {f"solver.{name}": array for name, array in simulation.solver.arrays().items()}
-    if simulation.newton is not None:
-        carried |= {f"newton.{name}": array for name, array in simulation.newton.arrays().items()}
     for number, term in enumerate(simulation.terms):
         carried |= {f"{term.name} {number}.{name}": array for name, array in term.arrays().items()}
     return own | carried
@@ -42,8 +40,6 @@ def resume_from_arrays(simulation: YarnSimulation, arrays: Mapping[str, NDArray[
     for name, array in carried_arrays(simulation).items():
         if "." not in name or name.startswith("solver."):
             array.assign(arrays[name])
-    if simulation.newton is not None:
-        simulation.newton.resume(_part_of(arrays, "newton."))
     for number, term in enumerate(simulation.terms):
         term.resume(_part_of(arrays, f"{term.name} {number}."))
     simulation.discard_launches()

@@ -36,14 +36,13 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.assessment import Assessment
+from stitchmesh.yarnrelax.assessment import Assessment, RemainingChange
 from stitchmesh.yarnrelax.ended_step import EndedStep, StepFigures, ended_steps, step_arrays, step_figures
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.fingerprint import fingerprint, refuse_other_inputs, yarn_fingerprint
 from stitchmesh.yarnrelax.load_position import AT_ONCE, LoadPosition
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
-from stitchmesh.yarnrelax.solvers.newton import RemainingChange
 
 NAME = "checkpoint.smc"
 """Name of the newest checkpoint in its folder."""
@@ -103,7 +102,7 @@ class CheckpointState:
     descent: int = 0
     """Iterations of the solver before the next Newton step."""
     newton_fall: float = 0.0
-    """Relative decrease of the energy for each product of the last Newton step that was not whole."""
+    """Relative decrease of the energy in the last shortened Newton step, for each of the iterations it counts as."""
     stalled: bool = False
     """Whether no Newton step lowers the energy any more."""
     remaining: RemainingChange | None = None

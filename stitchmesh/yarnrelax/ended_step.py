@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from os import fspath
 from typing import Any, TypedDict
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from stitchmesh.errors import FileError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import FloatArray
+from stitchmesh.yarnrelax.assessment import RemainingChange
 
 ARRAYS = ("points", "periods")
 """Fields of a step that are arrays."""
@@ -43,6 +44,8 @@ class EndedStep:
     """Force on the borders along the wales [dyn]."""
     seconds: float
     """Time of the steps up to the end of this one [s]."""
+    remaining: RemainingChange | None = None
+    """Estimate of the change that is left; None where it is unknown."""
 
 
 class StepFigures(TypedDict):
@@ -56,12 +59,16 @@ class StepFigures(TypedDict):
     course: float
     wale: float
     seconds: float
+    remaining: RemainingChange | None
 
 
 def step_figures(steps: Sequence[EndedStep]) -> list[dict[str, Any]]:
     """Return the figures of steps for the header of a checkpoint."""
     names = [field.name for field in fields(EndedStep) if field.name not in ARRAYS]
-    return [{name: getattr(step, name) for name in names} for step in steps]
+    figures = [{name: getattr(step, name) for name in names} for step in steps]
+    for own in figures:
+        own["remaining"] = None if own["remaining"] is None else asdict(own["remaining"])
+    return figures
 
 
 def step_arrays(steps: Sequence[EndedStep]) -> dict[str, FloatArray]:

@@ -21,6 +21,7 @@ from typing import Literal
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.device import alone, device_named
@@ -31,6 +32,7 @@ from stitchmesh.progress import shown_progress
 from stitchmesh.quality import Quality
 from stitchmesh.time_limit import OutOfTime
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.assessment import RemainingChange
 from stitchmesh.yarnrelax.checkpoint import Checkpoints, CheckpointState, input_fingerprint, read_state
 from stitchmesh.yarnrelax.ended_step import EndedStep
 from stitchmesh.yarnrelax.energies.term import TermChoice, refuse_in_free_cells
@@ -84,6 +86,8 @@ class StepAtRest:
     """Time of the steps up to the end of this one, also before a stop [s]."""
     history: Sequence[HistoryEntry]
     """Entries of this step, one for each assessment."""
+    remaining: RemainingChange | None = None
+    """Estimate of the change that is left; None where it is unknown."""
     out_of_time: bool = False
     """Whether a limit on the time ended this step before rest, and with it the path."""
 
@@ -161,8 +165,91 @@ def _inputs(
     return found | {"ends of steps": checksum("quality", ends), "steps": checksum("steps", list(steps))}
 
 
+class LoadedCells:
+    """Cells that are loaded together, one step after the other, with friction as their first term."""
+
+    def __init__(self, simulation: YarnSimulation, quality: Quality) -> None:
+        """Cells before their first step."""
+        self.loop = RelaxationLoop(simulation, quality.tolerance, quality.largest_change)
+        self.most_iterations = quality.max_iterations
+        """Iterations of each step after which it ends."""
+
+    def load(self, loads: NDArray[np.float64], friction: float, stretch: tuple[float, float]) -> None:
+        """Set the loads on the borders of each cell [dyn], shape (C, 2), and the share of friction; draw the cells."""
+        simulation = self.loop.simulation
+        term = simulation.terms[0]
+        assert simulation.strain is not None and isinstance(term, FrictionTerm)
+        simulation.strain.set_loads(loads)
+        term.weaken(friction)
+        simulation.discard_launches()
+        if stretch != (1.0, 1.0):
+            self._draw(simulation.strain, stretch)
+
+    def _draw(self, strain: CellStrain, stretch: tuple[float, float]) -> None:
+        """Draw the cells and their yarns along the courses and along the wales."""
+        simulation = self.loop.simulation
+        points, periods = (array.numpy() for array in (simulation.state.points, strain.periods))
+        for cell, frame in enumerate(strain.host_frame):
+            matrix = np.eye(3) + frame.T @ np.diag(np.array(stretch) - 1.0) @ frame
+            own = slice(*simulation.model.point_start[cell : cell + 2])
+            points[own] = points[own] @ matrix
+            periods[2 * cell : 2 * cell + 2] = periods[2 * cell : 2 * cell + 2] @ matrix
+        simulation.state.points.assign(points)
+        strain.periods.assign(periods)
+        simulation.accept(np.ones(simulation.model.cell_count, dtype=bool))
+        simulation.candidates.near.invalidate()
+        self.loop.search_contacts()
+
+    def begin(self) -> None:
+        """Begin a step from the states of rest of the step before it."""
+        loop = self.loop
+        loop.simulation.solver.restart(loop.step_scale)
+        loop.energy_fall[:], loop.stalled[:] = np.inf, False
+        loop.last = loop.simulation.assess_cells()
+        loop.remaining = [None] * len(loop.last)
+        if loop.newton is not None:
+            loop.newton.forget()
+
+    def relax(self, before: NDArray[np.int64], note: Callable[[], None]) -> None:
+        """Relax until normal forces no longer change, or some iterations after those of each cell before, shape (C,).
+
+        Normal forces are renewed once all cells are at rest, which changes nothing of a cell that stays at rest.
+
+        Raises:
+            SolverError: the only cell cannot continue.
+        """
+        loop = self.loop
+        loop.most[:] = before + self.most_iterations
+        while True:
+            left = self._left()
+            if not left.any() and (loop.at_rest & ~loop.failed).any():  # also where a checkpoint continues at rest
+                loop.renew_terms()
+                left = self._left()
+            if not left.any():
+                return
+            loop.advance(left)
+            note()
+
+    def _left(self) -> NDArray[np.bool_]:
+        """Which cells go on, shape (C,)."""
+        loop = self.loop
+        return ~(loop.at_rest | loop.stalled | loop.failed) & (loop.iterations < loop.most)
+
+    def border_forces(self) -> NDArray[np.float64]:
+        """Forces on the borders that hold the last accepted states, along courses and wales [dyn], shape (C, 2)."""
+        simulation = self.loop.simulation
+        model, state, strain = simulation.model, simulation.state, simulation.strain
+        assert strain is not None
+        place_contact_samples(model, state, model.launch)
+        find = [*simulation.balance_launches(), *strain.sum_launches(state, model.prepare)]
+        CapturedLaunches(find, model.device).launch()
+        periods = strain.periods.numpy().astype(np.float64).reshape(-1, 2, 3) * model.units[:, None, None]
+        sizes = np.einsum("ckd,ckd->ck", periods, strain.host_frame)
+        return -strain.totals.numpy()[:, :2] / sizes
+
+
 class _LoadedInSteps:
-    """A relaxation through load steps (``observer.Loaded``)."""
+    """A relaxation of one cell through load steps (``observer.Loaded``)."""
 
     position = AT_ONCE
 
@@ -170,8 +257,8 @@ class _LoadedInSteps:
         self, simulation: YarnSimulation, steps: Sequence[LoadStep], quality: Quality, ended: Sequence[EndedStep]
     ) -> None:
         """A path before its first step, or after some steps that have ended."""
-        self.steps, self.most_iterations = steps, quality.max_iterations
-        self.loop = RelaxationLoop(simulation, quality.tolerance, quality.largest_change)
+        self.steps, self.cells = steps, LoadedCells(simulation, quality)
+        self.loop = self.cells.loop
         self.ended = list(ended)
         self.out_of_time = False
 
@@ -182,82 +269,31 @@ class _LoadedInSteps:
     def run(self, observer: Observer, saved: CheckpointState | None) -> None:
         """Relax through the steps that have not ended, of which the first one continues from a checkpoint if given."""
         for step in self.steps[len(self.ended) :]:
-            self._load(step)
+            self.cells.load(np.array([[step.course, step.wale]]), step.friction, step.stretch)
             if saved is None:
-                self._begin()
+                self.cells.begin()
             else:
                 observer.resume(saved)
                 saved = None
+            before = np.array([sum(step.iterations for step in self.ended)])
             try:
-                self._relax(observer.note)
+                self.cells.relax(before, observer.note)
             except OutOfTime:
                 self.out_of_time = not self.loop.at_rest[0]
             self.ended.append(self._ended(observer.seconds()))
             if self.out_of_time:
                 return
 
-    def _load(self, step: LoadStep) -> None:
-        """Set the loads and the friction of a step, and draw the cell."""
-        simulation = self.loop.simulation
-        term = simulation.terms[0]
-        assert simulation.strain is not None and isinstance(term, FrictionTerm)
-        simulation.strain.set_loads(np.array([[step.course, step.wale]]))
-        term.weaken(step.friction)
-        simulation.discard_launches()
-        if step.stretch != (1.0, 1.0):
-            self._draw(simulation.strain, step.stretch)
-
-    def _draw(self, strain: CellStrain, stretch: tuple[float, float]) -> None:
-        """Draw the cell and its yarns along the courses and along the wales."""
-        simulation = self.loop.simulation
-        frame = strain.host_frame[0]
-        matrix = np.eye(3) + frame.T @ np.diag(np.array(stretch) - 1.0) @ frame
-        for array, count in ((simulation.state.points, simulation.model.point_count), (strain.periods, 2)):
-            places = array.numpy()
-            places[:count] = places[:count] @ matrix
-            array.assign(places)
-        simulation.accept(np.array([True]))
-        simulation.candidates.near.invalidate()
-        self.loop.search_contacts()
-
-    def _begin(self) -> None:
-        """Begin a step from the state of rest of the step before it."""
-        loop = self.loop
-        loop.simulation.solver.restart(loop.step_scale)
-        loop.energy_fall[:], loop.stalled[:] = np.inf, False
-        loop.last = loop.simulation.assess_cells()
-
-    def _relax(self, note: Callable[[], None]) -> None:
-        """Relax until normal forces no longer change."""
-        loop, most = self.loop, sum(step.iterations for step in self.ended) + self.most_iterations
-        loop.most[:] = most
-        loop.run(most, note)
-        while loop.at_rest[0] and loop.renew_terms() and loop.last[0].residual >= loop.tolerance:
-            loop.run(most, note)
-
     def _ended(self, seconds: float) -> EndedStep:
         loop, before = self.loop, sum(step.iterations for step in self.ended)
         nearest, last = float(loop.simulation.smallest_distances()[0]), loop.last[0]
-        course, wale = self._border_forces()
+        course, wale = self.cells.border_forces()[0].tolist()
         yarns = self.good_yarns()
         assert yarns.lattice is not None
         return EndedStep(
             yarns.points, yarns.lattice.periods, last.energies, last.residual, bool(loop.at_rest[0]),
-            loop.iteration - before, nearest, course, wale, seconds,
+            loop.iteration - before, nearest, course, wale, seconds, loop.remaining[0],
         )  # fmt: skip
-
-    def _border_forces(self) -> tuple[float, float]:
-        """Forces on the borders that hold the last accepted state, along the courses and along the wales [dyn]."""
-        simulation = self.loop.simulation
-        model, state, strain = simulation.model, simulation.state, simulation.strain
-        assert strain is not None
-        place_contact_samples(model, state, model.launch)
-        find = [*simulation.balance_launches(), *strain.sum_launches(state, model.prepare)]
-        CapturedLaunches(find, model.device).launch()
-        periods = strain.periods.numpy().astype(np.float64) * model.units[0]
-        width, height = np.einsum("kd,kd->k", periods, strain.host_frame[0])
-        first, second = strain.totals.numpy()[0, :2]
-        return float(-first / width), float(-second / height)
 
     def results(self, yarns: YarnSet, history: Sequence[HistoryEntry]) -> list[StepAtRest]:
         """The steps that have ended, given the yarns at their start and the history of all steps."""
@@ -268,7 +304,7 @@ class _LoadedInSteps:
             found.append(StepAtRest(
                 replace(yarns, points=step.points, lattice=Lattice(step.periods)), step.energies, step.residual,
                 step.converged, step.iterations, step.nearest, (step.course, step.wale), device, step.seconds, own,
-                out_of_time=self.out_of_time and number == len(self.ended),
+                step.remaining, out_of_time=self.out_of_time and number == len(self.ended),
             ))  # fmt: skip
             before = after
         return found

@@ -114,12 +114,11 @@ class Loading:
     def _loop(self) -> RelaxationLoop:
         quality, whole = self.quality, self.position.is_whole
         simulation = self.path.inputs_at(self.position).start()
-        if not whole and self.position.thin <= 1.0:
-            simulation.newton = None  # one Newton step takes about as many products as a step has iterations
         tolerance = quality.tolerance if whole else DESCENT
         return RelaxationLoop(
-            simulation, tolerance, quality.largest_change, self.position.iterations, quality.max_iterations
-        )
+            simulation, tolerance, quality.largest_change, self.position.iterations, quality.max_iterations,
+            by_newton=whole or self.position.thin > 1.0,
+        )  # fmt: skip
 
     def _say_steps(self) -> None:
         """Say in one line that there were steps, and why."""
@@ -142,5 +141,5 @@ class Loading:
 def _run_to_rest(loop: RelaxationLoop, most: int, note: Callable[[], None]) -> None:
     """Iterate until the yarns are at rest, and stay at rest after the lagged quantities of terms were renewed."""
     loop.run(most, note)
-    while loop.at_rest[0] and loop.renew_terms() and loop.last[0].residual >= loop.tolerance:
+    while loop.at_rest[0] and loop.renew_terms() and not loop.at_rest[0]:
         loop.run(most, note)

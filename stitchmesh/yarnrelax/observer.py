@@ -151,6 +151,8 @@ class Observer:
         loop.alternation.descent = np.array([state.descent])
         loop.alternation.newton_fall = np.array([state.newton_fall])
         loop.kinetic_energy = loop.simulation.solver.kinetic_energy()
+        if loop.newton is not None:
+            loop.newton.memory = np.array(state.arrays["newton"], dtype=np.float64)
         if loop.settling is not None:
             loop.settling.resume(*(state.arrays[f"settling.{name}"] for name in ("table", "middles")))
         self.history = list(state.history)
@@ -166,6 +168,8 @@ class Observer:
         """Copies of everything that decides how the relaxation continues."""
         loop = self.loop
         arrays = {name: wp.clone(array) for name, array in carried_arrays(loop.simulation).items()}
+        if loop.newton is not None:
+            arrays["newton"] = wp.array(loop.newton.memory, dtype=wp.float64, device="cpu")
         if loop.settling is not None:
             marks = loop.settling.arrays().items()
             arrays |= {f"settling.{name}": wp.array(values, dtype=wp.float64, device="cpu") for name, values in marks}

@@ -58,8 +58,8 @@ def relax_yarns(
     """Relax yarns to a state of rest; no yarn passes through another.
 
     The yarns are at rest when the residual is below ``Quality.tolerance`` and the change of the spacing that is left is
-    estimated below ``Quality.largest_change``; with friction, ``Dynamics`` or open yarns, that change is not known, and
-    the energy must have stopped falling instead (``yarnrelax.convergence``). A relaxation that stops at
+    estimated below ``Quality.largest_change``; with ``Dynamics``, and with friction off a lattice, that change is not
+    known, and the energy must have stopped falling instead (``yarnrelax.convergence``). A relaxation that stops at
     ``Quality.max_iterations``, or where no step lowers the energy any more, logs a warning, and its report is not
     converged. One that a limit on the time ends (``time_limit``) has the bits of one with ``max_iterations`` as many as
     its report counts. A resumed one has those of one that never stopped, and counts iterations and seconds of both.
@@ -85,8 +85,8 @@ def relax_yarns(
         load_steps: whether rest lengths, stiffnesses, the radius or loads that press yarns through one another at once
             are applied in steps (``load_path``); the report then says how. Terms begin anew in each step.
         control: watches, pauses, steps and stops the relaxation from another thread. A step is an assessment interval
-            of 20 iterations, or near rest a Newton step, which counts as many iterations as it takes products with the
-            Hessian. A pause writes a checkpoint. A stopped relaxation returns its last accepted state.
+            of 20 iterations, or near rest a Newton step, which counts as 50 iterations. A pause writes a checkpoint. A
+            stopped relaxation returns its last accepted state.
 
     Raises:
         FileError: a checkpoint cannot be written, or the one to resume is missing or damaged.

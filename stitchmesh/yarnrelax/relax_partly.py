@@ -30,7 +30,6 @@ def relax_partly(
         SolverError: the relaxation cannot go on.
     """
     simulation = YarnSimulation.start(yarns, material, quality, device_named(device), terms, cell=cell)
-    simulation.newton = None  # one Newton step takes more products than there are iterations here
     with without_limit():  # the next change of size needs all of these iterations
-        RelaxationLoop(simulation, quality.tolerance, quality.largest_change).run(iterations)
+        RelaxationLoop(simulation, quality.tolerance, quality.largest_change, by_newton=False).run(iterations)
     return simulation.good_yarns()

@@ -4,8 +4,8 @@
 
 The loop serves one piece, and many cells of which each comes to rest by itself (``convergence``). A cell descends with
 the solver, in intervals of ``ASSESSMENT_INTERVAL`` iterations. At a residual of ``DESCENT``, Newton steps end the
-relaxation where all terms give their Hessians (``newton``), with iterations between them where they are too short
-(``alternation``). A product with the Hessian counts as an iteration. The last interval or step ends at the limit.
+relaxation where all terms give their Hessians (``newton``), and judge whether it has ended. A step counts as
+``STEP_COST`` iterations. The last interval ends at the limit; a step that has begun is completed.
 """
 
 from __future__ import annotations
@@ -17,24 +17,20 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import OverloadError
 from stitchmesh.time_limit import check_time
-from stitchmesh.yarnrelax.assessment import Assessments
+from stitchmesh.yarnrelax.assessment import Assessments, RemainingChange
 from stitchmesh.yarnrelax.collision.narrow_phase import LONG_LIFE, fitting_margin
 from stitchmesh.yarnrelax.convergence import has_converged, is_at_rest, is_level
 from stitchmesh.yarnrelax.model.resting_cells import only_in
+from stitchmesh.yarnrelax.newton import SMALLEST_NEWTON_SCALE, newton_of
 from stitchmesh.yarnrelax.settling import settling_of
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.alternation import Alternation
-from stitchmesh.yarnrelax.solvers.newton import RemainingChange
+from stitchmesh.yarnrelax.solvers.alternation import STEP_COST, Alternation
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, UNLIMITED
 
 SMALLEST_STEP_SCALE = 5e-5
 """Scale of steps below which the loop does not step back again."""
 RECOVERY, NEWTON_RECOVERY = 1.2, 2.0
 """Growth of the scale of steps after each accepted assessment."""
-NEWTON_RISE = 32.0
-"""Rise of the energy in a Newton step that rounding explains, over the precision and the size of the energy."""
-SMALLEST_NEWTON_SCALE = 1e-6
-"""Scale of Newton steps below which nothing lowers the energy any more."""
 DESCENT = 0.01
 """Residual below which Newton's method ends a relaxation."""
 REMEDY = "move the yarns apart, or control points that lie in one place"
@@ -46,7 +42,7 @@ class RelaxationLoop:
 
     def __init__(
         self, simulation: YarnSimulation, tolerance: float, largest_change: float = 0.004, before: int = 0,
-        most: int | NDArray[np.int64] = UNLIMITED,
+        most: int | NDArray[np.int64] = UNLIMITED, *, by_newton: bool = True,
     ) -> None:  # fmt: skip
         """A loop before its first assessment (``start``).
 
@@ -55,16 +51,17 @@ class RelaxationLoop:
             tolerance: as in ``Quality``.
             largest_change: as in ``Quality``.
             before: iterations that were done before with another load, and that count too.
-            most: iterations that no cell exceeds, or those of each cell, shape (C,).
+            most: iterations after which no cell goes on, or those of each cell, shape (C,).
+            by_newton: whether Newton's method ends the relaxation where it can.
         """
         self.simulation, self.tolerance, self.largest_change = simulation, tolerance, largest_change
         cells = simulation.model.cell_count
         self.before, self.iterations = before, np.full(cells, before, dtype=np.int64)
-        """Iterations of each cell, with the products of its Newton steps, shape (C,)."""
+        """Iterations of each cell, with those that its Newton steps count as, shape (C,)."""
         self.most = np.full(cells, most, dtype=np.int64)
-        """Iterations that each cell does not exceed, shape (C,)."""
+        """Iterations after which each cell begins nothing more, shape (C,)."""
         self.cut_short = False
-        """Whether the last interval or Newton step of a cell was shorter because of its limit of iterations."""
+        """Whether the last interval of a cell was shorter because of its limit of iterations."""
         self.lists_age = 0
         """Iterations since the candidate lists were made."""
         self.step_scale = np.ones(cells)
@@ -76,13 +73,15 @@ class RelaxationLoop:
         first interval and after a step back, shape (C,)."""
         self.ending = np.zeros(cells, dtype=bool)
         """Whether each cell takes Newton steps, shape (C,)."""
-        self.alternation = Alternation(cells)
-        """How Newton steps alternate with iterations of the solver."""
+        self.alternation, self.steps_wait = Alternation(cells), False
+        """How Newton steps alternate with iterations of the solver, and whether all of them wait."""
         self.stalled = np.zeros(cells, dtype=bool)
         """Whether no step lowers the energy of a cell that is not at rest, shape (C,)."""
         self.remaining: list[RemainingChange | None] = [None] * cells
         """Estimate of the change that is left of each cell; None where it is unknown."""
-        self.settling = settling_of(simulation)
+        self.newton = newton_of(simulation) if by_newton else None
+        """Newton's method, where it ends the relaxation."""
+        self.settling = settling_of(simulation) if self.newton is None else None
         """How the only piece settles, where Newton's method does not end its relaxation."""
         self.kinetic_energy = 0.0
         """Kinetic energy at the last assessment [erg]."""
@@ -121,8 +120,8 @@ class RelaxationLoop:
         """
         chosen = (np.ones(len(self.last), dtype=bool) if cells is None else cells) & ~self.stalled
         stepping, self.cut_short = chosen & self.takes_newton_step, False
-        done = self._descend(chosen & ~stepping) + self._end(stepping)
-        self.iterations += done
+        shortened = self._end(stepping)
+        self.iterations += np.where(stepping, STEP_COST, self._descend(chosen & ~stepping))
         found, kinetic_energy = self.simulation.assess_cells(chosen), self.simulation.solver.kinetic_energy()
         good = chosen & self._is_acceptable(found, kinetic_energy, self._allowed_rise(stepping))
         self._note(good, found)
@@ -131,13 +130,13 @@ class RelaxationLoop:
         self.accept(good | (self.at_rest & ~chosen))
         if (chosen & ~good).any():
             self.step_back(chosen & ~good)
-        if self.simulation.newton is not None:
-            shortened = stepping & good & (self.simulation.newton.length == 0.0)
-            self.alternation.note_steps(shortened, done, self.energy_fall)
+        if self.newton is not None:
+            self.newton.note_moves(good & (self.energy_fall > 0.0))
+            self.alternation.note_steps(shortened & good, self.energy_fall)
             descended = chosen & self.ending & ~stepping
             self.alternation.note_iterations(descended & good, descended & ~good, self.energy_fall)
-            if shortened.any():
-                self.simulation.solver.restart(self.step_scale, shortened)
+            if (stepping & good).any():
+                self.simulation.solver.restart(self.step_scale, stepping & good)
 
     def _descend(self, cells: NDArray[np.bool_]) -> NDArray[np.int64]:
         """Iterate some cells with the solver for one assessment interval; return the iterations of each, shape (C,)."""
@@ -148,16 +147,32 @@ class RelaxationLoop:
                 self.iterate(wanted)
         return wanted
 
-    def _end(self, cells: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Do one Newton step of some cells; return the products of each, which cost about an iteration, shape (C,)."""
-        if not cells.any():
-            return np.zeros(len(cells), dtype=np.int64)
-        products = self.simulation.newton_step(cells, self.step_scale, self.most - self.iterations)
-        assert self.simulation.newton is not None
-        self.cut_short |= bool((cells & self.simulation.newton.cut_short).any())
-        self.stalled |= cells & (products == 0)
+    def _end(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Judge the states of some cells, and do one Newton step of those that are not at rest.
+
+        Returns:
+            Whether the step of each cell was shortened, shape (C,).
+        """
+        if self.newton is None or not cells.any():
+            return np.zeros(len(cells), dtype=bool)
+        self._judge(cells)
+        self.stalled |= self.newton.count_idle(cells, self.at_rest)
+        moving = cells & ~(self.at_rest | self.stalled)
+        shortened = self.newton.move(moving, self.step_scale)
+        for cell in np.flatnonzero(moving).tolist():
+            self.remaining[cell] = None
         self.search_contacts()
-        return np.where(cells, products, 0)
+        return shortened
+
+    def _judge(self, cells: NDArray[np.bool_]) -> None:
+        """Find the Newton steps of some cells, and with them the change that is left of each."""
+        assert self.newton is not None
+        check_time()
+        if self.lists_age:
+            self.search_contacts()
+        self.newton.find_steps(cells, self.last.residual < self.tolerance, self.last.size)
+        for cell in np.flatnonzero(cells).tolist():
+            self.remaining[cell] = self.newton.remaining_change(cell, float(self.last.size[cell]))
 
     def iterate(self, count: int | NDArray[np.int64]) -> None:
         """Do ``count`` iterations of all cells, or of each cell, with new candidate lists where they are too old."""
@@ -206,8 +221,8 @@ class RelaxationLoop:
         self.energy_fall[cells] = np.inf
         self.simulation.restore(cells)
         self.step_scale[cells] /= np.where(stepping, 4.0, 2.0)[cells]
-        if self.simulation.newton is not None:
-            self.simulation.newton.restart(cells & stepping)
+        if self.newton is not None:
+            self.newton.distrust(cells & stepping)
         self.simulation.solver.restart(self.step_scale, cells)
         self.search_contacts()
 
@@ -218,12 +233,15 @@ class RelaxationLoop:
         self.search_contacts()
         self.simulation.renew_terms()
         self.last = self.simulation.assess_cells()
+        if self.newton is not None:
+            self.newton.idle[:] = 0
+            self._judge(self.ending)
         return True
 
     @property
     def takes_newton_step(self) -> NDArray[np.bool_]:
         """Whether each cell takes a Newton step next, shape (C,)."""
-        return self.ending & (self.alternation.descent == 0)
+        return self.ending & (self.alternation.descent == 0) & (not self.steps_wait)
 
     @property
     def iteration(self) -> int:
@@ -233,7 +251,7 @@ class RelaxationLoop:
     @property
     def at_rest(self) -> NDArray[np.bool_]:
         """Whether the conditions of ``convergence`` hold in each cell, shape (C,)."""
-        if self.simulation.newton is None and self.settling is None:
+        if self.newton is None and self.settling is None:
             return self._is_near_rest(self.tolerance)
         spacing = np.array([np.inf if left is None else left.spacing for left in self.remaining])
         at_rest = is_at_rest(self.last.residual, spacing, self.tolerance, self.largest_change)
@@ -255,7 +273,7 @@ class RelaxationLoop:
         """By how much the energy of each cell may rise [erg], in a Newton step of some or in iterations, shape (C,)."""
         size, simulation = self.last.size, self.simulation
         iterated = simulation.solver.allowed_rise * (size + self.kinetic_energy) + simulation.noise
-        return np.where(stepping, NEWTON_RISE * simulation.precision * size, iterated)
+        return iterated if self.newton is None else np.where(stepping, self.newton.allowed_rise(size), iterated)
 
     def _is_acceptable(
         self, now: Assessments, kinetic_energy: float, allowed: NDArray[np.float64]
@@ -271,18 +289,14 @@ class RelaxationLoop:
             fall = np.where(size > 0.0, (self.last.energy - now.energy) / size, 0.0)
         self.energy_fall = np.where(cells, fall, self.energy_fall)
         self.last = self.last.replaced(cells, now)
-        self.stalled |= cells & now.hides_rest(self.tolerance) & is_level(self.energy_fall, self.tolerance)
-        done = self.iteration - self.before
+        done, level = self.iteration - self.before, is_level(self.energy_fall, self.tolerance)
         if self.settling is not None and cells.any() and self.settling.is_due(done):
             self.remaining[0] = self.settling.note_state(self.simulation, done, now[0])
-        newton = self.simulation.newton
-        if newton is None:
-            return
-        for cell in np.flatnonzero(cells & self.ending).tolist():
-            self.remaining[cell] = newton.remaining_change(cell, float(size[cell]))
-        beginning = cells & ~self.ending & self._is_near_rest(DESCENT)
-        self.ending |= beginning
-        self.step_scale[beginning] = 1.0
+        if self.newton is not None:
+            beginning = cells & ~self.ending & self._is_near_rest(DESCENT)
+            self.ending, self.step_scale[beginning] = self.ending | beginning, 1.0
+            level = np.where(self.ending, self.newton.gains_nothing, level)
+        self.stalled |= cells & now.hides_rest(self.tolerance) & level
 
     def _fail(self, errors: dict[int, str]) -> None:
         """Record the cells that cannot continue; raise the error if there is only one cell."""

@@ -40,6 +40,20 @@ class Relaxation:
         return f"Relaxation({rest_text(self.report)}, {self.yarns})"
 
 
+def continued(relaxed: Relaxation, before: Relaxation) -> Relaxation:
+    """Return a relaxation with the iterations, seconds and history of the one before it."""
+    count, seconds = before.report["iterations"], before.report["seconds"]
+    report = {"iterations": count + relaxed.report["iterations"], "seconds": seconds + relaxed.report["seconds"]}
+    report["load_steps"] = relaxed.report["load_steps"] or before.report["load_steps"]
+    history = list(before.history)
+    for entry in relaxed.history:
+        later = entry.copy()
+        later["iteration"] += count
+        later["seconds"] += seconds
+        history.append(later)
+    return Relaxation(relaxed.yarns, relaxed.report | report, history)
+
+
 def relaxation_report(
     loading: Loading, relaxed: YarnSet, seconds: float, *, stopped: bool, out_of_time: bool
 ) -> dict[str, Any]:
@@ -87,7 +101,7 @@ def _change_text(loop: RelaxationLoop) -> str:
     left, fall = loop.remaining[0], float(loop.energy_fall[0])
     if left is not None:
         return f"spacing to change by about {left.spacing:.2g} of itself (expected {loop.largest_change:g})"
-    if loop.simulation.newton is not None or loop.settling is not None:
+    if loop.newton is not None or loop.settling is not None:
         return f"spacing to change by an amount that is not known yet (expected {loop.largest_change:g} of itself)"
     falling = f"falling by {fall:.2g} of itself" if np.isfinite(fall) else "not level"
     return f"energy {falling} (expected {LARGEST_ENERGY_FALL * loop.tolerance:g})"

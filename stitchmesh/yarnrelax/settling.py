@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """How a piece settles: the change that is left, estimated from the changes so far.
 
-Newton's method does not end the relaxation of garments (``newton``). Their stitches slide along the fabric in motions
-of every softness, and an iteration of a quasi-Newton method finds the stiff ones first. The softest ones are found
-after thousands of iterations, so that a small change from one iteration to the next says nothing. The changes are
-therefore compared over spans that grow: with x the energy, or the mean distance of neighbouring stitches along the
-yarns or across them, after n iterations,
+Newton's method does not end the relaxation of garments and of open yarns (``newton``). Their stitches slide along the
+fabric in motions of every softness, and an iteration of a quasi-Newton method finds the stiff ones first. The softest
+ones are found after thousands of iterations, so that a small change from one iteration to the next says nothing. The
+changes are therefore compared over spans that grow: with x the energy, or the mean distance of neighbouring stitches
+along the yarns or across them, after n iterations,
 
     c = |x(n) - x(n / s)|,    c' = |x(n / s) - x(n / s^2)|,    r = c / c' within FASTEST and SLOWEST,    s^2 = 2
     left = max(c, c' FASTEST^2) r / (1 - r)
@@ -34,9 +34,8 @@ from numpy.typing import NDArray
 
 from stitchmesh.quality import SLIDE
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.assessment import Assessment
+from stitchmesh.yarnrelax.assessment import Assessment, RemainingChange
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.newton import RemainingChange
 from stitchmesh.yarnrelax.solvers.spacing_change import SpacingChange
 
 SPAN = 2.0**0.5
@@ -135,14 +134,12 @@ class Settling:
 
 
 def settling_of(simulation: YarnSimulation) -> Settling | None:
-    """The marks of the only piece, None where Newton's method ends the relaxation, or rest is judged in another way.
+    """The marks of the only piece, None where rest is judged in another way.
 
-    Iterations of ``Dynamics`` are no measure of time, terms that lag move the state of rest, and an open yarn whose end
-    nothing holds has unravelled where it is at rest.
+    Iterations of ``Dynamics`` are no measure of time, and terms that lag move the state of rest.
     """
     model, lags = simulation.model, any(term.lags for term in simulation.terms)
-    is_closed = not model.on_lattice and bool(model.yarns.closed.all())
-    settles = is_closed and simulation.newton is None and simulation.is_quasistatic and not lags
+    settles = not model.on_lattice and simulation.is_quasistatic and not lags
     return Settling(model.cells[0].yarns) if settles else None
 
 

@@ -39,7 +39,6 @@ from stitchmesh.yarnrelax.model.state import make_state
 from stitchmesh.yarnrelax.model.upload import put_cells
 from stitchmesh.yarnrelax.solvers import solver_named
 from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain, RelaxCell
-from stitchmesh.yarnrelax.solvers.newton import Newton, suits_newton
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, SolverInputs
 from stitchmesh.yarnrelax.solvers.stiffness_bounds import stiffness_row_sums
 
@@ -97,12 +96,7 @@ class YarnSimulation:
         strains = 0 if cells is None else model.cell_count
         self.solver = solver_named(quality.solver)(model, further, strains, alone=not (terms or constraints))
         blocks = self.solver.needs_blocks
-        self.newton: Newton | None = None
-        """Newton's method, which ends the relaxation where it suits the yarns and all terms give their Hessians."""
-        gives_hessian = all(term.gives_hessian for term in self.terms)
         self.is_quasistatic = quality.solver == "quasistatic"
-        if self.is_quasistatic and gives_hessian and suits_newton(model):
-            self.newton = Newton(model, further, strains)
         self.state = make_state(model, points, external=bool(self.terms), blocks=blocks, strains=strains)
         self.candidates = make_candidates(model, WIDEST_MARGIN)
         self.constraints = [constraint.on(model) for constraint in constraints]
@@ -142,8 +136,6 @@ class YarnSimulation:
     def discard_launches(self) -> None:
         """Forget all captured launches: an array that they name was replaced."""
         self._iterations: CapturedLaunches | None = None
-        if self.newton is not None:
-            self.newton.discard_launches()
         self._assessor: Assessor | None = None
 
     @property
@@ -172,13 +164,6 @@ class YarnSimulation:
         for constraint in self.constraints:
             launches += constraint.filter_forces(state.force, launcher)
         return launches
-
-    def newton_step(
-        self, cells: NDArray[np.bool_], step_scale: NDArray[np.float64], most: NDArray[np.int64] | None = None
-    ) -> NDArray[np.int64]:
-        """Do one Newton step of some cells, each with ``most`` products or less; the products of each, shape (C,)."""
-        assert self.newton is not None
-        return self.newton.step(self.inputs, self.balance_launches(), cells, step_scale, most)
 
     def iterate(self, most: int | None = None) -> int:
         """Launch some iterations; return their number, which is at most ``most`` unless the solver stops by itself."""

@@ -64,7 +64,7 @@ class StepwiseLoop(RelaxationLoop):
             SolverError: the cell cannot continue.
         """
         before, count = self.done, self.iteration
-        if self.takes_newton_step[0]:
+        if self.ending[0]:
             self.advance()
             return self.iteration - count
         if before + most >= INTERVAL:

@@ -27,8 +27,7 @@ from stitchmesh.periodic.weave.weave import Thread, Weave
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, parse_rest_lengths, segment_faces
-from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, yarn_energies
-from stitchmesh.yarnrelax.saddle import relax_to_minimum
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies
 
 pytestmark = pytest.mark.usefixtures("first_state")
 RADIUS = 0.125
@@ -182,7 +181,7 @@ def test_gamma_is_an_exact_similarity(name, gamma, tolerance):
     np.testing.assert_allclose(small.radius, RADIUS, rtol=1e-12)  # three roundings
     flat = FlatFabric.of(scale_yarns(generated, 1.0 / gamma), fabric, source)
     terms = planes(True, SwatchOptions(), flat, small.radius)
-    direct = relax_to_minimum(small, material=material, quality=quality, device="cpu", cell=cell, terms=terms)
+    direct = relax_yarns(small, material=material, quality=quality, device="cpu", cell=cell, terms=terms)
     repeat = own.repeated(direct.yarns, first)
     apart = made.yarns.points - repeat.points
     # no force holds a repeat in its plane, so that it may lie anywhere there

@@ -16,6 +16,7 @@ from stitchmesh.reporting.verdict import relaxation_verdict
 from stitchmesh.time_limit import TimeLimit, limited_to
 from stitchmesh.yarnrelax import Relaxation, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.relax_partly import relax_partly
+from stitchmesh.yarnrelax.solvers.alternation import STEP_COST
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 from tests.yarnrelax.stockinette import tube
 
@@ -54,10 +55,20 @@ def assert_same(one: Relaxation, other: Relaxation) -> None:
     }
 
 
-@pytest.mark.parametrize("seconds", [9, 40, 150, 300, 500, 700])
-def test_the_end_by_time_has_the_bits_of_the_end_by_iterations(cell, start, seconds):
-    """The looks lie at the start, between launches of L-BFGS, and within Newton steps, which are then left out."""
-    with limited_to(limit(seconds)):
+@pytest.fixture(scope="module")
+def whole(cell: Any) -> tuple[Relaxation, int]:
+    """The relaxation that ends by itself, and the time that is over at its last look at the clock."""
+    clock = CountingClock()
+    with limited_to(TimeLimit(1e9, clock)):
+        relaxed = cell()
+    assert relaxed.report["converged"]
+    return relaxed, clock.looks  # the first look is the start; the check of linking reserves a second
+
+
+@pytest.mark.parametrize("share", [0.01, 0.05, 0.2, 0.4, 0.7, 0.9, 1.0])
+def test_the_end_by_time_has_the_bits_of_the_end_by_iterations(cell, start, whole, share):
+    """The looks lie between launches of L-BFGS, and before each Newton step, of which the last one is left out."""
+    with limited_to(limit(max(int(share * whole[1]), 1))):
         ended = cell()
     again = cell(replace(start.quality, max_iterations=max(ended.report["iterations"], 1)))
     assert ended.report["out_of_time"] and not ended.report["converged"] and not ended.report["stopped"]
@@ -66,9 +77,18 @@ def test_the_end_by_time_has_the_bits_of_the_end_by_iterations(cell, start, seco
         assert_same(ended, again)
 
 
-def test_more_time_never_ends_at_fewer_iterations(cell):
+def test_the_time_is_read_before_each_newton_step(cell, whole):
+    """The last three steps begin with the last three looks."""
+    counts = [entry["iteration"] for entry in whole[0].history]
+    assert np.all(np.diff(counts[-4:]) == STEP_COST)
+    for number in (1, 2, 3):
+        with limited_to(limit(whole[1] + 1 - number)):
+            assert cell().report["iterations"] == counts[-1 - number]
+
+
+def test_more_time_never_ends_at_fewer_iterations(cell, whole):
     counts = []
-    for seconds in (4, 60, 200, 500, 700):
+    for seconds in np.linspace(4, whole[1], 5):
         with limited_to(limit(seconds)):
             counts.append(cell().report["iterations"])
     assert counts == sorted(counts) and counts[0] < counts[-1]

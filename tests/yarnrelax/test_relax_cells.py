@@ -207,8 +207,9 @@ def test_large_and_small_cells_relax_in_one_batch() -> None:
     many = tile_yarns(one, 10, 9, periodic=True)
     batch = relax_cells([one, many], free=[FREE, FREE], quality="draft", device="cpu")
     assert batch.report["converged"] == 2
-    # near rest, the error of the energy is of second order in the residual
-    assert batch.cells[1].report["energy"] == pytest.approx(90 * batch.cells[0].report["energy"], rel=1e-3)
+    copies = 90 * batch.cells[0].report["energy"]
+    # A large cell has states that its copies have not, with less energy. The error is of second order in the residual.
+    assert batch.cells[1].report["energy"] < (1.0 + 1e-3) * copies
 
 
 def test_the_last_cell_of_a_batch_goes_on_with_other_cells() -> None:

@@ -13,10 +13,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from stitchmesh.quality import PRESETS, SLIDE, Quality
 from stitchmesh.yarnrelax import Relaxation, relax_yarns
-from stitchmesh.yarnrelax.assessment import Assessment
+from stitchmesh.yarnrelax.assessment import Assessment, RemainingChange
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
+from stitchmesh.yarnrelax.newton import LARGEST_PIECE
 from stitchmesh.yarnrelax.settling import SLOWEST, SPAN, Settling
-from stitchmesh.yarnrelax.solvers.newton import LARGEST_PIECE, RemainingChange
 from tests.yarnrelax.stockinette import fabric_of, tube
 
 YARNS = tube(3, 6)

@@ -27,9 +27,10 @@ import numpy as np
 
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.periodic.relaxation.continuation import change_period, size_of
+from stitchmesh.periodic.relaxation.way_to_rest import relax_with_digits
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.cell_stress import cell_stress
 from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.friction.friction import Friction
@@ -133,7 +134,7 @@ def _relaxed_at(drawn: DrawnCell, yarns: YarnSet, strain: float) -> Relaxation:
     """Draw yarns to a strain and relax them."""
     given: dict[str, Any] = {"material": drawn.material, "quality": drawn.quality, "device": drawn.device}
     yarns = change_period(yarns, drawn.size_at(strain), **given)
-    return relax_yarns(yarns, cell=drawn.cell, terms=drawn.terms, progress=drawn.progress, **given)
+    return relax_with_digits(yarns, cell=drawn.cell, terms=drawn.terms, progress=drawn.progress, **given)
 
 
 def _branch(drawn: DrawnCell, found: Sequence[DrawnState], strain: float, rest: Relaxation) -> int:

@@ -29,8 +29,7 @@ from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
 from stitchmesh.yarnrelax.relax_partly import relax_partly
-from stitchmesh.yarnrelax.relaxation_result import Relaxation
-from stitchmesh.yarnrelax.saddle import continued, relax_to_minimum
+from stitchmesh.yarnrelax.relaxation_result import Relaxation, continued
 
 WEDGED = 1.0
 """Distance of two axes below which yarns are wedged, over their radius; 2 is touching, and pressed yarns keep 1.4."""
@@ -96,28 +95,29 @@ def _relax(
     prepared: PreparedSwatch, step: Quality, progress: Callable[[HistoryEntry], None] | Literal[False] | None,
     yarns: YarnSet, done: int,
 ) -> Asking[Relaxation]:  # fmt: skip
-    """Relax yarns with a sampling, after a number of iterations that count for the limit of all together.
-
-    Where rounding hides whether they are at rest, as in satins, whose long floats carry small forces, they relax on in
-    float64.
-    """
-    found: Relaxation | None = None
-    for precision in (step.precision, "float64"):
-        if found is not None and (precision == step.precision or not found.report["hidden_by_rounding"]):
-            break
-        if found is not None:
-            logger.warning("rounding hides rest in float32; the swatch relaxes on in float64")
-        before = done if found is None else done + found.report["iterations"]
-        left = int(min(step.max_iterations, max(prepared.most_iterations - before, 0)))
-        given: dict[str, Any] = {
-            "material": prepared.similar, "quality": replace(step, precision=precision, max_iterations=left),
-            "device": prepared.device, "cell": prepared.cell, "terms": prepared.terms, "progress": progress,
-        }  # fmt: skip
-        start = yarns if found is None else found.yarns
-        if prepared.cell is None:
-            relaxed: Relaxation = yield ask(relax_yarns, start, **given)
-        else:
-            relaxed = yield from relax_to_minimum.asking(start, **given)
-        found = relaxed if found is None else continued(relaxed, found)
-    assert found is not None
+    """Relax yarns with a sampling, after a number of iterations that count for the limit of all together."""
+    left = int(min(step.max_iterations, max(prepared.most_iterations - done, 0)))
+    found = yield from relax_with_digits.asking(
+        yarns, replace(step, max_iterations=left), material=prepared.similar, device=prepared.device,
+        cell=prepared.cell, terms=prepared.terms, progress=progress,
+    )  # fmt: skip
     return found
+
+
+@answered_alone
+def relax_with_digits(yarns: YarnSet, quality: Quality, **given: Any) -> Asking[Relaxation]:
+    """Relax yarns as ``relax_yarns``, and on in float64 where rounding hides whether they are at rest.
+
+    Rounding does so in satins, whose long floats carry small forces, and in fabrics whose yarns are stretched.
+
+    Raises:
+        SolverError: the yarns cannot be relaxed, or a yarn passed through another one.
+    """
+    found: Relaxation = yield ask(relax_yarns, yarns, quality=quality, **given)
+    if quality.precision == "float64" or not found.report["hidden_by_rounding"]:
+        return found
+    logger.warning("rounding hides rest in float32; the yarns relax on in float64")
+    left = max(quality.max_iterations - found.report["iterations"], 0)
+    finer = replace(quality, precision="float64", max_iterations=left)
+    further: Relaxation = yield ask(relax_yarns, found.yarns, quality=finer, **given)
+    return continued(further, found)

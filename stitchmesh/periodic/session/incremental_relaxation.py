@@ -24,7 +24,6 @@ from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.session.target import GeneratedRepeat, Target, generate_repeat, make_target
 from stitchmesh.quality import Quality
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
-from stitchmesh.yarnrelax.saddle import MOST_MOVES, SMALLEST_FALL, leave_saddle
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.stepwise_loop import INTERVAL, StepwiseLoop
 
@@ -54,8 +53,6 @@ class LiveSwatch:
     """The state before the last increment."""
     loop: StepwiseLoop | None
     """The current relaxation."""
-    balances: list[float]
-    """Energies of the unstable balances from which the yarns moved down since the last change [erg]."""
     iterations_since_increment: int
     """Iterations since the last increment."""
     stopped: bool
@@ -99,7 +96,7 @@ class LiveSwatch:
         Raises:
             StitchMeshError: the swatch of these settings cannot be generated.
         """
-        self.iteration, self.requested_at, self.balances = 0, requested_at, []
+        self.iteration, self.requested_at = 0, requested_at
         generated = generate_repeat(settings)
         target = make_target(settings, generated)
         sampled = sampled_for(settings, generated, target)
@@ -172,24 +169,7 @@ class LiveSwatch:
         self.state = replace(self.state, yarns=self.loop.simulation.good_yarns())
         used_up = self.loop.iteration >= self.sampled.max_iterations or bool(self.loop.stalled[0])
         if not increments_left(self.state, self.target) and (self._is_at_rest() or used_up):
-            if not self._leaves_balance():
-                self._finish()
-
-    def _leaves_balance(self) -> bool:
-        """Move down from an unstable balance, as ``relax_to_minimum`` does; return whether the yarns moved."""
-        assert self.loop is not None
-        energy, balances = self.loop.last[0].energy, self.balances
-        is_same = bool(balances) and balances[-1] - energy < SMALLEST_FALL * abs(balances[-1])
-        if not self._is_at_rest() or self.target.cell is None or is_same or len(balances) >= MOST_MOVES:
-            return False
-        down = leave_saddle(
-            self.state.yarns, material=self.target.material, quality=self.sampled, device=self.device,
-            cell=self.target.cell, terms=self.target.terms,
-        )  # fmt: skip
-        if down is None:
-            return False
-        self.balances, self.state, self.loop = [*balances, energy], replace(self.state, yarns=down), None
-        return True
+            self._finish()
 
     def publish(self) -> None:
         """Make a frame of the current state."""
@@ -255,7 +235,6 @@ class LiveSwatch:
         """Start from the generated yarns."""
         self.first, self.state = self.generated, SwatchInProgress.start(self.generated, self.target)
         self.previous = self.loop = None
-        self.balances = []
         self.iterations_since_increment, self.stepped_back, self.finished = 0, False, False
         self.frame = self._next_frame()
 

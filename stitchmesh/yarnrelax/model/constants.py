@@ -60,7 +60,7 @@ class Model(CellTables):
 
     @cached_property
     def resting(self) -> wp.array[Any]:
-        """1 for each cell that launches of forces, of Hessians and of their products leave out, else 0, shape (C,)."""
+        """1 for each cell that launches of forces and of Hessians leave out, else 0, shape (C,)."""
         return self.integers(np.zeros(self.cell_count))
 
     @cached_property

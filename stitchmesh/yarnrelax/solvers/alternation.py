@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
+STEP_COST = 50
+"""Iterations that a Newton step counts as: it takes about their time in cells of some hundred control points."""
+
 
 class Alternation:
     """The iterations that come before the next Newton step of each cell."""
@@ -23,18 +26,17 @@ class Alternation:
         self.descent = np.zeros(cells, dtype=np.int64)
         """Iterations of the solver before the next Newton step of each cell, shape (C,)."""
         self.newton_fall = np.zeros(cells)
-        """Relative fall of the energy for each product of the last shortened Newton step of each cell, shape (C,)."""
+        """Relative fall of the energy in the last shortened Newton step of each cell over ``STEP_COST``, shape (C,)."""
 
-    def note_steps(self, shortened: NDArray[np.bool_], products: NDArray[np.int64], fall: NDArray[np.float64]) -> None:
+    def note_steps(self, shortened: NDArray[np.bool_], fall: NDArray[np.float64]) -> None:
         """Let the solver iterate after shortened steps of some cells.
 
         Args:
             shortened: whether each cell took a shortened step that was accepted, shape (C,).
-            products: products of the steps, shape (C,).
             fall: relative fall of the energy in the steps, shape (C,).
         """
-        self.descent[shortened] = products[shortened]
-        self.newton_fall[shortened] = (fall / np.maximum(products, 1))[shortened]
+        self.descent[shortened] = STEP_COST
+        self.newton_fall[shortened] = fall[shortened] / STEP_COST
 
     def note_iterations(self, good: NDArray[np.bool_], bad: NDArray[np.bool_], fall: NDArray[np.float64]) -> None:
         """Count an interval of the solver that was accepted in some cells and not in others.

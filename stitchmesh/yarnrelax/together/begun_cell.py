@@ -43,16 +43,13 @@ def learned_by(loop: RelaxationLoop) -> list[dict[str, NDArray[Any]]]:
 
     The counts and gradients of each cell are among them, because a relaxation reports them.
     """
-    newton, solver = loop.simulation.newton, loop.simulation.solver
+    newton, solver = loop.newton, loop.simulation.solver
     assert newton is not None and isinstance(solver, LBFGS)
-    found: list[dict[str, NDArray[Any]]] = newton.learned()
     columns = {
         "iterations": loop.iterations, "ending": loop.ending, "descent": loop.alternation.descent,
-        "newton_fall": loop.alternation.newton_fall, "gradients": solver.recorded_gradients(),
+        "newton_fall": loop.alternation.newton_fall, "newton": newton.memory, "gradients": solver.recorded_gradients(),
     }  # fmt: skip
-    for cell, own in enumerate(found):
-        own |= {name: np.array(column[cell]) for name, column in columns.items()}
-    return found
+    return [{name: np.array(column[cell]) for name, column in columns.items()} for cell in range(len(loop.iterations))]
 
 
 def teach(loop: RelaxationLoop, cells: Sequence[Mapping[str, NDArray[Any]] | None]) -> None:
@@ -60,14 +57,15 @@ def teach(loop: RelaxationLoop, cells: Sequence[Mapping[str, NDArray[Any]] | Non
     known = [(number, own) for number, own in enumerate(cells) if own is not None]
     if not known:
         return
-    newton, solver = loop.simulation.newton, loop.simulation.solver
+    newton, solver = loop.newton, loop.simulation.solver
     assert newton is not None and isinstance(solver, LBFGS)
-    numbers = np.array([number for number, _own in known])
-    learned = [own for _number, own in known]
-    columns = {name: np.array([own[name] for own in learned])
-               for name in ("iterations", "ending", "descent", "newton_fall", "gradients")}  # fmt: skip
-    loop.iterations[numbers], loop.ending[numbers] = columns["iterations"], columns["ending"]
-    loop.alternation.descent[numbers] = columns["descent"]
-    loop.alternation.newton_fall[numbers] = columns["newton_fall"]
-    solver.record_gradients(numbers, columns["gradients"])
-    newton.teach(numbers, learned)
+    numbers, memory = np.array([number for number, _own in known]), newton.memory
+    names = "iterations", "ending", "descent", "newton_fall", "newton", "gradients"
+    iterations, ending, descent, fall, own, gradients = (
+        np.array([learned[name] for _number, learned in known]) for name in names
+    )
+    memory[numbers] = own
+    newton.memory = memory
+    loop.iterations[numbers], loop.ending[numbers] = iterations, ending
+    loop.alternation.descent[numbers], loop.alternation.newton_fall[numbers] = descent, fall
+    solver.record_gradients(numbers, gradients)

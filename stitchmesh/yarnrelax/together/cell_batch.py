@@ -40,9 +40,9 @@ SMALL_PART = 0.25
 """Part of all contact samples below which the cells that are not at rest continue without the others."""
 LAST_PART = 0.1
 """Part of the cells that a batch may leave for the next one."""
-ENOUGH, LONGEST_WAIT = 0.5, 4
-"""Part of the cells that are not at rest that is enough for a Newton step, and the most assessment intervals for which
-cells wait until there are so many."""
+ROUND = {"cpu": 1, "cuda": 25}
+"""Assessment intervals from one Newton step of a batch to the next. A step of a batch on a GPU takes the time of 500 to
+1,000 iterations, most of it on the host, whether few cells take it or all; cells iterate while they wait."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,8 +155,7 @@ def relax_batch(
 def relax_batch_partly(batch: CellBatch, iterations: int) -> list[YarnSet | str]:
     """Yarns of each cell after some iterations towards rest, as ``relax_partly``; or why the cell cannot go on."""
     simulation = batch.simulation()
-    simulation.newton = None
-    loop = RelaxationLoop(simulation, batch.quality.tolerance, batch.quality.largest_change)
+    loop = RelaxationLoop(simulation, batch.quality.tolerance, batch.quality.largest_change, by_newton=False)
     loop.start()
     active = ~loop.failed
     with without_limit():
@@ -183,8 +182,7 @@ class _Run:
         self.history: list[list[HistoryEntry]] = [[] if own is None else list(own.history) for own in begun]
         self._note(~self.loop.failed & np.array([own is None for own in begun]))
         self.active = ~self.loop.failed & (self.loop.iterations < batch.most)
-        self._intervals = 0
-        """Intervals for which cells have waited to take a Newton step together."""
+        self._round, self._intervals = ROUND["cuda" if simulation.model.device.is_cuda else "cpu"], 0
 
     def begun(self, yarns: Sequence[YarnSet]) -> list[BegunCell]:
         """All cells, to go on in another batch; ``yarns`` are their last accepted states."""
@@ -194,15 +192,10 @@ class _Run:
                 for own, height, learned, history, before in parts]  # fmt: skip
 
     def advance(self) -> None:
-        """Iterate and assess cells that are not at rest; those that take a Newton step next may wait for others.
-
-        A Newton step of all cells takes hardly longer than that of one cell, and cells take it at different times.
-        """
-        loop = self.loop
-        stepping = self.active & loop.takes_newton_step
-        few = stepping.sum() < ENOUGH * self.active.sum() and self._intervals < LONGEST_WAIT
-        self._intervals = self._intervals + 1 if few and stepping.any() else 0
-        chosen = self.active & ~stepping if few else self.active
+        """Iterate and assess cells that are not at rest."""
+        loop, chosen = self.loop, self.active
+        self._intervals += 1
+        loop.steps_wait = self._intervals % self._round != 0
         try:
             loop.advance(chosen)
         except OverloadError:  # the only cell, whose error the loop keeps

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -27,10 +27,11 @@ from stitchmesh.yarnrelax.cell_stress import CellStress, cell_stresses
 from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.energies.confinement import Confinement
 from stitchmesh.yarnrelax.linking.certificate import pull_throughs_together
+from stitchmesh.yarnrelax.load_steps import StepAtRest
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
 from stitchmesh.yarnrelax.together.begun_cell import BegunCell
 from stitchmesh.yarnrelax.together.cell_batch import CellBatch, RelaxedCell, relax_batch, relax_batch_partly
-from stitchmesh.yarnrelax.together.saddles_together import leave_saddles
+from stitchmesh.yarnrelax.together.steps_together import group_of_steps, relax_group_through_steps
 
 IN_CELLS = {"material", "quality", "device", "cell", "terms", "progress", "iterations"}
 """Arguments of relaxations that cells of a batch have."""
@@ -50,11 +51,22 @@ def relax_partly_together(asks: Sequence[Ask]) -> list[YarnSet | StitchMeshError
     return _in_groups(asks, _relax_group_partly)
 
 
-def _in_groups(asks: Sequence[Ask], relax: Any) -> list[Any]:
+@alone()
+def relax_through_steps_together(asks: Sequence[Ask]) -> list[list[StepAtRest] | StitchMeshError]:
+    """Answer calls of ``relax_through_steps``: those of one quality, friction and path in one batch of cells each."""
+    return _in_groups(asks, _relax_group_through_steps, group_of_steps)
+
+
+def _relax_group_through_steps(asks: Sequence[Ask]) -> list[list[StepAtRest] | StitchMeshError]:
+    found = relax_group_through_steps(asks)
+    return [_alone(ask) if own is None else own for ask, own in zip(asks, found, strict=True)]
+
+
+def _in_groups(asks: Sequence[Ask], relax: Any, group_of: Callable[[Ask, int], Hashable] | None = None) -> list[Any]:
     """Answer the calls of each group together, and those of a group of their own alone."""
     groups: dict[Hashable, list[int]] = {}
     for number, ask in enumerate(asks):
-        groups.setdefault(_group_of(ask, number), []).append(number)
+        groups.setdefault((group_of or _group_of)(ask, number), []).append(number)
     answers: dict[int, Any] = {}
     for numbers in groups.values():
         answers |= zip(numbers, _in_halves([asks[number] for number in numbers], relax), strict=True)
@@ -129,9 +141,7 @@ def _relax_group(asks: Sequence[Ask]) -> list[Relaxation | StitchMeshError | Beg
     return answers
 
 
-def _relaxation(
-    ask: Ask, cell: RelaxedCell, seconds: float, device: str | None, *, out_of_time: bool
-) -> Relaxation:
+def _relaxation(ask: Ask, cell: RelaxedCell, seconds: float, device: str | None, *, out_of_time: bool) -> Relaxation:
     """The relaxation of a cell of a batch."""
     own = cell.report
     if not own["converged"]:
@@ -149,12 +159,6 @@ def _relaxation(
 def _relax_group_partly(asks: Sequence[Ask]) -> list[YarnSet | StitchMeshError]:
     found = relax_batch_partly(_batch(asks), asks[0].named["iterations"])
     return [_alone(ask) if isinstance(each, str) else each for ask, each in zip(asks, found, strict=True)]
-
-
-@alone()
-def leave_saddles_together(asks: Sequence[Ask]) -> list[YarnSet | StitchMeshError | None]:
-    """Answer calls of ``leave_saddle``: those of one quality together."""
-    return _in_groups(asks, lambda some: leave_saddles(_batch(some)))
 
 
 @alone()

@@ -10,14 +10,14 @@ from typing import Any
 from stitchmesh.compute.asking_together import Together
 from stitchmesh.yarnrelax.cell_stress import cell_stress
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
+from stitchmesh.yarnrelax.load_steps import relax_through_steps
 from stitchmesh.yarnrelax.relax import relax_yarns
 from stitchmesh.yarnrelax.relax_partly import relax_partly
-from stitchmesh.yarnrelax.saddle import leave_saddle
 from stitchmesh.yarnrelax.together.relax_together import (
     cell_stresses_together,
-    leave_saddles_together,
     refuse_pull_through_together,
     relax_partly_together,
+    relax_through_steps_together,
     relax_together,
 )
 
@@ -27,7 +27,7 @@ def ways_together() -> dict[Callable[..., Any], Together]:
     return {
         cell_stress: cell_stresses_together,
         refuse_pull_through: refuse_pull_through_together,
-        leave_saddle: leave_saddles_together,
         relax_partly: relax_partly_together,
         relax_yarns: relax_together,
+        relax_through_steps: relax_through_steps_together,
     }

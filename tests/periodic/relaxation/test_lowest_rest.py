@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stitchmesh.compute.asking import Asking, answered_alone
+from stitchmesh.compute.asking import Asking, answered_alone, ask
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.relaxation.lowest_rest import SAME_ENERGY, STARTS, lowest_rest, perturbed_start
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
@@ -19,8 +19,8 @@ from stitchmesh.periodic.relaxation.way_to_rest import relax_along
 from stitchmesh.periodic.swatch import swatch
 from stitchmesh.time_limit import TimeLimit, limited_to
 from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax import relax_yarns
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
-from stitchmesh.yarnrelax.saddle import relax_to_minimum
 
 DRAFT: dict[str, Any] = {"quality": "draft", "device": "cpu", "relax_cell": True}
 
@@ -31,10 +31,11 @@ def prepared(pattern: str, **options: Any) -> PreparedSwatch:
 
 @answered_alone
 def minimum(start: PreparedSwatch, yarns: YarnSet, done: int = 0) -> Asking[Relaxation]:
-    return relax_to_minimum.asking(
-        yarns, material=start.similar, quality=start.quality, device="cpu", cell=start.cell, terms=start.terms,
-        progress=False,
+    relaxed: Relaxation = yield ask(
+        relax_yarns, yarns, material=start.similar, quality=start.quality, device="cpu", cell=start.cell,
+        terms=start.terms, progress=False,
     )  # fmt: skip
+    return relaxed
 
 
 @pytest.mark.parametrize("pattern", ["rib1x1", "rib2x2"])

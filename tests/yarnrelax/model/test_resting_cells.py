@@ -11,9 +11,10 @@ from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.device import device_named
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.model.resting_cells import only_in
+from stitchmesh.yarnrelax.newton import Newton
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from tests.yarnrelax.hessian.dense_matrix import DOUBLE
+from tests.yarnrelax.hessian.scenes import DOUBLE
 from tests.yarnrelax.stockinette import periodic_patch, woven_cell
 
 KALDOR = YarnMaterial.named("kaldor-simulation")
@@ -30,6 +31,13 @@ def batch() -> YarnSimulation:
 def points_of(simulation: YarnSimulation, cell: int) -> np.ndarray:
     """The control points of a cell."""
     return np.array(simulation.state.points.numpy()[slice(*simulation.model.point_start[cell : cell + 2])])
+
+
+def do_newton_step(simulation: YarnSimulation, cells: np.ndarray) -> None:
+    """A step of some cells, no further than the step limit."""
+    newton = Newton(simulation)
+    newton.find_steps(cells, balanced=cells, size=np.ones(len(cells)))
+    newton.move(cells, np.ones(len(CELLS)))
 
 
 def test_forces_are_computed_in_some_cells_only() -> None:
@@ -57,12 +65,11 @@ def test_all_cells_take_part_again_after_an_error() -> None:
 def test_a_newton_step_moves_each_cell_as_if_the_others_were_not_there() -> None:
     some, others = batch(), batch()
     before = points_of(some, 1)
-    products = some.newton_step(SOME, np.ones(3))
-    assert products[1] == 0 and (products[SOME] > 0).all()
+    do_newton_step(some, SOME)
     assert np.array_equal(points_of(some, 1), before)
-    others.newton_step(~SOME, np.ones(3))
+    do_newton_step(others, ~SOME)
     both = batch()
-    both.newton_step(np.ones(3, dtype=bool), np.ones(3))
+    do_newton_step(both, np.ones(3, dtype=bool))
     for cell, simulation in ((0, some), (1, others), (2, some)):
         assert np.array_equal(points_of(both, cell), points_of(simulation, cell))
     assert not some.model.resting.numpy().any()

@@ -1,0 +1,319 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Newton's method, which ends a relaxation and judges its end: each step comes from the factors of the exact Hessian.
+
+L-BFGS brings yarns near to rest in cheap iterations, and then creeps along the soft directions of a fabric. The Hessian
+H of control points and free strains (``assembled_hessian``) knows these directions. With the forces F, the step is
+H^-1 F, from the factors of H (``newton_system``). Where H has no negative eigenvalue, the yarns are near a minimum, and
+the step is the motion that is left to it, up to its square: the judge of ``convergence`` reads the change of the
+spacing from it.
+
+Where H has negative eigenvalues, it is replaced by its mixture with a share s of the matrix of Gauss and Newton
+(``segment_hessian``, ``contact_hessian``), which is never negative: s = 1 first, and after each step a third of that
+before, until H itself is taken again below ``LEAST_SHARE``. Where the mixture has negative eigenvalues too, s grows by
+``SLOWER`` at once. Turning the signs of the negative eigenvalues of H instead took three times as many steps.
+
+A symmetric fabric can balance at a saddle, from which no force leads away. Where a step of the mixture moves no control
+point by more than ``BALANCED``, the yarns move along the eigenvectors v_k of the negative eigenvalues of H instead, by
+the part of a random vector y that lies in them, sum over k of v_k (v_k . y), scaled to ``MOVE`` at the point that moves
+farthest. Moves become shorter, by ``SHORTER`` where one does not lower the energy, and below ``SMALLEST_MOVE`` the
+balance counts as a minimum: those of sampled contacts along yarn that slides through itself have no other effect.
+
+All moves of a cell are shortened by one factor, so that the step limit (``budget``) holds at each control point; points
+with less room than ``SHORTEST_LIMIT`` are shortened by themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import CapturedLaunches
+from stitchmesh.mesh import FloatArray
+from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
+from stitchmesh.yarnrelax.assessment import RemainingChange
+from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
+from stitchmesh.yarnrelax.energies.term import Coupling
+from stitchmesh.yarnrelax.hessian.cell_matrices import Owners
+from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.resting_cells import only_in
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.newton_system import NewtonStep, NewtonSystems, deformation, shortened_motion
+from stitchmesh.yarnrelax.solvers.spacing_change import SpacingChange
+
+BALANCED = 0.01
+"""Largest move of a control point by forces at a balance [radii]."""
+MOVE, SMALLEST_MOVE = 0.05, 1e-3
+"""First and smallest length of a move away from a balance, at the control point that moves farthest [radii]."""
+SHORTER, AGAIN = 0.25, 0.8
+"""Factors of that length after a move that has not lowered the energy, and after one that has."""
+FASTER, SLOWER = 1.0 / 3.0, 8.0
+"""Factors of the share of the matrix of Gauss and Newton after a step, and where the mixture is negative somewhere."""
+LEAST_SHARE = 0.02
+"""Share below which the matrix of Gauss and Newton is left out."""
+SHORTEST_LIMIT = 0.05
+"""Limit in mean radii, times the scale of the limits, below which a control point is shortened by itself and does not
+shorten the whole step."""
+NEWTON_RISE = 32.0
+"""Rise of the energy in a step that rounding explains, over the precision and the size of the energy."""
+SMALLEST_NEWTON_SCALE, MOST_IDLE = 1e-6, 3
+"""Scale of steps below which nothing lowers the energy any more, and number of steps in a row that may gain nothing."""
+LARGEST_PIECE = 1024
+"""Control points of the largest piece without a lattice that Newton's method ends; ``settling`` judges larger ones."""
+
+
+class Newton:
+    """Newton's method for the cells of a model, or for the only piece."""
+
+    def __init__(self, simulation: YarnSimulation) -> None:
+        """Nothing is known of any cell."""
+        self.simulation, model = simulation, simulation.model
+        self.model = model
+        self.steps: list[NewtonStep | None] = [None] * model.cell_count
+        """The step of each cell from its current state; None where it is not known."""
+        self.share = np.zeros(model.cell_count)
+        """Share of the matrix of Gauss and Newton in the next step of each cell, shape (C,)."""
+        self.away = np.full(model.cell_count, MOVE)
+        """Length of the next move away from a balance of each cell [units], shape (C,)."""
+        self.leaving = np.zeros(model.cell_count, dtype=bool)
+        """Whether the present step of each cell leaves a balance, shape (C,)."""
+        self.idle = np.zeros(model.cell_count)
+        """How many steps that gained nothing each cell has made, one after the other, shape (C,)."""
+        self.gains_nothing = np.zeros(model.cell_count, dtype=bool)
+        """Whether the present step of each cell is exact and tiny, and its work less than rounding, shape (C,)."""
+        self._assembly = HessianAssembly(simulation)
+        self._spacing: dict[int, SpacingChange] = {}
+
+    @property
+    def memory(self) -> NDArray[np.float64]:
+        """What persists of each cell from one step to the next: ``share``, ``away`` and ``idle``, shape (C, 3)."""
+        return np.column_stack([self.share, self.away, self.idle])
+
+    @memory.setter
+    def memory(self, table: NDArray[np.float64]) -> None:
+        self.share, self.away, self.idle = table.T.copy()
+
+    def find_steps(self, cells: NDArray[np.bool_], balanced: NDArray[np.bool_], size: NDArray[np.float64]) -> None:
+        """Find the steps of some cells; their candidate lists are up to date.
+
+        Args:
+            cells: the cells, shape (C,).
+            balanced: whether the forces on each cell balance as far as they must at rest, shape (C,).
+            size: sum of the magnitudes of the energies of each cell [erg], shape (C,).
+        """
+        if not cells.any():
+            return
+        self._find_forces(cells)
+        left, saddles, systems = cells.copy(), np.zeros_like(cells), self._systems(cells)
+        exact = systems
+        while True:
+            for cell, step in self._steps(systems, left, exact, saddles).items():
+                self.steps[cell], left[cell] = step, step is None
+                self.leaving[cell] = step is not None and step.leaves_balance
+                gains_nothing = step is not None and step.exact and abs(step.work) <= self._rounding(size[cell])
+                is_tiny = step is not None and np.linalg.norm(step.motion, axis=1).max() < SMALLEST_MOVE
+                self.gains_nothing[cell] = gains_nothing and is_tiny
+                if step is not None and step.leaves_balance:
+                    self.share[cell] = 0.0
+                elif step is not None:
+                    lower = self.share[cell] * FASTER
+                    self.share[cell] = lower if lower > LEAST_SHARE else 0.0
+                elif self.share[cell] == 0.0:
+                    saddles[cell], self.share[cell] = balanced[cell], 1.0
+                else:
+                    self.share[cell] = min(self.share[cell] * SLOWER, 1.0)
+            if not left.any():
+                return
+            systems = self._systems(left)
+
+    def _find_forces(self, cells: NDArray[np.bool_]) -> None:
+        """Find the forces on the control points and the strains of some cells."""
+        simulation = self.simulation
+        launches = simulation.balance_launches()
+        if simulation.strain is not None:
+            launches += simulation.strain.force_launches(simulation.state, simulation.candidates, self.model.prepare)
+        with only_in(self.model, cells):
+            CapturedLaunches(launches, self.model.device).launch()
+
+    def _steps(
+        self, systems: NewtonSystems, cells: NDArray[np.bool_], exact: NewtonSystems, saddles: NDArray[np.bool_]
+    ) -> dict[int, NewtonStep | None]:
+        """The steps of some cells with their present shares, None where the matrix has negative eigenvalues.
+
+        Args:
+            systems: the systems with the present shares.
+            cells: the cells, shape (C,).
+            exact: the systems with the exact Hessians.
+            saddles: whether the exact Hessian of each balanced cell has negative eigenvalues, shape (C,).
+        """
+        solved = cells & ((systems.negative_count == 0) | (self.share >= 1.0))
+        found, is_exact = systems.steps(solved, self.share == 0.0), self.share == 0.0
+        steps: dict[int, NewtonStep | None] = dict.fromkeys(np.flatnonzero(cells).tolist())
+        balanced = np.zeros_like(cells)
+        for cell in np.flatnonzero(solved).tolist():
+            steps[cell] = step = found.of(cell, self._entries(cell), exact=bool(is_exact[cell]))
+            balanced[cell] = saddles[cell] and np.linalg.norm(step.motion, axis=1).max() < BALANCED
+        if balanced.any():
+            steps |= self._steps_at_balance(exact, balanced, steps)
+        return steps
+
+    def _steps_at_balance(
+        self, exact: NewtonSystems, cells: NDArray[np.bool_], steps: Mapping[int, NewtonStep | None]
+    ) -> dict[int, NewtonStep]:
+        """The steps of cells that balance at a saddle, from the exact Hessians and the steps by forces."""
+        is_minimum, found = cells & (self.away < SMALLEST_MOVE), dict[int, NewtonStep]()
+        leaving = np.flatnonzero(cells & ~is_minimum).tolist()
+        for cell, motion in exact.ways_down({cell: float(self.away[cell]) for cell in leaving}).items():
+            step = steps[cell]
+            assert step is not None
+            found[cell] = replace(step, motion=motion[self._entries(cell)], leaves_balance=True)
+        if is_minimum.any():
+            last = exact.without_negative_eigenvalues(is_minimum).steps(is_minimum, is_minimum)
+            for cell in np.flatnonzero(is_minimum).tolist():
+                found[cell] = last.of(cell, self._entries(cell), exact=True)
+        return found
+
+    def _systems(self, cells: NDArray[np.bool_]) -> NewtonSystems:
+        """The systems of some cells with their present shares."""
+        couplings = self._couplings()
+        with only_in(self.model, cells):
+            matrices = self._assembly.cell_matrices(
+                1.0 - self.share, self._owners(cells), couplings, forces_are_found=True
+            )
+        count = len(matrices.owners.cell)
+        force = self.simulation.state.force.numpy().astype(np.float64).ravel()[:count]
+        return NewtonSystems(matrices, np.where(matrices.owners.cell >= 0, force, 0.0), bool(couplings))
+
+    def forget(self) -> None:
+        """Begin anew with all cells: their loads have changed."""
+        self.share[:], self.away[:], self.idle[:] = 0.0, MOVE, 0
+
+    def count_idle(self, cells: NDArray[np.bool_], at_rest: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Count the present steps of some cells that are not at rest and gain nothing; return whose are too many."""
+        self.idle[cells] = np.where(self.gains_nothing & ~at_rest, self.idle + 1, 0)[cells]
+        return cells & (self.idle >= MOST_IDLE)
+
+    def note_moves(self, lowered: NDArray[np.bool_]) -> None:
+        """Shorten the next moves of cells that have left a balance; ``lowered`` says whose energy fell, shape (C,)."""
+        self.away[self.leaving] *= np.where(lowered, AGAIN, SHORTER)[self.leaving]
+        self.leaving[:], self.gains_nothing[:] = False, False
+
+    def allowed_rise(self, size: NDArray[np.float64]) -> NDArray[np.float64]:
+        """By how much the energy of each cell may rise in its step [erg], shape (C,).
+
+        A move away from a balance has to lower the energy. ``size`` is the sum of the magnitudes of the energies [erg].
+        """
+        return np.where(self.leaving, 0.0, self._rounding(size))
+
+    def _rounding(self, size: Any) -> Any:
+        """Rounding of energies whose magnitudes have a sum ``size`` [erg]."""
+        return NEWTON_RISE * self.simulation.precision * size
+
+    def distrust(self, cells: NDArray[np.bool_]) -> None:
+        """Take more of the matrix of Gauss and Newton in the next steps of some cells: the last ones were refused."""
+        cells = cells & ~self.leaving
+        self.share[cells] = np.minimum(np.maximum(self.share, LEAST_SHARE) * SLOWER, 1.0)[cells]
+
+    def move(self, cells: NDArray[np.bool_], step_scale: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Move some cells along their steps, no further than the step limit times a scale, shape (C,).
+
+        Returns:
+            Whether the step of each cell was shortened, shape (C,).
+        """
+        simulation = self.simulation
+        state, strain = simulation.state, simulation.strain
+        points, budget = state.points.numpy().astype(np.float64), state.budget.numpy().astype(np.float64)
+        moves, periods, shortened = np.zeros_like(points), None, np.zeros(len(cells), dtype=bool)
+        if strain is not None:
+            periods = strain.periods.numpy().astype(np.float64).reshape(-1, 2, 3)
+        for cell in np.flatnonzero(cells).tolist():
+            step, entries = self.steps[cell], self._entries(cell)
+            assert step is not None
+            limit = np.minimum(simulation.step_fraction * step_scale[cell], budget[entries])
+            moves[entries], factor = shortened_motion(step.motion, limit, SHORTEST_LIMIT * float(step_scale[cell]))
+            self.steps[cell], shortened[cell] = None, factor < 1.0
+        points += self._constrained(moves)
+        if strain is not None and periods is not None:
+            for cell in np.flatnonzero(cells).tolist():
+                own = slice(*self.model.point_start[cell : cell + 2])
+                matrix = deformation(strain.host_frame[cell], moves[self.model.point_count + cell] / float(STRAIN_UNIT))
+                points[own], periods[cell] = points[own] @ matrix, periods[cell] @ matrix
+            strain.periods.assign(periods.reshape(-1, 3))
+            simulation.candidates.near.invalidate()
+        state.points.assign(points)
+        return shortened
+
+    def _constrained(self, moves: FloatArray) -> FloatArray:
+        """The moves of all entries after the constraints have changed them."""
+        simulation = self.simulation
+        if not simulation.constraints:
+            return moves
+        step, limit = self.model.upload(moves, 3), wp.clone(simulation.state.budget)
+        launches = list[Any]()
+        for constraint in simulation.constraints:
+            launches += constraint.filter_steps(simulation.state, step, limit, self.model.prepare)
+        CapturedLaunches(launches, self.model.device).launch()
+        return step.numpy().astype(np.float64)
+
+    def remaining_change(self, cell: int, size: float) -> RemainingChange | None:
+        """Estimate of the change that is left of a cell, None where its last step was not exact.
+
+        Args:
+            cell: the cell.
+            size: sum of the magnitudes of its energies [erg].
+        """
+        step = self.steps[cell]
+        if step is None or not step.exact:
+            return None
+        count = int(np.diff(self.model.point_start)[cell])
+        moved = step.motion[:count]
+        rms = float(np.sqrt((moved**2).sum() / count))
+        energy = 0.5 * step.work / size if size > 0.0 else 0.0
+        if self.simulation.strain is not None:
+            spacing = float(np.abs(step.motion[-1]).max() / float(STRAIN_UNIT))
+        else:
+            own = slice(*self.model.point_start[cell : cell + 2])
+            points = self.simulation.state.points.numpy()[own].astype(np.float64)
+            if cell not in self._spacing:
+                self._spacing[cell] = SpacingChange(self.model.cells[cell].yarns)
+            spacing = self._spacing[cell].of(points, moved)
+        return RemainingChange(spacing, energy, rms)
+
+    def _entries(self, cell: int) -> NDArray[np.int64]:
+        """Numbers of the control points of a cell, and of its strains where they relax."""
+        own = np.arange(*self.model.point_start[cell : cell + 2])
+        return own if self.simulation.strain is None else np.append(own, self.model.point_count + cell)
+
+    def _couplings(self) -> list[Coupling]:
+        """What joins many coordinates of the only piece."""
+        found = [term.coupling(self.simulation.state) for term in self.simulation.terms]
+        return [own for own in found if own is not None] + [each.coupling() for each in self.simulation.constraints]
+
+    def _owners(self, cells: NDArray[np.bool_]) -> Owners:
+        """The coordinates of some cells: those that may change of their control points, and then of their strains."""
+        numbers = np.where(cells, np.arange(len(cells)), -1).astype(np.int32)
+        owner = np.repeat(numbers, 3 * np.diff(self.model.point_start))
+        if self.simulation.strain is not None:
+            free = self.simulation.strain.host_free > 0.0
+            owner = np.append(owner, np.where(free, numbers[:, None], np.int32(-1)))
+        return Owners(owner, len(cells))
+
+
+def newton_of(simulation: YarnSimulation) -> Newton | None:
+    """Newton's method where it ends the relaxation of these yarns: all terms give their Hessians.
+
+    It does not for pieces with open yarns: nothing but friction holds their ends, and at rest such a piece has
+    unravelled.
+    """
+    given = simulation.is_quasistatic and all(term.gives_hessian for term in simulation.terms)
+    return Newton(simulation) if given and _suits(simulation.model) else None
+
+
+def _suits(model: Model) -> bool:
+    """Whether these yarns have a state of rest that factors of one matrix find."""
+    return model.on_lattice or (model.point_count <= LARGEST_PIECE and bool(model.yarns.closed.all()))

@@ -1,0 +1,172 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The linear systems of the Newton steps of the cells of a batch, or of the only piece.
+
+With the matrix M of a cell, the exact Hessian or one that is never negative, and the forces F, its step is A^-1 F with
+
+    A = M + t I,    t = SIGNIFICANT * median of the diagonal of M
+
+Eigenvalues between -t and t are the roughness of sampled contacts, rounding, and motions of the fabric as a whole. If M
+is the exact Hessian H and A has no negative eigenvalue, some conjugate gradients with A as their preconditioner remove
+the effect of t, so that x = H^-1 F is the motion that is left to the minimum, up to its square. All cells do each of
+them together, because solutions and products of a GPU take as long for one cell as for many.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.mesh import FloatArray
+from stitchmesh.yarnrelax.hessian.cell_matrices import CellFactors, CellMatrices
+
+SIGNIFICANT = 5e-6
+"""Magnitude of an eigenvalue that counts, over the median of the diagonal. The median of all eigenvalues is about a
+tenth of the latter in knits, and the softest motions of a knit have 3e-4 of that."""
+SHIFTED = 8.0
+"""Factor by which t grows until a matrix with negligible negative eigenvalues has none."""
+REFINEMENTS, REFINED = 8, 1e-3
+"""Most conjugate gradients that remove the effect of t, and the part of the residual at which they end."""
+SOFTEST = 0.1
+"""Curvature of a direction over t below which it has no stiffness: the fabric moves as a whole."""
+
+
+@dataclass(frozen=True, eq=False)
+class NewtonStep:
+    """The step of one cell from its current state."""
+
+    motion: FloatArray
+    """Motion of the control points and then of the strains [units], shape (n, 3)."""
+    exact: bool
+    """Whether it leads to the minimum of the energy to second order."""
+    work: float
+    """Work of the forces in the step [erg]."""
+    leaves_balance: bool = False
+    """Whether it leaves a balance, to which no force belongs."""
+
+
+@dataclass(frozen=True, eq=False)
+class NewtonSystems:
+    """The linear systems of some cells of a batch.
+
+    Vectors and motions have all coordinates of all cells, and are zero at those that are left out.
+    """
+
+    matrices: CellMatrices
+    """The matrices [erg / unit^2]."""
+    force: FloatArray
+    """The forces [erg / unit], shape (n,)."""
+    has_couplings: bool = False
+    """Whether the factors have parts that the matrices have not, so that the effect of t is not removed."""
+    shifted: FloatArray | float = 1.0
+    """Factor of t, of all cells or of each, shape (C,)."""
+
+    @cached_property
+    def shift(self) -> FloatArray:
+        """The multiple t of the identity that is added to the matrix of each cell, shape (C,)."""
+        owners, diagonal = self.matrices.owners, self.matrices.diagonal()
+        medians = np.zeros(owners.cell_count)
+        for cell in owners.cells:
+            medians[cell] = np.median(diagonal[owners.coordinates[cell]])
+        return np.asarray(self.shifted * SIGNIFICANT * medians)
+
+    @cached_property
+    def factors(self) -> CellFactors:
+        """The factors of the shifted matrices.
+
+        Raises:
+            SolverError: there are none.
+        """
+        return self.matrices.factored(self.shift)
+
+    @property
+    def negative_count(self) -> NDArray[np.int64]:
+        """Number of negative eigenvalues of the shifted matrix of each cell, shape (C,)."""
+        return self.factors.negative_count
+
+    def steps(self, cells: NDArray[np.bool_], exact: NDArray[np.bool_]) -> NewtonSteps:
+        """The steps of some cells whose matrices have no negative eigenvalues; of some they are the exact Hessian."""
+        found, refined = self.factors.solve(self.force, cells), cells & exact
+        if refined.any() and not self.has_couplings:
+            found = self._refined(found, refined)
+        return NewtonSteps(found.reshape(-1, 3), self.matrices.owners.sums(self.force * found))
+
+    def _refined(self, start: FloatArray, cells: NDArray[np.bool_]) -> FloatArray:
+        """The solution for the matrices of some cells themselves, from that for the shifted ones."""
+        matrices, owners, factors = self.matrices, self.matrices.owners, self.factors
+        enough = REFINED**2 * np.abs(owners.sums(self.force * start))
+        residual = self.force - matrices.product(start)
+        direction = preconditioned = factors.solve(residual, cells)
+        found, size = start, owners.sums(residual * preconditioned)
+        for _ in range(REFINEMENTS):
+            product = matrices.product(direction)
+            curvature = owners.sums(direction * product)
+            cells = cells & (size > enough) & (curvature > SOFTEST * self.shift * owners.sums(direction * direction))
+            if not cells.any():
+                break
+            ratio = owners.each(np.divide(size, curvature, out=np.zeros_like(size), where=cells))
+            found, residual = found + ratio * direction, residual - ratio * product
+            preconditioned = factors.solve(residual, cells)
+            before, size = size, owners.sums(residual * preconditioned)
+            growth = np.divide(size, before, out=np.zeros_like(size), where=cells)
+            direction = preconditioned + owners.each(growth) * direction
+        return found
+
+    def ways_down(self, lengths: Mapping[int, float]) -> dict[int, FloatArray]:
+        """A motion of each of some cells along the eigenvectors of its negative eigenvalues [units], shape (n / 3, 3).
+
+        It is the part of a random vector that lies in them, and moves the farthest control point by a length [units].
+        """
+        owners, found = self.matrices.owners, dict[int, FloatArray]()
+        for cell, down in self.factors.negative_eigenvectors(list(lengths)).items():
+            motion, own = np.zeros(len(self.force)), owners.coordinates[cell]
+            motion[own] = down @ (down.T @ np.random.default_rng(0).normal(size=len(own)))
+            found[cell] = motion.reshape(-1, 3) * (lengths[cell] / np.linalg.norm(motion.reshape(-1, 3), axis=1).max())
+        return found
+
+    def without_negative_eigenvalues(self, cells: NDArray[np.bool_]) -> NewtonSystems:
+        """The systems of some cells with shifts that are as large as they need."""
+        found = replace(self, matrices=self.matrices.only(cells))
+        while (negative := found.negative_count > 0).any():
+            found = replace(found, shifted=np.where(negative, SHIFTED, 1.0) * found.shifted)
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class NewtonSteps:
+    """The steps of some cells, zero for others."""
+
+    motion: FloatArray
+    """Motion of the control points and then of the strains of all cells [units], shape (n / 3, 3)."""
+    work: FloatArray
+    """Work of the forces in the step of each cell [erg], shape (C,)."""
+
+    def of(self, cell: int, entries: NDArray[np.int64], *, exact: bool) -> NewtonStep:
+        """The step of a cell, whose control points and strains have these numbers."""
+        return NewtonStep(self.motion[entries], exact, float(self.work[cell]))
+
+
+def shortened_motion(motion: FloatArray, limit: FloatArray, shortest: float) -> tuple[FloatArray, float]:
+    """Return the motion of a cell, shortened by one factor to the limits of its moves, and this factor.
+
+    Args:
+        motion: the motion, shape (n, 3).
+        limit: how far each entry may move, shape (n,).
+        shortest: limit below which an entry is shortened by itself.
+    """
+    length = np.linalg.norm(motion, axis=1)
+    factor = min(1.0, 1.0 / max(float((length / np.maximum(limit, shortest)).max()), 1e-30))
+    own = np.minimum(1.0, limit / np.maximum(factor * length, 1e-30))
+    return motion * (factor * own)[:, None], factor
+
+
+def deformation(frame: FloatArray, strain: FloatArray) -> FloatArray:
+    """Return the matrix (3, 3) by which rows deform with a strain (a, b, c) in a frame of two directions (2, 3)."""
+    e1, e2 = frame
+    return np.asarray(
+        np.eye(3) + strain[0] * np.outer(e1, e1) + strain[1] * np.outer(e2, e2) + strain[2] * np.outer(e2, e1)
+    )
