@@ -23,7 +23,7 @@ from dry to full, and ``WET`` is what is left.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
@@ -195,7 +195,8 @@ def _steps_report(found: Sequence[StepAtRest], quality: Quality) -> dict[str, An
     return {
         "iterations": sum(step.iterations for step in found), "converged": all(step.converged for step in found),
         "seconds": last.seconds, "stopped": False, "out_of_time": last.out_of_time,
-        "residual": last.residual, "remaining_change": None, "energy": last.elastic, "energies": last.energies,
+        "residual": last.residual, "remaining_change": None if last.remaining is None else asdict(last.remaining),
+        "energy": last.elastic, "energies": last.energies,
         "max_strain": float(np.abs(last.yarns.strain).max()), "min_distance_over_radius": last.nearest,
         "pull_throughs": 0, "certificate": "unchanged", "solver": quality.solver, "device": last.device,
     }  # fmt: skip

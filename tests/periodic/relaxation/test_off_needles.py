@@ -53,7 +53,7 @@ def test_a_full_relaxation_forgets_the_needles() -> None:
 
 
 def test_more_friction_holds_more_of_the_height_of_the_needles() -> None:
-    heights = [let_go("stockinette", "dry", mu)["course_spacing"] for mu in (0.0, 0.05, 0.1, 0.2)]
+    heights = [let_go("stockinette", "dry", mu)["course_spacing"] for mu in (0.05, 0.1, 0.2)]
     assert np.all(np.diff(heights) > 0.005)  # ten times what the tolerance of 1e-3 leaves
 
 
