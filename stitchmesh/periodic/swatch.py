@@ -24,6 +24,7 @@ from stitchmesh.mesh import StitchMesh
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.gauge import swatch_report
+from stitchmesh.periodic.relaxation.cell_at_rest import CellAtRest
 from stitchmesh.periodic.relaxation.off_needles import let_go, needle_size
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
 from stitchmesh.periodic.relaxation.support import refuse_tearing, remedy_of, tearing
@@ -58,6 +59,8 @@ class Swatch:
     """The stitch mesh from which the yarns were generated; None for a weave."""
     history: list[HistoryEntry]
     """Entries of the history of the relaxation, one for each assessment."""
+    at_rest: CellAtRest | None = None
+    """The cell that came to rest, for questions about its state (``sensitivity``); None for a swatch from a file."""
 
     def __repr__(self) -> str:
         """Return one line: stitches (of a weave: crossings), size, state of rest, and yarns."""
@@ -152,7 +155,7 @@ def relax_prepared(
             )
         else:
             relaxed = yield from relax_along.asking(prepared, yarns, progress)
-    own = prepared.smallest
+    own, at_rest = prepared.smallest, CellAtRest.of(prepared, relaxed.yarns)
     drawn = prepared.drawn if len(prepared.path) == 1 else sample_evenly(prepared.drawn, relaxed.yarns)
     yield ask(refuse_pull_through, drawn, relaxed.yarns, device)
     refuse_tearing(relaxed.report["max_strain"], chosen)
@@ -170,7 +173,7 @@ def relax_prepared(
     if shape.name != "flat":
         logger.warning("%s; %s", shape.text, remedy_of(prepared.cell, lies=bool(prepared.terms)))
     report = measures | shape.report() | relaxed.report | {"solver_seconds": relaxed.report["seconds"]}
-    return Swatch(result, report, prepared.fabric, relaxed.history)
+    return Swatch(result, report, prepared.fabric, relaxed.history, at_rest)
 
 
 def whole_repeat(relaxed: Relaxation, smallest: SmallestCell, like: YarnSet) -> Relaxation:

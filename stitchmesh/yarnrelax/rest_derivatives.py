@@ -1,0 +1,240 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Derivatives of a state of rest by the inputs of the relaxation, and the stiffness of the cell as a membrane.
+
+At rest the forces F on the control points u and on the strains E of a cell vanish. If an input p changes, the state
+follows so that they vanish again. With the exact Hessian, of the blocks K (points), B (between points and strains) and
+C (strains),
+
+    K du/dp + B dE/dp = dF_u/dp        B^T du/dp + C dE/dp = dF_E/dp
+
+The points follow the strains with du = - K^-1 B dE, so that the energy of the cell has the second derivative
+
+    S = C - B^T K^-1 B                 [erg]
+
+by the strains, with which S dE/dp = dF_E/dp - B^T K^-1 dF_u/dp for those that are free.
+
+K has a null space: the translations of the fabric, of which planes hold the one along the normal. All right-hand sides
+are orthogonal to it. A spring at one control point for each such translation makes K regular and changes no solution
+but by that translation. Unlike in the steps of Newton's method (``newton_system``) there is no other shift: where yarns
+slide along themselves, the roughness of their sampled contacts is all that holds them, and it counts. The last steps to
+rest are made with the same system, because those of Newton's method leave such slides out.
+
+The derivatives of the forces are central differences at the state of rest, two evaluations of the forces for each
+input. They are exact up to rounding for the stiffnesses, in which forces are linear.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_array, diags_array
+
+from stitchmesh.compute.captured import CapturedLaunches
+from stitchmesh.errors import SolverError
+from stitchmesh.mesh import FloatArray
+from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
+from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
+from stitchmesh.yarnrelax.hessian.cell_matrices import Owners
+from stitchmesh.yarnrelax.hessian.factored_matrix import factored
+from stitchmesh.yarnrelax.hessian.matrices_on_host import MatricesOnHost
+from stitchmesh.yarnrelax.load_path import StepInputs
+from stitchmesh.yarnrelax.model.input_powers import INPUTS, powers_of_model
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.newton_system import NewtonStep, NewtonSystems
+
+NEAR = 1e-6
+"""Residual, and estimated change of the spacing that is left, to which Newton's method brings a state."""
+RESIDUAL, LARGEST_RESIDUAL = 1e-10, 1e-7
+"""Residual to which a state is brought before it is differentiated, and the largest one with which it still is. Errors
+of the derivatives are about the residual over the softness of the fabric, 1e-3."""
+MOST_ITERATIONS, LAST_STEPS = 20_000, 8
+"""Most iterations of the relaxation, and most steps with the exact Hessian after it."""
+WORTH = 0.5
+"""Factor of the residual above which further steps of Newton's method do not help."""
+STEP = 1e-6
+"""Relative change of an input in a central difference of forces: rounding leaves 1e-10 of a term's force, and pairs of
+samples that begin to touch within the step hardly count."""
+REFINEMENTS = 2
+"""Refinements of the solution by its residual."""
+UNOPPOSED = 1e-9
+"""Stiffness against a translation of the whole fabric over the median of the diagonal below which nothing holds it."""
+
+
+@dataclass(frozen=True, eq=False)
+class RestDerivatives:
+    """Derivatives of a cell at rest."""
+
+    strains: Mapping[str, FloatArray]
+    """Strains (course, wale, shear) of the cell over the relative change of each of ``INPUTS``, shape (3,); 0 where
+    they are held."""
+    stiffness: FloatArray
+    """Second derivatives of the energy by the three strains while the points follow [erg], shape (3, 3)."""
+    negative_eigenvalues: int
+    """Number of significant negative eigenvalues of the Hessian of what is free; 0 at a minimum."""
+
+
+class ForcesByInput:
+    """The forces on the control points and the strains of a cell in its state, for factors of single inputs."""
+
+    def __init__(self, simulation: YarnSimulation) -> None:
+        """Capture the launches.
+
+        Raises:
+            ParameterError: a term has no derivatives.
+        """
+        model, strain = simulation.model, simulation.strain
+        assert strain is not None
+        launches = simulation.balance_launches()
+        launches += strain.force_launches(simulation.state, simulation.candidates, model.prepare)
+        self._launches, self._state = CapturedLaunches(launches, model.device), simulation.state
+        self._powers = powers_of_model(model) + [own for term in simulation.terms for own in term.input_powers()]
+        self._kept = [own.constants.numpy().copy() for own in self._powers]
+
+    def at(self, name: str, factor: float) -> FloatArray:
+        """Return the forces [erg / unit] where one input is multiplied by a factor near 1, shape (3 N + 3,)."""
+        self._multiply(name, factor)
+        self._launches.launch()
+        found = self._state.force.numpy().astype(np.float64).ravel()
+        self._multiply(name, 1.0)
+        return found
+
+    def now(self) -> FloatArray:
+        """Return the forces with the inputs as they are."""
+        return self.at(INPUTS[0], 1.0)
+
+    def slope(self, name: str) -> FloatArray:
+        """Return the derivatives of the forces by the logarithm of an input, shape (3 N + 3,)."""
+        return (self.at(name, 1.0 + STEP) - self.at(name, 1.0 - STEP)) / (2.0 * STEP)
+
+    def _multiply(self, name: str, factor: float) -> None:
+        for own, values in zip(self._powers, self._kept, strict=True):
+            own.constants.assign(values * own.factors(name, factor))
+
+
+class RestSystem:
+    """The linear system of small motions of a cell about a state of rest."""
+
+    def __init__(self, simulation: YarnSimulation, assembly: HessianAssembly) -> None:
+        """Factor the Hessian of the current state.
+
+        Raises:
+            SolverError: it has no factors.
+        """
+        assert simulation.strain is not None
+        self.free: NDArray[np.bool_] = simulation.strain.host_free[0] > 0.0
+        self.matrix, count = assembly.matrix(), 3 * simulation.model.point_count
+        self._points = _held(csc_array(self.matrix[:count, :count]))
+        self._factors = factored(self._points)
+        self._border = self.matrix[:count, count:].toarray()
+        self._following = -self._solved(self._border)
+        stiffness = self.matrix[count:, count:].toarray() + self._border.T @ self._following
+        self.stiffness = np.asarray(stiffness + stiffness.T) / 2.0
+        """S for the strains in the coordinates of the solver [erg / unit^2], shape (3, 3)."""
+
+    def motions(self, forces: FloatArray) -> FloatArray:
+        """Return the motions with which the cell gives way to forces, both of shape (3 N + 3, m)."""
+        count = len(self._border)
+        moved, strains = self._solved(forces[:count]), np.zeros((3, forces.shape[1]))
+        left = forces[count:] - self._border.T @ moved
+        strains[self.free] = np.linalg.solve(self.stiffness[np.ix_(self.free, self.free)], left[self.free])
+        return np.concatenate([moved + self._following @ strains, strains])
+
+    @property
+    def negative_eigenvalues(self) -> int:
+        """Number of significant negative eigenvalues of what is free, as Newton's method counts them."""
+        owner = np.zeros(self.matrix.shape[0], dtype=np.int32)
+        owner[-3:] = np.where(self.free, 0, -1)
+        own = MatricesOnHost(self.matrix, Owners(owner, 1))
+        return int(NewtonSystems(own, np.zeros(len(owner))).negative_count[0])
+
+    def _solved(self, right: FloatArray) -> FloatArray:
+        """Return the motions of the control points at held strains, none of which moves the fabric as a whole."""
+        found = self._factors.solve(right)
+        for _ in range(REFINEMENTS):
+            found = found + self._factors.solve(right - self._points @ found)
+        return found
+
+
+def _held(matrix: csc_array) -> csc_array:
+    """Return the stiffness of the control points with springs against the translations that nothing holds."""
+    level = float(np.median(matrix.diagonal()))
+    springs = np.zeros(matrix.shape[0])
+    for axis in range(3):
+        whole = np.zeros(matrix.shape[0])
+        whole[axis::3] = 1.0
+        if np.abs(matrix @ whole).max() < UNOPPOSED * level:
+            springs[axis] = level
+    return csc_array(matrix + diags_array(springs))
+
+
+def polished(inputs: StepInputs) -> RelaxationLoop:
+    """Bring yarns that are near rest to rest in float64, by Newton's method and then with the exact Hessian.
+
+    Raises:
+        ParameterError: a term has no derivatives.
+        SolverError: the yarns do not come to rest.
+    """
+    quality = replace(inputs.quality, precision="float64", solver="quasistatic", tolerance=NEAR, largest_change=NEAR)
+    simulation = replace(inputs, quality=quality).start()
+    loop = RelaxationLoop(simulation, NEAR, NEAR)
+    loop.run(MOST_ITERATIONS)
+    simulation.restore()
+    simulation.search_contacts()
+    if (loop.at_rest | loop.stalled)[0]:
+        _end(loop)
+    residual = float(loop.last.residual[0])
+    if residual > LARGEST_RESIDUAL:
+        found = f"derivatives at rest: the yarns come to a residual of {residual:.2g}; expected {LARGEST_RESIDUAL:g}"
+        raise SolverError(f"{found}; relax them with another quality")
+    return loop
+
+
+def _end(loop: RelaxationLoop) -> None:
+    """Make the last steps to rest: those of Newton's method while they help, then those with the exact Hessian.
+
+    The latter may raise the residual at first, because yarn that slides along itself leaves its curve. The state with
+    the least residual is kept.
+    """
+    simulation, newton, everyone = loop.simulation, loop.newton, np.ones(1, dtype=bool)
+    assert newton is not None
+    loop.tolerance = loop.largest_change = RESIDUAL
+    before = np.inf
+    while RESIDUAL < loop.last.residual[0] < WORTH * before and not loop.stalled[0]:
+        before = float(loop.last.residual[0])
+        loop.advance()
+    forces, assembly = ForcesByInput(simulation), HessianAssembly(simulation)
+    for _ in range(LAST_STEPS if loop.last.residual[0] > RESIDUAL else 0):
+        force = forces.now()
+        motion = RestSystem(simulation, assembly).motions(force[:, None])[:, 0]
+        newton.steps[0] = NewtonStep(motion.reshape(-1, 3), exact=True, work=float(force @ motion))
+        newton.move(everyone, np.ones(1))
+        simulation.search_contacts()
+        found = simulation.assess_cells()
+        if found.residual[0] < loop.last.residual[0]:
+            simulation.accept(everyone)
+            loop.last = found
+        if loop.last.residual[0] <= RESIDUAL:
+            break
+    simulation.restore()
+    simulation.search_contacts()
+
+
+def rest_derivatives(simulation: YarnSimulation) -> RestDerivatives:
+    """Return the derivatives of a state of rest.
+
+    Args:
+        simulation: one cell that relaxes, at rest, in float64, with candidate lists for its state.
+
+    Raises:
+        ParameterError: a term has no derivatives.
+        SolverError: the Hessian has no factors.
+    """
+    system, forces = RestSystem(simulation, HessianAssembly(simulation)), ForcesByInput(simulation)
+    found = system.motions(np.column_stack([forces.slope(name) for name in INPUTS]))
+    strains = dict(zip(INPUTS, found[-3:].T / float(STRAIN_UNIT), strict=True))
+    return RestDerivatives(strains, system.stiffness * float(STRAIN_UNIT) ** 2, system.negative_eigenvalues)
