@@ -11,7 +11,7 @@ spacing from it.
 Where H has negative eigenvalues, it is replaced by its mixture with a share s of the matrix of Gauss and Newton
 (``segment_hessian``, ``contact_hessian``), which is never negative: s = 1 first, and after each step a third of that
 before, until H itself is taken again below ``LEAST_SHARE``. Where the mixture has negative eigenvalues too, s grows by
-``SLOWER`` at once. Turning the signs of the negative eigenvalues of H instead took three times as many steps.
+``SLOWER`` at once.
 
 A symmetric fabric can balance at a saddle, from which no force leads away. Where a step of the mixture moves no control
 point by more than ``BALANCED``, the yarns move along the eigenvectors v_k of the negative eigenvalues of H instead, by

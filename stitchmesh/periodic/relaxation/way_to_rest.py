@@ -97,11 +97,10 @@ def _relax(
 ) -> Asking[Relaxation]:  # fmt: skip
     """Relax yarns with a sampling, after a number of iterations that count for the limit of all together."""
     left = int(min(step.max_iterations, max(prepared.most_iterations - done, 0)))
-    found = yield from relax_with_digits.asking(
+    return (yield from relax_with_digits.asking(
         yarns, replace(step, max_iterations=left), material=prepared.similar, device=prepared.device,
         cell=prepared.cell, terms=prepared.terms, progress=progress,
-    )  # fmt: skip
-    return found
+    ))  # fmt: skip
 
 
 @answered_alone

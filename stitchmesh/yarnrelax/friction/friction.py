@@ -60,9 +60,9 @@ from stitchmesh.yarnrelax.friction.friction_law import (
     slip_energy,
     slip_measure,
     slip_slope,
+    slip_stiffness_block,
     vector_from,
 )
-from stitchmesh.yarnrelax.friction.friction_stiffness import friction_stiffness
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import sample_number
 from stitchmesh.yarnrelax.model.state import State
@@ -121,6 +121,30 @@ def friction_forces(cell_relaxes: bool) -> wp.Kernel:
             sample_virial[p] += virial * law[0]
 
     return friction_forces
+
+
+@kernel
+def friction_stiffness(
+    # model
+    images: Any,
+    law: Any,
+    tangent: wp.array[Any],
+    contact_count: wp.array[wp.int32],
+    contact_entry: wp.array2d[wp.int32],
+    anchor: wp.array2d[Any],
+    press: wp.array2d[Any],
+    # state in
+    samples: wp.array[Any],
+    # state out
+    stiffness: wp.array2d[Any],
+) -> None:
+    """The block of each pair, as (xx, yy, zz, xy, xz, yz)."""
+    p = wp.tid()
+    for c in range(contact_count[p]):
+        force, entry = press[p, c], contact_entry[p, c]
+        slip = vector_from(images, samples, p, samples[p], entry, force) - anchor[p, c]
+        q = sample_number(images, entry)
+        stiffness[p, c] = slip_stiffness_block(force, slip, tangent[p], tangent[q], law, type(stiffness[p, c])())
 
 
 @kernel

@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The matrices of cells beside the processor, each with factors of its own (``factored_matrix``), on all cores."""
+"""The matrices of cells beside the processor, each with factors of its own (``factored_matrix``).
+
+They are found one after another: SciPy factors on one core, and several threads take as long.
+"""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,8 +47,8 @@ class MatricesOnHost(CellMatrices):
     def factored(self, shift: FloatArray) -> CellFactors:
         """Factor the matrices plus multiples of the identity."""
         cells = self.owners.cells
-        found = _on_all_cores(lambda cell: factored(self._of(cell), float(shift[cell]), self.couplings), cells)
-        return FactorsOnHost(dict(zip(cells, found, strict=True)), self.owners)
+        found = {cell: factored(self._of(cell), float(shift[cell]), self.couplings) for cell in cells}
+        return FactorsOnHost(found, self.owners)
 
     def _of(self, cell: int) -> csc_array:
         own = self.owners.coordinates[cell]
@@ -72,23 +72,12 @@ class FactorsOnHost(CellFactors):
 
     def solve(self, right: FloatArray, cells: NDArray[np.bool_]) -> FloatArray:
         """Return the solution of the linear systems of some cells."""
-        chosen, solution = np.flatnonzero(cells).tolist(), np.zeros(len(right))
-        own = self.owners.coordinates
-        found = _on_all_cores(lambda cell: self.factors[cell].solve(right[own[cell]]), chosen)
-        for cell, part in zip(chosen, found, strict=True):
-            solution[own[cell]] = part
+        solution = np.zeros(len(right))
+        for cell in np.flatnonzero(cells).tolist():
+            own = self.owners.coordinates[cell]
+            solution[own] = self.factors[cell].solve(right[own])
         return solution
 
     def negative_eigenvectors(self, cells: Sequence[int]) -> Mapping[int, FloatArray]:
         """Return orthonormal eigenvectors of the negative eigenvalues of some cells."""
-        found = _on_all_cores(lambda cell: self.factors[cell].negative_eigenvectors(), cells)
-        return dict(zip(cells, found, strict=True))
-
-
-def _on_all_cores(task: Callable[[int], Any], cells: Iterable[int]) -> list[Any]:
-    """The results of a task for each of some cells, which take all processors together."""
-    numbers = list(cells)
-    if len(numbers) <= 1:
-        return [task(number) for number in numbers]
-    with ThreadPoolExecutor(os.cpu_count()) as threads:
-        return list(threads.map(task, numbers))
+        return {cell: self.factors[cell].negative_eigenvectors() for cell in cells}

@@ -14,6 +14,9 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
 from stitchmesh.mesh import FloatArray
 
+SOLUTIONS = 3
+"""Solutions after which a random vector lies in soft directions, where Lanczos' method finds none."""
+
 
 def negative_eigenvectors(solve: Callable[[FloatArray], FloatArray], size: int, count: int) -> FloatArray:
     """Return orthonormal eigenvectors of the negative eigenvalues, of all that are found, shape (n, m).
@@ -33,4 +36,13 @@ def negative_eigenvectors(solve: Callable[[FloatArray], FloatArray], size: int, 
     try:
         return np.asarray(eigsh(inverse, k=count, which="SA", v0=start)[1])
     except ArpackNoConvergence as error:  # Some are too near to each other; there is a way down without them.
-        return np.asarray(error.eigenvectors)
+        if error.eigenvectors.shape[1]:
+            return np.asarray(error.eigenvectors)
+    return _softest(solve, start)
+
+
+def _softest(solve: Callable[[FloatArray], FloatArray], start: FloatArray) -> FloatArray:
+    """Return a unit vector in soft directions, shape (n, 1), where no eigenvector is found: inverse iteration."""
+    for _ in range(SOLUTIONS):
+        start = solve(start / np.linalg.norm(start))
+    return np.asarray(start / np.linalg.norm(start))[:, None]

@@ -131,7 +131,7 @@ CHOICES = {
     ),
     "friction": (
         "from stitchmesh.yarnrelax.friction.friction import Friction; terms, constraints = [Friction(0.3)], []",
-        {"friction", "friction_contacts", "friction_law", "friction_stiffness"},
+        {"friction", "friction_contacts", "friction_law"},
         {"friction", "friction_contacts"},
     ),
     "body": (

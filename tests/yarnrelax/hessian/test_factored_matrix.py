@@ -7,10 +7,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.sparse import csc_array, csr_array, diags_array
+from scipy.sparse.linalg import ArpackNoConvergence
 
 from stitchmesh.errors import SolverError
 from stitchmesh.yarnrelax.assembled_hessian import assembled_hessian
 from stitchmesh.yarnrelax.energies.term import Coupling
+from stitchmesh.yarnrelax.hessian import negative_eigenvectors as module
 from stitchmesh.yarnrelax.hessian.factored_matrix import factored
 from tests.yarnrelax.hessian.scenes import SCENES, started
 
@@ -91,3 +93,14 @@ def test_the_laplace_matrix_of_a_path_has_the_inertia_that_its_eigenvalues_say()
 def test_a_matrix_without_such_factors_is_refused(matrix: list[list[float]]) -> None:
     with pytest.raises(SolverError, match="factors of the Hessian"):
         factored(csc_array(np.array(matrix)))
+
+
+def test_where_no_eigenvector_is_found_the_way_leads_along_soft_directions(monkeypatch: pytest.MonkeyPatch) -> None:
+    def finds_none(*_given: object, **_named: object) -> None:
+        raise ArpackNoConvergence("no convergence", np.zeros(0), np.zeros((30, 0)))
+
+    monkeypatch.setattr(module, "eigsh", finds_none)
+    values = np.append(-1e-3, np.ones(29))
+    found = factored(csc_array(np.diag(values))).negative_eigenvectors()
+    # each solution shortens the parts along the others a thousandfold
+    np.testing.assert_allclose(np.abs(found[:, 0]), np.eye(30)[0], atol=1e-6)
