@@ -35,6 +35,8 @@ REMEDIES: Mapping[Kind, str] = {
     "not flat": "use --relax-cell without --unsupported, or --blocked",
 }
 """What helps on the command line, in place of the remedy of a finding."""
+GRAVITY = 981.0
+"""Acceleration of gravity [cm/s^2], which turns an areal density into a pressure."""
 
 
 def print_result(report: Mapping[str, Any], lines: Sequence[str], *, as_json: bool) -> None:
@@ -114,8 +116,21 @@ def swatch_summary(made: Swatch, name: str, yarn: Yarn | None) -> list[str]:
     return [
         f"Relaxed one repeat of {name}: {repeat}, {size}.",
         f"{spacing}. Yarn: {_length(made.yarns)}{weight}.",
+        _physics(report),
         state_of(report),
     ]
+
+
+def _physics(report: Mapping[str, Any]) -> str:
+    """Return the line that says which friction a swatch relaxed with, and what presses on it."""
+    path = "Relaxed without friction between its yarns"
+    if report["relaxation"] != "frictionless":
+        path = f"Let go off the needles ({report['relaxation']}) with a friction of {report['friction']:g}"
+    if report["planes_pressure"] is None:
+        return f"{path}."
+    weights = report["planes_pressure"] / (report["areal_density"] * GRAVITY)
+    lies = f"between planes {report['planes_distance']:.2g} cm apart that press with {weights:.2g} of its weight"
+    return f"{path}, {lies}."
 
 
 def relax_summary(yarns: YarnSet, report: Mapping[str, Any]) -> list[str]:

@@ -186,9 +186,9 @@ class SwatchTable:
     relax_cell: bool = False
     """Whether the width and the height relax too."""
     relaxation: KnitState | None = None
-    """``dry``, ``wet`` or ``full``, off the needles with friction."""
+    """``dry``, ``wet`` or ``full``, off the needles with friction, or ``frictionless``; None as for ``swatch``."""
     friction: float | None = None
-    """Coefficient of friction between yarns, with a relaxation."""
+    """Coefficient of friction between the yarns of a knit that is let go."""
     material: str = DEFAULT_MATERIAL
     """Name of a material, which is scaled to the radius of the yarn."""
     stiffness: tuple[str, ...] = ()

@@ -111,7 +111,7 @@ def sensitivity(swatch: Swatch) -> Sensitivity:
     two evaluations of the forces for each input; nothing is relaxed again.
 
     Args:
-        swatch: a swatch whose size relaxes, without friction, as ``swatch`` returns it.
+        swatch: a swatch whose size relaxes without friction (``relaxation="frictionless"``), as ``swatch`` returns it.
 
     Raises:
         ParameterError: the swatch was read from a file, has a constant size, or came to rest with friction.
@@ -151,7 +151,7 @@ def _differentiable(rest: CellAtRest | None) -> CellAtRest:
         raise ParameterError("sensitivity: got a swatch that was read from a file; make it again by sm.swatch")
     if rest.rubs:
         found = "got a swatch that came off the needles with friction, whose size follows from its path"
-        raise ParameterError(f"sensitivity: {found}; leave relaxation out")
+        raise ParameterError(f"sensitivity: {found}; make it with relaxation='frictionless'")
     if rest.cell is None or not rest.cell.free.any():
         raise ParameterError("sensitivity: got a swatch of constant size; let it relax (relax_cell=True, no period)")
     return rest

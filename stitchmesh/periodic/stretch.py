@@ -222,7 +222,10 @@ def _stretch(
         raise ParameterError(f"{name}: got one for a stretch test, which begins at the free cell; leave it out")
     rubbing = Friction(friction or 0.0)
     quality = refine_for_tension(quality_named(quality))
-    prepared = prepare_swatch(pattern, material=material, quality=quality, device=device, relax_cell=True, **options)
+    prepared = prepare_swatch(
+        pattern, material=material, quality=quality, device=device, relax_cell=True, relaxation="frictionless",
+        **options,
+    )  # fmt: skip
     check_kept_states("stretch", len(strains), prepared.yarns)
     of_entries: Callable[[HistoryEntry], None] | Literal[False] | None = on_entry
     if on_entry is None and progress is False:

@@ -27,7 +27,7 @@ from stitchmesh.periodic.gauge import swatch_report
 from stitchmesh.periodic.relaxation.cell_at_rest import CellAtRest
 from stitchmesh.periodic.relaxation.off_needles import let_go, needle_size
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
-from stitchmesh.periodic.relaxation.support import refuse_tearing, remedy_of, tearing
+from stitchmesh.periodic.relaxation.support import planes_report, refuse_tearing, remedy_of, tearing
 from stitchmesh.periodic.relaxation.way_to_rest import relax_along
 from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
@@ -54,7 +54,8 @@ class Swatch:
     """The relaxed yarns, on their lattice."""
     report: dict[str, Any]
     """Measurements as plain numbers: those of ``gauge.swatch_report``, for a weave those of ``jamming.jam_report``, its
-    shape (``FabricShape.report``), and the report of ``relax_yarns``."""
+    shape (``FabricShape.report``), what acted on it (relaxation, friction, and ``support.planes_report``), and the
+    report of ``relax_yarns``."""
     fabric: StitchMesh | None
     """The stitch mesh from which the yarns were generated; None for a weave."""
     history: list[HistoryEntry]
@@ -100,8 +101,11 @@ def swatch(
             or a ``RelaxCell`` with the degrees of freedom of a cell that lies on nothing. With ``RelaxCell()`` the
             cell can also shear; ribs without friction do so to one of the two sides.
         relaxation: ``dry``, ``wet`` or ``full``: the state of a knit that was let go off the needles with friction
-            (``off_needles``); width and height are then free. By default there is no friction.
-        friction: coefficient of friction between yarns, with a relaxation; ``YARN_FRICTION`` where not given.
+            (``off_needles``); width and height are then free. Or ``frictionless``. By default a knit that
+            ``relax_cell=True`` lets find its size is dry, and all else is without friction: weaves, given sizes,
+            blocking and a ``RelaxCell``.
+        friction: coefficient of friction between the yarns of a knit that is let go; ``YARN_FRICTION`` where not
+            given.
         budget: limits on the time and on the error; measured tables then choose the quality, unless it is another than
             the default, and the report says what they chose (``budget.plan``).
         progress: function that is called about every half second; by default a line shows the progress on a terminal or
@@ -168,11 +172,13 @@ def relax_prepared(
     )
     if isinstance(prepared.source, Weave):
         measures |= jam_report(prepared.source, result)
+    acting = {"relaxation": "frictionless", "friction": 0.0}
+    acting |= planes_report(prepared.terms, at_rest.yarns, prepared.similar, chosen.gamma)
     flat = replace(FlatFabric.of(drawn, prepared.fabric, prepared.source), diameters=prepared.flat.diameters)
     shape = flat.shape_of(result)
     if shape.name != "flat":
         logger.warning("%s; %s", shape.text, remedy_of(prepared.cell, lies=bool(prepared.terms)))
-    report = measures | shape.report() | relaxed.report | {"solver_seconds": relaxed.report["seconds"]}
+    report = measures | shape.report() | acting | relaxed.report | {"solver_seconds": relaxed.report["seconds"]}
     return Swatch(result, report, prepared.fabric, relaxed.history, at_rest)
 
 

@@ -10,13 +10,14 @@ from stitchmesh.budget.budget import Budget
 from stitchmesh.budget.expectation import BudgetScene
 from stitchmesh.budget.plan import Plan, make_plan
 from stitchmesh.patterns import Pattern
+from stitchmesh.periodic.relaxation.off_needles import state_of_rest
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
-from stitchmesh.periodic.swatch_options import KnitState, SwatchOptions
+from stitchmesh.periodic.swatch_options import LET_GO, KnitState, SwatchOptions
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import Quality
 from stitchmesh.yarnrelax import RelaxCell
 
-RELAXATIONS = {"dry": 14, "wet": 18, "full": 23}
+RELAXATIONS: dict[KnitState, int] = {"frictionless": 1, "dry": 14, "wet": 18, "full": 23}
 """Relaxations, one after another, on the needles and in the release to each state (``off_needles``)."""
 
 
@@ -30,11 +31,12 @@ def plan_swatch(
         StitchMeshError: as for ``swatch``, or a quality beside an error.
     """
     chosen, source = SwatchOptions(**options), resolve_pattern(pattern)
-    free = bool(relax_cell) or relaxation is not None or chosen.blocked is not None
+    free = bool(relax_cell) or relaxation in LET_GO or chosen.blocked is not None
+    state = state_of_rest(relaxation, relax_cell, chosen, woven=isinstance(source, Weave))
     scene = BudgetScene(
         kind="free cell" if free else "given cell", stitches=stitches_of(source) * chosen.columns * chosen.rows,
         name=source.name if (chosen.columns, chosen.rows) == (1, 1) else "",
-        relaxations=1 if relaxation is None else RELAXATIONS.get(relaxation, 1),
+        relaxations=RELAXATIONS[state],
     )  # fmt: skip
     return make_plan(budget, scene, quality, device)
 

@@ -27,8 +27,11 @@ TAKE_UP = (0.1, 2.0)
 LONGEST_FLOAT = 7
 """Default largest number of stitches behind which a yarn floats. Knitters carry a yarn behind 5 to 7 stitches; longer
 floats catch fingers and pull the fabric together, and are woven in behind a stitch."""
-KnitState = Literal["dry", "wet", "full"]
-"""States of a knit that was let go off the needles (``off_needles``)."""
+KnitState = Literal["dry", "wet", "full", "frictionless"]
+"""States of a fabric: of a knit that was let go off the needles with friction (``off_needles``), and without friction.
+"""
+LET_GO = ("dry", "wet", "full")
+"""Those of a knit that was let go, whose size is free."""
 YARN_FRICTION = 0.2
 """Default coefficient of friction between yarns, in the range of spun yarns, 0.1 to 0.5."""
 STRETCH_STEPS = 9

@@ -43,9 +43,9 @@ class SwatchRequest:
     relax_cell: bool | RelaxCell = False
     """Whether the width and height of the repeat are relaxed, or the degrees of freedom of a cell."""
     relaxation: KnitState | None = None
-    """State of a knit that was let go off the needles with friction; None without friction."""
+    """State of a knit that was let go off the needles with friction, or ``frictionless``; None as for ``swatch``."""
     friction: float | None = None
-    """Coefficient of friction between yarns, with a relaxation."""
+    """Coefficient of friction between the yarns of a knit that is let go."""
     options: Mapping[str, Any] = field(default_factory=dict)
     """Fields of ``SwatchOptions``; they are checked when the swatch is made."""
 

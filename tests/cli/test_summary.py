@@ -82,12 +82,31 @@ def test_the_gauge_of_a_fabric_is_that_of_its_stitches(fabric):
 def test_a_swatch_has_its_repeat_and_a_weave_its_threads():
     cell = sm.weave_yarns(sm.read_weave("plain"), yarn_radius=0.1, quality="draft")
     sizes = {"wales": 2, "courses": 4, "width": 0.9, "height": 1.2, "wale_spacing": 0.45, "course_spacing": 0.3}
-    knit, gauge, _ = swatch_summary(sm.Swatch(cell, GOOD | sizes, flat(), []), "rib", None)
+    sizes |= {"relaxation": "frictionless", "friction": 0.0, "planes_distance": None, "planes_pressure": None}
+    knit, gauge, *_ = swatch_summary(sm.Swatch(cell, GOOD | sizes, flat(), []), "rib", None)
     assert knit == "Relaxed one repeat of rib: 2 stitches x 4 rows, 0.9 x 1.2 cm."
     assert gauge.startswith("Gauge: 22.2 stitches and 33.3 rows in 10 cm. Yarn: ") and gauge.endswith(" if it is dk.")
-    woven, threads, _ = swatch_summary(sm.Swatch(cell, GOOD | sizes, None, []), "plain", None)
+    woven, threads, *_ = swatch_summary(sm.Swatch(cell, GOOD | sizes, None, []), "plain", None)
     assert woven == "Relaxed one repeat of plain: 2 warps x 4 wefts, 0.9 x 1.2 cm."
     assert threads.startswith("22.2 warps and 33.3 wefts in 10 cm. Yarn: ") and " g" not in threads
+
+
+@pytest.mark.parametrize(
+    ("acting", "line"),
+    [
+        (("frictionless", 0.0, None, None), "Relaxed without friction between its yarns."),
+        (("dry", 0.2, None, None), "Let go off the needles (dry) with a friction of 0.2."),
+        # 0.04 g/cm^2 weigh 39.24 dyn/cm^2
+        (("wet", 0.3, 0.61, 19.62), "Let go off the needles (wet) with a friction of 0.3, between planes 0.61 cm apart "
+                                    "that press with 0.5 of its weight."),
+    ],
+)  # fmt: skip
+def test_a_swatch_says_what_acted_on_it(acting, line):
+    cell = sm.weave_yarns(sm.read_weave("plain"), yarn_radius=0.1, quality="draft")
+    sizes = {"wales": 2, "courses": 4, "width": 0.9, "height": 1.2, "wale_spacing": 0.45, "course_spacing": 0.3}
+    named = zip(("relaxation", "friction", "planes_distance", "planes_pressure"), acting, strict=True)
+    report = GOOD | sizes | dict(named) | {"areal_density": 0.04}
+    assert swatch_summary(sm.Swatch(cell, report, None, []), "plain", None)[2] == line
 
 
 def test_one_yarn_is_counted_as_one():

@@ -44,7 +44,7 @@ from stitchmesh.cli.serving import Serving
 from stitchmesh.cli.summary import AsJson, files_to_open, print_result, swatch_summary
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.mesh.palette import checked_palette
-from stitchmesh.periodic.swatch_options import YARN_FRICTION, KnitState, SwatchOptions
+from stitchmesh.periodic.swatch_options import LET_GO, YARN_FRICTION, KnitState, SwatchOptions
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named, quality_with
 from stitchmesh.yarn.rest_length import parse_rest_lengths
 
@@ -87,10 +87,12 @@ class Swatch:
     material: MaterialOptions = field(default_factory=MaterialOptions)
     relax_cell: Flag = False
     """relax the width and the height of the repeat too, except those that --period fixes"""
-    relaxation: Annotated[KnitState | None, help_entry("dry|wet|full", "off")] = None
-    """let a knit go off the needles with friction between its yarns, and relax it to one of Munden's three states"""
+    relaxation: Annotated[
+        KnitState | None, help_entry("dry|wet|full|frictionless", "dry for a knit whose size is free, or frictionless")
+    ] = None
+    """let a knit go off the needles with friction between its yarns, to one of Munden's three states, or without any"""
     friction: Annotated[float | None, help_entry("MU", f"{YARN_FRICTION:g}")] = None
-    """coefficient of friction between yarns, with --relaxation"""
+    """coefficient of friction between the yarns of a knit that is let go"""
     unsupported: Flag = False
     """with --relax-cell, let the repeat lie on nothing instead of between two planes"""
     sheet: Flag = False
@@ -137,7 +139,7 @@ class Swatch:
         if self.output is None:
             raise ParameterError("swatch: needs -o DIR for its files, or --view for the browser")
         self._refuse_others(replace(self, serving=Serving()), "-o DIR", "add --view, which opens the browser")
-        is_free = self.relax_cell or self.blocked is not None or self.explore is not None or self.relaxation is not None
+        is_free = self.relax_cell or self.blocked is not None or self.explore is not None or self.relaxation in LET_GO
         if self.unsupported and not is_free:
             raise ParameterError("unsupported: a repeat of fixed size lies on nothing anyway; add --relax-cell")
         from stitchmesh.cli.progress import show_progress
@@ -195,7 +197,7 @@ class Swatch:
         assert self.output is not None and self.explore is not None
         effective = replace(self, tile=Swatch.tile, texture=None)
         self._refuse_others(effective, "--explore", "it writes and draws each state")
-        if self.relaxation is not None or self.friction is not None:
+        if self.relaxation in LET_GO or self.friction is not None:
             raise ParameterError("explore: got friction beside it, with which states depend on a path; leave one out")
         if self.budget.budget() is not None:
             raise ParameterError("explore: got --within or --error beside it; each start runs to rest; leave one out")

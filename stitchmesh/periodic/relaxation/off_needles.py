@@ -18,6 +18,9 @@ Water and shaking do not lower the coefficient of friction (it even rises in wet
 other, and yarn that is moved resists a small steady force less, as if its friction were lower. Munden's dry, wet and
 full knits have 19.0, 21.6 and 23.1 stitches on the square of the loop length: a wet relaxation goes 63 % of the path
 from dry to full, and ``WET`` is what is left.
+
+A knit whose size is free comes off the needles dry, unless another state is chosen. Without friction yarn slides
+from stitch to stitch, so that wide repeats end far from what was knitted: cables lose a quarter of their height.
 """
 
 from __future__ import annotations
@@ -66,7 +69,7 @@ loops of 16.67 yarn diameters folds on the way, and with this one it does not.""
 class Release:
     """How a knit is let go."""
 
-    state: KnitState
+    state: Literal["dry", "wet", "full"]
     """The state to reach."""
     friction: float
     """Coefficient of friction between yarns."""
@@ -74,23 +77,51 @@ class Release:
     """Which changes the periods are free to make; without loads."""
 
 
-def chosen_release(
-    state: KnitState | None, friction: float | None, relax_cell: bool | RelaxCell, options: SwatchOptions
-) -> Release | None:
-    """Check the choice of a relaxation; None where none is chosen.
+def state_of_rest(
+    state: KnitState | None, relax_cell: bool | RelaxCell, options: SwatchOptions, *, woven: bool
+) -> KnitState:
+    """Return the state that is meant: dry for a knit whose size is free, and without friction for everything else.
+
+    A given size, a tension of blocking and the loads of a ``RelaxCell`` are reached without friction, and a weave comes
+    off no needles.
+
+    Args:
+        state: the state that is asked for; None where none is.
+        relax_cell: as for ``swatch``.
+        options: options of the swatch.
+        woven: whether it is a weave.
 
     Raises:
-        ParameterError: an unknown state, a coefficient without a state or that no yarn has, or sizes or loads beside a
-            state.
+        ParameterError: there is no such state.
     """
-    if state is None:
+    if state is not None:
+        if state not in get_args(KnitState):
+            raise ParameterError(f"relaxation: got {state!r}; expected dry, wet, full or frictionless")
+        return state
+    lies_free = relax_cell is True and options.period == (None, None) and options.blocked is None
+    return "dry" if lies_free and not woven else "frictionless"
+
+
+def chosen_release(
+    state: KnitState | None, friction: float | None, relax_cell: bool | RelaxCell, options: SwatchOptions, *,
+    woven: bool,
+) -> Release | None:  # fmt: skip
+    """Check the choice of a relaxation; None without friction. Arguments as for ``state_of_rest``.
+
+    Raises:
+        ParameterError: an unknown state, a state of knits for a weave, a coefficient without friction or that no yarn
+            has, or sizes or loads beside a state.
+    """
+    meant = state_of_rest(state, relax_cell, options, woven=woven)
+    if meant == "frictionless":
         if friction is not None:
-            raise ParameterError(f"friction: got {friction:g} without a relaxation; add one of dry, wet and full")
+            found = f"friction: got {friction:g} for a swatch that relaxes without it"
+            raise ParameterError(f"{found}; add a relaxation: dry, wet or full")
         return None
     from stitchmesh.yarnrelax.friction.friction import Friction
 
-    if state not in get_args(KnitState):
-        raise ParameterError(f"relaxation: got {state!r}; expected dry, wet or full")
+    if woven:
+        raise ParameterError("relaxation: got one for a weave, which comes off no needles; leave it out")
     if options.period != (None, None) or options.blocked is not None:
         raise ParameterError("relaxation: got a period or blocking beside it; a knit off the needles finds its size")
     cell = relax_cell if isinstance(relax_cell, RelaxCell) else RelaxCell(shear=False)
@@ -98,7 +129,7 @@ def chosen_release(
         raise ParameterError("relaxation: got a load or a held size beside it; a knit off the needles has neither")
     mu = YARN_FRICTION if friction is None else friction
     Friction(mu)
-    return Release(state, mu, cell)
+    return Release(meant, mu, cell)
 
 
 def needle_size(fabric: StitchMesh, loop_length: float) -> tuple[float, float]:
@@ -216,7 +247,7 @@ def border_forces(
     return (max(stress.course * height, 0.0), max(stress.wale * width, 0.0)), [stress.course, stress.wale]
 
 
-def friction_left(state: KnitState) -> list[float]:
+def friction_left(state: Literal["dry", "wet", "full"]) -> list[float]:
     """Shares of friction after the release, one for each step."""
     wet = falling(1.0, WET, FRICTION_STEPS)[:-1]
     return {"dry": [], "wet": wet, "full": wet + falling(WET, LAST_FRICTION, FRICTION_STEPS)}[state]

@@ -125,14 +125,12 @@ def prepare_swatch(
     Whether a free repeat comes to rest in its smallest cell is given by ``smallest``.
     """
     chosen, quality = SwatchOptions(**options), quality_named(quality)
-    release = chosen_release(relaxation, friction, relax_cell, chosen)
-    relax_cell = relax_cell or release is not None
     if material is not None:
         check_kind("swatch, material", material, YarnMaterial)
     material = chosen.yarn_material(material)
     source = resolve_pattern(pattern)
-    if release is not None and isinstance(source, Weave):
-        raise ParameterError("relaxation: got one for a weave, which comes off no needles; leave it out")
+    release = chosen_release(relaxation, friction, relax_cell, chosen, woven=isinstance(source, Weave))
+    relax_cell = relax_cell or release is not None
     check_repeat_memory(source, chosen, quality, device, free=relax_cell is not False)
     fabric, generated = draw_swatch(source, chosen, GENERATED)
     cell, flat = free_cell(relax_cell, chosen, generated, material), FlatFabric.of(generated, fabric, source)

@@ -22,8 +22,9 @@ since contacts only push, so that the mean force f of the yarn is at least the r
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 
@@ -62,6 +63,27 @@ def planes(
 
     distance = 2.0 * float(radius.mean()) * (flat.common - 1.0) + CLEARANCE * flat.stitch_length
     return [Confinement(half_thickness=distance / 2.0)]
+
+
+def planes_report(terms: Sequence[TermChoice], yarns: YarnSet, material: YarnMaterial, gamma: float) -> dict[str, Any]:
+    """Return what presses on a fabric at rest: ``planes_distance`` [cm] and ``planes_pressure`` [dyn/cm^2] of each.
+
+    Both are None for a fabric that lies on nothing.
+
+    Args:
+        terms: what the fabric lies on.
+        yarns: the fabric at rest, gamma times as large as it is.
+        material: material of the yarns at that size.
+        gamma: lengths over those of the fabric.
+    """
+    if not terms:
+        return {"planes_distance": None, "planes_pressure": None}
+    from stitchmesh.yarnrelax.energies.confinement import Confinement, plane_pressure
+
+    (planes,) = terms
+    assert isinstance(planes, Confinement)
+    distance, pressure = 2.0 * planes.half_thickness / gamma, gamma**3 * plane_pressure(planes, yarns, material)
+    return {"planes_distance": distance, "planes_pressure": pressure}
 
 
 def blocking(drawn: YarnSet, options: SwatchOptions, material: YarnMaterial) -> RelaxCell:

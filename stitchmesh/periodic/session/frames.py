@@ -33,8 +33,9 @@ class Frame:
     """The stitches from which the yarns were generated; None for a weave."""
     report: Mapping[str, Any]
     """iteration, counted from the last change; residual and energy [erg], None before the first iteration; gamma, the
-    current value; at_rest; running, whether more frames follow without another change; seconds since the change was
-    requested."""
+    current value; relaxation, the state that is shown, as in the report of ``swatch``; preview, whether the yarns will
+    be let go off the needles next; at_rest; running, whether more frames follow without another change; seconds since
+    the change was requested."""
     material: YarnMaterial
     """Material of the yarns."""
     error: Exception | None = None

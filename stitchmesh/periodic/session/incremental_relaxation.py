@@ -6,23 +6,35 @@ Increments and iterations alternate. An increment brings all lengths nearer to t
 then relax for some iterations before the next increment. After the last increment the yarns relax until they have
 converged. If a relaxation fails, the swatch returns to the state before the last increment. Increments, changes and
 assessments fall between assessment intervals. How intervals are divided into frames therefore does not change a bit.
+
+The size of a knit with friction follows from its path off the needles, and not from the state in which a change finds
+it. What moves with the changes is then a preview without friction. Once it is near to rest (``NEAR``), the knit is let
+go off the needles as ``swatch`` does it, with the same bits, and the result takes the place of the preview. A change
+that comes meanwhile ends this at once, and the preview goes on.
 """
 
 from __future__ import annotations
 
 import logging
+import math
 import time
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import SolverError
 from stitchmesh.periodic.relaxation.continuation import ITERATIONS
 from stitchmesh.periodic.sampling.contact_samples import with_contacts
+from stitchmesh.periodic.sampling.even_sampling import sample_evenly
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.increments import SwatchInProgress, increment, increments_left
 from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.session.target import GeneratedRepeat, Target, generate_repeat, make_target
+from stitchmesh.periodic.swatch import Swatch, scale_yarns, swatch
 from stitchmesh.quality import Quality
+from stitchmesh.time_limit import TimeLimit, limited_to
+from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.stepwise_loop import INTERVAL, StepwiseLoop
@@ -30,7 +42,14 @@ from stitchmesh.yarnrelax.stepwise_loop import INTERVAL, StepwiseLoop
 NO_ROOM = "yarns cannot be separated on the path to these sizes; take thinner or longer yarn, or a larger repeat"
 """Why yarns that were generated correctly cannot reach the target."""
 
+NEAR, LONGEST_PREVIEW = 0.02, 1000
+"""Residual at which a preview is near enough to rest, and the iterations after the last increment that suffice too."""
+
 logger = logging.getLogger(__name__)
+
+
+class _Interrupted(Exception):
+    """A knit is not let go further, because something else is to be done first."""
 
 
 class LiveSwatch:
@@ -57,6 +76,8 @@ class LiveSwatch:
     """Iterations since the last increment."""
     stopped: bool
     """Whether the user has stopped the relaxation, so that no frame follows the next one."""
+    let_go: Swatch | None
+    """The swatch that was let go off the needles; None before, and without friction."""
     stepped_back: bool
     """Whether the state is the one before an increment that failed."""
     finished: bool
@@ -65,14 +86,23 @@ class LiveSwatch:
     """The newest frame."""
 
     def __init__(
-        self, settings: SwatchSettings, device: str | None, requested_at: float, *, stopped: bool = False
-    ) -> None:
+        self, settings: SwatchSettings, device: str | None, requested_at: float, *, stopped: bool = False,
+        is_interrupted: Callable[[], bool] = lambda: False,
+    ) -> None:  # fmt: skip
         """Generate the swatch; arguments as for ``take``.
+
+        Args:
+            settings: as for ``take``.
+            device: device of the kernels.
+            requested_at: as for ``take``.
+            stopped: whether the user has stopped the relaxation.
+            is_interrupted: called while the knit is let go; whether something else is to be done first.
 
         Raises:
             StitchMeshError: the swatch of these settings cannot be generated.
         """
-        self.device, self.stopped = device, stopped
+        self.device, self.stopped, self.is_interrupted = device, stopped, is_interrupted
+        self.settings = settings
         self.generated = generate_repeat(settings)
         self.target = make_target(settings, self.generated)
         self.sampled = sampled_for(settings, self.generated, self.target)
@@ -96,17 +126,18 @@ class LiveSwatch:
         Raises:
             StitchMeshError: the swatch of these settings cannot be generated.
         """
-        self.iteration, self.requested_at = 0, requested_at
+        self.iteration, self.requested_at, self.settings = 0, requested_at, settings
         generated = generate_repeat(settings)
         target = make_target(settings, generated)
         sampled = sampled_for(settings, generated, target)
         continues = not restart and generated.has_same_yarns(self.first)
         before, enlargement = self.target, generated.width / self.generated.width
         needs_frame = self.error is not None or (continues and (target.colour != before.colour).any())
-        relaxes_alike = (target.material, target.cell, target.terms, sampled) == (
+        relaxes_alike = (target.material, target.cell, target.terms, target.release, sampled) == (
             before.material,
             before.cell,
             before.terms,
+            before.release,
             self.sampled,
         )
         self.generated, self.target, self.sampled, self.error = generated, target, sampled, None
@@ -120,7 +151,9 @@ class LiveSwatch:
             self.loop = self.previous = None
         if not relaxes_alike:
             self.loop = None
-        self.finished = self.finished and self.loop is not None and increments_left(self.state, target) == 0
+        is_there = relaxes_alike and enlargement == 1.0 and increments_left(self.state, target) == 0
+        self.let_go = self.let_go if is_there else None
+        self.finished = self.finished and is_there and not (self.loop is None and self.let_go is None)
         if needs_frame:
             self.frame = self._next_frame()
 
@@ -136,6 +169,9 @@ class LiveSwatch:
         Raises:
             SolverError: the target cannot be reached; the state is the one before the last increment.
         """
+        if self._is_to_be_let_go():
+            self._let_go()
+            return 0
         try:
             if self.loop is None or self.loop.is_between_intervals:
                 self._prepare_interval()
@@ -167,9 +203,48 @@ class LiveSwatch:
         assert self.loop is not None
         self.stepped_back = False
         self.state = replace(self.state, yarns=self.loop.simulation.good_yarns())
-        used_up = self.loop.iteration >= self.sampled.max_iterations or bool(self.loop.stalled[0])
-        if not increments_left(self.state, self.target) and (self._is_at_rest() or used_up):
+        if self.target.release is None and not increments_left(self.state, self.target) and self._has_ended():
             self._finish()
+
+    def _has_ended(self) -> bool:
+        """Whether the current relaxation is at rest, or does not get there."""
+        assert self.loop is not None
+        used_up = self.loop.iteration >= self.sampled.max_iterations or bool(self.loop.stalled[0])
+        return used_up or self._is_at_rest()
+
+    def _is_to_be_let_go(self) -> bool:
+        """Whether the preview of a knit with friction is near enough to rest."""
+        loop = self.loop
+        if self.target.release is None or loop is None or not loop.is_between_intervals:
+            return False
+        is_near = loop.last[0].residual <= NEAR or self.iterations_since_increment >= LONGEST_PREVIEW
+        return increments_left(self.state, self.target) == 0 and loop.iteration > 0 and (is_near or self._has_ended())
+
+    def _let_go(self) -> None:
+        """Let the knit go off the needles, as ``swatch``; nothing changes if something else is to be done first.
+
+        Raises:
+            StitchMeshError: as for ``swatch``.
+        """
+        try:
+            with limited_to(TimeLimit(math.inf, clock=self._unless_interrupted)):
+                made = swatch(self.generated.source, device=self.device, progress=False, **self.settings.arguments())
+        except _Interrupted:
+            return
+        self.iteration += made.report["iterations"]
+        self.let_go, self.loop, self.previous, self.finished = made, None, None, True
+        fabric = scale_yarns(made.yarns, self.state.scale)
+        self.state = replace(self.state, yarns=sample_evenly(fabric, self.state.yarns))
+
+    def _unless_interrupted(self) -> float:
+        """Return a time that stands still; relaxations read it between their launches.
+
+        Raises:
+            _Interrupted: something else is to be done first.
+        """
+        if self.is_interrupted():
+            raise _Interrupted
+        return 0.0
 
     def publish(self) -> None:
         """Make a frame of the current state."""
@@ -177,7 +252,7 @@ class LiveSwatch:
 
     def halt(self, error: Exception) -> None:
         """Keep the current state because of an error."""
-        self.error, self.loop, self.finished = error, None, False
+        self.error, self.loop, self.let_go, self.finished = error, None, None, False
         self.frame = self._next_frame()
 
     def _start_loop(self, state: SwatchInProgress) -> StepwiseLoop:
@@ -234,37 +309,47 @@ class LiveSwatch:
     def _start_again(self) -> None:
         """Start from the generated yarns."""
         self.first, self.state = self.generated, SwatchInProgress.start(self.generated, self.target)
-        self.previous = self.loop = None
+        self.previous = self.loop = self.let_go = None
         self.iterations_since_increment, self.stepped_back, self.finished = 0, False, False
         self.frame = self._next_frame()
 
-    def _state_now(self) -> SwatchInProgress:
-        """Return the current state; within an assessment interval, the state that is not assessed yet."""
-        if self.loop is None or self.loop.is_between_intervals:
-            return self.state
-        return replace(self.state, yarns=self.loop.current_yarns())
+    def _yarns_now(self) -> YarnSet:
+        """Return the yarns of the repeat in the fabric; within an assessment interval, those not assessed yet."""
+        now = self.state
+        if self.loop is not None and not self.loop.is_between_intervals:
+            now = replace(now, yarns=self.loop.current_yarns())
+        return self.target.smallest.repeated(now.in_fabric, self.generated.yarns)
 
     def _next_frame(self) -> Frame:
         """Return the frame of the current state."""
         self.number += 1
-        last = None if self.loop is None else self.loop.last[0]
-        report = {
+        target, made = self.target, self.let_go
+        report = self._measured() if made is None else {
+            "residual": made.report["residual"], "energy": made.report["energy"], "at_rest": made.report["converged"],
+        }  # fmt: skip
+        report |= {
             "iteration": self.iteration,
-            "residual": None if last is None else last.residual,
-            "energy": None if last is None else self.target.smallest.copies * last.energy,
             "gamma": self.state.gamma,
-            "at_rest": self.finished and self._is_at_rest(),
+            "relaxation": "frictionless" if made is None else made.report["relaxation"],
+            "preview": target.release is not None and made is None,
             "running": not (self.idle or self.stopped),
             "seconds": time.perf_counter() - self.requested_at,
         }
-        target = self.target
-        relaxed = target.smallest.repeated(self._state_now().in_fabric, self.generated.yarns)
+        yarns = self._yarns_now() if made is None else made.yarns
         yarns = replace(
-            relaxed, colour=target.colour, palette=target.palette,
-            drawn_radius=relaxed.radius * target.drawn_over_contact, mass_per_length=target.mass_per_length,
+            yarns, colour=target.colour, palette=target.palette,
+            drawn_radius=yarns.radius * target.drawn_over_contact, mass_per_length=target.mass_per_length,
         )  # fmt: skip
         material = target.material.scaled(1.0 / target.gamma)
         return Frame(self.number, yarns, self.generated.fabric, report, material, self.error)
+
+    def _measured(self) -> dict[str, Any]:
+        """Return the residual and the energy of the present relaxation, and whether it has ended at rest."""
+        if self.loop is None:
+            return {"residual": None, "energy": None, "at_rest": False}
+        last = self.loop.last[0]
+        at_rest = self.finished and self._is_at_rest()
+        return {"residual": last.residual, "energy": self.target.smallest.copies * last.energy, "at_rest": at_rest}
 
 
 def sampled_for(settings: SwatchSettings, generated: GeneratedRepeat, target: Target) -> Quality:

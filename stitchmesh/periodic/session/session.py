@@ -24,7 +24,7 @@ from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.incremental_relaxation import LiveSwatch
 from stitchmesh.periodic.session.settings import SwatchSettings
-from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.periodic.swatch_options import KnitState, SwatchOptions
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.stepwise_loop import INTERVAL
@@ -44,6 +44,8 @@ class SwatchSession:
         quality: str | Quality = DEFAULT_QUALITY,
         device: str | None = None,
         relax_cell: bool | RelaxCell = False,
+        relaxation: KnitState | None = None,
+        friction: float | None = None,
         iterations_per_frame: int = INTERVAL,
         stopped: bool = False,
         **options: Any,
@@ -56,6 +58,9 @@ class SwatchSession:
             quality: a preset or a ``Quality``.
             device: device of the kernels.
             relax_cell: whether the width and height of the repeat are relaxed, or a ``RelaxCell``.
+            relaxation: as for ``swatch``. A knit with friction moves as a preview without it, and is then let go off
+                the needles in one piece of work, which other sessions wait for.
+            friction: as for ``swatch``.
             iterations_per_frame: number of iterations between two frames.
             stopped: whether the relaxation waits for ``start`` or ``step``.
             options: fields of ``SwatchOptions``.
@@ -63,15 +68,19 @@ class SwatchSession:
         Raises:
             StitchMeshError: as for ``swatch``, except for the errors of the relaxation.
         """
-        self._settings = SwatchSettings(pattern, material, relax_cell, SwatchOptions(**options), quality_named(quality))
+        self._settings = SwatchSettings(
+            pattern, material, relax_cell, SwatchOptions(**options), quality_named(quality), relaxation, friction
+        )
         self._first_settings, self._requested_at = self._settings, time.perf_counter()
         self._condition = threading.Condition()
         self._iterations_per_frame = _checked_count("iterations per frame", iterations_per_frame)
         device_named(device)
-        self._swatch = LiveSwatch(self._settings, device, self._requested_at, stopped=stopped)
-        self._frame = self._swatch.frame
         self._changed = self._restart = self._closed = False
         self._stopped, self._steps, self._since_frame, self._quiet = stopped, 0, 0, stopped
+        self._swatch = LiveSwatch(
+            self._settings, device, self._requested_at, stopped=stopped, is_interrupted=self._is_interrupted
+        )
+        self._frame = self._swatch.frame
         self._worker = threading.Thread(target=self._work, name="swatch session", daemon=True)
         self._worker.start()
         atexit.register(self.close)
@@ -174,8 +183,8 @@ class SwatchSession:
         chart that cannot be read, is the ``error`` of a frame.
 
         Args:
-            changes: arguments of ``swatch``: pattern, material, relax_cell, quality, and the fields of
-                ``SwatchOptions``; ``solver`` for another solver of the same quality.
+            changes: arguments of ``swatch``: pattern, material, relax_cell, relaxation, friction, quality, and the
+                fields of ``SwatchOptions``; ``solver`` for another solver of the same quality.
 
         Raises:
             ParameterError: there is no such argument, it cannot change, a value is out of bounds, or the session is
@@ -312,6 +321,10 @@ class SwatchSession:
             return self._advance
         # a step that is requested from now on has frames of its own
         return partial(self._make_frame, ends_step=False) if self._frame.report["running"] else lambda: None
+
+    def _is_interrupted(self) -> bool:
+        """Whether the session shall do something else than to let the knit go."""
+        return self._closed or self._changed or (self._stopped and self._steps == 0)
 
     def _has_nothing_to_do(self) -> bool:
         """Whether the swatch is at rest, or stopped with a frame of its state."""

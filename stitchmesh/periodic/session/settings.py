@@ -9,9 +9,11 @@ from typing import Any
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath
+from stitchmesh.periodic.relaxation.off_needles import Release, chosen_release
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.sampling.sampling import path_to
-from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.periodic.swatch_options import LET_GO, KnitState, SwatchOptions
+from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.solvers import solver_named
@@ -35,10 +37,14 @@ class SwatchSettings:
     """All other options."""
     quality: Quality
     """Resolution, tolerance and solver of the relaxation."""
+    relaxation: KnitState | None = None
+    """State of a knit that is let go off the needles, or ``frictionless``; None as for ``swatch``."""
+    friction: float | None = None
+    """Coefficient of friction between the yarns of a knit that is let go."""
 
     def __post_init__(self) -> None:
         solver_named(self.quality.solver)
-        if self.quality.solver == "dynamics" and self.relax_cell is not False:
+        if self.quality.solver == "dynamics" and self.freedom is not False:
             found = "solver: got dynamics for a free cell, which has no mass to move with"
             raise ParameterError(f"{found}; take quasistatic, or set relax_cell to False")
 
@@ -51,7 +57,7 @@ class SwatchSettings:
         Raises:
             ParameterError: there is no such argument or it cannot change, or a value is out of bounds.
         """
-        own = {"pattern", "material", "relax_cell", "quality", "solver"}
+        own = {"pattern", "material", "relax_cell", "quality", "solver", "relaxation", "friction"}
         optional = {option.name for option in fields(SwatchOptions)}
         unknown = sorted(changes.keys() - own - optional)
         if unknown:
@@ -64,10 +70,29 @@ class SwatchSettings:
         return replace(self, options=options, **given)
 
     @property
+    def freedom(self) -> bool | RelaxCell:
+        """Which changes of the size are free, as for ``swatch``; a knit that is let go finds its size."""
+        return self.relax_cell or self.relaxation in LET_GO
+
+    @property
     def sampled(self) -> Quality:
-        """The quality with as many control points as a swatch has."""
-        cell = RelaxCell() if self.relax_cell is True or self.options.blocked is not None else self.relax_cell or None
+        """The quality with as many control points as a swatch without friction has."""
+        cell = RelaxCell() if self.freedom is True or self.options.blocked is not None else self.freedom or None
         return path_to(self.quality, cell)[-1]
+
+    def release(self, source: Source) -> Release | None:
+        """Return how the knit is let go off the needles; None without friction.
+
+        Raises:
+            ParameterError: as for ``chosen_release``.
+        """
+        woven = isinstance(source, Weave)
+        return chosen_release(self.relaxation, self.friction, self.relax_cell, self.options, woven=woven)
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of ``swatch``, except for the pattern and the device."""
+        own = {name: getattr(self, name) for name in ("material", "quality", "relax_cell", "relaxation", "friction")}
+        return own | {option.name: getattr(self.options, option.name) for option in fields(SwatchOptions)}
 
     @property
     def yarn_material(self) -> YarnMaterial:

@@ -18,6 +18,7 @@ from stitchmesh.mesh import FloatArray, IntArray, StitchMesh
 from stitchmesh.mesh.palette import Palette
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.relaxation.continuation import size_of
+from stitchmesh.periodic.relaxation.off_needles import Release
 from stitchmesh.periodic.relaxation.prepared_swatch import (
     free_cell,
     period_to_reach,
@@ -93,6 +94,8 @@ class Target:
     """The free changes of the periods; None for constant periods."""
     terms: tuple[TermChoice, ...]
     """What the cell lies on."""
+    release: Release | None
+    """How the knit is let go off the needles, once it has come near to rest without friction; None without friction."""
     colour: IntArray
     """Colour number of each yarn of the repeat."""
     palette: Palette
@@ -124,7 +127,7 @@ def make_target(settings: SwatchSettings, generated: GeneratedRepeat) -> Target:
     options, yarns = settings.options, generated.yarns
     assert yarns.lattice is not None
     material = settings.yarn_material
-    cell = free_cell(settings.relax_cell, options, yarns, material)
+    cell, release = free_cell(settings.freedom, options, yarns, material), settings.release(generated.source)
     free = np.zeros(3, dtype=bool) if cell is None else cell.free
     size = [
         given if given is not None else None if freed else own
@@ -134,9 +137,9 @@ def make_target(settings: SwatchSettings, generated: GeneratedRepeat) -> Target:
     wanted = take_up_rest_lengths(generated.curves, generated.fabric, options)
     full = 1.0 if generated.fabric is None else options.yarn_radius / float(yarns.radius[0])
     radius = yarns.radius * full * options.gamma
-    terms = tuple(planes(settings.relax_cell, options, flat, radius))
+    terms = tuple(planes(settings.freedom, options, flat, radius))
     lengths = even_lengths(yarns, wanted, generated.curves.segment_start)
-    lies_alike = bool(terms) and generated.fabric is not None
+    lies_alike = bool(terms) and generated.fabric is not None and release is None
     own = smallest_cell(generated.curves, yarns, lengths, options, lies_alike=lies_alike)
     width, height = own.period_of(size)
     return Target(
@@ -149,6 +152,7 @@ def make_target(settings: SwatchSettings, generated: GeneratedRepeat) -> Target:
         material=material.scaled(options.gamma),
         cell=None if cell is None else own.cell_of(cell),
         terms=terms,
+        release=release,
         colour=yarns.colour,
         palette=yarns.palette,
         drawn_over_contact=yarns.drawn_radius / yarns.radius,

@@ -58,7 +58,7 @@ def explore(
     on_start: Callable[[int], None] | None = None,
     **options: Any,
 ) -> Exploration:
-    """List the distinct states of rest of a free swatch: that of ``swatch``, and those that perturbed starts reach.
+    """List the distinct states of rest of a free swatch without friction: its own, and those of perturbed starts.
 
     From perturbed starts the whole repeat relaxes, so that stitches which are alike in the pattern may lie differently;
     the cell may also lean, between planes unless ``unsupported``. Equal seeds give equal starts.
@@ -81,7 +81,8 @@ def explore(
     """
     if starts < 1:
         raise ParameterError(f"explore: got {starts} starts; expected at least 1")
-    given: dict[str, Any] = {"material": material, "quality": quality, "device": device, "relax_cell": True} | options
+    given: dict[str, Any] = {"material": material, "quality": quality, "device": device}
+    given |= {"relax_cell": True, "relaxation": "frictionless"} | options
     usual, prepared = prepare_swatch(pattern, **given), prepare_swatch(pattern, smallest=False, **given)
     assert prepared.cell is not None
     prepared = replace(prepared, cell=replace(prepared.cell, shear=True))

@@ -30,19 +30,21 @@ from typing import Any
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import ordered_sum
 from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.lattice import lattice_frame
+from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.term import Term, TermChoice
 from stitchmesh.yarnrelax.model.cells import PeriodicCell
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.input_powers import InputPowers
 from stitchmesh.yarnrelax.model.lattice_images import cell_of
-from stitchmesh.yarnrelax.model.material import carried_lengths
+from stitchmesh.yarnrelax.model.material import SHARES, YarnMaterial, carried_lengths
 from stitchmesh.yarnrelax.model.state import State
 
 STIFFNESS = 0.1
@@ -192,6 +194,33 @@ def height_of_middle(cell: PeriodicCell) -> float:
     """Height of the middle of a cell's yarns along the normal of its lattice [cm]."""
     assert cell.yarns.lattice is not None
     return float(cell.origin @ lattice_frame(cell.yarns.lattice.periods)[2])
+
+
+def plane_pressure(planes: Confinement, yarns: YarnSet, material: YarnMaterial) -> float:
+    """Return the pressure of each plane on a fabric at rest between them [dyn/cm^2].
+
+    The middle plane is where both push with equal forces.
+
+    Args:
+        planes: the planes.
+        yarns: the fabric, on its lattice.
+        material: material of the yarns.
+    """
+    assert yarns.lattice is not None
+    carried = np.bincount(
+        yarns.segment_points.ravel(), (yarns.rest_length[:, None] * SHARES).ravel(), minlength=len(yarns.points)
+    )
+    stiffness = planes.stiffness * material.k_bend / float(yarns.radius.mean()) ** 4 * carried
+    height, half = yarns.points @ lattice_frame(yarns.lattice.periods)[2], planes.half_thickness
+
+    def push(middle: float, side: float) -> float:
+        return float((stiffness * np.maximum(side * (height - middle) - half, 0.0)).sum())
+
+    least, most = float(height.min()), float(height.max())
+    if most - least <= 2.0 * half:
+        return 0.0
+    middle = brentq(lambda place: push(place, 1.0) - push(place, -1.0), least, most)
+    return push(middle, 1.0) / yarns.lattice.area
 
 
 class _Planes(Term):

@@ -53,6 +53,8 @@ def state_of(variant: Variant) -> tuple[str, bool]:
     iteration = frame.report["iteration"]
     if frame.report["at_rest"]:
         return f"At rest after {iteration} iterations.", False
+    if frame.report["running"] and frame.report["preview"]:
+        return f"A preview without friction; the knit then comes off the needles (iteration {iteration}).", False
     if frame.report["running"]:
         return f"The fabric moves: it finds its shape (iteration {iteration}{_residual(frame)}).", False
     if variant.stopped:
