@@ -35,6 +35,8 @@ from stitchmesh.yarngen.regenerate import regenerate_yarns
 from stitchmesh.yarnrelax.model.upload import join_yarns
 from tests.io.yarn_sets import ring
 
+FREE = {"relax_cell": True, "relaxation": "frictionless"}
+
 TEX = 1e-5
 """Mass of a length of yarn of one tex (1 g/km) [g/cm]."""
 
@@ -145,7 +147,7 @@ def test_yarns_that_are_joined_tiled_or_scaled_keep_their_mass():
 
 
 def test_the_smallest_cell_and_its_repeat_have_the_mass_of_their_yarns():
-    prepared = prepare_swatch("stockinette", material=None, quality="draft", device="cpu", relax_cell=True)
+    prepared = prepare_swatch("stockinette", material=None, quality="draft", device="cpu", **FREE)
     repeat = replace(prepared.repeat, mass_per_length=np.full(prepared.repeat.yarn_count, 0.002))
     own: SmallestCell = prepared.smallest
     assert own.copies > 1

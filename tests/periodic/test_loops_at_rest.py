@@ -16,6 +16,8 @@ from stitchmesh.periodic.sampling.sampling import refined
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
 
+FREE = {"relax_cell": True, "relaxation": "frictionless"}
+
 pytestmark = [pytest.mark.decides, pytest.mark.usefixtures("first_state")]
 
 KNITS = ["stockinette", "garter", "rib1x1", "linen-stitch", "cartridge-belt-rib", "slip-stitch-rib", "half-cardigan",
@@ -25,7 +27,7 @@ KNITS = ["stockinette", "garter", "rib1x1", "linen-stitch", "cartridge-belt-rib"
 
 @cache
 def at_rest(name: str) -> tuple[sm.StitchMesh, YarnSet]:
-    swatch = sm.swatch(name, quality="draft", device="cpu", relax_cell=True)
+    swatch = sm.swatch(name, quality="draft", device="cpu", **FREE)
     assert swatch.fabric is not None
     return swatch.fabric, swatch.yarns
 

@@ -23,6 +23,8 @@ from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.rest_derivatives import polished
 from tests.periodic.first_state import from_generated_yarns
 
+FREE: dict[str, Any] = {"relax_cell": True, "relaxation": "frictionless"}
+
 STEP, STRAIN = 1e-4, 1e-5
 """Relative change of an input, and strain, of the differences."""
 FREE = sm.RelaxCell()
@@ -167,7 +169,7 @@ def test_a_larger_cell_has_the_same_sensitivity() -> None:
 @pytest.mark.usefixtures("first_state")
 def test_the_lean_is_that_of_the_repeat() -> None:
     """The smallest cell of moss stitch leans, its repeat does not, and keeps its right angle."""
-    own = sm.sensitivity(sm.swatch("moss", quality="draft", device="cpu", relax_cell=True, progress=False))
+    own = sm.sensitivity(sm.swatch("moss", quality="draft", device="cpu", **FREE, progress=False))
     assert not any(own.lean.values()) and own.height["loop_length"] > 1.0
 
 

@@ -20,6 +20,8 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import carried_segments, segment_faces
 from stitchmesh.yarn.yarn_set import basis
 
+FREE = {"relax_cell": True, "relaxation": "frictionless"}
+
 DRAFT = {"quality": "draft", "device": "cpu"}
 CHARTS = {
     "lice": "lice",
@@ -60,7 +62,7 @@ def test_a_stranded_chart_comes_to_rest(name, relax_cell):
 
 @pytest.mark.parametrize("name", ["standing columns of two", "three colours"])
 def test_the_lowest_state_of_a_stranded_chart_is_at_rest_too(name):
-    check_rest(name, relax_cell=True)
+    check_rest(name, **FREE)
 
 
 @pytest.mark.parametrize("text", ["0011/0011", "0001/0001"])
@@ -118,7 +120,7 @@ def test_each_stitch_of_three_colours_shows_its_colour_on_the_front(text):
 def test_a_held_width_keeps_three_colours_from_drawing_together():
     """This is what the verdict on a free repeat advises."""
     width = 3 * SwatchOptions().plain_loop / LOOP_OVER_WIDTH
-    report = sm.swatch(chart(CHARTS["three colours"]), relax_cell=True, period=(width, None), **DRAFT).report
+    report = sm.swatch(chart(CHARTS["three colours"]), **FREE, period=(width, None), **DRAFT).report
     assert relaxation_verdict(report).good
 
 

@@ -29,6 +29,8 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, parse_rest_lengths, segment_faces
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies
 
+FREE = {"relax_cell": True, "relaxation": "frictionless"}
+
 pytestmark = pytest.mark.usefixtures("first_state")
 RADIUS = 0.125
 DRAFT = {"quality": "draft", "device": "cpu"}
@@ -77,8 +79,8 @@ def test_a_tuck_holds_a_loop_and_has_no_float():
 
 def test_shorter_held_loops_contract_the_fabric():
     """Shorter held loops cause the cavities of the honeycomb (Leaf et al. 2018, figure 14)."""
-    plain = swatch(SLIPS, relax_cell=True, **DRAFT)
-    tight = swatch(SLIPS, relax_cell=True, rest_lengths=RestLengths(held=0.6), **DRAFT)
+    plain = swatch(SLIPS, **FREE, **DRAFT)
+    tight = swatch(SLIPS, **FREE, rest_lengths=RestLengths(held=0.6), **DRAFT)
     # between planes the cells become narrower and hardly shorter
     assert tight.report["width"] < 0.95 * plain.report["width"]
     assert tight.report["width"] * tight.report["height"] < 0.98 * plain.report["width"] * plain.report["height"]
@@ -134,7 +136,7 @@ def test_a_loop_length_among_the_rest_lengths_is_refused():
     ],
 )  # fmt: skip
 def test_the_largest_changes_of_rest_lengths_converge(name, asked):
-    made = swatch(name, relax_cell=True, rest_lengths=RestLengths(**asked), **DRAFT)
+    made = swatch(name, **FREE, rest_lengths=RestLengths(**asked), **DRAFT)
     check_valid(made)
     assert made.report["converged"]
 
@@ -171,7 +173,7 @@ def test_gamma_is_an_exact_similarity(name, gamma, tolerance):
     of 1e-4 allows."""
     quality = replace(quality_named("draft"), precision="float64", tolerance=1e-4)
     material = YarnMaterial.named("stitchmesh").of_radius(RADIUS)
-    made = swatch(name, gamma=gamma, material=material, quality=quality, device="cpu", relax_cell=True)
+    made = swatch(name, gamma=gamma, material=material, quality=quality, device="cpu", **FREE)
     source, cell = resolve_pattern(name), RelaxCell(shear=False)
     fabric, generated = draw_swatch(source, SwatchOptions(), GENERATED)
     first = sample_evenly(generated, draw_swatch(source, SwatchOptions(), refined(quality))[1])
@@ -223,7 +225,7 @@ def test_gamma_out_of_bounds_is_refused(gamma):
 @pytest.mark.parametrize("share", [(0.5, 1.0), (1.0, 0.5), (0.5, 0.5), (2.0, 1.0)])
 @pytest.mark.parametrize("name", ["stockinette", "twill-2x1"])
 def test_a_repeat_of_half_or_twice_its_free_size_is_valid(name, share):
-    own = size_of(swatch(name, relax_cell=True, **DRAFT).lattice)
+    own = size_of(swatch(name, **FREE, **DRAFT).lattice)
     made = swatch(name, period=(share[0] * own[0], share[1] * own[1]), **DRAFT)
     check_valid(made)
     # the sizes are stored as float32
@@ -231,7 +233,7 @@ def test_a_repeat_of_half_or_twice_its_free_size_is_valid(name, share):
 
 
 def test_a_repeat_that_its_yarn_cannot_span_is_refused():
-    width, height = size_of(swatch("stockinette", relax_cell=True, **DRAFT).lattice)
+    width, height = size_of(swatch("stockinette", **FREE, **DRAFT).lattice)
     with pytest.raises(SolverError, match="cannot be separated in a repeat of this size; give a size closer to"):
         swatch("stockinette", period=(2.0 * width, 2.0 * height), **DRAFT)
 
@@ -260,15 +262,15 @@ def test_loops_too_short_for_their_yarn_are_refused(options):
 @pytest.mark.parametrize("radius", [1e-3, 1e3])
 def test_the_fabric_scales_with_the_yarn_radius(radius):
     """All lengths are proportional to the yarn radius, and the material is scaled with it."""
-    made = swatch("stockinette", yarn_radius=radius, relax_cell=True, **DRAFT)
-    usual = swatch("stockinette", relax_cell=True, **DRAFT)
+    made = swatch("stockinette", yarn_radius=radius, **FREE, **DRAFT)
+    usual = swatch("stockinette", **FREE, **DRAFT)
     # the tolerance of the quality draft
     assert made.report["width"] / radius == pytest.approx(usual.report["width"] / RADIUS, rel=0.01)
 
 
 def test_a_repeat_of_one_loop_is_stockinette():
-    one = swatch(parse_pattern("chart leaf:\nK\n"), relax_cell=True, **DRAFT)
-    two = swatch("stockinette", relax_cell=True, **DRAFT)
+    one = swatch(parse_pattern("chart leaf:\nK\n"), **FREE, **DRAFT)
+    two = swatch("stockinette", **FREE, **DRAFT)
     assert (one.report["wales"], one.report["courses"], one.report["stitches"]) == (1, 1, 1)
     # the tolerance of the quality draft, in a soft cell
     assert one.report["wale_spacing"] == pytest.approx(two.report["wale_spacing"], rel=0.03)

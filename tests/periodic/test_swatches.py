@@ -14,7 +14,7 @@ import stitchmesh as sm
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.yarnrelax import YarnMaterial
 
-DRAFT: dict[str, Any] = {"quality": "draft", "relax_cell": True}
+DRAFT: dict[str, Any] = {"quality": "draft", "relax_cell": True, "relaxation": "frictionless"}
 FREE = [
     sm.SwatchRequest("stockinette", **DRAFT),
     sm.SwatchRequest("stockinette", material=YarnMaterial.named("leaf"), **DRAFT, options={"gamma": 1.1}),
@@ -25,7 +25,7 @@ FREE = [
 def alone(request: sm.SwatchRequest) -> sm.Swatch:
     return sm.swatch(
         request.pattern, material=request.material, quality=request.quality, relax_cell=request.relax_cell,
-        device="cpu", progress=False, **request.options,
+        relaxation=request.relaxation, friction=request.friction, device="cpu", progress=False, **request.options,
     )  # fmt: skip
 
 

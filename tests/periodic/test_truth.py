@@ -28,6 +28,8 @@ from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_ener
 from stitchmesh.yarnrelax.cell_stress import cell_stress
 from tests.gallery import ROOT
 
+FREE: dict[str, Any] = {"relax_cell": True, "relaxation": "frictionless"}
+
 sys.path.insert(0, str(ROOT / "benchmarks"))
 weaves = import_module("validation_weaves")
 cells = import_module("validation_cells")
@@ -44,7 +46,7 @@ CELLS = ROOT.parent / "shared" / "data" / "periodic"
 @cache
 def relaxed(pattern: str, quality: str | Quality = AT_REST) -> Swatch:
     """Relax a swatch of the published simulation material in a free cell with right angles."""
-    return swatch(pattern, material=KALDOR, quality=quality, device="cpu", relax_cell=True)
+    return swatch(pattern, material=KALDOR, quality=quality, device="cpu", **FREE)
 
 
 def moments(pattern: str) -> np.ndarray:
@@ -70,7 +72,7 @@ def test_loose_loops_have_the_same_size_in_the_qualities_standard_and_reference(
     sizes = []
     for quality in ("standard", "reference"):
         report = swatch(
-            "stockinette", material=KALDOR, quality=quality, device="cpu", relax_cell=True, loop_length=24 * 0.25
+            "stockinette", material=KALDOR, quality=quality, device="cpu", **FREE, loop_length=24 * 0.25
         ).report
         sizes.append([report["wale_spacing"], report["course_spacing"]])
     # errors of control points and residual; 17 % without more contact samples
@@ -111,13 +113,13 @@ def test_ribs_are_narrower_than_stockinette_and_garter_is_shorter() -> None:
 @cache
 def one_stitch() -> Swatch:
     """Return a relaxed cell of a single stitch."""
-    return swatch(parse_pattern(ONE_STITCH), material=KALDOR, quality=EXACT, device="cpu", relax_cell=True)
+    return swatch(parse_pattern(ONE_STITCH), material=KALDOR, quality=EXACT, device="cpu", **FREE)
 
 
 def test_a_cell_of_one_stitch_equals_its_tiling() -> None:
     """A cell of two by three stitches has the same energy for each stitch and the same size."""
     whole = swatch(
-        parse_pattern(ONE_STITCH), material=KALDOR, quality=EXACT, device="cpu", relax_cell=True, columns=2, rows=3
+        parse_pattern(ONE_STITCH), material=KALDOR, quality=EXACT, device="cpu", **FREE, columns=2, rows=3
     )
     one, many = one_stitch().report, whole.report
     assert (one["stitches"], many["stitches"]) == (1, 6)

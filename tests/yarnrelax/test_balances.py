@@ -24,6 +24,8 @@ from stitchmesh.yarnrelax.solvers.newton_system import SIGNIFICANT
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 from tests.yarnrelax.rings import RADIUS, height, ring
 
+FREE: dict[str, Any] = {"relax_cell": True, "relaxation": "frictionless"}
+
 pytestmark = pytest.mark.decides
 DOUBLE = replace(PRESETS["draft"], precision="float64")
 MATERIAL = YarnMaterial.named().of_radius(RADIUS)
@@ -119,7 +121,7 @@ def test_a_balance_that_only_leads_down_by_tiny_moves_counts_as_rest(monkeypatch
 
 def test_moss_stitch_leaves_the_balance_in_which_it_stands_upright(monkeypatch: pytest.MonkeyPatch) -> None:
     """With three contact samples in double precision, rounding does not take it out of its balance."""
-    start = prepare_swatch("moss", material=None, quality="draft", device="cpu", relax_cell=True, smallest=False)
+    start = prepare_swatch("moss", material=None, quality="draft", device="cpu", **FREE, smallest=False)
     quality = replace(start.quality, contact_samples=3, precision="float64", tolerance=DOUBLE.tolerance)
     simulation = YarnSimulation.start(
         start.yarns, start.similar, quality, device_named("cpu"), start.terms, cell=start.cell
@@ -147,7 +149,7 @@ def test_a_cell_of_constant_size_keeps_its_size() -> None:
 
 
 def test_a_state_of_rest_stays_in_place() -> None:
-    start = prepare_swatch("stockinette", material=None, quality="draft", device="cpu", relax_cell=True)
+    start = prepare_swatch("stockinette", material=None, quality="draft", device="cpu", **FREE)
     given = {"material": start.similar, "quality": replace(DOUBLE, contact_samples=3), "cell": start.cell}
     rest = relaxed(start.yarns, **given, terms=start.terms)
     again = relaxed(rest.yarns, **given, terms=start.terms)

@@ -20,6 +20,8 @@ from stitchmesh.yarnrelax.solvers.alternation import STEP_COST
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 from tests.yarnrelax.stockinette import tube
 
+FREE: dict[str, Any] = {"relax_cell": True, "relaxation": "frictionless"}
+
 
 class CountingClock:
     """A clock on which every look takes a second."""
@@ -38,7 +40,7 @@ def limit(seconds: float) -> TimeLimit:
 
 @pytest.fixture(scope="module")
 def start() -> PreparedSwatch:
-    return prepare_swatch("rib1x1", material=None, quality="draft", device="cpu", relax_cell=True)
+    return prepare_swatch("rib1x1", material=None, quality="draft", device="cpu", **FREE)
 
 
 @pytest.fixture(scope="module")

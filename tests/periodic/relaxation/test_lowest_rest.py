@@ -22,7 +22,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
 
-DRAFT: dict[str, Any] = {"quality": "draft", "device": "cpu", "relax_cell": True}
+DRAFT: dict[str, Any] = {"quality": "draft", "device": "cpu", "relax_cell": True, "relaxation": "frictionless"}
 
 
 def prepared(pattern: str, **options: Any) -> PreparedSwatch:

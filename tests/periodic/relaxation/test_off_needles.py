@@ -24,10 +24,10 @@ STATES = ("dry", "wet", "full")
 
 
 @cache
-def let_go(pattern: str, state: str | None, mu: float | None = None, **options: Any) -> dict[str, Any]:
-    """The report of a swatch in a free cell, by default without friction."""
+def let_go(pattern: str, state: str | None = None, mu: float | None = None, **options: Any) -> dict[str, Any]:
+    """The report of a swatch in a free cell, by default in the default state."""
     common = {"material": KALDOR, "quality": "standard", "device": "cpu", "relax_cell": True, "progress": False}
-    return swatch(pattern, relaxation=state, friction=mu, **common, **options).report
+    return swatch(pattern, relaxation=state, friction=mu, **(common | options)).report
 
 
 def density(report: dict[str, Any]) -> float:
@@ -46,7 +46,7 @@ def test_a_knit_becomes_denser_from_dry_to_wet_to_full(loop_length: float | None
 
 def test_a_full_relaxation_forgets_the_needles() -> None:
     """Without friction plain knit has one state of rest: the path to it does not matter."""
-    free, full = let_go("stockinette", None), let_go("stockinette", "full", 0.3)
+    free, full = let_go("stockinette", "frictionless"), let_go("stockinette", "full", 0.3)
     for name in ("wale_spacing", "course_spacing"):
         # the tolerances of the two runs, 5e-3 and 1e-3, leave strains of some 1e-3
         assert full[name] == pytest.approx(free[name], rel=0.01)
@@ -71,6 +71,22 @@ def test_the_report_tells_the_path() -> None:
     assert 0.0 < abs(report["course_tension"]) < 0.1 * report["needle_tension"][0]
     assert report["energy"] == pytest.approx(sum(report["energies"][name] for name in ("stretch", "length", "bend",
                                                                                       "contact")))  # fmt: skip
+
+
+def test_a_knit_that_finds_its_size_is_dry_and_all_else_has_no_friction() -> None:
+    """The report says which: a given size, a tension, a cell with loads and a weave are reached without friction."""
+    default, dry = let_go("stockinette", quality="draft"), let_go("stockinette", "dry", 0.2, quality="draft")
+    for name in ("width", "height", "relaxation", "friction", "planes_distance"):
+        assert default[name] == dry[name]
+    brief = {"quality": replace(PRESETS["draft"], max_iterations=20), "device": "cpu", "progress": False}
+    others: list[tuple[str, dict[str, Any]]] = [
+        ("stockinette", {}), ("stockinette", {"relax_cell": True, "period": (1.0, None)}),
+        ("stockinette", {"blocked": 20.0}), ("stockinette", {"relax_cell": RelaxCell(course=5.0)}),
+        ("plain", {"relax_cell": True}),
+    ]  # fmt: skip
+    for pattern, options in others:
+        report = swatch(pattern, **brief, **options).report
+        assert (report["relaxation"], report["friction"]) == ("frictionless", 0.0)
 
 
 def test_gamma_is_a_similarity_with_friction_too() -> None:
@@ -119,8 +135,9 @@ def test_work_is_dissipated_in_a_cycle_of_loads(most: float) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"friction": 0.3}, "friction: got 0.3 without a relaxation"),
-        ({"relaxation": "damp"}, "relaxation: got 'damp'; expected dry, wet or full"),
+        ({"friction": 0.3}, "friction: got 0.3 for a swatch that relaxes without it; add a relaxation"),
+        ({"relaxation": "damp"}, "relaxation: got 'damp'; expected dry, wet, full or frictionless"),
+        ({"relax_cell": True, "friction": 0.3, "blocked": 20.0}, "friction: got 0.3 for a swatch that relaxes without"),
         ({"relaxation": "dry", "friction": -0.1}, r"friction: got coefficients \(-0.1, -0.1\); expected numbers from"),
         ({"relaxation": "dry", "friction": 7.0}, "expected numbers from 0 to 2"),
         ({"relaxation": "dry", "period": (1.0, None)}, "relaxation: got a period or blocking beside it"),

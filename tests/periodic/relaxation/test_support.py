@@ -24,11 +24,12 @@ from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 
 pytestmark = pytest.mark.usefixtures("first_state")
 EXACT = replace(PRESETS["draft"], precision="float64", tolerance=1e-6, largest_change=1e-5)
+FREE = {"relax_cell": True, "relaxation": "frictionless"}
 
 
 def free(pattern: str, **options: Any) -> Swatch:
     """A free swatch, between planes unless the options say otherwise."""
-    return swatch(pattern, **({"relax_cell": True, "quality": EXACT, "device": "cpu", "progress": False} | options))
+    return swatch(pattern, **(FREE | {"quality": EXACT, "device": "cpu", "progress": False} | options))
 
 
 @cache

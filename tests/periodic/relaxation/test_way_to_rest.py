@@ -14,12 +14,14 @@ from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepa
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.clearance import smallest_distance
 
+FREE = {"relax_cell": True, "relaxation": "frictionless"}
+
 DOUBLE_EYELET = parse_pattern("row 1 RS: k2tog yo2 ssk\nrow 2 WS: p1 p1 k1 p1")
 
 
 @pytest.fixture(scope="module")
 def prepared() -> PreparedSwatch:
-    return prepare_swatch(DOUBLE_EYELET, material=None, quality="draft", device="cpu", relax_cell=True)
+    return prepare_swatch(DOUBLE_EYELET, material=None, quality="draft", device="cpu", **FREE)
 
 
 def totals(yarns: YarnSet) -> np.ndarray:
@@ -38,5 +40,5 @@ def test_settled_yarns_are_the_prepared_ones_further_apart(prepared):
 @pytest.mark.nightly
 @pytest.mark.decides
 def test_a_double_yarn_over_comes_to_rest_without_wedged_yarns():
-    made = sm.swatch(DOUBLE_EYELET, relax_cell=True, quality="draft", device="cpu", progress=False).report
+    made = sm.swatch(DOUBLE_EYELET, **FREE, quality="draft", device="cpu", progress=False).report
     assert made["converged"] and made["min_distance_over_radius"] > 1.4

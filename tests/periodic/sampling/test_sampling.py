@@ -15,13 +15,15 @@ from stitchmesh.periodic.swatch import swatch
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import RelaxCell
 
+FREE = {"relax_cell": True, "relaxation": "frictionless"}
+
 PROMISE = {"draft": 0.05, "standard": 0.01}
 """Largest relative error of the spacings."""
 
 
 @cache
 def sizes(pattern: str, quality: str) -> tuple[float, float]:
-    report = swatch(pattern, quality=quality, device="cpu", relax_cell=True).report
+    report = swatch(pattern, quality=quality, device="cpu", **FREE).report
     assert report["converged"]
     return report["width"], report["height"]
 
@@ -39,7 +41,7 @@ SLACK = [("rib1x1", 20.0), ("cartridge-belt-rib", 20.0), ("slip-stitch-honeycomb
 
 def check_one_state(pattern: str, loop: float) -> None:
     draft, standard = (
-        swatch(pattern, quality=quality, device="cpu", relax_cell=True, loop_length=2 * loop * 0.125).report
+        swatch(pattern, quality=quality, device="cpu", **FREE, loop_length=2 * loop * 0.125).report
         for quality in ("draft", "standard")
     )
     assert draft["converged"] and standard["converged"]

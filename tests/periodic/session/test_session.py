@@ -24,6 +24,8 @@ from stitchmesh.quality import Quality
 from stitchmesh.yarn.tiling import instances
 from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
 
+FREE = {"relax_cell": True, "relaxation": "frictionless"}
+
 pytestmark = pytest.mark.usefixtures("first_state")
 EXACT = Quality("float64", 3, 3, 12, 0.2, 1e-6, 20_000, largest_change=1e-6)
 """Fine enough that two different paths to one relaxed state end in sizes that agree within 1e-5."""
@@ -41,7 +43,7 @@ ROUNDING = 1.0 + 1e-9
 
 
 def session(pattern="stockinette", **given) -> sm.SwatchSession:
-    return sm.SwatchSession(pattern, **({"quality": "draft", "device": "cpu", "relax_cell": True} | given))
+    return sm.SwatchSession(pattern, **({"quality": "draft", "device": "cpu"} | FREE | given))
 
 
 def live_swatch(pattern="stockinette", *, relax_cell=True, quality="draft", **options) -> LiveSwatch:
@@ -49,7 +51,8 @@ def live_swatch(pattern="stockinette", *, relax_cell=True, quality="draft", **op
 
 
 def settings_of(pattern="stockinette", relax_cell=True, quality="draft", *, material=None, **options) -> SwatchSettings:
-    return SwatchSettings(pattern, material, relax_cell, SwatchOptions(**options), sm.quality.quality_named(quality))
+    quality = sm.quality.quality_named(quality)
+    return SwatchSettings(pattern, material, relax_cell, SwatchOptions(**options), quality, "frictionless")
 
 
 def to_rest(swatch: LiveSwatch, settings: SwatchSettings | None = None, *, most=500) -> list[Frame]:
@@ -100,14 +103,14 @@ def test_a_change_ends_in_the_state_of_a_swatch_with_the_same_options(pattern, b
         running.wait_until_rest(SAFETY)
         running.set(**change)
         frame = running.wait_until_rest(SAFETY)
-    given = {"pattern": pattern, "quality": EXACT, "device": "cpu", "relax_cell": True} | before | change
+    given = {"pattern": pattern, "quality": EXACT, "device": "cpu"} | FREE | before | change
     assert_same_rest(frame, sm.swatch(**given), SLID if given["pattern"] == "plain" else STATES)
 
 
 def test_the_first_relaxation_has_the_same_bits_as_that_of_a_swatch():
     with session("rib2x2") as running:
         frame = running.wait_until_rest(SAFETY)
-    expected = sm.swatch("rib2x2", quality="draft", device="cpu", relax_cell=True)
+    expected = sm.swatch("rib2x2", quality="draft", device="cpu", **FREE)
     assert np.array_equal(frame.yarns.points, expected.yarns.points)
     # the generated yarns come to the lowest state here; the report also counts the other starts of the search
     assert frame.report["iteration"] == expected.history[-1]["iteration"]
@@ -155,7 +158,7 @@ def test_a_sheared_swatch_becomes_upright_again_if_shear_is_held():
     frames = to_rest(swatch, settings_of(PLAIN, quality=EXACT))
     assert len(frames) > 4
     assert frames[-1].lattice.periods[1, 0] == pytest.approx(0.0, abs=1e-9)
-    assert_same_rest(frames[-1], sm.swatch(PLAIN, quality=EXACT, device="cpu", relax_cell=True))
+    assert_same_rest(frames[-1], sm.swatch(PLAIN, quality=EXACT, device="cpu", **FREE))
 
 
 def test_a_newer_change_replaces_an_unfinished_older_one():
@@ -214,7 +217,7 @@ def test_a_change_of_colours_does_not_change_the_state():
 def test_a_change_without_effect_starts_no_relaxation():
     with session() as running:
         rest = running.wait_until_rest(SAFETY)
-        running.set(gamma=1.0, relax_cell=True)
+        running.set(gamma=1.0, **FREE)
         running.set(pattern="stockinette")
         running.set(material=default_material())
         assert running.wait_until_rest(SAFETY) is rest
@@ -284,7 +287,7 @@ def test_values_out_of_bounds_are_refused_immediately_and_change_nothing():
     with session() as running:
         with pytest.raises(ParameterError, match=r"gamma: got -1; expected 0\.1 to 10"):
             running.set(gamma=-1)
-        known = "blocked, columns, drawn_radius, gamma"
+        known = "blocked, columns, drawn_radius, friction, gamma"
         with pytest.raises(ParameterError, match=rf"session: got a change of .device.; expected one of {known}"):
             running.set(device="cuda:0")
         assert running.wait_until_rest(SAFETY).report["gamma"] == 1.0
@@ -413,3 +416,48 @@ def test_curves_of_a_frame_continue_in_the_next_copy():
     along = np.flatnonzero((frame.yarns.lattice_step == [1, 0]).all(axis=1))
     curve = frame.curves(3)[along[0]]
     np.testing.assert_allclose(curve[0] + shifts[1], curve[-1] + shifts[0], atol=1e-12)
+
+
+def let_go_of(**given) -> sm.SwatchSession:
+    return session("stockinette", relaxation=None, **given)
+
+
+def test_a_knit_moves_without_friction_and_ends_off_the_needles_with_the_bits_of_a_swatch():
+    with let_go_of() as running:
+        frames = [running.frame, running.wait_until_rest(SAFETY)]
+        running.set(gamma=1.1)
+        frames.append(running.wait_until_rest(SAFETY))
+        running.set(relaxation="frictionless")
+        frames.append(running.wait_until_rest(SAFETY))
+    assert [frame.report["preview"] for frame in frames] == [True, False, False, False]
+    assert [frame.report["relaxation"] for frame in frames] == ["frictionless", "dry", "dry", "frictionless"]
+    for frame, gamma in zip(frames[1:3], (1.0, 1.1), strict=True):
+        expected = sm.swatch("stockinette", quality="draft", device="cpu", relax_cell=True, gamma=gamma, progress=False)
+        assert np.array_equal(frame.yarns.points, expected.yarns.points)
+        assert frame.report["at_rest"] and frame.report["energy"] == expected.report["energy"]
+    tight = sm.swatch("stockinette", quality="draft", device="cpu", gamma=1.1, progress=False, **FREE)
+    assert frames[3].size == pytest.approx((tight.report["width"], tight.report["height"]), rel=CLOSE)
+
+
+def test_a_change_of_colour_keeps_a_knit_that_was_let_go():
+    one, two = (sm.parse_pattern(f"rounds 1-2 yarn 0: k2\nrounds 3-4 yarn {colour}: k2") for colour in (1, 2))
+    with session(one, relaxation=None) as running:
+        before = running.wait_until_rest(SAFETY)
+        running.set(pattern=two)
+        after = running.wait_until_rest(SAFETY)
+    assert np.array_equal(before.yarns.points, after.yarns.points) and after.report["relaxation"] == "dry"
+    assert (set(before.yarns.colour), set(after.yarns.colour)) == ({0, 1}, {0, 2})
+
+
+def test_a_change_interrupts_a_knit_that_is_let_go():
+    """Whatever is asked for while a knit is let go ends that at once; the preview then goes on from where it was."""
+    asked = []
+    swatch = LiveSwatch(
+        dataclasses.replace(settings_of("stockinette"), relaxation="dry"), "cpu", 0.0,
+        is_interrupted=lambda: bool(asked) or asked.append(True),
+    )  # fmt: skip
+    while not asked:
+        swatch.advance()
+    kept = swatch.state.yarns.points.copy()
+    swatch.advance()
+    assert not swatch.idle and swatch.let_go is None and np.array_equal(swatch.state.yarns.points, kept)

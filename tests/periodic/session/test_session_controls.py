@@ -18,6 +18,8 @@ from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.incremental_relaxation import LiveSwatch
 from stitchmesh.quality import PRESETS, Quality
 
+FREE = {"relax_cell": True, "relaxation": "frictionless"}
+
 pytestmark = pytest.mark.usefixtures("first_state")
 DRAFT = PRESETS["draft"]
 EXACT = Quality("float64", 3, 3, 12, 0.2, 1e-4, 20_000, largest_change=1e-5)
@@ -31,7 +33,7 @@ CLOSE = 1e-4
 
 
 def session(pattern="rib1x1", **given) -> sm.SwatchSession:
-    return sm.SwatchSession(pattern, **({"quality": "draft", "device": "cpu", "relax_cell": True} | given))
+    return sm.SwatchSession(pattern, **({"quality": "draft", "device": "cpu"} | FREE | given))
 
 
 def assert_same_bits(frame: Frame, other: Frame) -> None:
@@ -160,7 +162,7 @@ def test_another_quality_while_it_runs_ends_where_it_would_have_begun(quality):
         running.wait_for_frame(SAFETY, after=1)
         running.set(quality=quality)
         frame = running.wait_until_rest(SAFETY)
-    expected = sm.swatch(PLAIN, quality=quality, device="cpu", relax_cell=True)
+    expected = sm.swatch(PLAIN, quality=quality, device="cpu", **FREE)
     assert frame.report["at_rest"] and len(frame.yarns.points) == len(expected.yarns.points)
     # The size at rest is uncertain by a few times the tolerance (docs/accuracy.md).
     bound = CLOSE if quality is EXACT else 4 * PRESETS["standard"].tolerance

@@ -20,6 +20,8 @@ from stitchmesh.periodic.swatch import Swatch, swatch
 from stitchmesh.yarn import YarnSet
 from tests.periodic.first_state import from_generated_yarns
 
+FREE: dict[str, Any] = {"relax_cell": True, "relaxation": "frictionless"}
+
 pytestmark = pytest.mark.usefixtures("first_state")
 DRAFT: dict[str, Any] = {"quality": "draft", "device": "cpu", "progress": False}
 
@@ -27,7 +29,7 @@ DRAFT: dict[str, Any] = {"quality": "draft", "device": "cpu", "progress": False}
 @pytest.fixture(scope="module")
 def rib() -> Swatch:
     with from_generated_yarns():
-        return swatch("rib2x2", relax_cell=True, **DRAFT)
+        return swatch("rib2x2", **FREE, **DRAFT)
 
 
 def changed(yarns: YarnSet, matrix: list[list[float]]) -> YarnSet:
@@ -98,7 +100,7 @@ def test_equal_seeds_find_equal_states_and_a_plain_swatch_is_among_the_starts(ca
     assert sum(rest.count for rest in one.rests) + one.not_at_rest == 2
     assert len(one.rests) > 1  # its courses stand alike in a swatch, and fold where they may lie differently
     (usual,) = (rest for rest in one.rests if rest.usual)
-    np.testing.assert_array_equal(usual.swatch.yarns.points, swatch("moss", relax_cell=True, **DRAFT).yarns.points)
+    np.testing.assert_array_equal(usual.swatch.yarns.points, swatch("moss", **FREE, **DRAFT).yarns.points)
     energies = [rest.energy for rest in one.rests]
     assert energies == sorted(energies)
 

@@ -29,6 +29,7 @@ from stitchmesh.yarnrelax.energies.confinement import (
     confinement_force,
     excess_height,
     height_of_middle,
+    plane_pressure,
 )
 from stitchmesh.yarnrelax.model.cells import PeriodicCell
 from stitchmesh.yarnrelax.model.state import make_state
@@ -81,6 +82,16 @@ def test_a_line_beyond_a_plane(height: float, precision: str, accuracy: float) -
     kappa = 2.0 * KALDOR.k_bend / 0.5**4
     assert energy == pytest.approx(8 * kappa * excess**2 / 2, rel=accuracy, abs=1e-30)  # eight units of length
     assert force == pytest.approx(np.tile([0.0, 0.0, -kappa * excess], (8, 1)), rel=accuracy, abs=1e-30)
+
+
+def test_both_planes_press_with_the_force_of_the_yarns_beyond_them() -> None:
+    """A line, one half 0.4 above the middle and the other one as far below, stands 0.1 beyond the planes."""
+    flat = line()
+    yarns = replace(flat, points=flat.points + np.repeat([0.4, -0.4], 4)[:, None] * np.array([0.0, 0.0, 1.0]))
+    kappa = 2.0 * KALDOR.k_bend / 0.5**4
+    # each plane carries four units of length on an area of 8 x 4; the middle is a root within 1e-12
+    assert plane_pressure(Confinement(0.3, 2.0), yarns, KALDOR) == pytest.approx(kappa * 0.1 * 4 / 32, rel=1e-9)
+    assert plane_pressure(Confinement(0.5, 2.0), yarns, KALDOR) == 0.0
 
 
 def test_force_is_minus_the_gradient_on_a_tilted_lattice() -> None:
