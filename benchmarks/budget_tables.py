@@ -79,7 +79,9 @@ def swatch_rows(kind: Kind, name: str, device: str) -> Iterator[Measurement]:
     free = kind == "free cell"
     try:
         tight = true_quality(PRESETS["reference"])
-        truth = sm.swatch(name, quality=tight, relax_cell=free, device=device, progress=False)
+        truth = sm.swatch(
+            name, quality=tight, relax_cell=free, relaxation="frictionless", device=device, progress=False
+        )
     except StitchMeshError as error:
         print(f"{kind} {name}: {error}", file=sys.stderr)
         return
@@ -88,9 +90,11 @@ def swatch_rows(kind: Kind, name: str, device: str) -> Iterator[Measurement]:
             continue
         try:
             loading = replace(quality, max_iterations=LOADING)
-            sm.swatch(name, quality=loading, relax_cell=free, device=device, progress=False)
+            sm.swatch(name, quality=loading, relax_cell=free, relaxation="frictionless", device=device, progress=False)
             began = time.perf_counter()
-            made = sm.swatch(name, quality=quality, relax_cell=free, device=device, progress=False)
+            made = sm.swatch(
+                name, quality=quality, relax_cell=free, relaxation="frictionless", device=device, progress=False
+            )
             seconds = time.perf_counter() - began
         except StitchMeshError as error:
             print(f"{kind} {name} {setting}: {error}", file=sys.stderr)
@@ -194,7 +198,9 @@ def main() -> None:
         return
     began, rows = time.perf_counter(), list[Measurement]()
     calibrate(given.device)  # loads kernels
-    sm.swatch("stockinette", quality="draft", relax_cell=True, device=given.device, progress=False)
+    sm.swatch(
+        "stockinette", quality="draft", relax_cell=True, relaxation="frictionless", device=given.device, progress=False
+    )
     pace = min(calibrate(given.device) for _ in range(3))
     for row in all_rows(given):
         wrong = "" if row.error is None else f", error {100 * row.error:.3g} %"

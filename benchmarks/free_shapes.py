@@ -5,8 +5,9 @@
     python benchmarks/free_shapes.py --device cpu --quality draft
     python benchmarks/free_shapes.py stockinette garter rib1x1 --device cpu --tolerance 1e-4 --no-pictures
 
-Writes shapes.md with a row for each pattern, and sheets of pictures. The pressure is the force on one plane over the
-area of the repeat; the weight is that of the fabric over the same area.
+Writes shapes.md with a row for each pattern, and sheets of pictures. Knits are let go off the needles dry, unless
+another state is asked for. The pressure is the force on one plane over the area of the repeat; the weight is that of
+the fabric over the same area.
 """
 
 from __future__ import annotations
@@ -16,24 +17,15 @@ import logging
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
-import numpy as np
 from PIL import Image, ImageDraw
-from scipy.optimize import brentq
 
 import stitchmesh as sm
 from stitchmesh import __version__
-from stitchmesh.lattice import lattice_frame
-from stitchmesh.periodic.fabric_shape import FlatFabric
-from stitchmesh.periodic.relaxation.support import planes
-from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
-from stitchmesh.periodic.swatch_options import SwatchOptions
-from stitchmesh.quality import Quality, quality_named
+from stitchmesh.periodic.swatch_options import KnitState
+from stitchmesh.quality import quality_named
 from stitchmesh.render import render_swatch
-from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.energies.confinement import STIFFNESS
-from stitchmesh.yarnrelax.model.material import SHARES, YarnMaterial
 
 SIDE, COLUMNS, SHOWN = 220, 8, 11.0
 """Pixels of a picture, pictures in a row of a sheet, and width of the fabric in a picture [cm]."""
@@ -57,6 +49,7 @@ def main() -> None:
     parser.add_argument("--device")
     parser.add_argument("--quality", default="standard")
     parser.add_argument("--tolerance", type=float, help="relax to this residual in double precision")
+    parser.add_argument("--relaxation", choices=get_args(KnitState), help="state of the knits")
     parser.add_argument("--out", type=Path, default=Path("out/free-shapes"))
     parser.add_argument("--no-pictures", action="store_true")
     chosen = parser.parse_args()
@@ -71,21 +64,35 @@ def main() -> None:
     rows, made = [head], []
     print(head)
     for name in chosen.patterns or [*sm.pattern_names(), *sm.weave_names()]:
-        pair = [relaxed(name, chosen, unsupported=unsupported) for unsupported in (True, False)]
+        pair = relaxed(chosen, [(name, {"unsupported": True}), (name, {})])
         made.append((name, pair))
-        rows.append(row_of(name, *pair, chosen.quality))
+        rows.append(row_of(name, *pair))
         print(rows[-1], flush=True)
     (chosen.out / "shapes.md").write_text("\n".join([*rows, "", *loop_lines(chosen)]) + "\n")
     for place, kind in enumerate(() if chosen.no_pictures else ("nothing", "planes")):
         write_sheet(chosen.out / f"{kind}.png", [(name, pair[place]) for name, pair in made])
 
 
-def relaxed(name: str, chosen: argparse.Namespace, **options: Any) -> sm.Swatch:
-    """A free swatch."""
-    return sm.swatch(name, relax_cell=True, quality=chosen.quality, device=chosen.device, progress=False, **options)
+def relaxed(chosen: argparse.Namespace, asked: Sequence[tuple[str, dict[str, Any]]]) -> list[sm.Swatch]:
+    """Free swatches of patterns with further options, relaxed together."""
+    requests = [
+        sm.SwatchRequest(
+            name, relax_cell=True, quality=chosen.quality, options=options,
+            relaxation=None if name in sm.weave_names() else chosen.relaxation,
+        )
+        for name, options in asked
+    ]  # fmt: skip
+    return [raised(made) for made in sm.relax_swatches(requests, device=chosen.device, progress=False)]
 
 
-def row_of(name: str, alone: sm.Swatch, lying: sm.Swatch, quality: Quality) -> str:
+def raised(made: sm.Swatch | sm.StitchMeshError) -> sm.Swatch:
+    """A swatch, or its error as an exception."""
+    if isinstance(made, sm.Swatch):
+        return made
+    raise made
+
+
+def row_of(name: str, alone: sm.Swatch, lying: sm.Swatch) -> str:
     """One row of the table."""
     parts = [name]
     for made in (alone, lying):
@@ -94,8 +101,8 @@ def row_of(name: str, alone: sm.Swatch, lying: sm.Swatch, quality: Quality) -> s
         parts += [f"{report['wale_spacing']:.3f} x {report['course_spacing']:.3f}{mark}",
                   f"{report['thickness_ratio']:.2f}", report["shape"]]  # fmt: skip
     energies = (yarn_energy(made) for made in (alone, lying))
-    weight = lying.report["areal_density"] * FALL
-    parts += [", ".join(f"{energy:.1f}" for energy in energies), f"{pressure(name, lying, quality):.1f}, {weight:.0f}"]
+    pressure, weight = lying.report["planes_pressure"], lying.report["areal_density"] * FALL
+    parts += [", ".join(f"{energy:.1f}" for energy in energies), f"{pressure:.1f}, {weight:.0f}"]
     return f"| {' | '.join(parts)} |"
 
 
@@ -105,35 +112,12 @@ def yarn_energy(made: sm.Swatch) -> float:
     return float(sum(energies.values())) / float(made.report["stitches"])
 
 
-def pressure(name: str, made: sm.Swatch, quality: Quality) -> float:
-    """Force on one plane over the area of the repeat [dyn / cm^2]; at rest both planes push equally."""
-    source, options = sm.resolve_pattern(name), SwatchOptions()
-    fabric, drawn = draw_swatch(source, options, quality)
-    (choice,) = planes(True, options, FlatFabric.of(drawn, fabric, source), made.yarns.radius)
-    height, stiffness = heights(made.yarns)
-
-    def excess(middle: float) -> np.ndarray:
-        away = height - middle
-        return np.sign(away) * np.maximum(np.abs(away) - choice.half_thickness, 0.0) * stiffness  # type: ignore[attr-defined]
-
-    middle = brentq(lambda place: float(excess(place).sum()), height.min() - 1.0, height.max() + 1.0)
-    assert made.lattice is not None
-    return float(np.abs(excess(middle)).sum()) / 2.0 / made.lattice.area
-
-
-def heights(yarns: YarnSet) -> tuple[np.ndarray, np.ndarray]:
-    """Height of each control point [cm], and kappa l_j of the planes [erg / cm^2] (``confinement``)."""
-    assert yarns.lattice is not None
-    kappa = STIFFNESS * YarnMaterial.named().k_bend / float(yarns.radius.mean()) ** 4
-    length = np.bincount(yarns.segment_points.ravel(), (yarns.rest_length[:, None] * SHARES).ravel())
-    return yarns.points @ lattice_frame(yarns.lattice.periods)[2], kappa * length
-
-
 def loop_lines(chosen: argparse.Namespace) -> list[str]:
     """How much thicker stockinette rests than it is generated, for loops of several lengths."""
     lines = []
-    for loop in LOOPS:
-        report = relaxed("stockinette", chosen, unsupported=True, loop_length=0.25 * loop).report
+    asked = [("stockinette", {"unsupported": True, "loop_length": 0.25 * loop}) for loop in LOOPS]
+    for loop, made in zip(LOOPS, relaxed(chosen, asked), strict=True):
+        report = made.report
         more = report["thickness"] * (1.0 - 1.0 / report["thickness_ratio"]) / 0.25
         thicker = f"{more:.2f} diameters thicker than generated, {more / loop:.4f} of the loop"
         lines.append(f"Stockinette, loops of {loop:g} diameters: {thicker}.")

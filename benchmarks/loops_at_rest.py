@@ -90,7 +90,9 @@ def cells(quality: str) -> Iterator[Scene]:
 def free_cells(quality: str) -> Iterator[Scene]:
     """Return the corpus with free periods, lying on nothing."""
     for name in knits():
-        swatch = sm.swatch(name, quality=quality, device="cpu", relax_cell=True, unsupported=True)
+        swatch = sm.swatch(
+            name, quality=quality, device="cpu", relax_cell=True, relaxation="frictionless", unsupported=True
+        )
         assert swatch.fabric is not None
         yield name, swatch.fabric, swatch.yarns
 

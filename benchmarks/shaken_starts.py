@@ -77,7 +77,8 @@ def measure(pattern: str, loop: float, given: argparse.Namespace, until: float) 
     case: dict[str, Any] = {"pattern": pattern, "loop": loop}
     try:
         prepared = prepare_swatch(
-            pattern, material=None, quality=given.quality, device="cpu", relax_cell=True, loop_length=2 * loop * RADIUS
+            pattern, material=None, quality=given.quality, device="cpu", relax_cell=True, relaxation="frictionless",
+            loop_length=2 * loop * RADIUS
         )
         assert prepared.fabric is not None
         case |= {"stitches": prepared.fabric.face_count // prepared.smallest.copies, "small": prepared.has_states}

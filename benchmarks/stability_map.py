@@ -92,7 +92,7 @@ def relaxed(case: Case, seconds: float) -> tuple[dict[str, Any], Any]:
     logger.addHandler(heard)
     logger.propagate = False
     cell = prepare_swatch("stockinette", material=None, quality=case.preset, device="cpu", relax_cell=True,
-                          yarn_radius=RADIUS, loop_length=4.17)  # fmt: skip
+                          relaxation="frictionless", yarn_radius=RADIUS, loop_length=4.17)  # fmt: skip
     factor, yarns, material, terms = 10.0**case.power, cell.yarns, YarnMaterial.named(), cell.terms
     if case.field == "radius":
         yarns, material = yarns.with_radius(factor * yarns.radius), material.scaled(factor)

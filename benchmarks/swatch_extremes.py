@@ -28,6 +28,7 @@ from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn.rest_length import RestLengths
 
 PATTERNS = ("stockinette", "rib1x1", "slip-stitch-honeycomb", "plain")
+FREE = {"relax_cell": True, "relaxation": "frictionless"}
 FAILED = "FAILED"
 MEGABYTE = 2**20 if sys.platform == "darwin" else 2**10
 """Bytes in the unit of the operating system for the largest resident memory."""
@@ -53,20 +54,20 @@ def cases(large: bool) -> list[Case]:
         for factor in (0.1, 2.0):
             rest_lengths = {"rest_lengths": RestLengths(factor=factor)}
             found.append(Case(f"{pattern}, all yarn x {factor:g}, held", pattern, rest_lengths))
-            found.append(Case(f"{pattern}, all yarn x {factor:g}, free", pattern, {**rest_lengths, "relax_cell": True}))
+            found.append(Case(f"{pattern}, all yarn x {factor:g}, free", pattern, rest_lengths | FREE))
         for shares in ((0.5, 1.0), (1.0, 0.5), (0.5, 0.5), (2.0, 1.0), (1.0, 2.0), (2.0, 2.0)):
             found.append(Case(f"{pattern}, {shares[0]:g} x as wide, {shares[1]:g} x as high", pattern, {}, shares))
     for part in ("floats", "held"):
         for factor in (0.1, 2.0):
-            options = {"rest_lengths": RestLengths(**{part: factor}), "relax_cell": True}
+            options = {"rest_lengths": RestLengths(**{part: factor}), **FREE}
             found.append(Case(f"{part} of a honeycomb x {factor:g}", "slip-stitch-honeycomb", options))
     for part in ("warp", "weft"):
         for factor in (0.1, 2.0):
-            options = {"rest_lengths": RestLengths(**{part: factor}), "relax_cell": True}
+            options = {"rest_lengths": RestLengths(**{part: factor}), **FREE}
             found.append(Case(f"{part} of a plain weave x {factor:g}", "plain", options))
-    found.append(Case("one loop", parse_pattern("chart leaf:\nK\n"), {"relax_cell": True}))
-    found.append(Case("yarn of 10 um", "stockinette", {"yarn_radius": 5e-4, "relax_cell": True}))
-    found.append(Case("yarn of 20 m", "stockinette", {"yarn_radius": 1e3, "relax_cell": True}))
+    found.append(Case("one loop", parse_pattern("chart leaf:\nK\n"), {**FREE}))
+    found.append(Case("yarn of 10 um", "stockinette", {"yarn_radius": 5e-4, **FREE}))
+    found.append(Case("yarn of 20 m", "stockinette", {"yarn_radius": 1e3, **FREE}))
     found.append(Case("50 x 50 stitches", "stockinette", {"columns": 50, "rows": 25}))
     if large:
         found.append(Case("200 x 200 stitches", "stockinette", {"columns": 200, "rows": 100}))
@@ -80,7 +81,7 @@ def line(case: Case, quality: Quality, device: str | None) -> tuple[bool, str]:
     try:
         options = dict(case.options)
         if case.shares is not None:
-            own = sm.swatch(case.pattern, quality=quality, device=device, relax_cell=True).report
+            own = sm.swatch(case.pattern, quality=quality, device=device, **FREE).report
             options["period"] = (case.shares[0] * own["width"], case.shares[1] * own["height"])
         made = sm.swatch(case.pattern, quality=quality, device=device, **options)
         sound, words = judged(made)

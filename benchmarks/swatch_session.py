@@ -82,7 +82,9 @@ def measure(pattern: str, quality: str, device: str | None, show: bool) -> None:
 def frame_times(pattern: str, quality: str, device: str | None) -> str:
     """Return a line of the table: milliseconds per frame for each number of iterations per frame."""
     times, endless = [], replace(quality_named(quality), tolerance=NEVER)
-    with sm.SwatchSession(pattern, quality=endless, device=device, relax_cell=True, stopped=True) as session:
+    with sm.SwatchSession(
+        pattern, quality=endless, device=device, relax_cell=True, relaxation="frictionless", stopped=True
+    ) as session:
         points = len(session.frame.yarns.points)
         for count in FRAME_ITERATIONS:
             session.iterations_per_frame = count

@@ -336,7 +336,8 @@ def frame(device: wp.Device, given: argparse.Namespace) -> None:
     """Time the first frames of a live swatch after a change of its chart."""
     taken: dict[str, list[tuple[float, float, float]]] = {}
     with sm.SwatchSession(
-        "stockinette", material=MATERIAL, quality=QUALITY, device=str(device), relax_cell=True
+        "stockinette", material=MATERIAL, quality=QUALITY, device=str(device), relax_cell=True,
+        relaxation="frictionless",
     ) as session:
         width = session.wait_until_rest(LONGEST).size[0]
         edits = {name: edit for name, edit in changes_of("stockinette", width).items() if "pattern" in edit}

@@ -50,7 +50,7 @@ def variants(count: int, quality: str) -> list[sm.SwatchRequest]:
     grid = list(itertools.product(PATTERNS, LOOPS.tolist(), MATERIALS))
     return [
         sm.SwatchRequest(
-            pattern, material=YarnMaterial.named(material), quality=quality, relax_cell=True,
+            pattern, material=YarnMaterial.named(material), quality=quality, relax_cell=True, relaxation="frictionless",
             options={"loop_length": loop * DIAMETER},
         )
         for pattern, loop, material in (grid[number] for number in evenly(len(grid), count))
@@ -67,6 +67,7 @@ def alone(request: sm.SwatchRequest, device: str) -> sm.Swatch | StitchMeshError
     try:
         return sm.swatch(
             request.pattern, material=request.material, quality=request.quality, relax_cell=request.relax_cell,
+            relaxation=request.relaxation,
             device=device, progress=False, **request.options,
         )  # fmt: skip
     except StitchMeshError as error:

@@ -51,7 +51,8 @@ def sweep_of(device: str, quality: str, jobs: int, together: int) -> sm.Sweep:
     """Return the sweep over the variants of ``swatch_throughput.py``."""
     grid = [(pattern, loop, material) for pattern in PATTERNS for loop in LOOPS.tolist() for material in MATERIALS]
     rows = [
-        {"swatch": {"pattern": pattern, "loop_length": loop * DIAMETER, "material": material, "relax_cell": True}}
+        {"swatch": {"pattern": pattern, "loop_length": loop * DIAMETER, "material": material, "relax_cell": True,
+                   "relaxation": "frictionless"}}
         for pattern, loop, material in (grid[number] for number in evenly(len(grid), jobs))
     ]
     job = {"device": device, "quality": quality}

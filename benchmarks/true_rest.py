@@ -168,7 +168,8 @@ def measure(case: dict[str, Any]) -> Iterator[dict[str, Any]]:
         for quality in case["quality"]:
             began = time.perf_counter()
             start = prepare_swatch(
-                case["pattern"], material=None, quality=quality, device=case["device"], relax_cell=True, **options
+                case["pattern"], material=None, quality=quality, device=case["device"], relax_cell=True,
+                relaxation="frictionless", **options
             )
             relaxed = relax_prepared(start, start.yarns, False)
             found["presets"][quality] = result_of(relaxed.yarns, relaxed.report, time.perf_counter() - began)

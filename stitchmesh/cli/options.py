@@ -435,8 +435,13 @@ class SwatchFabric:
             drawn_radius: radius of the yarn in pictures [cm]; where not given that of the yarn.
 
         Raises:
-            ParameterError: there are more than two spacings, the yarn is unknown, or the gauge is malformed.
+            ParameterError: there are more than two spacings, the yarn is unknown, or the gauge is malformed or has
+                rows, which follow from the loop length.
         """
+        gauge = self.yarn.gauge
+        if gauge is not None and "x" in gauge.lower():
+            found = f"gauge: got {gauge!r} for a swatch, which finds its rows by itself"
+            raise ParameterError(f"{found}; give the stitches alone, or hold its size (--period)")
         size = self.yarn.size(yarn_radius=self.yarn_radius, drawn_radius=drawn_radius, loop_length=self.loop_length)
         only_yarn = self.loop_length is None and self.yarn.gauge is None
         return {
