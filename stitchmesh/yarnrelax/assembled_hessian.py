@@ -38,7 +38,7 @@ import warp as wp
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-from stitchmesh.compute.captured import CapturedLaunches
+from stitchmesh.compute.captured import ZeroArray
 from stitchmesh.compute.cudss import factors_on
 from stitchmesh.compute.precision import matrix
 from stitchmesh.mesh import FloatArray
@@ -84,6 +84,7 @@ class HessianAssembly:
         self._touching = TouchingSegments(model)
         self._sums = SegmentSums(model, None if strain is None else strain.host_frame)
         self._pattern: MatrixPattern | None = None
+        self._values = wp.empty(0, dtype=wp.float64, device=model.device)
         self._on_gpu: tuple[MatrixPattern, PatternOnGpu] | None = None
 
     def matrix(
@@ -102,7 +103,7 @@ class HessianAssembly:
         """
         entries, pattern = self._entries(exact, forces_are_found)
         size = len(pattern.column_start) - 1
-        found = csc_array((entries.numpy(), pattern.rows, pattern.column_start), shape=(size, size))
+        found = csc_array((entries.numpy().copy(), pattern.rows, pattern.column_start), shape=(size, size))
         found.has_canonical_format = True
         return found
 
@@ -128,22 +129,28 @@ class HessianAssembly:
         if self._on_gpu is None or self._on_gpu[0] is not pattern:
             self._on_gpu = None  # Its memory is free before more is taken.
             self._on_gpu = pattern, PatternOnGpu(pattern.column_start, pattern.rows, device)
-        return MatricesOnGpu(self._on_gpu[1], entries, owners)
+        return MatricesOnGpu(self._on_gpu[1], wp.clone(entries), owners)
 
     def _entries(
         self, exact: NDArray[np.float64] | None, forces_are_found: bool
     ) -> tuple[wp.array[Any], MatrixPattern]:  # fmt: skip
-        """The entries of the matrix on the device, and their places."""
+        """The entries of the matrix on the device, which the next ones overwrite, and their places."""
         self._exact.assign(np.ones(self._simulation.model.cell_count) if exact is None else exact)
-        pairs, pattern = self._find(forces_are_found)
+        pattern = self._find(forces_are_found)
         simulation = self._simulation
         model, state = simulation.model, simulation.state
-        entries = wp.zeros(pattern.entry_count, dtype=wp.float64, device=model.device)
-        launches = self._sums.launches(state.points, state.samples, self._leg_hessian, pairs, pattern, model.prepare)
-        launches += entry_launches(
-            model, state, self._exact, self._leg_hessian, self._touching, pattern, self._sums, entries, model.prepare
-        )  # fmt: skip
-        CapturedLaunches(launches, model.device).launch()
+        if len(self._values) != pattern.entry_count:
+            self._values = wp.empty(pattern.entry_count, dtype=wp.float64, device=model.device)
+        entries = self._values
+
+        def launches() -> list[Any]:
+            launcher, pairs = model.prepare, self._pairs()
+            found = self._sums.launches(state.points, state.samples, self._leg_hessian, pairs, pattern, launcher)
+            return [ZeroArray(entries), *found, *entry_launches(
+                model, state, self._exact, self._leg_hessian, self._touching, pattern, self._sums, entries, launcher
+            )]  # fmt: skip
+
+        simulation.captured("Hessian", launches, of=pattern).launch()
         for term in simulation.terms:
             blocks = term.point_blocks(state)
             if blocks is not None:
@@ -158,24 +165,34 @@ class HessianAssembly:
         given = wp.array(values.ravel(), dtype=wp.float64, device=model.device)
         model.launch(add_at, values.size, [model.integers(places.ravel()), given], [entries])
 
-    def _find(self, forces_are_found: bool) -> tuple[list[PairStiffness], MatrixPattern]:
-        """Find the matrices of segments and pairs, and the places of the entries."""
+    def _pairs(self) -> list[PairStiffness]:
+        """The pairs in contact and those of terms."""
         simulation = self._simulation
         model, state, launcher = simulation.model, simulation.state, simulation.model.prepare
         if self._pairs_in_contact.entries.shape != simulation.candidates.lists.shape:
             self._pairs_in_contact = TouchingPairs(model, simulation.candidates)
         given = [self._pairs_in_contact.pair_stiffness(self._exact, state.samples, launcher)]
-        given += [own for term in simulation.terms if (own := term.pair_stiffness(state, launcher)) is not None]
-        launches = [] if forces_are_found else simulation.balance_launches()
-        launches.append(leg_hessian_launch(model, self._exact, state.points, self._leg_hessian, launcher))
-        launches += [launch for own in given for launch in own.launches]
-        launches += self._touching.launches(given, launcher)
-        CapturedLaunches(launches, model.device).launch()
+        return given + [own for term in simulation.terms if (own := term.pair_stiffness(state, launcher)) is not None]
+
+    def _find(self, forces_are_found: bool) -> MatrixPattern:
+        """Find the matrices of segments and pairs, and return the places of the entries."""
+        simulation = self._simulation
+        model, state = simulation.model, simulation.state
+        if not forces_are_found:
+            simulation.captured("balance", simulation.balance_launches).launch()
+
+        def launches() -> list[Any]:
+            launcher, given = model.prepare, self._pairs()
+            legs = leg_hessian_launch(model, self._exact, state.points, self._leg_hessian, launcher)
+            return [legs, *(launch for own in given for launch in own.launches),
+                    *self._touching.launches(given, launcher)]  # fmt: skip
+
+        simulation.captured("stiffnesses", launches, of=self._touching.segments).launch()
         while (lists := self._touching.on_host()) is None:
-            CapturedLaunches(self._touching.launches(given, launcher), model.device).launch()
+            simulation.captured("stiffnesses", launches, of=self._touching.segments).launch()
         if self._pattern is None or not self._pattern.lists.is_like(lists):
             self._pattern = MatrixPattern(model, self._sums.relaxes, self._touching, lists)
-        return given, self._pattern
+        return self._pattern
 
     def _of_strains(self) -> FloatArray:
         """The blocks of the strains of each cell, shape (C, 3, 3)."""

@@ -23,7 +23,6 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
@@ -180,8 +179,8 @@ class LoadedCells:
         term = simulation.terms[0]
         assert simulation.strain is not None and isinstance(term, FrictionTerm)
         simulation.strain.set_loads(loads)
-        term.weaken(friction)
-        simulation.discard_launches()
+        if term.weaken(friction):
+            simulation.discard_launches()
         if stretch != (1.0, 1.0):
             self._draw(simulation.strain, stretch)
 
@@ -241,8 +240,9 @@ class LoadedCells:
         model, state, strain = simulation.model, simulation.state, simulation.strain
         assert strain is not None
         place_contact_samples(model, state, model.launch)
-        find = [*simulation.balance_launches(), *strain.sum_launches(state, model.prepare)]
-        CapturedLaunches(find, model.device).launch()
+        simulation.captured(
+            "border forces", lambda: [*simulation.balance_launches(), *strain.sum_launches(state, model.prepare)]
+        ).launch()
         periods = strain.periods.numpy().astype(np.float64).reshape(-1, 2, 3) * model.units[:, None, None]
         sizes = np.einsum("ckd,ckd->ck", periods, strain.host_frame)
         return -strain.totals.numpy()[:, :2] / sizes

@@ -133,12 +133,16 @@ class Newton:
 
     def _find_forces(self, cells: NDArray[np.bool_]) -> None:
         """Find the forces on the control points and the strains of some cells."""
-        simulation = self.simulation
-        launches = simulation.balance_launches()
-        if simulation.strain is not None:
-            launches += simulation.strain.force_launches(simulation.state, simulation.candidates, self.model.prepare)
+        simulation, strain = self.simulation, self.simulation.strain
+
+        def launches() -> list[Any]:
+            further = [] if strain is None else strain.force_launches(
+                simulation.state, simulation.candidates, self.model.prepare
+            )  # fmt: skip
+            return simulation.balance_launches() + further
+
         with only_in(self.model, cells):
-            CapturedLaunches(launches, self.model.device).launch()
+            simulation.captured("forces", launches).launch()
 
     def _steps(
         self, systems: NewtonSystems, cells: NDArray[np.bool_], exact: NewtonSystems, saddles: NDArray[np.bool_]

@@ -9,7 +9,7 @@ is accepted. Captured launches name arrays. Whoever replaces an array that they 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -137,6 +137,14 @@ class YarnSimulation:
         """Forget all captured launches: an array that they name was replaced."""
         self._iterations: CapturedLaunches | None = None
         self._assessor: Assessor | None = None
+        self._captured: dict[str, tuple[object, CapturedLaunches]] = {}
+
+    def captured(self, name: str, launches: Callable[[], list[Any]], of: object = None) -> CapturedLaunches:
+        """Launches that are captured once under a name, and again where they are those of another object."""
+        own = self._captured.get(name)
+        if own is None or own[0] is not of:
+            own = self._captured[name] = of, CapturedLaunches(launches(), self.model.device)
+        return own[1]
 
     @property
     def iterations(self) -> CapturedLaunches:
@@ -194,9 +202,8 @@ class YarnSimulation:
     def renew_terms(self) -> None:
         """Renew the lagged quantities of terms; the candidate lists are up to date."""
         for term in self.terms:
-            if term.lags:
-                term.renew(self.state, self.candidates)
-        self.discard_launches()
+            if term.lags and term.renew(self.state, self.candidates):
+                self.discard_launches()
 
     @property
     def assessor(self) -> Assessor:

@@ -237,19 +237,20 @@ class _Collision(Term):
         """Zero: the stiffness comes with ``forces``."""
         return np.zeros(self.model.point_count)
 
-    def renew(self, state: State, candidates: Candidates) -> None:
-        """Check that no sample is too deep in a closed body to be found.
+    def renew(self, state: State, candidates: Candidates) -> bool:
+        """Check that no sample is too deep in a closed body to be found; no array is replaced.
 
         Raises:
             SolverError: a sample is too deep; it names the yarn and the stitch face.
         """
         if not self.closed:
-            return
+            return False
         gap = self.model.empty(self.model.sample_count)
         inputs = [self.surface.constants, self.thickness, self.model.number(1e30), state.samples]
         self.model.launch(body_gaps, self.model.sample_count, inputs, [gap])
         if minimum(gap) < -DEPTH:
             raise SolverError(self._too_deep(gap.numpy()))
+        return False
 
     def _too_deep(self, gap: NDArray[Any]) -> str:
         model = self.model

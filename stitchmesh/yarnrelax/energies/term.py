@@ -96,8 +96,13 @@ class Term(ABC):
         """
         raise ParameterError(f"derivatives at rest: got the term {self.name}, which has none; leave it out")
 
-    def renew(self, state: State, candidates: Candidates) -> None:  # noqa: B027 - most terms have no lagged quantities
-        """Update lagged quantities; called at the beginning of a load step, outside of captured launches."""
+    def renew(self, state: State, candidates: Candidates) -> bool:
+        """Update lagged quantities; called at the beginning of a load step, outside of captured launches.
+
+        Returns:
+            Whether arrays were replaced, so that captured launches are stale.
+        """
+        return False
 
     def arrays(self) -> dict[str, wp.array[Any]]:
         """Arrays that persist between iterations and that the first ``renew`` does not compute, by name."""

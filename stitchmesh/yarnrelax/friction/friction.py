@@ -223,11 +223,16 @@ class FrictionTerm(Term):
         self.contacts = first_contacts(model)
         self._stiffness = empty_lists(model, self.contacts, 6)
 
-    def weaken(self, share: float) -> None:
-        """Set the coefficients to a share of those that were chosen; captured launches must be discarded."""
-        self.law = vector(4, self.model.scalar)(
+    def weaken(self, share: float) -> bool:
+        """Set the coefficients to a share of those that were chosen.
+
+        Returns:
+            Whether this changes them, so that captured launches are stale.
+        """
+        before, self.law = self.law, vector(4, self.model.scalar)(
             max(self.friction.coefficients) * share, self.law[1], self.law[2], self.law[3]
         )
+        return bool(self.law != before)
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
         """The launch that adds the friction to ``state.sample_force``, and its virial where a cell relaxes."""
@@ -267,9 +272,17 @@ class FrictionTerm(Term):
         """Zero: the stiffness comes with ``forces``."""
         return np.zeros(self.model.point_count)
 
-    def renew(self, state: State, candidates: Candidates) -> None:
-        """Find normal forces for the current samples and move anchors; arrays are replaced."""
-        self.contacts = renewed_contacts(self.model, self.law, state, candidates, self.contacts)
+    def renew(self, state: State, candidates: Candidates) -> bool:
+        """Find normal forces for the current samples and move anchors; arrays without room for the pairs are replaced.
+
+        Returns:
+            Whether they were.
+        """
+        found = renewed_contacts(self.model, self.law, state, candidates, self.contacts)
+        if found.put_into(self.contacts):
+            return False
+        self.contacts = found
+        return True
 
     def arrays(self) -> dict[str, wp.array[Any]]:
         """The contacts of the load step."""

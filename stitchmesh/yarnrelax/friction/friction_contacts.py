@@ -20,7 +20,7 @@ the displacement of a new pair contains the change of the periods.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import warp as wp
@@ -33,6 +33,9 @@ from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import entry_shift, images_struct, images_with, sample_number
 from stitchmesh.yarnrelax.model.spline import place_samples, segment_corners, weight_row
 from stitchmesh.yarnrelax.model.state import State
+
+ROOM = 2
+"""Pairs for which new lists have more room than they need, so that the lists of the next load steps find room."""
 
 
 @kernel
@@ -157,6 +160,15 @@ class Contacts:
     press: wp.array[Any]
     """N n, the force with which it is pressed [erg / unit], shape (P, capacity, 3)."""
 
+    def put_into(self, other: Contacts) -> bool:
+        """Copy these into the arrays of others where they fit; return whether they do."""
+        if self.table is not other.table or self.entry.shape != other.entry.shape:
+            return False
+        for part in fields(self):
+            if part.name != "table":
+                wp.copy(getattr(other, part.name), getattr(self, part.name))
+        return True
+
 
 def first_contacts(model: Model) -> Contacts:
     """No contacts; samples of the given yarns."""
@@ -171,7 +183,8 @@ def renewed_contacts(model: Model, law: Any, state: State, candidates: Candidate
     model.launch(find_tangents, model.segment_count, [model.constants, state.points], [tangent])
     touching = [state.samples, tangent, candidates.count, candidates.lists]
     model.launch(count_contacts, model.sample_count, [model.constants, *touching], [count])
-    new = _no_contacts(model, wp.clone(state.samples), max(int(maximum(count)), 1))
+    most, capacity = int(maximum(count)), old.entry.shape[1]
+    new = _no_contacts(model, wp.clone(state.samples), capacity if most <= capacity else most + ROOM)
     inputs = [model.constants, law, own_images(model, old), _images(model, periods=old.periods), *touching, old.place,
               old.count, old.entry, old.anchor]  # fmt: skip
     model.launch(list_contacts, model.sample_count, inputs, [new.entry, new.anchor, new.press])
