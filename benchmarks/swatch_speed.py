@@ -120,7 +120,7 @@ def advance(loop: RelaxationLoop, rounds: int) -> None:
     simulation, every = loop.simulation, np.ones(loop.simulation.model.cell_count, dtype=bool)
     for _ in range(rounds):
         loop.iterate(ASSESSMENT_INTERVAL)
-        simulation.assess()
+        simulation.assess_cells()
         loop.accept(every)
     wp.synchronize_device(simulation.model.device)
 

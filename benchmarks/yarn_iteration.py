@@ -83,7 +83,7 @@ def measure(points: int, quality: Quality, device: wp.Device, settle: int) -> No
     simulation = YarnSimulation.start(yarns, material, quality, device)
     loop = RelaxationLoop(simulation, tolerance=0.0)
     loop.iterate(settle)
-    residual = simulation.assess().residual
+    residual = simulation.assess_cells()[0].residual
     relaxed_points = wp.clone(simulation.state.points)
     n = simulation.model.point_count
     touching = float(simulation.candidates.count.numpy().sum()) / 2

@@ -25,7 +25,7 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import FloatArray
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.assessment import Assessment, Assessments
+from stitchmesh.yarnrelax.assessment import Assessments
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import WIDEST_MARGIN, make_candidates
 from stitchmesh.yarnrelax.collision.step_limit import smallest_distances
@@ -151,14 +151,12 @@ class YarnSimulation:
         """The captured launches of ``graph_iterations`` iterations."""
         if self._iterations is None:
             model, launcher = self.model, self.model.prepare
-            fused = self.solver.fused_launch(self.inputs, self.point_stiffness, launcher)
-            if fused is not None:
+            if (fused := self.solver.fused_launch(self.inputs, self.point_stiffness, launcher)) is not None:
                 self.graph_iterations = int(ASSESSMENT_INTERVAL)
                 self._iterations = CapturedLaunches([fused], model.device)
             else:
-                self.graph_iterations = GRAPH_ITERATIONS["cuda" if model.device.is_cuda else "cpu"]
-                launches = self.iteration_launches()
-                self._iterations = CapturedLaunches(launches, model.device, times=self.graph_iterations)
+                times = self.graph_iterations = GRAPH_ITERATIONS["cuda" if model.device.is_cuda else "cpu"]
+                self._iterations = CapturedLaunches(self.iteration_launches(), model.device, times=times)
         return self._iterations
 
     def iteration_launches(self) -> list[Any]:
@@ -214,10 +212,6 @@ class YarnSimulation:
                 rounding=self.rounding, strain=self.strain,
             )  # fmt: skip
         return self._assessor
-
-    def assess(self) -> Assessment:
-        """Residual and energies of the first cell, or of the only piece, in the current state."""
-        return self.assess_cells()[0]
 
     def assess_cells(self, cells: NDArray[np.bool_] | None = None) -> Assessments:
         """Residual and energies of each cell; the effect of rounding is measured in ``cells``, by default in all."""

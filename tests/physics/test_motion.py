@@ -129,7 +129,7 @@ def test_damped_yarns_never_gain_energy() -> None:
     solver.set_step_scale(np.array([0.1]))
     energies = []
     for _ in range(100):
-        energies.append(simulation.assess().energy + solver.kinetic_energy())
+        energies.append(simulation.assess_cells()[0].energy + solver.kinetic_energy())
         iterate(simulation, 10)
     assert (np.diff(energies) < 0.0).all()
     assert energies[-1] < 0.2 * energies[0]
@@ -142,7 +142,7 @@ def test_energy_is_conserved_without_damping() -> None:
     solver.set_step_scale(np.array([0.1]))
     energies = []
     for _ in range(60):
-        energies.append(simulation.assess().energy + solver.kinetic_energy())
+        energies.append(simulation.assess_cells()[0].energy + solver.kinetic_energy())
         iterate(simulation, 20)
     # The energy of semi-implicit Euler oscillates about the true energy by the fraction w dt / 2, at most 0.08 here,
     # and does not drift.

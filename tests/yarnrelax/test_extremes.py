@@ -84,7 +84,8 @@ def test_the_yarns_of_a_fabric_compressed_to_half_its_width_separate() -> None:
 
 
 def assessed(yarns: YarnSet, precision: str) -> Assessment:
-    return YarnSimulation.start(yarns, STITCHMESH, replace(DRAFT, precision=precision), device_named("cpu")).assess()
+    quality = replace(DRAFT, precision=precision)
+    return YarnSimulation.start(yarns, STITCHMESH, quality, device_named("cpu")).assess_cells()[0]
 
 
 @pytest.mark.parametrize("count", [10, 20_000])

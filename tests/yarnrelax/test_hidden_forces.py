@@ -34,7 +34,7 @@ def material(**stiffness: float) -> YarnMaterial:
 
 def assessed(yarns: YarnSet, precision: str = "float32", **stiffness: float) -> Assessment:
     quality = replace(DRAFT, precision=precision)
-    return YarnSimulation.start(yarns, material(**stiffness), quality, device_named("cpu")).assess()
+    return YarnSimulation.start(yarns, material(**stiffness), quality, device_named("cpu")).assess_cells()[0]
 
 
 def relaxed(yarns: YarnSet, **stiffness: float) -> Relaxation:

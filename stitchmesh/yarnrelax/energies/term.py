@@ -97,11 +97,7 @@ class Term(ABC):
         raise ParameterError(f"derivatives at rest: got the term {self.name}, which has none; leave it out")
 
     def renew(self, state: State, candidates: Candidates) -> bool:
-        """Update lagged quantities; called at the beginning of a load step, outside of captured launches.
-
-        Returns:
-            Whether arrays were replaced, so that captured launches are stale.
-        """
+        """Update lagged quantities when a load step begins; return whether arrays of launches were replaced."""
         return False
 
     def arrays(self) -> dict[str, wp.array[Any]]:

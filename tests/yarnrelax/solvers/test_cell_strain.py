@@ -44,7 +44,7 @@ def strain_forces(yarns: YarnSet) -> np.ndarray:
     """Forces of all energies on the strains [erg]."""
     simulation = YarnSimulation.start(yarns, KALDOR, EXACT, device_named("cpu"), cell=RelaxCell())
     assert simulation.strain is not None
-    simulation.assess()
+    simulation.assess_cells()
     return np.asarray(simulation.strain.net.numpy()[0])
 
 

@@ -161,7 +161,7 @@ def test_row_sums_bound_the_highest_frequency() -> None:
     most = 0.0
     for _ in range(20):
         iterate(simulation, 100)
-        most = max(most, simulation.assess().energy + solver.kinetic_energy())
+        most = max(most, simulation.assess_cells()[0].energy + solver.kinetic_energy())
     # The integrator conserves a modified energy; the energy is at most 1 / (1 - (w dt / 2)^2) = 1 / (1 - 0.8^2) times
     # as large.
     assert most < 3.0 * start
@@ -266,14 +266,14 @@ def test_both_solvers_reach_the_same_state_of_rest() -> None:
         for solver in ("dynamics", "quasistatic")
     )  # fmt: skip
     iterate(moving, 1600)
-    end = moving.assess()
+    end = moving.assess_cells()[0]
     assert end.residual < 1e-3
     assert isinstance(moving.solver, Dynamics)
     assert moving.solver.kinetic_energy() < 1e-5 * end.energy
     still.state.points.assign(moving.state.points)
     still.search_contacts()
     iterate(still, 400)
-    best = still.assess()
+    best = still.assess_cells()[0]
     assert best.residual < 1e-5
     # Relative forces of 1e-3 are left. The error in energy is of second order in them; the error in the positions of
     # soft stitches is of first order.
