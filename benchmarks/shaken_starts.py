@@ -5,7 +5,7 @@
     python benchmarks/shaken_starts.py out/shaken.jsonl --patterns rib1x1 moss --loops 16.67 20
     python benchmarks/shaken_starts.py out/shaken.jsonl --processes 16 --seconds 400
 
-Each knit of the library is relaxed in a free cell with ``draft``, at each loop length, from the prepared yarns and from
+Each knit of the library comes off the needles with ``draft``, at each loop length, from the prepared yarns and from
 ``--starts`` copies of them whose control points have noise of ``NOISE`` radii. The spread of a case is the largest
 relative difference of its periods. Repeats above ``SMALL_CELL`` stitches, which come to rest from one start, are
 marked with a star. A table of the cases whose spread is more than ``draft`` promises ends the output.
@@ -20,7 +20,7 @@ import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -30,7 +30,8 @@ from stitchmesh.periodic.relaxation import lowest_rest
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.relaxation.lowest_rest import STARTS
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
-from stitchmesh.periodic.relaxation.way_to_rest import relax_along
+from stitchmesh.periodic.swatch import relax_prepared
+from stitchmesh.periodic.swatch_options import KnitState
 
 LOOPS = (14.0, 16.67, 20.0, 24.0)
 """Loop lengths in yarn diameters."""
@@ -54,6 +55,7 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--seconds", type=float, default=1e9, help="seconds after which no further case begins")
     parser.add_argument("--quality", default="draft")
+    parser.add_argument("--relaxation", choices=get_args(KnitState), help="by default as knits come off the needles")
     given = parser.parse_args()
     given.out.parent.mkdir(parents=True, exist_ok=True)
     until = time.time() + given.seconds
@@ -77,9 +79,9 @@ def measure(pattern: str, loop: float, given: argparse.Namespace, until: float) 
     case: dict[str, Any] = {"pattern": pattern, "loop": loop}
     try:
         prepared = prepare_swatch(
-            pattern, material=None, quality=given.quality, device="cpu", relax_cell=True, relaxation="frictionless",
-            loop_length=2 * loop * RADIUS
-        )
+            pattern, material=None, quality=given.quality, device="cpu", relax_cell=True, relaxation=given.relaxation,
+            loop_length=2 * loop * RADIUS,
+        )  # fmt: skip
         assert prepared.fabric is not None
         case |= {"stitches": prepared.fabric.face_count // prepared.smallest.copies, "small": prepared.has_states}
         if given.small and not prepared.has_states:
@@ -93,11 +95,10 @@ def way(prepared: PreparedSwatch, number: int) -> dict[str, Any]:
     """Relax the prepared yarns, with noise unless the number is 0."""
     random, began = np.random.default_rng(number), time.perf_counter()
     noise = NOISE * RADIUS * random.normal(size=prepared.yarns.points.shape) if number else 0.0
-    relaxed = relax_along(prepared, replace(prepared.yarns, points=prepared.yarns.points + noise), False)
-    assert relaxed.yarns.lattice is not None
+    made = relax_prepared(prepared, replace(prepared.yarns, points=prepared.yarns.points + noise), False)
     return {
-        "size": size_of(relaxed.yarns.lattice), "energy": relaxed.report["energy"],
-        "converged": relaxed.report["converged"], "seconds": time.perf_counter() - began,
+        "size": size_of(made.lattice), "energy": made.report["energy"], "converged": made.report["converged"],
+        "shape": made.report["shape"], "seconds": time.perf_counter() - began,
     }  # fmt: skip
 
 

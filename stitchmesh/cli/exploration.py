@@ -37,7 +37,7 @@ def write_exploration(folder: Path, found: Exploration, head: dict[str, Any], *,
 
     for number, rest in enumerate(found.rests, 1):
         write_yarns(folder / f"rest-{number}.h5", rest.swatch.yarns)
-    counts = {"starts": found.starts, "not_at_rest": found.not_at_rest}
+    counts = {"starts": found.starts, "not_at_rest": found.not_at_rest, "spread": found.spread}
     write_json(folder / "rests.json", head | counts | {"rests": found.table()})
     return draw and bool(found.rests) and draw_if_possible(lambda: draw_rests(found, folder / "rests.png"))
 
@@ -55,4 +55,8 @@ def exploration_lines(found: Exploration, folder: Path, *, drawn: bool) -> list[
     resting = f"Found {states} of rest from {found.starts} starts"
     missing = f"; {found.not_at_rest} did not come to rest (raise --max-iterations)" if found.not_at_rest else ""
     picture = f"Open {folder / 'rests.png'}" if drawn else "No picture was drawn"
+    width, height = (100.0 * part for part in found.spread)
+    spread = f"The starts differ by {width:.2g} % in width and {height:.2g} % in height."
+    if lines:
+        lines.append(spread)
     return [*lines, f"{resting}{missing}.", f"{picture}; {folder / 'rests.json'} holds all numbers."]

@@ -268,7 +268,8 @@ def test_explore_writes_and_prints_the_states_of_rest(tmp_path, capsys):
     yarns = {f"rest-{number}.h5" for number in range(1, states + 1)}
     assert visible(tmp_path) == {"rests.json", "rests.png", *yarns}
     printed = capsys.readouterr().out.splitlines()
-    assert len(printed) == states + 3 and printed[-2].startswith(f"Found {states} state")
+    assert printed[-3].startswith("The starts differ by ") and len(report["spread"]) == 2
+    assert len(printed) == states + 4 and printed[-2].startswith(f"Found {states} state")
     width = size_of(read_yarns(tmp_path / "rest-1.h5").lattice)[0]
     assert width == pytest.approx(report["rests"][0]["wale_spacing"], rel=1e-6)
 
@@ -286,7 +287,7 @@ def test_a_blocked_repeat_is_larger_and_an_unsupported_one_thicker(tmp_path):
     ("words", "message"),
     [
         (["--explore", "0"], "explore: got 0 starts"), (["--blocked", "0"], "expected a positive tension"),
-        (["--blocked", "1e7"], "it tears at"), (["--explore", "2", "--relaxation", "dry"], "explore: got friction"),
+        (["--blocked", "1e7"], "it tears at"), (["--explore", "2", "--friction", "0.3"], "friction: got 0.3 for"),
     ],
 )  # fmt: skip
 def test_impossible_explorations_and_tensions_are_refused(capsys, tmp_path, words, message):

@@ -100,7 +100,8 @@ class Swatch:
     blocked: Annotated[float | None, help_entry("TENSION", "not blocked")] = None
     """pin the repeat out along courses and wales with this tension [dyn/cm]; its size then relaxes too"""
     explore: Annotated[int | None, help_entry("N", "one relaxation")] = None
-    """relax the free repeat from N perturbed starts too, and list and draw its distinct states of rest instead"""
+    """relax the free repeat, without friction unless --relaxation says otherwise, from N perturbed starts too, and list
+    and draw its distinct states of rest instead"""
     period: Annotated[Period, arg(help_behavior_hint="(default: as generated)")] = SwatchOptions.period
     """width and height of the repeat [cm]; each is a number or the word free"""
     quality: ChosenQuality = None
@@ -197,8 +198,6 @@ class Swatch:
         assert self.output is not None and self.explore is not None
         effective = replace(self, tile=Swatch.tile, texture=None)
         self._refuse_others(effective, "--explore", "it writes and draws each state")
-        if self.relaxation in LET_GO or self.friction is not None:
-            raise ParameterError("explore: got friction beside it, with which states depend on a path; leave one out")
         if self.budget.budget() is not None:
             raise ParameterError("explore: got --within or --error beside it; each start runs to rest; leave one out")
         quality, starts = self._quality, self.explore
@@ -207,12 +206,14 @@ class Swatch:
             found = explore(
                 source, starts, material=self.material.yarn_material(options.yarn_radius, options.mass_per_length),
                 quality=quality, device=self.device, progress=False,
+                relaxation=self.relaxation or "frictionless", friction=self.friction,
                 on_start=lambda start: progress("yarnrelax", start / (starts + 1), f"start {start} of {starts}"),
                 **given,
             )  # fmt: skip
             head = {"pattern": self.pattern, "name": source.name, "quality": self._name, "version": __version__}
             drawn = write_exploration(folder, found, head | {"options": asdict(options)}, draw=not self.no_picture)
-        report = head | {"starts": found.starts, "not_at_rest": found.not_at_rest, "rests": found.table()}
+        report = head | {"starts": found.starts, "not_at_rest": found.not_at_rest, "spread": found.spread}
+        report |= {"rests": found.table()}
         print_result(report, exploration_lines(found, folder, drawn=drawn), as_json=self.json)
 
     def _refuse_others(self, effective: Swatch, beside: str, reason: str) -> None:

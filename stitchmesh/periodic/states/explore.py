@@ -19,6 +19,7 @@ from stitchmesh.periodic.relaxation.lowest_rest import perturbed_start
 from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.periodic.states.rest_states import Rest, distinct_rests
 from stitchmesh.periodic.swatch import Swatch, relax_prepared
+from stitchmesh.periodic.swatch_options import KnitState
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.yarnrelax import YarnMaterial
@@ -41,6 +42,16 @@ class Exploration:
         """Return one line: the number of states, and of starts."""
         return f"Exploration({len(self.rests)} states of rest from {self.starts} starts)"
 
+    @property
+    def spread(self) -> tuple[float, float]:
+        """Differences of the largest and the smallest width and height of the states over their means."""
+        sizes = np.array([rest.sizes for rest in self.rests]).reshape(-1, 2, 2)
+        if not len(sizes):
+            return 0.0, 0.0
+        least, most = sizes[:, 0].min(axis=0), sizes[:, 1].max(axis=0)
+        width, height = (2.0 * (most - least) / (most + least)).tolist()
+        return width, height
+
     def table(self) -> list[dict[str, Any]]:
         """Return the figures of each state (``Rest.row``)."""
         return [rest.row() for rest in self.rests]
@@ -54,14 +65,17 @@ def explore(
     material: YarnMaterial | None = None,
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
+    relaxation: KnitState = "frictionless",
+    friction: float | None = None,
     progress: Callable[[HistoryEntry], None] | Literal[False] | None = None,
     on_start: Callable[[int], None] | None = None,
     **options: Any,
 ) -> Exploration:
-    """List the distinct states of rest of a free swatch without friction: its own, and those of perturbed starts.
+    """List the distinct states of rest of a free swatch: that of ``swatch``, and those that perturbed starts reach.
 
-    From perturbed starts the whole repeat relaxes, so that stitches which are alike in the pattern may lie differently;
-    the cell may also lean, between planes unless ``unsupported``. Equal seeds give equal starts.
+    From perturbed starts the whole repeat relaxes, so that stitches which are alike in the pattern may lie differently.
+    Without friction the cell may also lean, between planes unless ``unsupported``. With friction all starts take the
+    same path off the needles. Equal seeds give equal starts.
 
     Args:
         pattern: as for ``swatch``.
@@ -70,6 +84,8 @@ def explore(
         material: as for ``swatch``.
         quality: as for ``swatch``.
         device: as for ``swatch``.
+        relaxation: as for ``swatch``, but that it is without friction where not given.
+        friction: as for ``swatch``.
         progress: as for ``swatch``, for each relaxation.
         on_start: called with the number of each start, 0 for that of ``swatch``.
         options: fields of ``SwatchOptions``.
@@ -82,7 +98,7 @@ def explore(
     if starts < 1:
         raise ParameterError(f"explore: got {starts} starts; expected at least 1")
     given: dict[str, Any] = {"material": material, "quality": quality, "device": device}
-    given |= {"relax_cell": True, "relaxation": "frictionless"} | options
+    given |= {"relax_cell": True, "relaxation": relaxation, "friction": friction} | options
     usual, prepared = prepare_swatch(pattern, **given), prepare_swatch(pattern, smallest=False, **given)
     assert prepared.cell is not None
     prepared = replace(prepared, cell=replace(prepared.cell, shear=True))

@@ -13,7 +13,7 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
-from stitchmesh.periodic.relaxation.continuation import stretch_cell
+from stitchmesh.periodic.relaxation.continuation import size_of, stretch_cell
 from stitchmesh.periodic.states.explore import explore
 from stitchmesh.periodic.states.rest_states import SAME, distance, distinct_rests
 from stitchmesh.periodic.swatch import Swatch, swatch
@@ -91,6 +91,19 @@ def test_stockinette_has_one_state_of_rest() -> None:
     assert (len(found.rests), found.starts, found.not_at_rest) == (1, 5, 0)
     (row,) = found.table()
     assert (row["shape"], row["posture"], row["count"], row["usual"]) == ("flat", "upright", 5, True)
+
+
+def test_dry_starts_take_one_path_and_their_sizes_have_a_spread() -> None:
+    """Noise moves knits that friction holds too; the spread is that of all starts, not of the states alone."""
+    found = explore("stockinette", 2, relaxation="dry", **DRAFT)
+    assert (len(found.rests), found.not_at_rest) == (1, 0)
+    (rest,) = found.rests
+    assert rest.swatch.report["relaxation"] == "dry" and rest.usual and rest.count == 3
+    sizes = np.array(size_of(rest.swatch.lattice))
+    assert (rest.sizes[0] <= sizes).all() and (sizes <= rest.sizes[1]).all()
+    relative = np.ptp(rest.sizes, axis=0) / rest.sizes.mean(axis=0)
+    assert (relative > 0.0).all()
+    assert found.spread == pytest.approx(tuple(relative)) and max(found.spread) < SAME
 
 
 def test_equal_seeds_find_equal_states_and_a_plain_swatch_is_among_the_starts(caplog: pytest.LogCaptureFixture) -> None:
