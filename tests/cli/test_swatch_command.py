@@ -320,7 +320,7 @@ def test_a_knit_off_the_needles_writes_its_path(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--friction", "0.3"], "friction: got 0.3 without a relaxation; add one of dry, wet and full"),
+        (["--friction", "0.3"], "friction: got 0.3 for a swatch that relaxes without it; add a relaxation"),
         (["--relaxation", "dry", "--friction", "-1"], "friction: got coefficients (-1.0, -1.0)"),
         (["--relaxation", "dry", "--friction", "9"], "friction: got coefficients (9.0, 9.0); expected numbers from 0"),
         (["--relaxation", "dry", "--period", "1", "free"], "relaxation: got a period or blocking beside it"),

@@ -101,7 +101,8 @@ def explore(
     given |= {"relax_cell": True, "relaxation": relaxation, "friction": friction} | options
     usual, prepared = prepare_swatch(pattern, **given), prepare_swatch(pattern, smallest=False, **given)
     assert prepared.cell is not None
-    prepared = replace(prepared, cell=replace(prepared.cell, shear=True))
+    if prepared.release is None:
+        prepared = replace(prepared, cell=replace(prepared.cell, shear=True))
     check_kept_states("explore", starts, prepared.yarns)
     made, own, last_error = [], None, None
     for number, random in enumerate([None, *(np.random.default_rng([seed, k]) for k in range(starts))]):
