@@ -10,7 +10,6 @@ touch. The signs of the pivots of each cell count its negative eigenvalues.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -28,7 +27,6 @@ from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.hessian.cell_matrices import CellFactors, CellMatrices, Owners
 from stitchmesh.yarnrelax.hessian.factored_matrix import NO_FACTORS
-from stitchmesh.yarnrelax.hessian.negative_eigenvectors import negative_eigenvectors
 
 LANES = 32
 """Threads that share a row of a product; rows of strains have as many entries as their cell has coordinates."""
@@ -232,7 +230,7 @@ class FactorsOnGpu(CellFactors):
         Raises:
             SolverError: a pivot is zero or not finite.
         """
-        self._matrices, self._shift = matrices, shift
+        self._matrices, self._shift, self.owners = matrices, shift, matrices.owners
         self._mark = object()  # not itself: as a cycle it would keep its memory until garbage is collected
         self._factor()
         pivots = matrices.pattern.pivots.read()
@@ -255,18 +253,3 @@ class FactorsOnGpu(CellFactors):
         pattern.factors.right.assign(np.where(chosen, right, 0.0))
         pattern.factors.solve()
         return np.asarray(np.where(chosen, pattern.solution.read(), 0.0))
-
-    def negative_eigenvectors(self, cells: Sequence[int]) -> Mapping[int, FloatArray]:
-        """Return orthonormal eigenvectors of the negative eigenvalues of some cells."""
-        return {cell: self._negative_eigenvectors(cell) for cell in cells}
-
-    def _negative_eigenvectors(self, cell: int) -> FloatArray:
-        owners = self._matrices.owners
-        own, right, chosen = owners.coordinates[cell], np.zeros(len(owners.cell)), np.zeros(owners.cell_count, bool)
-        chosen[cell] = True
-
-        def solve(of_cell: FloatArray) -> FloatArray:
-            right[own] = of_cell
-            return self.solve(right, chosen)[own]
-
-        return negative_eigenvectors(solve, len(own), int(self.negative_count[cell]))

@@ -93,8 +93,8 @@ def test_factors_count_and_solve_for_each_cell(place: Place) -> None:
     assert (found[OWNERS.cell < 0] == 0.0).all()
 
 
-def test_the_eigenvectors_of_each_cell_are_found(place: Place) -> None:
-    for cell, found in place(OWNERS, matrix()).factored(SHIFT).negative_eigenvectors([0, 2]).items():
+def test_the_negative_directions_of_each_cell_are_found(place: Place) -> None:
+    for cell, found in place(OWNERS, matrix()).factored(SHIFT).negative_directions([0, 2]).items():
         values, vectors = np.linalg.eigh(part(cell))
         expected = vectors[:, values < 0.0]
         # Vectors of near eigenvalues may be turned against each other: the projections are compared.
