@@ -167,6 +167,8 @@ class SymmetricFactors:
         """The entries of the upper triangle, shape (m,)."""
         self.right, self.solution, self.pivots = (wp.zeros(count, dtype=wp.float64, device=device) for _ in range(3))
         """A right-hand side, its solution, and the diagonal of D in the order of the rows, shape (n,)."""
+        self.holder: object = None
+        """A mark of those whose factors are in memory, set by those who use it one after the other."""
         self._library, self._device, self._is_analysed = _loaded(), device, False
         self._pattern = row_start, columns  # cuDSS keeps their addresses
         self._settings, self._data, *self._matrices = (ctypes.c_void_p() for _ in range(5))

@@ -92,13 +92,19 @@ def _pairs_within(lattice: Lattice | None, points: FloatArray, within: float) ->
         return pairs, np.zeros_like(pairs), np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
     yarn_of_first = lattice.image_of(points)
     inside = points - lattice.shift(yarn_of_first)
-    tree, found = cKDTree(inside), []
+    tree, low, high, found = cKDTree(inside), inside.min(axis=0) - within, inside.max(axis=0) + within, []
     for image in lattice.near_images(inside, within):
-        if tuple(image) >= (0, 0):  # the opposite image holds the same pairs
-            moved = cKDTree(inside + lattice.shift(image))
-            near = tree.sparse_distance_matrix(moved, within, output_type="ndarray")
-            near = near[near["i"] < near["j"]] if not image.any() else near
-            pairs = np.stack([near["i"], near["j"]], axis=1)
-            found.append((pairs, image + yarn_of_first[pairs[:, 0]] - yarn_of_first[pairs[:, 1]], near["v"]))
+        if tuple(image) < (0, 0):  # the opposite image holds the same pairs
+            continue
+        shift = lattice.shift(image)
+        if image.any():
+            moved = inside + shift
+            beside = np.flatnonzero(((moved >= low) & (moved <= high)).all(axis=1))
+            near = tree.sparse_distance_matrix(cKDTree(moved[beside]), within, output_type="ndarray")
+            pairs = np.stack([near["i"], beside[near["j"]]], axis=1)
+        else:
+            pairs = tree.query_pairs(within, output_type="ndarray")
+        distance = np.linalg.norm(inside[pairs[:, 0]] - inside[pairs[:, 1]] - shift, axis=1)
+        found.append((pairs, image + yarn_of_first[pairs[:, 0]] - yarn_of_first[pairs[:, 1]], distance))
     pairs, images, distances = (np.concatenate(column) for column in zip(*found, strict=True))
     return pairs, images, distances

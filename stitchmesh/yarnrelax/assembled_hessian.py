@@ -23,9 +23,9 @@ the strains. Their forces are internal ones.
 The order of the coordinates is that of the solver: those of the control points, and then the strains of each cell times
 ``STRAIN_UNIT``. Coordinates that are held have their rows and columns too.
 
-The work has three steps. The kernels of forces, of matrices and of the lists of segments that touch run first. If other
-segments touch than the last time, the places of all entries are found (``matrix_pattern``). The entries are summed last
-(``segment_sums``, ``matrix_entries``).
+The work has three steps. The kernels of forces, of matrices and of the lists of segments that touch run first. If
+segments touch that have no places yet, the places of all entries are found (``touching_segments``, ``matrix_pattern``).
+The entries are summed last (``segment_sums``, ``matrix_entries``).
 """
 
 from __future__ import annotations
@@ -41,13 +41,12 @@ from scipy.sparse import csc_array
 from stitchmesh.compute.captured import ZeroArray
 from stitchmesh.compute.cudss import factors_on
 from stitchmesh.compute.precision import matrix
-from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.energies.pair_stiffness import PairStiffness
 from stitchmesh.yarnrelax.energies.term import Coupling
 from stitchmesh.yarnrelax.hessian.cell_matrices import CellMatrices, Owners
 from stitchmesh.yarnrelax.hessian.contact_hessian import TouchingPairs
 from stitchmesh.yarnrelax.hessian.matrices_on_host import MatricesOnHost
-from stitchmesh.yarnrelax.hessian.matrix_entries import add_at, entry_launches
+from stitchmesh.yarnrelax.hessian.matrix_entries import entry_launches
 from stitchmesh.yarnrelax.hessian.matrix_pattern import MatrixPattern
 from stitchmesh.yarnrelax.hessian.segment_hessian import leg_hessian_launch
 from stitchmesh.yarnrelax.hessian.segment_sums import SegmentSums
@@ -56,6 +55,9 @@ from stitchmesh.yarnrelax.hessian.touching_segments import TouchingSegments
 if TYPE_CHECKING:
     from stitchmesh.yarnrelax.hessian.matrices_on_gpu import PatternOnGpu
     from stitchmesh.yarnrelax.simulation import YarnSimulation
+
+LARGEST_GROUP = 32_768
+"""Coordinates of the largest group of several cells that is factored at once on a GPU."""
 
 
 def assembled_hessian(simulation: YarnSimulation) -> csc_array:
@@ -86,6 +88,7 @@ class HessianAssembly:
         self._pattern: MatrixPattern | None = None
         self._values = wp.empty(0, dtype=wp.float64, device=model.device)
         self._on_gpu: tuple[MatrixPattern, PatternOnGpu] | None = None
+        self._groups = _groups(3 * np.diff(model.point_start), 3 if self._sums.relaxes else 0)
 
     def matrix(
         self, exact: NDArray[np.float64] | None = None, *, forces_are_found: bool = False
@@ -103,7 +106,7 @@ class HessianAssembly:
         """
         entries, pattern = self._entries(exact, forces_are_found)
         size = len(pattern.column_start) - 1
-        found = csc_array((entries.numpy().copy(), pattern.rows, pattern.column_start), shape=(size, size))
+        found = csc_array((entries.numpy().copy(), pattern.host_rows, pattern.column_start), shape=(size, size))
         found.has_canonical_format = True
         return found
 
@@ -127,8 +130,9 @@ class HessianAssembly:
 
         entries, pattern = self._entries(exact, forces_are_found)
         if self._on_gpu is None or self._on_gpu[0] is not pattern:
-            self._on_gpu = None  # Its memory is free before more is taken.
-            self._on_gpu = pattern, PatternOnGpu(pattern.column_start, pattern.rows, device)
+            column_start = wp.array(pattern.column_start, dtype=wp.int32, device=device)
+            former = None if self._on_gpu is None else self._on_gpu[1]
+            self._on_gpu = pattern, PatternOnGpu(column_start, pattern.rows, self._groups, former)
         return MatricesOnGpu(self._on_gpu[1], wp.clone(entries), owners)
 
     def _entries(
@@ -139,31 +143,21 @@ class HessianAssembly:
         pattern = self._find(forces_are_found)
         simulation = self._simulation
         model, state = simulation.model, simulation.state
-        if len(self._values) != pattern.entry_count:
-            self._values = wp.empty(pattern.entry_count, dtype=wp.float64, device=model.device)
+        if len(self._values) != len(pattern.rows):
+            self._values = wp.empty(len(pattern.rows), dtype=wp.float64, device=model.device)
         entries = self._values
+        blocks = [own for term in simulation.terms if (own := term.point_blocks(state)) is not None]
 
         def launches() -> list[Any]:
             launcher, pairs = model.prepare, self._pairs()
             found = self._sums.launches(state.points, state.samples, self._leg_hessian, pairs, pattern, launcher)
             return [ZeroArray(entries), *found, *entry_launches(
-                model, state, self._exact, self._leg_hessian, self._touching, pattern, self._sums, entries, launcher
+                model, state, self._exact, self._leg_hessian, self._touching, pattern, self._sums, blocks, entries,
+                launcher,
             )]  # fmt: skip
 
         simulation.captured("Hessian", launches, of=pattern).launch()
-        for term in simulation.terms:
-            blocks = term.point_blocks(state)
-            if blocks is not None:
-                self._add(blocks, pattern.diagonal, entries)
-        if self._sums.relaxes:
-            self._add(self._of_strains(), pattern.corner, entries)
         return entries, pattern
-
-    def _add(self, values: FloatArray, places: NDArray[np.int64], entries: wp.array[Any]) -> None:
-        """Add values of the host to the entries at different places."""
-        model = self._simulation.model
-        given = wp.array(values.ravel(), dtype=wp.float64, device=model.device)
-        model.launch(add_at, values.size, [model.integers(places.ravel()), given], [entries])
 
     def _pairs(self) -> list[PairStiffness]:
         """The pairs in contact and those of terms."""
@@ -188,14 +182,24 @@ class HessianAssembly:
                     *self._touching.launches(given, launcher)]  # fmt: skip
 
         simulation.captured("stiffnesses", launches, of=self._touching.segments).launch()
-        while (lists := self._touching.on_host()) is None:
+        while self._touching.make_room():
             simulation.captured("stiffnesses", launches, of=self._touching.segments).launch()
-        if self._pattern is None or not self._pattern.lists.is_like(lists):
-            self._pattern = MatrixPattern(model, self._sums.relaxes, self._touching, lists)
+        candidates = simulation.candidates if factors_on(model.device) else None
+        if self._touching.keep(candidates) or self._pattern is None:
+            self._pattern = MatrixPattern(model, self._sums.relaxes, self._touching)
         return self._pattern
 
-    def _of_strains(self) -> FloatArray:
-        """The blocks of the strains of each cell, shape (C, 3, 3)."""
-        parts = self._sums.strain_strains.numpy()
-        blocks = np.add.reduceat(parts, self._simulation.model.segment_start[:-1])
-        return np.asarray((blocks + blocks.transpose(0, 2, 1)) / 2)
+
+def _groups(coordinates: NDArray[np.int64], strains: int) -> NDArray[np.int64]:
+    """Return the group of each coordinate, in which it is factored on a GPU, first of the points and then of strains.
+
+    Args:
+        coordinates: number of coordinates of the points of each cell, shape (C,).
+        strains: number of coordinates of the strains of each cell.
+    """
+    group, filled = np.zeros(len(coordinates), dtype=np.int64), 0
+    for cell, own in enumerate((coordinates + strains).tolist()):
+        is_full = filled > 0 and filled + own > LARGEST_GROUP
+        group[cell] = group[cell - 1] + is_full if cell else 0
+        filled = own if is_full else filled + own
+    return np.concatenate([np.repeat(group, coordinates), np.repeat(group, strains)])

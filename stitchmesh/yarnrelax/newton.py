@@ -14,7 +14,7 @@ before, until H itself is taken again below ``LEAST_SHARE``. Where the mixture h
 ``SLOWER`` at once.
 
 A symmetric fabric can balance at a saddle, from which no force leads away. Where a step of the mixture moves no control
-point by more than ``BALANCED``, the yarns move along the eigenvectors v_k of the negative eigenvalues of H instead, by
+point by more than ``BALANCED``, the yarns move along negative directions v_k of H instead (``negative_directions``), by
 the part of a random vector y that lies in them, sum over k of v_k (v_k . y), scaled to ``MOVE`` at the point that moves
 farthest. Moves become shorter, by ``SHORTER`` where one does not lower the energy, and below ``SMALLEST_MOVE`` the
 balance counts as a minimum: those of sampled contacts along yarn that slides through itself have no other effect.

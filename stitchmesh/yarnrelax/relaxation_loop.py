@@ -73,8 +73,8 @@ class RelaxationLoop:
         first interval and after a step back, shape (C,)."""
         self.ending = np.zeros(cells, dtype=bool)
         """Whether each cell takes Newton steps, shape (C,)."""
-        self.alternation, self.steps_wait = Alternation(cells), False
-        """How Newton steps alternate with iterations of the solver, and whether all of them wait."""
+        self.alternation = Alternation(cells, "cuda" if simulation.model.device.is_cuda else "cpu")
+        """How Newton steps alternate with iterations of the solver."""
         self.stalled = np.zeros(cells, dtype=bool)
         """Whether no step lowers the energy of a cell that is not at rest, shape (C,)."""
         self.remaining: list[RemainingChange | None] = [None] * cells
@@ -119,6 +119,7 @@ class RelaxationLoop:
             SolverError: the only piece cannot continue.
         """
         chosen = (np.ones(len(self.last), dtype=bool) if cells is None else cells) & ~self.stalled
+        chosen = self.alternation.begin_interval(chosen)
         stepping, self.cut_short = chosen & self.takes_newton_step, False
         shortened = self._end(stepping)
         self.iterations += np.where(stepping, STEP_COST, self._descend(chosen & ~stepping))
@@ -132,7 +133,7 @@ class RelaxationLoop:
             self.step_back(chosen & ~good)
         if self.newton is not None:
             self.newton.note_moves(good & (self.energy_fall > 0.0))
-            self.alternation.note_steps(shortened & good, self.energy_fall)
+            self.alternation.note_steps(stepping, shortened & good, self.energy_fall)
             descended = chosen & self.ending & ~stepping
             self.alternation.note_iterations(descended & good, descended & ~good, self.energy_fall)
             if (stepping & good).any():
@@ -240,8 +241,8 @@ class RelaxationLoop:
 
     @property
     def takes_newton_step(self) -> NDArray[np.bool_]:
-        """Whether each cell takes a Newton step next, shape (C,)."""
-        return self.ending & (self.alternation.descent == 0) & (not self.steps_wait)
+        """Whether each cell takes a Newton step in the present interval, shape (C,)."""
+        return self.ending & self.alternation.is_step_due
 
     @property
     def iteration(self) -> int:

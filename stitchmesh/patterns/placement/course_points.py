@@ -17,6 +17,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
+from scipy.sparse import csr_array, diags_array
+from scipy.sparse.linalg import spsolve
 
 from stitchmesh.mesh import FloatArray
 
@@ -51,23 +53,18 @@ def _least_squares(loops: Sequence[int], wales: Sequence[Wale], evenness: float)
     free = np.ones(len(value), dtype=bool)
     free[: start[1]] = free[start[last] :] = False
     free[start[:-1]] = free[start[1:] - 1] = False
-    matrix, right = np.zeros((len(value), len(value))), np.zeros(len(value))
-    for line, low, high in wales:
-        _add_spring(matrix, right, start[line] + low, start[line + 1] + high, 0.0, 1.0)
-    for line, count in enumerate(loops):
-        for place in range(count):
-            _add_spring(matrix, right, start[line] + place, start[line] + place + 1, width / count, evenness)
     if free.any():
-        known = right[free] - matrix[np.ix_(free, ~free)] @ value[~free]
-        value[free] = np.linalg.solve(matrix[np.ix_(free, free)], known)
+        lines = np.array(wales, dtype=np.int64).reshape(-1, 3)
+        left = np.concatenate([np.arange(low, high - 1) for low, high in pairwise(start)])
+        one = np.concatenate([start[lines[:, 0]] + lines[:, 1], left])
+        other = np.concatenate([start[lines[:, 0] + 1] + lines[:, 2], left + 1])
+        length = np.concatenate([np.zeros(len(lines)), np.repeat(width / np.array(loops), loops)])
+        weight = np.concatenate([np.ones(len(lines)), np.full(len(left), evenness)])
+        spring = np.arange(len(one))
+        signs = np.repeat([-1.0, 1.0], len(one))
+        ends = np.concatenate([one, other])
+        change = csr_array((signs, (np.tile(spring, 2), ends)), shape=(len(one), len(value)))
+        pull = change.T @ diags_array(weight)
+        known = pull @ (length - change[:, ~free] @ value[~free])
+        value[free] = spsolve((pull @ change).tocsc()[free][:, free], known[free])
     return [value[low:high] for low, high in pairwise(start)]
-
-
-def _add_spring(matrix: FloatArray, right: FloatArray, one: int, other: int, length: float, weight: float) -> None:
-    """Add the gradient of the energy weight / 2 (other - one - length)^2 to a linear system."""
-    matrix[one, one] += weight
-    matrix[other, other] += weight
-    matrix[one, other] -= weight
-    matrix[other, one] -= weight
-    right[one] -= weight * length
-    right[other] += weight * length

@@ -66,10 +66,7 @@ def _draw(
         raise ParameterError("spacing: got one for a knitted swatch, whose spacing follows from loop_length; give that")
     loop_length = options.plain_loop
     width = loop_length / LOOP_OVER_WIDTH
-    fabric = torus_mesh(
-        source, stitch_width=width, stitch_height=COURSE_OVER_WALE_SPACING * width, columns=options.columns,
-        rows=options.rows,
-    )  # fmt: skip
+    fabric = _fabric(source, options.columns, options.rows, width)
     check_loops_begin(fabric)
     check_floats(fabric, options.longest_float)
     radius = min(options.yarn_radius, LARGEST_RADIUS_OVER_WIDTH * width)
@@ -81,6 +78,14 @@ def _draw(
         return fabric, even_rest_lengths(yarns, fabric)
     yarns = apply_rest_lengths(yarns, RestLengths(loop_length=loop_length), fabric=fabric)
     return fabric, even_rest_lengths(yarns, fabric)
+
+
+@functools.lru_cache(KEPT)
+def _fabric(source: Pattern, columns: int, rows: int, width: float) -> StitchMesh:
+    """The stitch mesh of a repeat, whose yarns are generated with several qualities."""
+    return torus_mesh(
+        source, stitch_width=width, stitch_height=COURSE_OVER_WALE_SPACING * width, columns=columns, rows=rows
+    )
 
 
 def even_rest_lengths(yarns: YarnSet, fabric: StitchMesh) -> YarnSet:

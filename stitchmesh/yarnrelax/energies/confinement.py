@@ -144,6 +144,25 @@ def confinement_energies(
     point_energy[j] = confinement_energy(excess, stiffness[j])
 
 
+@kernel
+def confinement_blocks(
+    # model
+    model: Any,
+    planes: Any,
+    stiffness: wp.array[Any],
+    # state in
+    points: wp.array[Any],
+    # state out
+    blocks: wp.array[wp.mat33d],
+) -> None:
+    """The second derivatives by the coordinates of each control point."""
+    j = wp.tid()
+    cell = cell_of_point(model, j)
+    normal = wp.vec3d(planes.normal[cell])
+    curvature = confinement_curvature(excess_of_point(planes, cell, points[j]), stiffness[j])
+    blocks[j] = wp.outer(normal, normal) * wp.float64(curvature)
+
+
 @dataclass(frozen=True)
 class Confinement(TermChoice):
     """Two planes beside a periodic fabric, parallel to its lattice; the middle plane is that of the given yarns.
@@ -245,21 +264,17 @@ class _Planes(Term):
         self.planes.normal = model.upload(lattice_frame(periods)[:, 2], 3)
         self.planes.middle, self.planes.half = model.upload(np.array(middle)), model.upload(np.array(half))
         self.own_stiffness = model.upload(self.host_stiffness)
+        self._blocks = wp.zeros(model.point_count, dtype=wp.mat33d, device=model.device)
 
     def forces(self, state: State, candidates: Candidates, launcher: Launcher) -> list[Any]:
         """The launch that adds the push of the planes to ``state.external_force``."""
         inputs = [*self._constants, state.points]
         return [launcher(confinement_forces, self.model.point_count, inputs, [state.external_force])]
 
-    def point_blocks(self, state: State) -> NDArray[np.float64]:
-        """The stiffness of the planes at the control points beyond them, shape (N, 3, 3)."""
-        cell = np.repeat(np.arange(self.model.cell_count), np.diff(self.model.point_start))
-        planes = self.planes.normal, self.planes.middle, self.planes.half
-        normal, middle, half = (array.numpy().astype(np.float64)[cell] for array in planes)
-        places = state.points.numpy()[: self.model.point_count].astype(np.float64)
-        beyond = np.abs(np.einsum("nk,nk->n", places, normal) - middle) > half
-        stiffness = np.where(beyond, self.host_stiffness, 0.0)
-        return np.asarray(stiffness[:, None, None] * normal[:, :, None] * normal[:, None, :])
+    def point_blocks(self, state: State) -> wp.array[Any]:
+        """The stiffness of the planes at the control points beyond them, matrices (N,)."""
+        self.model.launch(confinement_blocks, len(self._blocks), [*self._constants, state.points], [self._blocks])
+        return self._blocks
 
     def energy(self, state: State, candidates: Candidates) -> float:
         """Energy of the planes of all cells [erg]."""

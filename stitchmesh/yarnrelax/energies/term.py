@@ -67,9 +67,10 @@ class Term(ABC):
     def stiffness(self) -> NDArray[np.float64]:
         """Row sums of stiffness at the control points [erg / unit^2], shape (N,), except those of ``forces``."""
 
-    def point_blocks(self, state: State) -> NDArray[np.float64] | None:
-        """Second derivatives by the coordinates of each control point [erg / unit^2], shape (N, 3, 3); None for zero.
+    def point_blocks(self, state: State) -> wp.array[Any] | None:
+        """Second derivatives by the coordinates of each control point [erg / unit^2], matrices (N,); None for zero.
 
+        The array is the same one at each call, with the matrices of the present state.
         The assembled Hessian has these blocks and those of ``pair_stiffness``, also without ``gives_hessian``.
         """
         return None

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stitchmesh.mesh import FloatArray
+from stitchmesh.yarnrelax.hessian.negative_directions import negative_directions
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,10 +31,20 @@ class Owners:
     """Number C of all cells."""
 
     @cached_property
+    def owned(self) -> NDArray[np.int64]:
+        """Numbers of the coordinates that are not left out, ascending, shape (m,); often they are few of all."""
+        return np.flatnonzero(self.cell >= 0)
+
+    @cached_property
+    def cell_of_owned(self) -> NDArray[np.int32]:
+        """Number of the cell of each of them, shape (m,)."""
+        return self.cell[self.owned]
+
+    @cached_property
     def coordinates(self) -> list[NDArray[np.int64]]:
         """Numbers of the coordinates of each cell that are not left out, ascending."""
-        counts = np.bincount(self.cell + 1, minlength=self.cell_count + 1)
-        return np.split(np.argsort(self.cell, kind="stable"), np.cumsum(counts)[:-1])[1:]
+        counts = np.bincount(self.cell_of_owned, minlength=self.cell_count)
+        return np.split(self.owned[np.argsort(self.cell_of_owned, kind="stable")], np.cumsum(counts)[:-1])
 
     @property
     def cells(self) -> list[int]:
@@ -46,20 +57,26 @@ class Owners:
 
     def are_of(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Whether each coordinate belongs to one of some cells, shape (C,), and is not left out."""
-        return np.append(cells, False)[self.cell]
+        found = np.zeros(len(self.cell), dtype=bool)
+        found[self.owned] = cells[self.cell_of_owned]
+        return found
 
     def sums(self, values: FloatArray) -> FloatArray:
         """The sum of the values of each cell, shape (C,)."""
-        return np.asarray(np.bincount(self.cell + 1, values, minlength=self.cell_count + 1)[1:], dtype=np.float64)
+        sums = np.bincount(self.cell_of_owned, values[self.owned], minlength=self.cell_count)
+        return np.asarray(sums, dtype=np.float64)
 
     def each(self, values: FloatArray) -> FloatArray:
         """The value of its cell for each coordinate, from values of shape (C,); zero where it is left out."""
-        return np.append(values, 0.0)[self.cell]
+        found = np.zeros(len(self.cell))
+        found[self.owned] = values[self.cell_of_owned]
+        return found
 
 
 class CellFactors(ABC):
     """The factors of the matrices of some cells."""
 
+    owners: Owners
     negative_count: NDArray[np.int64]
     """Number of negative eigenvalues of each cell, shape (C,)."""
 
@@ -67,12 +84,21 @@ class CellFactors(ABC):
     def solve(self, right: FloatArray, cells: NDArray[np.bool_]) -> FloatArray:
         """Return the solution of the linear systems of some cells, shape (C,), for a right-hand side, shape (n,)."""
 
-    @abstractmethod
-    def negative_eigenvectors(self, cells: Sequence[int]) -> Mapping[int, FloatArray]:
-        """Return orthonormal eigenvectors of the negative eigenvalues of some cells, of all that are found.
+    def negative_directions(self, cells: Sequence[int]) -> Mapping[int, FloatArray]:
+        """Return orthonormal bases of the directions along which the matrices of some cells are negative.
 
-        Those of a cell have its own coordinates only, shape (m, k).
+        Those of a cell have its own coordinates only, shape (m, k) (``negative_directions``).
         """
+        own, right = self.owners.coordinates, np.zeros(len(self.owners.cell))
+
+        def solve(asked: Mapping[int, FloatArray]) -> Mapping[int, FloatArray]:
+            for cell, vector in asked.items():
+                right[own[cell]] = vector
+            found = self.solve(right, np.isin(np.arange(self.owners.cell_count), list(asked)))
+            return {cell: found[own[cell]] for cell in asked}
+
+        counts = {cell: int(self.negative_count[cell]) for cell in cells}
+        return negative_directions(solve, {cell: len(own[cell]) for cell in cells}, counts)
 
 
 class CellMatrices(ABC):

@@ -30,7 +30,6 @@ from scipy.sparse.linalg import splu
 from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.energies.term import Coupling
-from stitchmesh.yarnrelax.hessian.negative_eigenvectors import negative_eigenvectors
 
 RIGID = 1e6
 """Stiffness of a constraint over the median of the diagonal of the matrix: the constraint holds to six digits, and the
@@ -65,10 +64,6 @@ class FactoredMatrix:
         if further:
             right = np.concatenate([right, np.zeros((further, *right.shape[1:]))])
         return np.asarray(self.factors.solve(right))[: self.size]
-
-    def negative_eigenvectors(self) -> FloatArray:
-        """Return orthonormal eigenvectors of the negative eigenvalues, of all that are found, shape (n, m)."""
-        return negative_eigenvectors(self.solve, self.size, self.negative_count)
 
 
 def factored(matrix: csc_array, shift: float = 0.0, couplings: Sequence[Coupling] = ()) -> FactoredMatrix:

@@ -1,16 +1,19 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The matrices of cells on a GPU, factored all at once as one matrix of blocks (``stitchmesh.compute.cudss``).
+"""The matrices of cells on a GPU, factored as matrices of blocks (``stitchmesh.compute.cudss``).
 
-One factorization of many small blocks takes less time than many of one block. The matrix of all coordinates is
-factored: the rows and columns of those that are left out become those of the identity. The pattern is then the same for
-any choice of cells, and its analysis, which takes longer than the factors, is kept for as long as the same segments
-touch. The signs of the pivots of each cell count its negative eigenvalues.
+One factorization of many small blocks takes hardly longer than that of the largest of them. The analysis of a pattern
+takes longer than the factors, and is therefore kept. Both are those of groups of cells, so that large cells that take
+no part cost nothing, and a cell with a new pattern does not spoil the analysis of all others. An order of elimination
+that was found for another pattern is not used again: where new entries join what it separates, they fill the factors.
+
+Of a group those cells are analysed of which factors are asked for (``PartOnGpu``), and those of which they were lately,
+since cells take turns. While only some of them are asked for, the rows and columns of the others become those of the
+identity. The signs of the pivots of each cell count its negative eigenvalues.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -28,10 +31,13 @@ from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.hessian.cell_matrices import CellFactors, CellMatrices, Owners
 from stitchmesh.yarnrelax.hessian.factored_matrix import NO_FACTORS
-from stitchmesh.yarnrelax.hessian.negative_eigenvectors import negative_eigenvectors
 
 LANES = 32
 """Threads that share a row of a product; rows of strains have as many entries as their cell has coordinates."""
+LATELY = 24
+"""Number of factorizations of a group for which coordinates of which no factors are asked for still take part."""
+MOST_LEFT_OUT = 2
+"""Coordinates that take part over those of which factors are asked for, beyond which a part is too large."""
 
 
 @kernel
@@ -55,27 +61,57 @@ def find_diagonal(
 
 
 @kernel
-def copy_upper_columns(
+def count_upper_entries(
     # model
+    row_start: wp.array[wp.int32],
     columns: wp.array[wp.int32],
     diagonal: wp.array[wp.int32],
+    coordinates: wp.array[wp.int32],
+    number: wp.array[wp.int32],
+    # state out
+    counts: wp.array[wp.int32],
+) -> None:
+    """The number of entries in each row of the upper triangle of a part; that of row i stands at place i + 1."""
+    i = wp.tid()
+    coordinate = coordinates[i]
+    found = int(0)
+    for k in range(diagonal[coordinate], row_start[coordinate + 1]):
+        if number[columns[k]] >= 0:
+            found += 1
+    counts[i + 1] = found
+
+
+@kernel
+def put_upper_places(
+    # model
+    row_start: wp.array[wp.int32],
+    columns: wp.array[wp.int32],
+    diagonal: wp.array[wp.int32],
+    coordinates: wp.array[wp.int32],
+    number: wp.array[wp.int32],
     upper_start: wp.array[wp.int32],
     # state out
     upper_columns: wp.array[wp.int32],
+    places: wp.array[wp.int32],
 ) -> None:
-    """The columns of the upper triangle."""
+    """The columns of the upper triangle of a part, and the places of its entries among all entries."""
     i = wp.tid()
-    first = upper_start[i]
-    for k in range(first, upper_start[i + 1]):
-        upper_columns[k] = columns[diagonal[i] + k - first]
+    coordinate = coordinates[i]
+    place = upper_start[i]
+    for k in range(diagonal[coordinate], row_start[coordinate + 1]):
+        if number[columns[k]] >= 0:
+            upper_columns[place] = number[columns[k]]
+            places[place] = k
+            place += 1
 
 
 @kernel
 def put_upper_values(
     # model
-    columns: wp.array[wp.int32],
-    diagonal: wp.array[wp.int32],
     upper_start: wp.array[wp.int32],
+    upper_columns: wp.array[wp.int32],
+    places: wp.array[wp.int32],
+    coordinates: wp.array[wp.int32],
     owner: wp.array[wp.int32],
     shift: wp.array[wp.float64],
     # state in
@@ -85,16 +121,30 @@ def put_upper_values(
 ) -> None:
     """The upper triangle of the shifted matrices, and of the identity where coordinates are left out."""
     i = wp.tid()
-    own, first, place = owner[i], upper_start[i], diagonal[i]
+    own, first = owner[coordinates[i]], upper_start[i]
     for k in range(first, upper_start[i + 1]):
         value = wp.float64(0.0)
-        if own >= 0 and owner[columns[place + k - first]] >= 0:
-            value = entries[place + k - first]
+        if own >= 0 and owner[coordinates[upper_columns[k]]] >= 0:
+            value = entries[places[k]]
         values[k] = value
     if own >= 0:
         values[first] += shift[own]
     else:
         values[first] = wp.float64(1.0)
+
+
+@kernel
+def mark_difference(
+    # state in
+    one: wp.array[wp.int32],
+    other: wp.array[wp.int32],
+    # state out
+    differs: wp.array[wp.int32],
+) -> None:
+    """Set a mark where two arrays differ anywhere."""
+    i = wp.tid()
+    if one[i] != other[i]:
+        differs[0] = 1
 
 
 @kernel
@@ -137,37 +187,118 @@ def copy_diagonal(
 
 
 class PatternOnGpu:
-    """The places of the entries of matrices on a GPU, and the memory and the analysis of their factors."""
+    """The places of the entries of matrices on a GPU, and the parts of them that are factored."""
 
-    def __init__(self, row_start: NDArray[np.int32], columns: NDArray[np.int32], device: wp.Device) -> None:
+    def __init__(
+        self, row_start: wp.array[Any], columns: wp.array[Any], group: NDArray[np.int64],
+        former: PatternOnGpu | None = None,
+    ) -> None:  # fmt: skip
         """Find the upper triangle.
 
         Args:
-            row_start: where the entries of each row start, shape (n + 1,).
+            row_start: where the entries of each row start, on the GPU, shape (n + 1,).
             columns: their columns, ascending in each row and with the diagonal; the pattern is symmetric.
-            device: the GPU.
+            group: the group of each coordinate, shape (n,); no entry joins two groups.
+            former: the last pattern of the same coordinates and groups, whose analyses serve the groups in which
+                nothing has changed; it is not used afterwards.
         """
-        self.device, self.size = device, len(row_start) - 1
-        self.row_start, self.columns = (wp.array(part, dtype=wp.int32, device=device) for part in (row_start, columns))
-        self.diagonal = wp.zeros(self.size, dtype=wp.int32, device=device)
+        self.device, self.size = row_start.device, len(row_start) - 1
+        self.row_start, self.columns = row_start, columns
+        self.diagonal = wp.zeros(self.size, dtype=wp.int32, device=self.device)
         """Place of the diagonal in each row, shape (n,)."""
-        launch(find_diagonal, self.size, [self.row_start, self.columns], [self.diagonal], device)
-        upper_start = np.concatenate([[0], np.cumsum(row_start[1:] - self.diagonal.numpy())]).astype(np.int32)
-        self.upper_start = wp.array(upper_start, dtype=wp.int32, device=device)
-        """Where each row of the upper triangle starts, shape (n + 1,)."""
-        self.upper_columns = wp.zeros(int(upper_start[-1]), dtype=wp.int32, device=device)
-        inputs = [self.columns, self.diagonal, self.upper_start]
-        launch(copy_upper_columns, self.size, inputs, [self.upper_columns], device)
-        self.vector, self.product = (wp.zeros(self.size, dtype=wp.float64, device=device) for _ in range(2))
+        launch(find_diagonal, self.size, [self.row_start, self.columns], [self.diagonal], self.device)
+        self.vector, self.product = (wp.zeros(self.size, dtype=wp.float64, device=self.device) for _ in range(2))
         """A vector, and its product with a matrix, shape (n,)."""
-        self.found_product = HostCopy(self.product)
-        self.factored: object = None
-        """The mark of those whose factors are in memory."""
+        self.found_product, self.mark = HostCopy(self.product), object()
+        if former is None:
+            order = np.argsort(group, kind="stable")
+            members = np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
+            self._groups = [_Group(coordinates) for coordinates in members]
+        else:
+            self._groups = former._groups
+
+    def parts_for(self, is_in: NDArray[np.bool_]) -> list[PartOnGpu]:
+        """The parts for the factors of some coordinates, shape (n,)."""
+        chosen = [(group, is_in[group.members]) for group in self._groups]
+        return [group.part_for(self, own) for group, own in chosen if own.any()]
+
+
+class _Group:
+    """Coordinates that are factored together, and the last part of them."""
+
+    def __init__(self, members: NDArray[np.int64]) -> None:
+        """Nothing has been asked for."""
+        self.members = members
+        """Numbers of the coordinates, ascending, shape (g,)."""
+        self._part: PartOnGpu | None = None
+        self._mark: object = None  # of the pattern of the part, whose memory is not kept by it
+        self._is_in, self._last_asked = np.zeros(len(members), dtype=bool), np.full(len(members), -LATELY)
+        self._asked, self._small = 0, 0
+
+    def part_for(self, pattern: PatternOnGpu, is_in: NDArray[np.bool_]) -> PartOnGpu:
+        """The part for the factors of some of the coordinates, shape (g,): the last one, as long as it suits."""
+        self._asked += 1
+        self._last_asked[is_in] = self._asked
+        part, count = self._part, np.count_nonzero(is_in)
+        if part is not None:
+            self._small = self._small + 1 if len(part.coordinates) > MOST_LEFT_OUT * count else 0
+        if part is None or self._small >= LATELY or not self._is_in[is_in].all():
+            self._part, self._small = None, 0  # Its memory is free before more is taken.
+            self._is_in = is_in | (self._last_asked > self._asked - LATELY)
+            part = PartOnGpu(pattern, self.members[self._is_in])
+        elif self._mark is not pattern.mark:
+            part = PartOnGpu(pattern, part.coordinates, part)
+        self._part, self._mark = part, pattern.mark
+        return part
+
+
+class PartOnGpu:
+    """Some coordinates of matrices on a GPU, and the memory and the analysis of their factors."""
+
+    def __init__(
+        self, pattern: PatternOnGpu, coordinates: NDArray[np.int64], former: PartOnGpu | None = None
+    ) -> None:  # fmt: skip
+        """Find the upper triangle.
+
+        Args:
+            pattern: the places of all entries.
+            coordinates: numbers of the coordinates, ascending, shape (p,).
+            former: the same coordinates in another pattern, whose analysis is taken if their entries are the same.
+        """
+        device, count = pattern.device, len(coordinates)
+        self.coordinates = coordinates
+        number = np.full(pattern.size, -1, dtype=np.int32)
+        number[coordinates] = np.arange(count)
+        self.own_coordinates, numbers = (
+            wp.array(part.astype(np.int32), dtype=wp.int32, device=device) for part in (coordinates, number)
+        )
+        counts, self.upper_start = (wp.zeros(count + 1, dtype=wp.int32, device=device) for _ in range(2))
+        """Where each row of the upper triangle starts, shape (p + 1,)."""
+        inputs = [pattern.row_start, pattern.columns, pattern.diagonal, self.own_coordinates, numbers]
+        launch(count_upper_entries, count, inputs, [counts], device)
+        wp.utils.array_scan(counts, self.upper_start, inclusive=True)
+        entries = int(self.upper_start[count:].numpy()[0])
+        self.upper_columns, self.places = (wp.zeros(entries, dtype=wp.int32, device=device) for _ in range(2))
+        """The columns of its entries, and their places among all entries, shape (m,)."""
+        launch(put_upper_places, count, [*inputs, self.upper_start], [self.upper_columns, self.places], device)
+        self._former = former if former is not None and self._is_like(former) else None
+
+    def _is_like(self, other: PartOnGpu) -> bool:
+        """Whether the entries are those of another part of as many coordinates."""
+        if len(self.upper_columns) != len(other.upper_columns):
+            return False
+        differs = wp.zeros(1, dtype=wp.int32, device=self.upper_start.device)
+        for own, others in ((self.upper_start, other.upper_start), (self.upper_columns, other.upper_columns)):
+            launch(mark_difference, len(own), [own, others], [differs], own.device)
+        return not differs.numpy()[0]
 
     @cached_property
     def factors(self) -> SymmetricFactors:
-        """The memory of the factors, which all matrices of this pattern use one after the other."""
-        return SymmetricFactors(self.upper_start, self.upper_columns)
+        """The memory of the factors, which all matrices use one after the other."""
+        if self._former is None:
+            return SymmetricFactors(self.upper_start, self.upper_columns)
+        found, self._former = self._former.factors, None
+        return found
 
     @cached_property
     def solution(self) -> HostCopy:
@@ -216,11 +347,11 @@ class MatricesOnGpu(CellMatrices):
         """Factor the matrices plus multiples of the identity."""
         return FactorsOnGpu(self, wp.array(shift, dtype=wp.float64, device=self.pattern.device))
 
-    def put_upper_triangle(self, shift: wp.array[Any], values: wp.array[Any]) -> None:
-        """Write the upper triangle of the shifted matrices, with the identity where coordinates are left out."""
-        pattern = self.pattern
-        inputs = [pattern.columns, pattern.diagonal, pattern.upper_start, self.owner, shift, self.entries]
-        launch(put_upper_values, pattern.size, inputs, [values], pattern.device)
+    def put_upper_triangle(self, part: PartOnGpu, shift: wp.array[Any], values: wp.array[Any]) -> None:
+        """Write the upper triangle of the shifted matrices of a part, with the identity where they are left out."""
+        places = [part.upper_start, part.upper_columns, part.places, part.own_coordinates]
+        inputs = [*places, self.owner, shift, self.entries]
+        launch(put_upper_values, len(part.coordinates), inputs, [values], self.pattern.device)
 
 
 class FactorsOnGpu(CellFactors):
@@ -232,41 +363,35 @@ class FactorsOnGpu(CellFactors):
         Raises:
             SolverError: a pivot is zero or not finite.
         """
-        self._matrices, self._shift = matrices, shift
+        self._matrices, self._shift, self.owners = matrices, shift, matrices.owners
+        self._parts = matrices.pattern.parts_for(self.owners.cell >= 0)
         self._mark = object()  # not itself: as a cycle it would keep its memory until garbage is collected
-        self._factor()
-        pivots = matrices.pattern.pivots.read()
-        if not np.isfinite(pivots).all() or not pivots.all():
-            raise SolverError(NO_FACTORS)
-        self.negative_count = matrices.owners.sums((pivots < 0.0).astype(np.float64)).astype(np.int64)
+        negative = np.zeros(len(self.owners.cell))
+        for part in self._parts:
+            self._factor(part)
+            pivots = part.pivots.read()
+            if not np.isfinite(pivots).all() or not pivots.all():
+                raise SolverError(NO_FACTORS)
+            negative[part.coordinates] = pivots < 0.0
+        self.negative_count = self.owners.sums(negative).astype(np.int64)
 
-    def _factor(self) -> None:
-        pattern = self._matrices.pattern
-        self._matrices.put_upper_triangle(self._shift, pattern.factors.values)
-        pattern.factors.factor()
-        pattern.factored = self._mark
+    def _factor(self, part: PartOnGpu) -> None:
+        self._matrices.put_upper_triangle(part, self._shift, part.factors.values)
+        part.factors.factor()
+        part.factors.holder = self._mark
 
     def solve(self, right: FloatArray, cells: NDArray[np.bool_]) -> FloatArray:
         """Return the solution of the linear systems of some cells."""
-        pattern = self._matrices.pattern
-        if pattern.factored is not self._mark:
-            self._factor()
-        chosen = self._matrices.owners.are_of(cells)
-        pattern.factors.right.assign(np.where(chosen, right, 0.0))
-        pattern.factors.solve()
-        return np.asarray(np.where(chosen, pattern.solution.read(), 0.0))
-
-    def negative_eigenvectors(self, cells: Sequence[int]) -> Mapping[int, FloatArray]:
-        """Return orthonormal eigenvectors of the negative eigenvalues of some cells."""
-        return {cell: self._negative_eigenvectors(cell) for cell in cells}
-
-    def _negative_eigenvectors(self, cell: int) -> FloatArray:
-        owners = self._matrices.owners
-        own, right, chosen = owners.coordinates[cell], np.zeros(len(owners.cell)), np.zeros(owners.cell_count, bool)
-        chosen[cell] = True
-
-        def solve(of_cell: FloatArray) -> FloatArray:
-            right[own] = of_cell
-            return self.solve(right, chosen)[own]
-
-        return negative_eigenvectors(solve, len(own), int(self.negative_count[cell]))
+        chosen, found = self.owners.are_of(cells), np.zeros(len(right))
+        solved = list[tuple[PartOnGpu, NDArray[np.bool_]]]()
+        for part in self._parts:
+            own = chosen[part.coordinates]
+            if own.any():
+                if part.factors.holder is not self._mark:
+                    self._factor(part)
+                part.factors.right.assign(np.where(own, right[part.coordinates], 0.0))
+                part.factors.solve()
+                solved.append((part, own))
+        for part, own in solved:
+            found[part.coordinates] = np.where(own, part.solution.read(), 0.0)
+        return found

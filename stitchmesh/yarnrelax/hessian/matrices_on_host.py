@@ -77,7 +77,3 @@ class FactorsOnHost(CellFactors):
             own = self.owners.coordinates[cell]
             solution[own] = self.factors[cell].solve(right[own])
         return solution
-
-    def negative_eigenvectors(self, cells: Sequence[int]) -> Mapping[int, FloatArray]:
-        """Return orthonormal eigenvectors of the negative eigenvalues of some cells."""
-        return {cell: self.factors[cell].negative_eigenvectors() for cell in cells}

@@ -8,12 +8,14 @@ adds the matrix of its legs and its pairs; two segments that touch add the pairs
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import warp as wp
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.thread_block import THREADS, total_over_block
 from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
 from stitchmesh.yarnrelax.energies.pair_stiffness import Block64, block_as_matrix
 from stitchmesh.yarnrelax.hessian.matrix_pattern import MatrixPattern
@@ -143,26 +145,55 @@ def put_border(
 
 
 @kernel
-def add_at(
+def add_point_blocks(
     # model
-    places: wp.array[wp.int32],
+    start: wp.array[wp.int32],
+    height: wp.array[wp.int32],
+    below: wp.array[wp.int32],
     # state in
-    values: wp.array[wp.float64],
+    blocks: wp.array[wp.mat33d],
     # state in and out
     entries: wp.array[wp.float64],
 ) -> None:
-    """Add values to the entries at different places."""
-    k = wp.tid()
-    entries[places[k]] += values[k]
+    """Add a block of each control point with itself."""
+    i = wp.tid()
+    block = blocks[i]
+    for row in range(3):
+        for column in range(3):
+            entries[start[i] + column * height[i] + 3 * below[i] + row] += block[row, column]
+
+
+@kernel
+def put_strain_strains(
+    # model
+    cell_segments: wp.array[wp.int32],
+    corner: wp.array[wp.int32],
+    # state in
+    strain_strains: wp.array[wp.mat33d],
+    # state out
+    entries: wp.array[wp.float64],
+) -> None:
+    """The entries of two strains of a cell, the symmetric sum of the parts of its segments; one block for each cell."""
+    cell, lane = wp.tid()
+    part = wp.mat33d()
+    for s in range(cell_segments[cell] + lane, cell_segments[cell + 1], wp.block_dim()):
+        part += strain_strains[s]
+    for row in range(3):
+        for column in range(row + 1):
+            value = total_over_block((part[row, column] + part[column, row]) * wp.float64(0.5))
+            if lane == 0:
+                entries[corner[9 * cell + 3 * row + column]] = value
+                entries[corner[9 * cell + 3 * column + row]] = value
 
 
 def entry_launches(
     model: Model, state: State, exact: wp.array[Any], leg_hessian: wp.array[Any], touching: TouchingSegments,
-    pattern: MatrixPattern, sums: SegmentSums, entries: wp.array[Any], launcher: Launcher,
+    pattern: MatrixPattern, sums: SegmentSums, point_blocks: Sequence[wp.array[Any]], entries: wp.array[Any],
+    launcher: Launcher,
 ) -> list[Any]:  # fmt: skip
-    """The launches that write all entries but those of two strains, whose parts are ``sums.strain_strains``."""
+    """The launches that write all entries; ``point_blocks`` are those of terms, each of shape (N,)."""
     places = [pattern.start, pattern.height]
-    lists = [touching.count, touching.segments, pattern.pair_base]
+    lists = [touching.kept_count, touching.kept, pattern.pair_base]
     found = [leg_hessian, sums.own_blocks, sums.blocks]
     inputs = [model.constants, pattern.blocks, *places, *lists, *found]
     launches = [launcher(put_blocks, pattern.block_count, inputs, [entries])]
@@ -172,4 +203,9 @@ def entry_launches(
             pattern.strain_start, exact, state.force, state.external_force, sums.point_strains,
         ]  # fmt: skip
         launches.append(launcher(put_border, model.point_count, inputs, [entries]))
+        inputs = [model.cell_segments, pattern.corner, sums.strain_strains]
+        launches.append(launcher(put_strain_strains, model.cell_count, inputs, [entries], tile=THREADS))
+    for blocks in point_blocks:
+        inputs = [*places, pattern.below, blocks]
+        launches.append(launcher(add_point_blocks, model.point_count, inputs, [entries]))
     return launches

@@ -10,6 +10,7 @@ which each has an entry for every point of its cell and for every strain of it.
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,12 +19,12 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.yarnrelax.hessian.touching_segments import (
-    TouchingLists,
     TouchingSegments,
     insert_number,
     place_in_list,
 )
 from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.lattice_images import cell_of
 
 CAPACITY = 64
 """Points that may share a block with a point before the lists are made longer; about 20 do in a fabric at rest."""
@@ -92,16 +93,75 @@ def put_places(
         blocks[block_start[i] + k - below[i]] = wp.vec4i(i, j, k, place_in_list(neighbours, j, count[j], i))
 
 
-class MatrixPattern:
-    """The places of all entries, for one set of segments that touch."""
+@kernel
+def put_strain_places(
+    # model
+    model: Any,
+    first_strain: wp.int32,
+    cell_start: wp.array[wp.int32],
+    strain_start: wp.array[wp.int32],
+    # state out
+    rows: wp.array[wp.int32],
+) -> None:
+    """The rows of the entries in the columns of the strains of a cell: those of its points and of its strains."""
+    i = wp.tid()
+    cell = cell_of(model.images, wp.max(model.point_segments[i]))
+    first, last = cell_start[cell], cell_start[cell + 1]
+    height = 3 * (last - first) + 3
+    for strain in range(3):
+        column = strain_start[cell] + strain * height
+        for row in range(3):
+            rows[column + 3 * (i - first) + row] = 3 * i + row
+            if i == first:
+                rows[column + height - 3 + row] = first_strain + 3 * cell + row
 
-    def __init__(self, model: Model, relaxes: bool, touching: TouchingSegments, lists: TouchingLists) -> None:
-        """Find the places; ``lists`` are those of ``touching``, and ``relaxes`` says whether there are strains."""
-        self.lists = lists
-        self._number_pairs(model, lists)
+
+@kernel
+def count_pairs(
+    # state in
+    touching_count: wp.array[wp.int32],
+    touching: wp.array2d[wp.int32],
+    # state out
+    lower: wp.array[wp.int32],
+    once: wp.array[wp.int32],
+) -> None:
+    """How many segments that touch a segment have a lower number, and how many have not."""
+    s = wp.tid()
+    found = int(0)
+    while found < touching_count[s] and touching[s, found] < s:
+        found += 1
+    lower[s] = found
+    once[s] = touching_count[s] - found
+
+
+@kernel
+def put_pairs(
+    # state in
+    touching: wp.array2d[wp.int32],
+    lower: wp.array[wp.int32],
+    once: wp.array[wp.int32],
+    last: wp.array[wp.int32],
+    # state out
+    pair_base: wp.array[wp.int32],
+    pairs: wp.array[wp.vec2i],
+) -> None:
+    """The pairs of a segment with itself and with those of a higher number."""
+    s = wp.tid()
+    first = last[s] - once[s]
+    pair_base[s] = first - lower[s]
+    for k in range(once[s]):
+        pairs[first + k] = wp.vec2i(s, touching[s, lower[s] + k])
+
+
+class MatrixPattern:
+    """The places of all entries, for the segments that are kept as touching ones."""
+
+    def __init__(self, model: Model, relaxes: bool, touching: TouchingSegments) -> None:
+        """Find the places; ``relaxes`` says whether there are strains."""
+        self._number_pairs(model, touching)
         n, cells = model.point_count, model.cell_count if relaxes else 0
-        count, below, neighbours = _neighbours(model, touching)
-        host_count, host_below = count.numpy().astype(np.int64), below.numpy().astype(np.int64)
+        count, self.below, neighbours = _neighbours(model, touching)
+        host_count, host_below = count.numpy().astype(np.int64), self.below.numpy().astype(np.int64)
 
         heights = 3 * host_count + (3 if relaxes else 0)
         cell_heights = 3 * np.diff(model.point_start[: cells + 1]) + 3
@@ -118,40 +178,36 @@ class MatrixPattern:
         the list of j, shape (B, 4)."""
         cell = np.repeat(np.arange(model.cell_count), np.diff(model.point_start))
         strain_rows = 3 * (n + cell) if relaxes else np.zeros(0)
-        of_points = int(column_start[3 * n])
-        rows = wp.zeros(of_points, dtype=wp.int32, device=model.device)
-        inputs = [model.integers(strain_rows), count, below, neighbours, self.start, model.integers(block_start[:-1])]
-        model.launch(put_places, n, inputs, [rows, self.blocks])
-
-        own_points = [np.arange(*(3 * model.point_start[c : c + 2])) for c in range(cells)]
-        of_strains = [np.tile(np.append(own, 3 * (n + c) + np.arange(3)), 3) for c, own in enumerate(own_points)]
-        self.rows = np.concatenate([rows.numpy(), *(own.astype(np.int32) for own in of_strains)])
+        self.rows = wp.zeros(int(column_start[-1]), dtype=wp.int32, device=model.device)
         """The row of each entry, ascending in each column."""
-        self.diagonal = (start[:, None, None] + np.arange(3)[:, None] * heights[:, None, None]
-                         + 3 * host_below[:, None, None] + np.arange(3))  # fmt: skip
-        """The entries of the block of each point with itself, shape (N, 3, 3)."""
+        inputs = [
+            model.integers(strain_rows), count, self.below, neighbours, self.start, model.integers(block_start[:-1])
+        ]  # fmt: skip
+        model.launch(put_places, n, inputs, [self.rows, self.blocks])
         self.strain_start = model.integers(column_start[3 * n : 3 * (n + cells) : 3])
         """Where the first strain column of each cell starts, shape (C,), or (0,) without strains."""
-        self.corner = (column_start[3 * n + 1 :].reshape(cells, 3)[:, :, None] - 3) + np.arange(3)
-        """The entries of the strains of each cell with themselves, shape (C, 3, 3), or (0, 3, 3)."""
+        if relaxes:
+            inputs = [model.constants, 3 * n, model.cell_points, self.strain_start]
+            model.launch(put_strain_places, n, inputs, [self.rows])
+        corner = (column_start[3 * n + 1 :].reshape(cells, 3)[:, :, None] - 3) + np.arange(3)
+        self.corner = model.integers(corner.ravel())
+        """The entries of the strains of each cell with themselves, nine for each, shape (9 C,), or (0,)."""
 
-    def _number_pairs(self, model: Model, lists: TouchingLists) -> None:
+    def _number_pairs(self, model: Model, touching: TouchingSegments) -> None:
         """Number the pairs of segments that touch, each once."""
-        segment = np.repeat(np.arange(model.segment_count), lists.count)
-        once = lists.segments >= segment
-        lower = np.bincount(segment[~once], minlength=model.segment_count)
-        self.pair_count = int(np.count_nonzero(once))
-        self.pairs = wp.array(np.stack([segment[once], lists.segments[once]], axis=1).astype(np.int32), dtype=wp.vec2i,
-                              device=model.device)  # fmt: skip
+        count, device = model.segment_count, model.device
+        lower, once, last, self.pair_base = (wp.zeros(count, dtype=wp.int32, device=device) for _ in range(4))
+        model.launch(count_pairs, count, [touching.kept_count, touching.kept], [lower, once])
+        wp.utils.array_scan(once, last, inclusive=True)
+        self.pair_count = int(last[count - 1 :].numpy()[0])
+        self.pairs = wp.zeros(self.pair_count, dtype=wp.vec2i, device=device)
         """The pairs of segments that touch, the lower number first, shape (M, 2)."""
-        first = _starts(lists.count - lower)[:-1]
-        self.pair_base = model.integers(first - lower)
-        """What is added to a place in the list of a segment for the number of the pair, shape (S,)."""
+        model.launch(put_pairs, count, [touching.kept, lower, once, last], [self.pair_base, self.pairs])
 
-    @property
-    def entry_count(self) -> int:
-        """Number of entries."""
-        return len(self.rows)
+    @cached_property
+    def host_rows(self) -> NDArray[np.int32]:
+        """``rows`` beside the processor."""
+        return np.asarray(self.rows.numpy())
 
 
 def _neighbours(model: Model, touching: TouchingSegments) -> tuple[wp.array[Any], wp.array[Any], wp.array[Any]]:
@@ -160,7 +216,7 @@ def _neighbours(model: Model, touching: TouchingSegments) -> tuple[wp.array[Any]
     while True:
         count, below = (wp.zeros(n, dtype=wp.int32, device=model.device) for _ in range(2))
         neighbours = wp.zeros((n, capacity), dtype=wp.int32, device=model.device)
-        inputs = [model.constants, touching.count, touching.segments]
+        inputs = [model.constants, touching.kept_count, touching.kept]
         model.launch(list_neighbours, n, inputs, [count, below, neighbours])
         if int(count.numpy().max()) <= capacity:
             return count, below, neighbours

@@ -5,26 +5,31 @@
 They decide which blocks of the assembled Hessian are not zero. Each list is ascending and without repetition. The
 blocks of a pair of segments are stored once, for the segment with the lower number; a segment may touch an image of
 itself.
+
+The places of the blocks, and the analysis of the factors, last as long as the lists for which they were found. On the
+way to rest, segments touch, part and touch again. Where the analysis takes longer than the factors, all segments that
+the candidate lists connect therefore have places, those that do not touch for blocks of zeros.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import warp as wp
-from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher, ZeroArray
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.pair_stiffness import PairStiffness
 from stitchmesh.yarnrelax.model.constants import Model
-from stitchmesh.yarnrelax.model.lattice_images import sample_number
+from stitchmesh.yarnrelax.model.lattice_images import cell_of, sample_number
 
 CAPACITY = 16
 """Segments that may touch a segment before the lists are made longer; about six do in a fabric at rest."""
+LESS, MISSING = wp.constant(1), wp.constant(2)
+"""How the list of a segment differs from the kept one."""
 
 
 @wp.func
@@ -81,20 +86,77 @@ def list_touching_segments(
     count[s] = found
 
 
+@kernel
+def compare_lists(
+    # model
+    kept_count: wp.array[wp.int32],
+    kept: wp.array2d[wp.int32],
+    # state in
+    count: wp.array[wp.int32],
+    segments: wp.array2d[wp.int32],
+    # state out
+    difference: wp.array[wp.int32],
+) -> None:
+    """``MISSING`` for each list with a number that the kept list has not, ``LESS`` if it only lacks some of them."""
+    s = wp.tid()
+    found = wp.where(kept_count[s] > count[s], LESS, 0)
+    for k in range(count[s]):
+        if place_in_list(kept, s, kept_count[s], segments[s, k]) < 0:
+            found = MISSING
+    difference[s] = found
+
+
+@kernel
+def copy_lists(
+    # state in
+    count: wp.array[wp.int32],
+    segments: wp.array2d[wp.int32],
+    # state out
+    copied_count: wp.array[wp.int32],
+    copied: wp.array2d[wp.int32],
+) -> None:
+    """The same lists with another capacity."""
+    s = wp.tid()
+    copied_count[s] = count[s]
+    for k in range(count[s]):
+        copied[s, k] = segments[s, k]
+
+
+@kernel
+def put_former_lists(
+    # model
+    images: Any,
+    changed: wp.array[wp.int32],
+    # state in
+    former_count: wp.array[wp.int32],
+    former: wp.array2d[wp.int32],
+    # state out
+    count: wp.array[wp.int32],
+    segments: wp.array2d[wp.int32],
+) -> None:
+    """The former lists in the cells that have not changed."""
+    s = wp.tid()
+    if changed[cell_of(images, s)] == 0:
+        count[s] = former_count[s]
+        for k in range(former_count[s]):
+            segments[s, k] = former[s, k]
+
+
 class TouchingSegments:
-    """The lists on a device."""
+    """The lists on a device: those of the present state, and those for which matrices have places."""
 
     def __init__(self, model: Model) -> None:
-        """Allocate short lists."""
+        """Allocate short lists; there are places for no pair."""
         self.model = model
-        self.count = wp.zeros(model.segment_count, dtype=wp.int32, device=model.device)
-        """Number of segments that touch each segment, shape (S,)."""
-        self._allocate(CAPACITY)
-
-    def _allocate(self, capacity: int) -> None:
-        shape = (self.model.segment_count, capacity)
-        self.segments = wp.zeros(shape, dtype=wp.int32, device=self.model.device)
+        self.count, self.kept_count = (
+            wp.zeros(model.segment_count, dtype=wp.int32, device=model.device) for _ in range(2)
+        )
+        """Number of segments that touch each segment, and of those that have places, shape (S,)."""
+        self.segments, self.kept = self._lists(CAPACITY), self._lists(CAPACITY)
         """Their numbers, ascending, shape (S, capacity)."""
+
+    def _lists(self, capacity: int) -> wp.array[Any]:
+        return wp.zeros((self.model.segment_count, capacity), dtype=wp.int32, device=self.model.device)
 
     def launches(self, pairs: Sequence[PairStiffness], launcher: Launcher) -> list[Any]:
         """The launches that list the segments that any of the pairs connect."""
@@ -105,26 +167,41 @@ class TouchingSegments:
         ]  # fmt: skip
         return [ZeroArray(self.count), *listing]
 
-    def on_host(self) -> TouchingLists | None:
-        """The lists as they were found; None if they had no room, which they have the next time."""
-        count = self.count.numpy()
-        most, capacity = int(count.max()), self.segments.shape[1]
-        if most > capacity:
-            self._allocate(2 * capacity)
-            return None
-        listed = np.arange(capacity) < count[:, None]
-        return TouchingLists(count.astype(np.int64), self.segments.numpy()[listed].astype(np.int64))
+    def make_room(self) -> bool:
+        """Make the lists of the present state longer if they had no room; return whether they are to be made again."""
+        most = int(self.count.numpy().max())
+        if most <= self.segments.shape[1]:
+            return False
+        self.segments = self._lists(2 * most)
+        return True
 
+    def keep(self, candidates: Candidates | None) -> bool:
+        """Keep the lists of cells that have no places for them; return whether others were kept before.
 
-@dataclass(frozen=True, eq=False)
-class TouchingLists:
-    """The lists of all segments on the host, one after the other."""
-
-    count: NDArray[np.int64]
-    """Length of each list, shape (S,)."""
-    segments: NDArray[np.int64]
-    """The segments of all lists, shape (n,)."""
-
-    def is_like(self, other: TouchingLists) -> bool:
-        """Whether the same segments touch."""
-        return np.array_equal(self.count, other.count) and np.array_equal(self.segments, other.segments)
+        Args:
+            candidates: the candidate lists, whose segments get places too, so that these last longer; None for places
+                for the segments that touch alone.
+        """
+        model, count = self.model, self.model.segment_count
+        difference = wp.zeros(count, dtype=wp.int32, device=model.device)
+        found, former = [self.count, self.segments], [self.kept_count, self.kept]
+        model.launch(compare_lists, count, [*former, *found], [difference])
+        least = LESS if candidates is None else MISSING
+        changed = np.maximum.reduceat(difference.numpy(), model.segment_start[:-1]) >= least
+        if not changed.any():
+            return False
+        images, capacity = model.constants.images, max(self.segments.shape[1], self.kept.shape[1])
+        self.kept_count = wp.zeros_like(self.count)
+        while True:
+            self.kept = self._lists(capacity)
+            kept = [self.kept_count, self.kept]
+            model.launch(copy_lists, count, found, kept)
+            if candidates is not None:
+                inputs = [model.constants, images, candidates.count, candidates.lists]
+                model.launch(list_touching_segments, count, inputs, kept)
+            if int(self.kept_count.numpy().max()) <= capacity:
+                break
+            capacity *= 2
+        if not changed.all():
+            model.launch(put_former_lists, count, [images, model.integers(changed), *former], kept)
+        return True

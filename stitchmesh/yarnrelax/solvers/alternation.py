@@ -5,6 +5,10 @@
 Far from rest, the limits of moves shorten Newton steps, and then the solver often lowers the energy faster than they
 do. After each shortened step, the solver therefore iterates for as long as the step took, and goes on while it lowers
 the energy at least as fast. Neither method can cost much more than twice what the better one would cost alone.
+
+Several cells take their steps together, in every ``ROUND``-th assessment interval. While they wait, cells iterate that
+would iterate alone too; those whose last step was not shortened stand still, because iterations lead away from the
+minimum that Newton steps are about to find.
 """
 
 from __future__ import annotations
@@ -18,23 +22,53 @@ STEP_COST = 50
 """Iterations that a Newton step counts as: it takes about their time in cells of some hundred control points."""
 
 
+ROUND = {"cpu": 1, "cuda": 5}
+"""Assessment intervals from one Newton step of several cells to the next. On a GPU a step takes hardly longer for many
+cells than for a few, and about as long as these intervals."""
+
+
 class Alternation:
     """The iterations that come before the next Newton step of each cell."""
 
-    def __init__(self, cells: int) -> None:
-        """Begin with a Newton step of each of ``cells`` cells."""
+    def __init__(self, cells: int, device: str = "cpu") -> None:
+        """Begin with a Newton step of each of ``cells`` cells on a device, ``cpu`` or ``cuda``."""
+        self.intervals, self.round = 0, 1 if cells == 1 else ROUND[device]
+        """Assessment intervals that have begun, and how many are from one Newton step to the next."""
+        self.follows = np.zeros(cells, dtype=bool)
+        """Whether the next Newton step of each cell follows its last one without iterations, shape (C,)."""
         self.descent = np.zeros(cells, dtype=np.int64)
         """Iterations of the solver before the next Newton step of each cell, shape (C,)."""
         self.newton_fall = np.zeros(cells)
         """Relative fall of the energy in the last shortened Newton step of each cell over ``STEP_COST``, shape (C,)."""
 
-    def note_steps(self, shortened: NDArray[np.bool_], fall: NDArray[np.float64]) -> None:
+    def begin_interval(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Begin an interval of some cells; return those that do not stand still in it, shape (C,).
+
+        Where all of them would, their Newton steps come at once.
+        """
+        self.intervals += 1
+        standing = chosen & self.follows & (self.intervals % self.round != 0)
+        if (chosen & ~standing).any():
+            return chosen & ~standing
+        self.intervals += -self.intervals % self.round
+        return chosen
+
+    @property
+    def is_step_due(self) -> NDArray[np.bool_]:
+        """Whether each cell may take a Newton step in the present interval, shape (C,)."""
+        return (self.descent == 0) & (self.intervals % self.round == 0)
+
+    def note_steps(
+        self, stepping: NDArray[np.bool_], shortened: NDArray[np.bool_], fall: NDArray[np.float64]
+    ) -> None:  # fmt: skip
         """Let the solver iterate after shortened steps of some cells.
 
         Args:
+            stepping: whether each cell took a step, shape (C,).
             shortened: whether each cell took a shortened step that was accepted, shape (C,).
             fall: relative fall of the energy in the steps, shape (C,).
         """
+        self.follows = (self.follows | stepping) & ~shortened
         self.descent[shortened] = STEP_COST
         self.newton_fall[shortened] = fall[shortened] / STEP_COST
 
@@ -50,3 +84,4 @@ class Alternation:
         goes_on = (self.newton_fall > 0.0) & (fall > interval * self.newton_fall)
         left = np.maximum(self.descent - interval, np.where(goes_on, interval, 0))
         self.descent = np.where(bad, 0, np.where(good, left, self.descent))
+        self.follows &= ~(good | bad)

@@ -117,15 +117,18 @@ class NewtonSystems:
         return found
 
     def ways_down(self, lengths: Mapping[int, float]) -> dict[int, FloatArray]:
-        """A motion of each of some cells along the eigenvectors of its negative eigenvalues [units], shape (n / 3, 3).
+        """A motion of each of some cells along which its energy has a negative second derivative, shape (n / 3, 3).
 
-        It is the part of a random vector that lies in them, and moves the farthest control point by a length [units].
+        It is the part of a random vector in the negative directions of the matrix, and moves the farthest control point
+        by a length [units].
         """
         owners, found = self.matrices.owners, dict[int, FloatArray]()
-        for cell, down in self.factors.negative_eigenvectors(list(lengths)).items():
+        for cell, down in self.factors.negative_directions(list(lengths)).items():
             motion, own = np.zeros(len(self.force)), owners.coordinates[cell]
-            motion[own] = down @ (down.T @ np.random.default_rng(0).normal(size=len(own)))
-            found[cell] = motion.reshape(-1, 3) * (lengths[cell] / np.linalg.norm(motion.reshape(-1, 3), axis=1).max())
+            along = down @ (down.T @ np.random.default_rng(0).normal(size=len(own)))
+            farthest = np.sqrt(np.bincount(own // 3 - own[0] // 3, along**2).max())
+            motion[own] = along * (lengths[cell] / farthest)
+            found[cell] = motion.reshape(-1, 3)
         return found
 
     def without_negative_eigenvalues(self, cells: NDArray[np.bool_]) -> NewtonSystems:

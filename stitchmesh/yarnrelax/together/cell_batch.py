@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -36,13 +37,11 @@ from stitchmesh.yarnrelax.together.begun_cell import BegunCell, learned_by, teac
 
 CellProgress = Callable[[int, int], None]
 """Called with the number of cells at rest and the number of iterations."""
-SMALL_PART = 0.25
-"""Part of all contact samples below which the cells that are not at rest continue without the others."""
+SMALL_PART = {"cpu": 0.25, "cuda": 0.5}
+"""Part of all contact samples below which the cells that are not at rest continue without the others. On a GPU, new
+candidate lists, which are made for all cells, are most of the time of iterations."""
 LAST_PART = 0.1
 """Part of the cells that a batch may leave for the next one."""
-ROUND = {"cpu": 1, "cuda": 25}
-"""Assessment intervals from one Newton step of a batch to the next. A step of a batch on a GPU takes the time of 500 to
-1,000 iterations, most of it on the host, whether few cells take it or all; cells iterate while they wait."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +181,7 @@ class _Run:
         self.history: list[list[HistoryEntry]] = [[] if own is None else list(own.history) for own in begun]
         self._note(~self.loop.failed & np.array([own is None for own in begun]))
         self.active = ~self.loop.failed & (self.loop.iterations < batch.most)
-        self._round, self._intervals = ROUND["cuda" if simulation.model.device.is_cuda else "cpu"], 0
+        self._small = SMALL_PART["cuda" if simulation.model.device.is_cuda else "cpu"]
 
     def begun(self, yarns: Sequence[YarnSet]) -> list[BegunCell]:
         """All cells, to go on in another batch; ``yarns`` are their last accepted states."""
@@ -193,14 +192,10 @@ class _Run:
 
     def advance(self) -> None:
         """Iterate and assess cells that are not at rest."""
-        loop, chosen = self.loop, self.active
-        self._intervals += 1
-        loop.steps_wait = self._intervals % self._round != 0
-        try:
-            loop.advance(chosen)
-        except OverloadError:  # the only cell, whose error the loop keeps
-            chosen = ~loop.failed
-        self._note(chosen & ~loop.failed)
+        loop, before = self.loop, self.loop.iterations.copy()
+        with suppress(OverloadError):  # of the only cell, whose error the loop keeps
+            loop.advance(self.active)
+        self._note((loop.iterations > before) & ~loop.failed)  # others stand still
         self.active = self.active & ~(loop.at_rest | loop.failed | loop.stalled) & (loop.iterations < self.batch.most)
 
     def _note(self, cells: NDArray[np.bool_]) -> None:
@@ -218,7 +213,7 @@ class _Run:
     def is_mostly_done(self) -> bool:
         """Whether the remaining cells are so small a part that they are faster without the others."""
         samples = np.diff(self.simulation.model.sample_start[self.simulation.model.segment_start])
-        return bool(samples[self.active].sum() < SMALL_PART * samples.sum())
+        return bool(samples[self.active].sum() < self._small * samples.sum())
 
     def relaxed(self, yarns: Sequence[YarnSet], cells: NDArray[np.int64]) -> dict[int, RelaxedCell]:
         """Some of the cells with their reports; ``yarns`` are those of all cells."""

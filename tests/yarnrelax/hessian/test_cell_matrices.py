@@ -13,15 +13,15 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.errors import SolverError
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
-from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
+from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly, assembled_hessian
 from stitchmesh.yarnrelax.energies.term import Coupling
 from stitchmesh.yarnrelax.hessian.cell_matrices import Owners
-from stitchmesh.yarnrelax.hessian.matrices_on_gpu import MatricesOnGpu
+from stitchmesh.yarnrelax.hessian.matrices_on_gpu import LATELY, MatricesOnGpu, PartOnGpu
 from stitchmesh.yarnrelax.hessian.matrices_on_host import MatricesOnHost
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.compute.pretended_cudss import pretend_cudss
 from tests.compute.test_cudss import GPUS, needs_cudss
-from tests.yarnrelax.hessian.places import Place, on_device
+from tests.yarnrelax.hessian.places import Place, on_device, pattern_of
 from tests.yarnrelax.stockinette import periodic_patch, woven_cell
 
 KALDOR, FREE = YarnMaterial.named("kaldor-simulation"), RelaxCell()
@@ -70,14 +70,56 @@ def test_products_and_diagonals_leave_out_what_is_left_out(place: Place) -> None
     np.testing.assert_allclose(matrices.only(first).product(vector), expected, atol=1e-14 * len(CELL))
 
 
-def test_the_upper_triangle_is_that_of_the_shifted_matrices_and_of_the_identity() -> None:
-    matrices = on_device("cpu", OWNERS, matrix())
-    values = wp.zeros(len(matrices.pattern.upper_columns), dtype=wp.float64, device="cpu")
-    matrices.put_upper_triangle(wp.array(SHIFT, dtype=wp.float64, device="cpu"), values)
-    parts = (values.numpy(), matrices.pattern.upper_columns.numpy(), matrices.pattern.upper_start.numpy())
-    is_in = OWNERS.cell >= 0
+@pytest.mark.parametrize("part", ["all", "some", "the owned ones"])
+def test_the_upper_triangle_is_that_of_the_shifted_matrices_and_of_the_identity(part: str) -> None:
+    matrices, is_in = on_device("cpu", OWNERS, matrix()), OWNERS.cell >= 0
+    taken = {"all": np.ones_like(is_in), "some": is_in | (np.arange(len(CELL)) % 2 == 0), "the owned ones": is_in}[part]
+    own = PartOnGpu(matrices.pattern, np.flatnonzero(taken))
+    values = wp.zeros(len(own.upper_columns), dtype=wp.float64, device="cpu")
+    matrices.put_upper_triangle(own, wp.array(SHIFT, dtype=wp.float64, device="cpu"), values)
+    parts, count = (values.numpy(), own.upper_columns.numpy(), own.upper_start.numpy()), len(own.coordinates)
     expected = np.where(is_in[:, None] & is_in, matrix().toarray(), np.diag(~is_in)) + np.diag(OWNERS.each(SHIFT))
-    np.testing.assert_array_equal(csc_array(parts, shape=(len(CELL), len(CELL))).toarray().T, np.triu(expected))
+    expected = np.triu(expected[np.ix_(taken, taken)])
+    np.testing.assert_array_equal(csc_array(parts, shape=(count, count)).toarray().T, expected)
+
+
+def test_a_part_is_kept_while_its_coordinates_are_asked_for() -> None:
+    """Coordinates that were asked for lately stay in it, and it is left once it is too large for long."""
+    pattern = pattern_of(matrix(), device_named("cpu"), np.zeros(len(CELL)))
+    first, second = CELL == 0, CELL == 1
+    (part,) = pattern.parts_for(first)
+    assert pattern.parts_for(first) == [part]
+    both = pattern.parts_for(second)
+    np.testing.assert_array_equal(both[0].coordinates, np.flatnonzero(first | second))
+    assert pattern.parts_for(first) == both and pattern.parts_for(second) == both
+    found = [pattern.parts_for(second) for _ in range(LATELY)]
+    assert found[0] == both
+    np.testing.assert_array_equal(found[-1][0].coordinates, np.flatnonzero(second))
+
+
+def test_groups_have_parts_of_their_own() -> None:
+    pattern = pattern_of(matrix(), device_named("cpu"), np.where(CELL == 1, 1, 0))
+    parts = pattern.parts_for(CELL >= 0)
+    for part, own in zip(parts, (CELL != 1, CELL == 1), strict=True):
+        np.testing.assert_array_equal(part.coordinates, np.flatnonzero(own))
+    assert pattern.parts_for(CELL == 1) == parts[1:]
+
+
+def test_the_analysis_of_a_group_without_new_entries_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    pretend_cudss(monkeypatch)
+    every, device, group = CELL >= 0, device_named("cpu"), np.where(CELL == 1, 1, 0)
+    given = matrix()
+    pattern = pattern_of(given, device, group)
+    before = [part.factors for part in pattern.parts_for(every)]
+    alike = [part.factors for part in pattern_of(given, device, group, pattern).parts_for(every)]
+    assert alike[0] is before[0] and alike[1] is before[1]
+    more = np.zeros(given.shape)
+    one, other = np.flatnonzero(CELL == 1)[[0, -1]]
+    more[one, other] = more[other, one] = 1.0
+    assert given[one, other] == 0.0
+    last = pattern_of(csc_array(given + csc_array(more)), device, group, pattern)
+    now = [part.factors for part in last.parts_for(every)]
+    assert now[0] is before[0] and now[1] is not before[1]
 
 
 @pytest.mark.decides
@@ -93,8 +135,8 @@ def test_factors_count_and_solve_for_each_cell(place: Place) -> None:
     assert (found[OWNERS.cell < 0] == 0.0).all()
 
 
-def test_the_eigenvectors_of_each_cell_are_found(place: Place) -> None:
-    for cell, found in place(OWNERS, matrix()).factored(SHIFT).negative_eigenvectors([0, 2]).items():
+def test_the_negative_directions_of_each_cell_are_found(place: Place) -> None:
+    for cell, found in place(OWNERS, matrix()).factored(SHIFT).negative_directions([0, 2]).items():
         values, vectors = np.linalg.eigh(part(cell))
         expected = vectors[:, values < 0.0]
         # Vectors of near eigenvalues may be turned against each other: the projections are compared.
@@ -118,6 +160,21 @@ def test_factors_whose_memory_others_took_are_found_again_to_the_same_bits(place
     np.testing.assert_array_equal(place(OWNERS, matrix()).factored(SHIFT).solve(right, every), before)
 
 
+def test_factors_whose_analysis_a_new_pattern_has_taken_are_found_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    pretend_cudss(monkeypatch)
+    device, every, right = device_named("cpu"), np.ones(3, dtype=bool), normal(len(CELL))
+    group, given = np.where(CELL == 1, 1, 0), matrix()
+    pattern = pattern_of(given, device, group)
+    first = MatricesOnGpu(pattern, wp.array(given.data, dtype=wp.float64, device="cpu"), OWNERS).factored(SHIFT)
+    before = first.solve(right, every)
+    taken = pattern_of(given, device, group, pattern)
+    second = MatricesOnGpu(taken, wp.array(3.0 * given.data, dtype=wp.float64, device="cpu"), OWNERS).factored(SHIFT)
+    after = second.solve(right, every)
+    np.testing.assert_array_equal(first.solve(right, every), before)
+    np.testing.assert_array_equal(second.solve(right, every), after)
+    assert not np.array_equal(before, after)
+
+
 def batch_on(device: str) -> YarnSimulation:
     given = [(yarns, KALDOR) for yarns in (periodic_patch(1, 1), woven_cell(), periodic_patch(2, 2))]
     return YarnSimulation(given, PRESETS["draft"], device_named(device), cells=[FREE] * 3)
@@ -129,12 +186,17 @@ def owners_in(simulation: YarnSimulation) -> Owners:
     return Owners(cell.astype(np.int32), 3)
 
 
+def on_pretended_gpu(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the assembly factor on the device ``cpu``."""
+    pretend_cudss(monkeypatch)
+    monkeypatch.setattr("stitchmesh.yarnrelax.assembled_hessian.factors_on", lambda _device: True)
+
+
 def test_without_cudss_and_with_couplings_the_processor_factors(monkeypatch: pytest.MonkeyPatch) -> None:
     simulation = batch_on("cpu")
     owners, assembly = owners_in(simulation), HessianAssembly(simulation)
     assert isinstance(assembly.cell_matrices(np.ones(3), owners, [], forces_are_found=False), MatricesOnHost)
-    pretend_cudss(monkeypatch)
-    monkeypatch.setattr("stitchmesh.yarnrelax.assembled_hessian.factors_on", lambda _device: True)
+    on_pretended_gpu(monkeypatch)
     coupling = Coupling(csr_array((1, len(owners.cell))))
     assert isinstance(assembly.cell_matrices(np.ones(3), owners, [coupling], forces_are_found=True), MatricesOnHost)
     first = assembly.cell_matrices(np.ones(3), owners, [], forces_are_found=True)
@@ -149,8 +211,7 @@ def test_hessians_of_a_batch_have_the_inertia_and_the_solutions_of_the_processor
     device: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if device == "cpu":
-        pretend_cudss(monkeypatch)
-        monkeypatch.setattr("stitchmesh.yarnrelax.assembled_hessian.factors_on", lambda _device: True)
+        on_pretended_gpu(monkeypatch)
     simulation = batch_on(device if device == "cpu" else GPUS[0])
     owners, assembly = owners_in(simulation), HessianAssembly(simulation)
     for exact in (np.ones(3), np.zeros(3)):
@@ -165,3 +226,45 @@ def test_hessians_of_a_batch_have_the_inertia_and_the_solutions_of_the_processor
         solution = there.solve(right, every)
         # Rounding of float64 times the condition, 1e7 by the shift, times the growth of small pivots.
         np.testing.assert_allclose(here.solve(right, every), solution, atol=1e-5 * np.abs(solution).max())
+
+
+def test_on_a_gpu_places_last_while_segments_part_and_touch_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of candidates that do not touch hold zeros."""
+    on_pretended_gpu(monkeypatch)
+    simulation, patterns = batch_on("cpu"), set()
+    owners, assembly = owners_in(simulation), HessianAssembly(simulation)
+    points, vector, touching = simulation.state.points.numpy(), normal(len(owners.cell)), set()
+    for seed in range(4):
+        motion = np.random.default_rng(seed).normal(scale=0.02, size=points.shape)
+        motion[simulation.model.point_count :] = 0.0
+        simulation.state.points.assign(points + motion)
+        found = assembly.cell_matrices(np.ones(3), owners, [], forces_are_found=False)
+        assert isinstance(found, MatricesOnGpu)
+        patterns.add(found.pattern)
+        with monkeypatch.context() as beside:
+            beside.setattr("stitchmesh.yarnrelax.assembled_hessian.factors_on", lambda _device: False)
+            exact = MatricesOnHost(assembled_hessian(simulation), owners)
+        touching.add(exact.matrix.nnz)
+        assert exact.matrix.nnz < len(found.entries)
+        # sums of the same numbers in another order
+        expected = exact.product(vector)
+        np.testing.assert_allclose(found.product(vector), expected, atol=1e-12 * np.abs(expected).max())
+    assert len(patterns) == 1 and len(touching) > 1
+
+
+def test_only_cells_with_new_neighbours_get_new_places(monkeypatch: pytest.MonkeyPatch) -> None:
+    on_pretended_gpu(monkeypatch)
+    simulation = batch_on("cpu")
+    owners, assembly = owners_in(simulation), HessianAssembly(simulation)
+    assembly.cell_matrices(np.ones(3), owners, [], forces_are_found=False)
+    before, start = assembly._touching.kept_count.numpy(), simulation.model.segment_start
+    simulation.search_contacts(0.3)  # fewer candidates in all cells
+    points = simulation.state.points.numpy()
+    last = slice(*simulation.model.point_start[2:4])
+    points[last] += np.random.default_rng(0).normal(scale=0.4, size=points[last].shape)
+    simulation.state.points.assign(points)
+    simulation.search_contacts()
+    assembly.cell_matrices(np.ones(3), owners, [], forces_are_found=False)
+    now = assembly._touching.kept_count.numpy()
+    np.testing.assert_array_equal(now[: start[2]], before[: start[2]])
+    assert not np.array_equal(now[start[2] :], before[start[2] :])

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stitchmesh.yarnrelax.solvers.alternation import STEP_COST, Alternation
+from stitchmesh.yarnrelax.solvers.alternation import ROUND, STEP_COST, Alternation
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 ALL, NONE = np.ones(1, dtype=bool), np.zeros(1, dtype=bool)
@@ -15,13 +15,13 @@ INTERVAL = int(ASSESSMENT_INTERVAL)
 
 def shortened_step(fall: float) -> Alternation:
     alternation = Alternation(1)
-    alternation.note_steps(ALL, np.array([fall]))
+    alternation.note_steps(ALL, ALL, np.array([fall]))
     return alternation
 
 
 def test_newton_steps_follow_one_another_as_long_as_they_are_whole() -> None:
     alternation = Alternation(1)
-    alternation.note_steps(NONE, np.array([0.1]))
+    alternation.note_steps(ALL, NONE, np.array([0.1]))
     assert alternation.descent == 0
 
 
@@ -50,8 +50,34 @@ def test_an_interval_that_is_not_accepted_ends_the_descent() -> None:
 
 def test_cells_alternate_independently() -> None:
     alternation = Alternation(3)
-    alternation.note_steps(np.array([True, False, True]), np.array([0.1, 0.2, 0.3]))
+    alternation.note_steps(np.ones(3, dtype=bool), np.array([True, False, True]), np.array([0.1, 0.2, 0.3]))
     assert alternation.descent.tolist() == [STEP_COST, 0, STEP_COST]
     alternation.note_iterations(np.array([True, False, False]), np.array([False, False, False]), np.zeros(3))
     assert alternation.descent.tolist() == [STEP_COST - INTERVAL, 0, STEP_COST]
     assert alternation.newton_fall.tolist() == [0.1 / STEP_COST, 0.0, 0.3 / STEP_COST]
+
+
+def test_cells_wait_for_a_common_step_and_those_after_a_whole_step_stand_still() -> None:
+    alternation, every = Alternation(2, "cuda"), np.ones(2, dtype=bool)
+    first, none = np.array([True, False]), np.zeros(2, dtype=bool)
+    due = [alternation.begin_interval(every).all() and alternation.is_step_due.all() for _ in range(ROUND["cuda"])]
+    assert due == [False] * (ROUND["cuda"] - 1) + [True]
+    alternation.note_steps(every, ~first, np.array([0.1, 0.1]))
+    for _ in range(ROUND["cuda"] - 1):
+        assert alternation.begin_interval(every).tolist() == [False, True]
+        assert not alternation.is_step_due.any()
+        alternation.note_iterations(~first, none, np.zeros(2))
+    assert alternation.begin_interval(every).all() and alternation.is_step_due.all()
+
+
+def test_where_all_cells_stand_still_their_steps_come_at_once() -> None:
+    alternation, every = Alternation(2, "cuda"), np.ones(2, dtype=bool)
+    alternation.note_steps(every, ~every, np.zeros(2))
+    for _ in range(3):
+        assert alternation.begin_interval(every).all() and alternation.is_step_due.all()
+
+
+def test_one_cell_alone_waits_for_no_other() -> None:
+    alternation = Alternation(1, "cuda")
+    for _ in range(3):
+        assert alternation.begin_interval(ALL).all() and alternation.is_step_due.all()

@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Directions along which symmetric matrices are negative, from solutions of their linear systems.
+
+The inverse of a matrix A has the lowest eigenvalues where those of A are negative and small. Lanczos' method therefore
+finds them first: an orthonormal basis Q of the vectors A^-k y, to which each solution Y_j = A^-1 Q_j adds the next one.
+A negative Ritz value r with the vector s, (Q^T Y) s = r s, gives the direction w = Y s. Along it the matrix is negative
+even where Q has not converged, since
+
+    w^T A w  =  s^T Y^T A Y s  =  s^T Y^T Q s  =  r
+
+and two of these directions are conjugate: w_j^T A w_k = 0. All bases are orthogonalised against all of their vectors,
+because rounding would bring back those that have converged.
+
+Several matrices take their steps together: one solution of a matrix of blocks takes as long as that of one block.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from stitchmesh.mesh import FloatArray
+
+STEPS, SMALL = 24, 64
+"""Most solutions for a matrix, and the size up to which there are as many as rows, so that eigenvectors are exact."""
+CONVERGED = 0.1
+"""Residual of a Ritz value over its magnitude at which it is found."""
+EXHAUSTED = 1e-12
+"""Length of what is new in a solution over that of the solution below which the basis has all directions."""
+
+Solve = Callable[[Mapping[int, FloatArray]], Mapping[int, FloatArray]]
+"""The solutions of the linear systems of some matrices for a right-hand side of each."""
+
+
+def negative_directions(solve: Solve, sizes: Mapping[int, int], counts: Mapping[int, int]) -> dict[int, FloatArray]:
+    """Return an orthonormal basis of directions along which each matrix is negative, shape (n, m).
+
+    They are the eigenvectors of its negative eigenvalues as far as these are found; where none is found, a vector in
+    soft directions.
+
+    Args:
+        solve: the solutions for vectors of some of the matrices.
+        sizes: number n of rows of each matrix.
+        counts: number of negative eigenvalues of each.
+    """
+    bases = {number: _Basis(size, counts[number]) for number, size in sizes.items()}
+    while asked := {number: basis.last for number, basis in bases.items() if not basis.is_complete}:
+        for number, solution in solve(asked).items():
+            bases[number].add(solution)
+    return {number: basis.directions() for number, basis in bases.items()}
+
+
+class _Basis:
+    """The vectors of Lanczos' method for one matrix."""
+
+    def __init__(self, size: int, count: int) -> None:
+        start = np.random.default_rng(0).normal(size=size)
+        self.size, self.count, self.done = size, count, 0
+        """Number of rows, of negative eigenvalues, and of the solutions so far."""
+        self.most = size if size <= SMALL else min(STEPS, size)
+        """Most solutions."""
+        self.vectors, self.solutions = (np.zeros((size, self.most), order="F") for _ in range(2))
+        self.projected = np.zeros((self.most, self.most))
+        """Q^T Y."""
+        self.vectors[:, 0] = start / np.linalg.norm(start)
+        self.is_complete = count == 0
+
+    @property
+    def last(self) -> FloatArray:
+        """The vector whose solution comes next."""
+        return self.vectors[:, self.done]
+
+    def add(self, solution: FloatArray) -> None:
+        """Add the solution for the last vector, and the vector that it leads to."""
+        number, self.done = self.done, self.done + 1
+        basis = self.vectors[:, : self.done]
+        self.solutions[:, number] = solution
+        along = basis.T @ solution
+        self.projected[: self.done, number] = self.projected[number, : self.done] = along
+        new = solution - basis @ along
+        new -= basis @ (basis.T @ new)  # what rounding has left
+        length = float(np.linalg.norm(new))
+        is_exhausted = length <= EXHAUSTED * float(np.linalg.norm(solution))
+        self.is_complete = self.done == self.most or is_exhausted or self._are_found(length)
+        if not self.is_complete:
+            self.vectors[:, self.done] = new / length
+
+    def _ritz(self) -> tuple[FloatArray, FloatArray]:
+        """The Ritz values, ascending, and their vectors."""
+        return np.linalg.eigh(self.projected[: self.done, : self.done])
+
+    def _are_found(self, length: float) -> bool:
+        """Whether as many negative Ritz values are found as there are; ``length`` is that of what is new."""
+        if self.size <= SMALL or self.done < self.count:
+            return False
+        values, vectors = self._ritz()
+        found = length * np.abs(vectors[-1]) <= CONVERGED * np.abs(values)
+        return int(np.count_nonzero(found & (values < 0.0))) >= self.count
+
+    def directions(self) -> FloatArray:
+        """The directions that belong to negative Ritz values."""
+        if self.count == 0:
+            return np.zeros((self.size, 0))
+        values, vectors = self._ritz()
+        solutions, chosen = self.solutions[:, : self.done], values < 0.0
+        if not chosen.any():
+            return solutions[:, -1:] / np.linalg.norm(solutions[:, -1])
+        found = solutions @ vectors[:, chosen]
+        return np.asarray(np.linalg.qr(found / np.linalg.norm(found, axis=0))[0])
