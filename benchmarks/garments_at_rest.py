@@ -6,12 +6,17 @@
     python benchmarks/garments_at_rest.py assets/meshes/hat.obj --stitch-width 0.6 --device cpu --iterations 10000
     python benchmarks/garments_at_rest.py glove.bcc
     python benchmarks/garments_at_rest.py assets/meshes/hat.obj --stitch-width 0.6 --course
+    python benchmarks/garments_at_rest.py flared_skirt --stitch-width 0.6945 --qualities draft --agree
 
 A mesh is knitted and keeps its shape; yarns of a file are free. Each preset relaxes the yarns that it samples. The same
 yarns, relaxed on by the same solver for ``--iterations`` iterations, are taken for their rest. The error is the largest
 relative error of the mean distance of neighbouring stitches, along the yarns and across them, and the estimate is the
 ``remaining_change`` of the report. The last column is the residual of that long run. Kernels are loaded before the
 clock starts. With ``--course``, each line is a state on the way of the long run, the last column error over residual.
+
+With ``--agree``, two solvers bring the yarns to rest at a residual of 1e-4 in double precision, with what the preset
+samples: L-BFGS with Newton's method at its end, and L-BFGS alone, which estimates the change that is left. The
+difference is the largest one of the two spacings. ``flared_skirt`` is the one of ``mesh_relaxation.py``.
 """
 
 from __future__ import annotations
@@ -24,14 +29,24 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from mesh_relaxation import SCENES
 
 import stitchmesh as sm
+from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax import Relaxation
+from stitchmesh.yarnrelax import Relaxation, YarnMaterial
+from stitchmesh.yarnrelax.assembled_hessian import assembled_hessian
+from stitchmesh.yarnrelax.constraints.borders import KeepBorders
+from stitchmesh.yarnrelax.energies.shape import KeepShape
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.spacing_change import SpacingChange
 
 HEAD = """| scene | points | quality | seconds | iterations | at rest | residual | error % | estimate % | long run |
+|---|---:|---|---:|---:|---|---:|---:|---:|---:|"""
+HEAD_OF_SOLVERS = """
+| scene | points | solver | seconds | iterations | at rest | residual | left % | erg | difference % |
 |---|---:|---|---:|---:|---|---:|---:|---:|---:|"""
 
 
@@ -80,12 +95,36 @@ def print_course(scene: str, name: str, yarns: YarnSet, most: int, options: Mapp
         print(f"| {report['iterations']} | {residual:.2g} | {100 * error:.2g} | {error / residual:.2g} |")
 
 
+def print_agreement(scene: str, name: str, yarns: YarnSet, most: int, options: Mapping[str, Any]) -> None:
+    """Print two lines, one for each solver."""
+    quality = replace(PRESETS[name], precision="float64", tolerance=1e-4, largest_change=4e-4)
+    material, stitches, ends = YarnMaterial.named().of_radius(float(yarns.radius.mean())), SpacingChange(yarns), []
+    kept = options["keep_shape"]
+    for by_newton in (True, False):
+        simulation = YarnSimulation.start(
+            yarns, material, quality, device_named(options["device"]), [KeepShape(kept)], [KeepBorders(kept)]
+        )  # fmt: skip
+        loop = RelaxationLoop(simulation, quality.tolerance, quality.largest_change, by_newton=by_newton)
+        loop.run(20)
+        assembled_hessian(simulation)
+        began = time.perf_counter()
+        loop.run(most)
+        seconds, left = time.perf_counter() - began, loop.remaining[0]
+        ends.append(spacings(stitches, simulation.good_yarns()))
+        print(
+            f"| {scene} | {len(yarns.points):,} | {'Newton' if by_newton else 'L-BFGS'} | {seconds:.3g} "
+            f"| {loop.iteration} | {'yes' if loop.at_rest[0] else 'no'} | {loop.last.residual[0]:.2g} "
+            f"| {'' if left is None else f'{100 * left.spacing:.2g}'} | {loop.last.energy[0]:.9g} "
+            f"| {100 * np.abs(ends[-1] / ends[0] - 1.0).max():.2g} |", flush=True,
+        )  # fmt: skip
+
+
 def scene_of(path: str, arguments: argparse.Namespace, name: str) -> tuple[YarnSet, dict[str, Any]]:
     """Yarns of one scene as a preset samples them, and how they are held."""
     options: dict[str, Any] = {"device": arguments.device, "progress": False}
-    if not path.endswith(".obj"):
+    if path not in SCENES and not path.endswith(".obj"):
         return sm.read_yarns(path), options
-    mesh = sm.read_mesh(path, unit=arguments.unit)
+    mesh = SCENES[path]() if path in SCENES else sm.read_mesh(path, unit=arguments.unit)
     fabric = sm.tessellate(sm.label(mesh), stitch_width=arguments.stitch_width)
     fabric = sm.relax_mesh(fabric, surface=mesh, device=arguments.device, progress=False)
     yarns = sm.generate_yarns(fabric, yarn_radius=arguments.stitch_width / 8.0, quality=name)
@@ -101,15 +140,18 @@ def main() -> None:
     parser.add_argument("--qualities", default="draft,standard")
     parser.add_argument("--iterations", type=int, default=30_000, help="of the longest run")
     parser.add_argument("--course", action="store_true", help="states on the way of the longest run")
+    parser.add_argument("--agree", action="store_true", help="two solvers at a residual of 1e-4")
     parser.add_argument("--device", default=None)
     arguments = parser.parse_args()
     if not arguments.course:
-        print(HEAD)
+        print(HEAD_OF_SOLVERS if arguments.agree else HEAD)
     for path in arguments.scenes:
         for name in arguments.qualities.split(","):
             yarns, options = scene_of(path, arguments, name)
             given = (Path(path).stem, name, yarns, arguments.iterations, options)
-            if arguments.course:
+            if arguments.agree:
+                print_agreement(*given)
+            elif arguments.course:
                 print_course(*given)
             else:
                 print(row(*given), flush=True)

@@ -18,7 +18,7 @@ is not zero, the derivative of E du adds - f^T E_m du, which the matrix of Gauss
 opposite of the push of the planes, which has no part along the periods.
 
 Pairs are those in contact and those of terms, such as friction, whose anchors are places in space that do not follow
-the strains. Their forces are internal ones.
+the strains. Their forces are internal ones. Samples alone are those beside bodies.
 
 The order of the coordinates is that of the solver: those of the control points, and then the strains of each cell times
 ``STRAIN_UNIT``. Coordinates that are held have their rows and columns too.
@@ -31,6 +31,8 @@ The entries are summed last (``segment_sums``, ``matrix_entries``).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,10 +43,11 @@ from scipy.sparse import csc_array
 from stitchmesh.compute.captured import ZeroArray
 from stitchmesh.compute.cudss import factors_on
 from stitchmesh.compute.precision import matrix
-from stitchmesh.yarnrelax.energies.pair_stiffness import PairStiffness
+from stitchmesh.yarnrelax.energies.pair_stiffness import PairStiffness, SampleStiffness
 from stitchmesh.yarnrelax.energies.term import Coupling
 from stitchmesh.yarnrelax.hessian.cell_matrices import CellMatrices, Owners
 from stitchmesh.yarnrelax.hessian.contact_hessian import TouchingPairs
+from stitchmesh.yarnrelax.hessian.couplings import CouplingRows, joined
 from stitchmesh.yarnrelax.hessian.matrices_on_host import MatricesOnHost
 from stitchmesh.yarnrelax.hessian.matrix_entries import entry_launches
 from stitchmesh.yarnrelax.hessian.matrix_pattern import MatrixPattern
@@ -68,7 +71,8 @@ def assembled_hessian(simulation: YarnSimulation) -> csc_array:
 
     Args:
         simulation: the yarns, with candidate lists for their current state. Terms that are neither constant forces nor
-            give blocks of points or of pairs (``Term.point_blocks``, ``Term.pair_stiffness``) are left out.
+            give blocks of points, pairs or samples (``Term.point_blocks``, ``Term.pair_stiffness``,
+            ``Term.sample_stiffness``) are left out.
     """
     return HessianAssembly(simulation).matrix()
 
@@ -80,7 +84,7 @@ class HessianAssembly:
         """Allocate; nothing is found yet."""
         model, strain = simulation.model, simulation.strain
         self._simulation = simulation
-        self._exact = model.empty(model.cell_count)
+        self._exact = model.empty(model.segment_count)
         self._leg_hessian = wp.zeros((6, model.segment_count), dtype=matrix(3, model.scalar), device=model.device)
         self._pairs_in_contact = TouchingPairs(model, simulation.candidates)
         self._touching = TouchingSegments(model)
@@ -88,6 +92,7 @@ class HessianAssembly:
         self._pattern: MatrixPattern | None = None
         self._values = wp.empty(0, dtype=wp.float64, device=model.device)
         self._on_gpu: tuple[MatrixPattern, PatternOnGpu] | None = None
+        self._coupled = CouplingRows([])
         self._groups = _groups(3 * np.diff(model.point_start), 3 if self._sums.relaxes else 0)
 
     def matrix(
@@ -99,8 +104,9 @@ class HessianAssembly:
         Cells that rest (``Model.resting``) keep the matrices of their legs and contacts of the last time.
 
         Args:
-            exact: share of the exact Hessian of each cell, shape (C,); the rest is the matrix of Gauss and Newton,
-                which is never negative. By default all of it is exact.
+            exact: share of the exact Hessian of each segment, shape (S,), the same of all segments of a cell whose
+                periods relax; the rest is the matrix of Gauss and Newton, which is never negative. By default all of
+                it is exact.
             forces_are_found: whether the samples and the forces of the simulation are those of the current state, so
                 that their launches can be left out.
         """
@@ -115,31 +121,35 @@ class HessianAssembly:
     ) -> CellMatrices:  # fmt: skip
         """Return the Hessians of the current states of some cells, to be factored where they are assembled.
 
-        A GPU without cuDSS, and couplings, leave the factors to the processor.
+        A GPU without cuDSS leaves the factors to the processor.
 
         Args:
             exact: as for ``matrix``.
             owners: the coordinates of the cells.
-            couplings: what the factors have beside the matrix.
+            couplings: what joins many coordinates of the only piece.
             forces_are_found: as for ``matrix``.
         """
         device = self._simulation.model.device
-        if couplings or not factors_on(device):
-            return MatricesOnHost(self.matrix(exact, forces_are_found=forces_are_found), owners, couplings)
+        if not self._coupled.are_of(couplings):
+            self._coupled, self._on_gpu = CouplingRows(couplings), None
+        if not factors_on(device):
+            host = MatricesOnHost(self.matrix(exact, forces_are_found=forces_are_found), owners)
+            return replace(host, couplings=joined(couplings, self._coupled, host.diagonal()))
         from stitchmesh.yarnrelax.hessian.matrices_on_gpu import MatricesOnGpu, PatternOnGpu
 
         entries, pattern = self._entries(exact, forces_are_found)
         if self._on_gpu is None or self._on_gpu[0] is not pattern:
             column_start = wp.array(pattern.column_start, dtype=wp.int32, device=device)
             former = None if self._on_gpu is None else self._on_gpu[1]
-            self._on_gpu = pattern, PatternOnGpu(column_start, pattern.rows, self._groups, former)
-        return MatricesOnGpu(self._on_gpu[1], wp.clone(entries), owners)
+            self._on_gpu = pattern, PatternOnGpu(column_start, pattern.rows, self._groups, self._coupled, former)
+        found = MatricesOnGpu(self._on_gpu[1], wp.clone(entries), owners)
+        return replace(found, couplings=joined(couplings, self._coupled, found.diagonal()))
 
     def _entries(
         self, exact: NDArray[np.float64] | None, forces_are_found: bool
     ) -> tuple[wp.array[Any], MatrixPattern]:  # fmt: skip
         """The entries of the matrix on the device, which the next ones overwrite, and their places."""
-        self._exact.assign(np.ones(self._simulation.model.cell_count) if exact is None else exact)
+        self._exact.assign(np.ones(self._simulation.model.segment_count) if exact is None else exact)
         pattern = self._find(forces_are_found)
         simulation = self._simulation
         model, state = simulation.model, simulation.state
@@ -149,8 +159,10 @@ class HessianAssembly:
         blocks = [own for term in simulation.terms if (own := term.point_blocks(state)) is not None]
 
         def launches() -> list[Any]:
-            launcher, pairs = model.prepare, self._pairs()
-            found = self._sums.launches(state.points, state.samples, self._leg_hessian, pairs, pattern, launcher)
+            launcher, (pairs, samples) = model.prepare, self._pairs()
+            found = self._sums.launches(
+                state.points, state.samples, self._leg_hessian, pairs, samples, pattern, launcher
+            )  # fmt: skip
             return [ZeroArray(entries), *found, *entry_launches(
                 model, state, self._exact, self._leg_hessian, self._touching, pattern, self._sums, blocks, entries,
                 launcher,
@@ -159,32 +171,34 @@ class HessianAssembly:
         simulation.captured("Hessian", launches, of=pattern).launch()
         return entries, pattern
 
-    def _pairs(self) -> list[PairStiffness]:
-        """The pairs in contact and those of terms."""
+    def _pairs(self) -> tuple[list[PairStiffness], list[SampleStiffness]]:
+        """The pairs in contact and those of terms, and the samples of terms."""
         simulation = self._simulation
         model, state, launcher = simulation.model, simulation.state, simulation.model.prepare
         if self._pairs_in_contact.entries.shape != simulation.candidates.lists.shape:
             self._pairs_in_contact = TouchingPairs(model, simulation.candidates)
         given = [self._pairs_in_contact.pair_stiffness(self._exact, state.samples, launcher)]
-        return given + [own for term in simulation.terms if (own := term.pair_stiffness(state, launcher)) is not None]
+        given += [own for term in simulation.terms if (own := term.pair_stiffness(state, launcher)) is not None]
+        alone = [term.sample_stiffness(state, self._exact, launcher) for term in simulation.terms]
+        return given, [own for own in alone if own is not None]
 
     def _find(self, forces_are_found: bool) -> MatrixPattern:
-        """Find the matrices of segments and pairs, and return the places of the entries."""
+        """Find the matrices of segments, pairs and samples, and return the places of the entries."""
         simulation = self._simulation
         model, state = simulation.model, simulation.state
         if not forces_are_found:
             simulation.captured("balance", simulation.balance_launches).launch()
 
         def launches() -> list[Any]:
-            launcher, given = model.prepare, self._pairs()
+            launcher, (given, alone) = model.prepare, self._pairs()
             legs = leg_hessian_launch(model, self._exact, state.points, self._leg_hessian, launcher)
-            return [legs, *(launch for own in given for launch in own.launches),
-                    *self._touching.launches(given, launcher)]  # fmt: skip
+            further = [own.launches for own in given] + [own.launches for own in alone]
+            return [legs, *chain(*further), *self._touching.launches(given, launcher)]
 
         simulation.captured("stiffnesses", launches, of=self._touching.segments).launch()
         while self._touching.make_room():
             simulation.captured("stiffnesses", launches, of=self._touching.segments).launch()
-        candidates = simulation.candidates if factors_on(model.device) else None
+        candidates = simulation.candidates if factors_on(model.device) and model.on_lattice else None
         if self._touching.keep(candidates) or self._pattern is None:
             self._pattern = MatrixPattern(model, self._sums.relaxes, self._touching)
         return self._pattern

@@ -18,7 +18,8 @@ from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.load_path import LoadPath
 from stitchmesh.yarnrelax.load_position import AT_ONCE, TRIAL_ITERATIONS, LoadPosition
-from stitchmesh.yarnrelax.relaxation_loop import DESCENT, RelaxationLoop
+from stitchmesh.yarnrelax.newton import DESCENT
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 logger = logging.getLogger(__name__)

@@ -8,10 +8,9 @@ H^-1 F, from the factors of H (``newton_system``). Where H has no negative eigen
 the step is the motion that is left to it, up to its square: the judge of ``convergence`` reads the change of the
 spacing from it.
 
-Where H has negative eigenvalues, it is replaced by its mixture with a share s of the matrix of Gauss and Newton
-(``segment_hessian``, ``contact_hessian``), which is never negative: s = 1 first, and after each step a third of that
-before, until H itself is taken again below ``LEAST_SHARE``. Where the mixture has negative eigenvalues too, s grows by
-``SLOWER`` at once.
+Where H has negative eigenvalues, it is replaced by its mixture with the matrix of Gauss and Newton, in all of a cell or
+in parts of a garment (``mixture_shares``). A mixture in at most ``FEW`` of the segments counts as exact: what a garment
+has there hardly changes the mean of its spacing.
 
 A symmetric fabric can balance at a saddle, from which no force leads away. Where a step of the mixture moves no control
 point by more than ``BALANCED``, the yarns move along negative directions v_k of H instead (``negative_directions``), by
@@ -34,15 +33,16 @@ import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import CapturedLaunches
+from stitchmesh.compute.cudss import factors_on
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
 from stitchmesh.yarnrelax.assessment import RemainingChange
 from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
 from stitchmesh.yarnrelax.energies.term import Coupling
 from stitchmesh.yarnrelax.hessian.cell_matrices import Owners
-from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.resting_cells import only_in
 from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.mixture_shares import MixtureShares
 from stitchmesh.yarnrelax.solvers.newton_system import NewtonStep, NewtonSystems, deformation, shortened_motion
 from stitchmesh.yarnrelax.solvers.spacing_change import SpacingChange
 
@@ -52,10 +52,8 @@ MOVE, SMALLEST_MOVE = 0.05, 1e-3
 """First and smallest length of a move away from a balance, at the control point that moves farthest [radii]."""
 SHORTER, AGAIN = 0.25, 0.8
 """Factors of that length after a move that has not lowered the energy, and after one that has."""
-FASTER, SLOWER = 1.0 / 3.0, 8.0
-"""Factors of the share of the matrix of Gauss and Newton after a step, and where the mixture is negative somewhere."""
-LEAST_SHARE = 0.02
-"""Share below which the matrix of Gauss and Newton is left out."""
+FEW = 0.01
+"""Part of the segments in which a mixture counts as the exact Hessian."""
 SHORTEST_LIMIT = 0.05
 """Limit in mean radii, times the scale of the limits, below which a control point is shortened by itself and does not
 shorten the whole step."""
@@ -63,8 +61,13 @@ NEWTON_RISE = 32.0
 """Rise of the energy in a step that rounding explains, over the precision and the size of the energy."""
 SMALLEST_NEWTON_SCALE, MOST_IDLE = 1e-6, 3
 """Scale of steps below which nothing lowers the energy any more, and number of steps in a row that may gain nothing."""
-LARGEST_PIECE = 1024
-"""Control points of the largest piece without a lattice that Newton's method ends; ``settling`` judges larger ones."""
+LARGE = 1024
+"""Control points of a piece without a lattice above which it is large."""
+DESCENT, LATE = 0.01, 5e-5
+"""Residuals below which Newton's method ends a relaxation: in general, and of large pieces. Before, dozens of stitches
+of these slide (docs/accuracy.md, Garments at rest), and the solver moves them in less time."""
+LARGEST_ON_HOST, LARGEST_ON_GPU = 20_000, 1_000_000
+"""Control points of the largest pieces whose matrices are factored beside the processor and on a GPU."""
 
 
 class Newton:
@@ -76,8 +79,10 @@ class Newton:
         self.model = model
         self.steps: list[NewtonStep | None] = [None] * model.cell_count
         """The step of each cell from its current state; None where it is not known."""
-        self.share = np.zeros(model.cell_count)
-        """Share of the matrix of Gauss and Newton in the next step of each cell, shape (C,)."""
+        self.is_late = not model.on_lattice and model.point_count > LARGE
+        """Whether the only piece is large, so that it begins late."""
+        self.shares = MixtureShares(model, local=self.is_late)
+        """Shares of the matrix of Gauss and Newton in the next step."""
         self.away = np.full(model.cell_count, MOVE)
         """Length of the next move away from a balance of each cell [units], shape (C,)."""
         self.leaving = np.zeros(model.cell_count, dtype=bool)
@@ -90,13 +95,19 @@ class Newton:
         self._spacing: dict[int, SpacingChange] = {}
 
     @property
+    def descent(self) -> float:
+        """Residual below which it ends a relaxation."""
+        return LATE if self.is_late else DESCENT
+
+    @property
     def memory(self) -> NDArray[np.float64]:
-        """What persists of each cell from one step to the next: ``share``, ``away`` and ``idle``, shape (C, 3)."""
-        return np.column_stack([self.share, self.away, self.idle])
+        """What persists of each cell from one step to the next: its share, ``away`` and ``idle``, shape (C, 3)."""
+        return np.column_stack([self.shares.largest, self.away, self.idle])
 
     @memory.setter
     def memory(self, table: NDArray[np.float64]) -> None:
-        self.share, self.away, self.idle = table.T.copy()
+        self.away, self.idle = table.T[1:].copy()
+        self.shares.set_largest(table.T[0])
 
     def find_steps(self, cells: NDArray[np.bool_], balanced: NDArray[np.bool_], size: NDArray[np.float64]) -> None:
         """Find the steps of some cells; their candidate lists are up to date.
@@ -119,17 +130,20 @@ class Newton:
                 is_tiny = step is not None and np.linalg.norm(step.motion, axis=1).max() < SMALLEST_MOVE
                 self.gains_nothing[cell] = gains_nothing and is_tiny
                 if step is not None and step.leaves_balance:
-                    self.share[cell] = 0.0
+                    self.shares.clear(cell)
                 elif step is not None:
-                    lower = self.share[cell] * FASTER
-                    self.share[cell] = lower if lower > LEAST_SHARE else 0.0
-                elif self.share[cell] == 0.0:
-                    saddles[cell], self.share[cell] = balanced[cell], 1.0
+                    self.shares.shrink(cell)
                 else:
-                    self.share[cell] = min(self.share[cell] * SLOWER, 1.0)
+                    saddles[cell] |= balanced[cell] and self.shares.largest[cell] == 0.0
+                    self._grow_shares(systems, cell)
             if not left.any():
                 return
             systems = self._systems(left)
+
+    def _grow_shares(self, systems: NewtonSystems, cell: int) -> None:
+        """Take more of the matrix of Gauss and Newton in a cell whose matrix has negative eigenvalues."""
+        points = self.simulation.state.points.numpy()[: self.model.point_count].astype(np.float64)
+        self.shares.grow(cell, systems.factors.negative_pivots, points)
 
     def _find_forces(self, cells: NDArray[np.bool_]) -> None:
         """Find the forces on the control points and the strains of some cells."""
@@ -155,8 +169,9 @@ class Newton:
             exact: the systems with the exact Hessians.
             saddles: whether the exact Hessian of each balanced cell has negative eigenvalues, shape (C,).
         """
-        solved = cells & ((systems.negative_count == 0) | (self.share >= 1.0))
-        found, is_exact = systems.steps(solved, self.share == 0.0), self.share == 0.0
+        solved = cells & ((systems.negative_count == 0) | (self.shares.least >= 1.0))
+        is_exact = self.shares.part <= FEW
+        found = systems.steps(solved, is_exact)
         steps: dict[int, NewtonStep | None] = dict.fromkeys(np.flatnonzero(cells).tolist())
         balanced = np.zeros_like(cells)
         for cell in np.flatnonzero(solved).tolist():
@@ -184,18 +199,18 @@ class Newton:
 
     def _systems(self, cells: NDArray[np.bool_]) -> NewtonSystems:
         """The systems of some cells with their present shares."""
-        couplings = self._couplings()
         with only_in(self.model, cells):
             matrices = self._assembly.cell_matrices(
-                1.0 - self.share, self._owners(cells), couplings, forces_are_found=True
+                1.0 - self.shares.of_segments, self._owners(cells), self._couplings(), forces_are_found=True
             )
         count = len(matrices.owners.cell)
         force = self.simulation.state.force.numpy().astype(np.float64).ravel()[:count]
-        return NewtonSystems(matrices, np.where(matrices.owners.cell >= 0, force, 0.0), bool(couplings))
+        return NewtonSystems(matrices, np.where(matrices.owners.cell >= 0, force, 0.0))
 
     def forget(self) -> None:
         """Begin anew with all cells: their loads have changed."""
-        self.share[:], self.away[:], self.idle[:] = 0.0, MOVE, 0
+        self.shares.set_largest(np.zeros(self.model.cell_count))
+        self.away[:], self.idle[:] = MOVE, 0
 
     def count_idle(self, cells: NDArray[np.bool_], at_rest: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Count the present steps of some cells that are not at rest and gain nothing; return whose are too many."""
@@ -220,14 +235,13 @@ class Newton:
 
     def distrust(self, cells: NDArray[np.bool_]) -> None:
         """Take more of the matrix of Gauss and Newton in the next steps of some cells: the last ones were refused."""
-        cells = cells & ~self.leaving
-        self.share[cells] = np.minimum(np.maximum(self.share, LEAST_SHARE) * SLOWER, 1.0)[cells]
+        self.shares.distrust(cells & ~self.leaving)
 
     def move(self, cells: NDArray[np.bool_], step_scale: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Move some cells along their steps, no further than the step limit times a scale, shape (C,).
 
         Returns:
-            Whether the step of each cell was shortened, shape (C,).
+            Whether the step of each cell was shortened, or is that of a mixture in a large piece, shape (C,).
         """
         simulation = self.simulation
         state, strain = simulation.state, simulation.strain
@@ -240,7 +254,7 @@ class Newton:
             assert step is not None
             limit = np.minimum(simulation.step_fraction * step_scale[cell], budget[entries])
             moves[entries], factor = shortened_motion(step.motion, limit, SHORTEST_LIMIT * float(step_scale[cell]))
-            self.steps[cell], shortened[cell] = None, factor < 1.0
+            self.steps[cell], shortened[cell] = None, factor < 1.0 or (self.is_late and not step.exact)
         points += self._constrained(moves)
         if strain is not None and periods is not None:
             for cell in np.flatnonzero(cells).tolist():
@@ -311,13 +325,14 @@ class Newton:
 def newton_of(simulation: YarnSimulation) -> Newton | None:
     """Newton's method where it ends the relaxation of these yarns: all terms give their Hessians.
 
-    It does not for pieces with open yarns: nothing but friction holds their ends, and at rest such a piece has
-    unravelled.
+    It does not for open yarns whose stitches no term keeps in their places: nothing but friction holds their ends, and
+    at rest such a piece has unravelled. It does not for large pieces where friction moves the state of rest, nor for
+    those that are too large.
     """
-    given = simulation.is_quasistatic and all(term.gives_hessian for term in simulation.terms)
-    return Newton(simulation) if given and _suits(simulation.model) else None
-
-
-def _suits(model: Model) -> bool:
-    """Whether these yarns have a state of rest that factors of one matrix find."""
-    return model.on_lattice or (model.point_count <= LARGEST_PIECE and bool(model.yarns.closed.all()))
+    model, terms = simulation.model, simulation.terms
+    if not simulation.is_quasistatic or not all(term.gives_hessian for term in terms):
+        return None
+    held = bool(model.yarns.closed.all()) or any(term.keeps_stitches for term in terms)
+    largest = LARGEST_ON_GPU if factors_on(model.device) else LARGEST_ON_HOST
+    suits = held and (model.point_count <= LARGE or not any(term.lags for term in terms))
+    return Newton(simulation) if model.on_lattice or (suits and model.point_count <= largest) else None

@@ -3,9 +3,9 @@
 """The loop of a relaxation: iterate, renew the candidate lists, assess, accept or step back, stop.
 
 The loop serves one piece, and many cells of which each comes to rest by itself (``convergence``). A cell descends with
-the solver, in intervals of ``ASSESSMENT_INTERVAL`` iterations. At a residual of ``DESCENT``, Newton steps end the
-relaxation where all terms give their Hessians (``newton``), and judge whether it has ended. A step counts as
-``STEP_COST`` iterations. The last interval ends at the limit; a step that has begun is completed.
+the solver, in intervals of ``ASSESSMENT_INTERVAL`` iterations. At a small residual, Newton steps end the relaxation
+where all terms give their Hessians (``newton``), and judge whether it has ended. A step counts as some iterations
+(``alternation``). The last interval ends at the limit; a step that has begun is completed.
 """
 
 from __future__ import annotations
@@ -24,15 +24,13 @@ from stitchmesh.yarnrelax.model.resting_cells import only_in
 from stitchmesh.yarnrelax.newton import SMALLEST_NEWTON_SCALE, newton_of
 from stitchmesh.yarnrelax.settling import settling_of
 from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.alternation import STEP_COST, Alternation
+from stitchmesh.yarnrelax.solvers.alternation import alternation_of
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL, UNLIMITED
 
 SMALLEST_STEP_SCALE = 5e-5
 """Scale of steps below which the loop does not step back again."""
 RECOVERY, NEWTON_RECOVERY = 1.2, 2.0
 """Growth of the scale of steps after each accepted assessment."""
-DESCENT = 0.01
-"""Residual below which Newton's method ends a relaxation."""
 REMEDY = "move the yarns apart, or control points that lie in one place"
 """Advice for an energy that is too steep to be relaxed."""
 
@@ -73,7 +71,7 @@ class RelaxationLoop:
         first interval and after a step back, shape (C,)."""
         self.ending = np.zeros(cells, dtype=bool)
         """Whether each cell takes Newton steps, shape (C,)."""
-        self.alternation = Alternation(cells, "cuda" if simulation.model.device.is_cuda else "cpu")
+        self.alternation = alternation_of(simulation.model)
         """How Newton steps alternate with iterations of the solver."""
         self.stalled = np.zeros(cells, dtype=bool)
         """Whether no step lowers the energy of a cell that is not at rest, shape (C,)."""
@@ -81,8 +79,8 @@ class RelaxationLoop:
         """Estimate of the change that is left of each cell; None where it is unknown."""
         self.newton = newton_of(simulation) if by_newton else None
         """Newton's method, where it ends the relaxation."""
-        self.settling = settling_of(simulation) if self.newton is None else None
-        """How the only piece settles, where Newton's method does not end its relaxation."""
+        self.settling = settling_of(simulation, self.newton, tolerance, largest_change)
+        """How the only piece settles, where Newton's method does not end its relaxation, or begins too late."""
         self.kinetic_energy = 0.0
         """Kinetic energy at the last assessment [erg]."""
         self.errors: dict[int, str] = dict(simulation.too_close)
@@ -122,7 +120,7 @@ class RelaxationLoop:
         chosen = self.alternation.begin_interval(chosen)
         stepping, self.cut_short = chosen & self.takes_newton_step, False
         shortened = self._end(stepping)
-        self.iterations += np.where(stepping, STEP_COST, self._descend(chosen & ~stepping))
+        self.iterations += np.where(stepping, self.alternation.step_cost, self._descend(chosen & ~stepping))
         found, kinetic_energy = self.simulation.assess_cells(chosen), self.simulation.solver.kinetic_energy()
         good = chosen & self._is_acceptable(found, kinetic_energy, self._allowed_rise(stepping))
         self._note(good, found)
@@ -134,6 +132,9 @@ class RelaxationLoop:
         if self.newton is not None:
             self.newton.note_moves(good & (self.energy_fall > 0.0))
             self.alternation.note_steps(stepping, shortened & good, self.energy_fall)
+            if self.newton.is_late:  # the same factors again would only say the same
+                refused = stepping & ~good
+                self.alternation.note_steps(refused, refused, np.zeros(len(good)))
             descended = chosen & self.ending & ~stepping
             self.alternation.note_iterations(descended & good, descended & ~good, self.energy_fall)
             if (stepping & good).any():
@@ -291,10 +292,10 @@ class RelaxationLoop:
         self.energy_fall = np.where(cells, fall, self.energy_fall)
         self.last = self.last.replaced(cells, now)
         done, level = self.iteration - self.before, is_level(self.energy_fall, self.tolerance)
-        if self.settling is not None and cells.any() and self.settling.is_due(done):
+        if self.settling is not None and cells.any() and not self.ending[0] and self.settling.is_due(done):
             self.remaining[0] = self.settling.note_state(self.simulation, done, now[0])
         if self.newton is not None:
-            beginning = cells & ~self.ending & self._is_near_rest(DESCENT)
+            beginning = cells & ~self.ending & self._is_near_rest(self.newton.descent)
             self.ending, self.step_scale[beginning] = self.ending | beginning, 1.0
             level = np.where(self.ending, self.newton.gains_nothing, level)
         self.stalled |= cells & now.hides_rest(self.tolerance) & level

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """How a piece settles: the change that is left, estimated from the changes so far.
 
-Newton's method does not end the relaxation of garments and of open yarns (``newton``). Their stitches slide along the
-fabric in motions of every softness, and an iteration of a quasi-Newton method finds the stiff ones first. The softest
-ones are found after thousands of iterations, so that a small change from one iteration to the next says nothing. The
-changes are therefore compared over spans that grow: with x the energy, or the mean distance of neighbouring stitches
-along the yarns or across them, after n iterations,
+Large pieces may stop before Newton's method begins, and it does not end the relaxation of free open yarns (``newton``).
+Their stitches slide along the fabric in motions of every softness, and an iteration of a quasi-Newton method finds the
+stiff ones first. The softest ones are found after thousands of iterations, so that a small change from one iteration to
+the next says nothing. The changes are therefore compared over spans that grow: with x the energy, or the mean distance
+of neighbouring stitches along the yarns or across them, after n iterations,
 
     c = |x(n) - x(n / s)|,    c' = |x(n / s) - x(n / s^2)|,    r = c / c' within FASTEST and SLOWEST,    s^2 = 2
     left = max(c, c' FASTEST^2) r / (1 - r)
@@ -30,14 +30,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.quality import SLIDE
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.assessment import Assessment, RemainingChange
+from stitchmesh.yarnrelax.newton import Newton
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.spacing_change import SpacingChange
 
+EXACT = 3e-4
+"""Residual below which large pieces are so near to a minimum that an exact step says more than the changes so far."""
 SPAN = 2.0**0.5
 """Ratio of the iterations at the end and at the beginning of a span."""
 FASTEST, SLOWEST = (1.0 / 3.0) ** 0.5, 0.75**0.5
@@ -133,13 +137,18 @@ class Settling:
         self.marks = [Mark(int(row[0]), row[1], row[2], row[3], spacing, middle) for row, spacing, middle in rows]
 
 
-def settling_of(simulation: YarnSimulation) -> Settling | None:
+def settling_of(
+    simulation: YarnSimulation, newton: Newton | None, tolerance: float, largest_change: float
+) -> Settling | None:
     """The marks of the only piece, None where rest is judged in another way.
 
-    Iterations of ``Dynamics`` are no measure of time, and terms that lag move the state of rest.
+    Iterations of ``Dynamics`` are no measure of time, and terms that lag move the state of rest. Newton's method judges
+    small pieces, and large ones in double precision where the tolerances ask for a residual below ``EXACT``.
     """
     model, lags = simulation.model, any(term.lags for term in simulation.terms)
-    settles = not model.on_lattice and simulation.is_quasistatic and not lags
+    loose = min(tolerance, largest_change / SLIDE) > EXACT or model.scalar is wp.float32
+    judges = newton is None or (newton.is_late and loose)
+    settles = judges and not model.on_lattice and simulation.is_quasistatic and not lags
     return Settling(model.cells[0].yarns) if settles else None
 
 

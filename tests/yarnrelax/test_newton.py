@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.compute.device import device_named
+from stitchmesh.mesh import Mesh
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_options import SwatchOptions
@@ -20,9 +21,10 @@ from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.constraints.pins import Pins, pinned_points
+from stitchmesh.yarnrelax.energies.body import Body
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.friction.friction import Friction
-from stitchmesh.yarnrelax.newton import NEWTON_RISE, SMALLEST_NEWTON_SCALE, Newton
+from stitchmesh.yarnrelax.newton import DESCENT, LARGE, LATE, NEWTON_RISE, SMALLEST_NEWTON_SCALE, Newton, newton_of
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.alternation import STEP_COST
@@ -30,7 +32,7 @@ from stitchmesh.yarnrelax.solvers.newton_system import REFINED, deformation
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 from stitchmesh.yarnrelax.together.begun_cell import learned_by, teach
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
-from tests.yarnrelax.stockinette import fabric_of, periodic_patch, tube, woven_cell
+from tests.yarnrelax.stockinette import fabric_of, flat_patch, periodic_patch, tube, woven_cell
 
 KALDOR, LEAF, FREE = YarnMaterial.named("kaldor-simulation"), YarnMaterial.named("leaf"), RelaxCell()
 DRAFT = PRESETS["draft"]
@@ -198,6 +200,26 @@ def test_the_same_steps_have_the_same_bits_twice(scene: tuple[YarnSet, dict[str,
         ends.append((loop.simulation.state.points.numpy().copy(), list(loop.last), loop.remaining, loop.iteration))
     assert np.array_equal(ends[0][0], ends[1][0])
     assert ends[0][1:] == ends[1][1:]
+
+
+def test_it_ends_pieces_whose_ends_are_held_and_whose_factors_are_affordable(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The ends of open yarns are held where stitches keep their places; friction moves the rest of large pieces."""
+    floor = Body(Mesh.from_polygons([[-9, -9, -9], [-9, -9, 9], [9, -9, 9]], [[0, 1, 2]]))
+    flat, shape = flat_patch(3, 4), KeepShape(fabric_of(3, 4, closed=False))
+
+    def newton(yarns: YarnSet, *terms: Any) -> Newton | None:
+        return newton_of(YarnSimulation.start(yarns, KALDOR, DOUBLE, device_named("cpu"), terms))
+
+    assert newton(flat) is None
+    assert newton(flat, shape) is not None
+    small = newton(tube(4, 6), floor)
+    assert small is not None and small.descent == DESCENT
+    large = tube(5, 20)
+    late = newton(large, floor)
+    assert len(large.points) > LARGE and late is not None and late.descent == LATE
+    assert newton(large, Friction(0.3)) is None
+    monkeypatch.setattr("stitchmesh.yarnrelax.newton.LARGEST_ON_HOST", len(large.points) - 1)
+    assert newton(large, floor) is None
 
 
 def test_yarns_are_at_rest_only_where_the_remaining_change_is_small() -> None:

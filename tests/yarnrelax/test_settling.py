@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The estimate of the change that is left of a piece whose relaxation Newton's method does not end."""
+"""The estimate of the change that is left of a piece whose relaxation Newton's method does not end, or not yet."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,14 +11,19 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from stitchmesh.quality import PRESETS, SLIDE, Quality
-from stitchmesh.yarnrelax import Relaxation, relax_yarns
+from stitchmesh.compute.device import device_named
+from stitchmesh.quality import PRESETS, SLIDE, Precision, Quality
+from stitchmesh.yarnrelax import Relaxation, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.assessment import Assessment, RemainingChange
 from stitchmesh.yarnrelax.checkpoint import Checkpoints
-from stitchmesh.yarnrelax.newton import LARGEST_PIECE
+from stitchmesh.yarnrelax.energies.shape import KeepShape
+from stitchmesh.yarnrelax.newton import LARGE
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.settling import SLOWEST, SPAN, Settling
+from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.yarnrelax.stockinette import fabric_of, tube
 
+KALDOR = YarnMaterial.named("kaldor-simulation")
 YARNS = tube(3, 6)
 PLACES = YARNS.points / float(YARNS.radius.mean())
 LAST = 20 * 2**8
@@ -73,8 +78,21 @@ def test_marks_survive_a_checkpoint_with_their_bits() -> None:
 
 @pytest.fixture(scope="module")
 def garment() -> Relaxation:
-    """A garment with more control points than Newton's method takes, at rest."""
+    """A garment that comes to rest before Newton's method begins."""
     return relaxed_garment(PRESETS["draft"])
+
+
+@pytest.mark.parametrize(("precision", "tolerance", "settles"), [
+    ("float32", 0.01, True), ("float64", 0.01, True), ("float64", 1e-4, False), ("float32", 1e-4, True)
+])  # fmt: skip
+def test_the_exact_step_alone_judges_a_large_piece_where_the_tolerance_asks_for_it(
+    precision: Precision, tolerance: float, settles: bool
+) -> None:
+    """In double precision, whose digits suffice for it."""
+    quality, keep = replace(PRESETS["draft"], precision=precision), KeepShape(fabric_of(9, 40, closed=True))
+    simulation = YarnSimulation.start(tube(9, 40), KALDOR, quality, device_named("cpu"), [keep])
+    loop = RelaxationLoop(simulation, tolerance, 4.0 * tolerance)
+    assert loop.newton is not None and (loop.settling is not None) == settles
 
 
 def relaxed_garment(quality: Quality, **options: Any) -> Relaxation:
@@ -84,7 +102,7 @@ def relaxed_garment(quality: Quality, **options: Any) -> Relaxation:
 
 def test_a_garment_comes_to_rest_with_an_estimate(garment: Relaxation) -> None:
     left = garment.report["remaining_change"]
-    assert len(garment.yarns.points) > LARGEST_PIECE
+    assert len(garment.yarns.points) > LARGE
     assert garment.report["converged"]
     assert SLIDE * garment.report["residual"] <= left["spacing"] <= PRESETS["draft"].largest_change
 

@@ -40,7 +40,6 @@ from stitchmesh.compute.reduction import minimum
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.contact.body import Body, PlacedBody, to_body
-from stitchmesh.mixed.contact.body_stiffness import body_block, outside_block, without_negative
 from stitchmesh.mixed.contact.contact_points import ContactPoints
 from stitchmesh.mixed.contact.point_map import PointMap
 from stitchmesh.mixed.contact.self_collision import PRESSURE
@@ -49,6 +48,7 @@ from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.term import Term
 from stitchmesh.yarnrelax.energies.body_penalty import push_of, push_outside
+from stitchmesh.yarnrelax.energies.body_stiffness import body_block, outside_block, without_negative
 from stitchmesh.yarnrelax.energies.body_surface import gap_to
 
 DEPTH, DEPTH_SHARE = 1.0, 0.25

@@ -123,7 +123,7 @@ class SplineTerm(Term):
     def linearize(self, state: MixedVector, launcher: Launcher) -> list[Any]:
         """The launches that find the blocks of all segments and the stiffness of all pairs that touch."""
         share, kept = self.model.number(self.exact), [self._whole_hessian.exact]
-        made = [launcher(keep_share, self.model.cell_count, [share], kept), *self._place(state, launcher)]
+        made = [launcher(keep_share, self.model.segment_count, [share], kept), *self._place(state, launcher)]
         made.append(place_contact_samples(self.model, self.state, launcher))
         return made + self._whole_hessian.find_launches(launcher)
 

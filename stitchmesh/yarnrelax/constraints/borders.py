@@ -14,6 +14,7 @@ The steps are then shortened to the step limits by one common factor, which does
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -125,6 +126,10 @@ class Borders(Constraint):
 
     def coupling(self) -> Coupling:
         """The rows that sum the coordinates of each loop."""
+        return self._coupling
+
+    @cached_property
+    def _coupling(self) -> Coupling:
         start, points = self.loop_start.numpy(), self.loop_points.numpy()
         shape = len(start) - 1, len(self.home)
         loops = csr_array((np.ones(len(points)), points, start), shape=shape)

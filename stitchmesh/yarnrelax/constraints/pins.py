@@ -79,7 +79,8 @@ class _Held(Constraint):
     """Pins on a device."""
 
     def __init__(self, model: Model, points: NDArray[np.int64]) -> None:
-        self.pinned, self.count = model.integers(points), model.point_count
+        self.pinned = model.integers(points)
+        self._coupling = held_coordinates(self.pinned, model.point_count)
 
     def filter_forces(self, force: wp.array[Any], launcher: Launcher) -> list[Any]:
         """The launch that sets forces on pinned control points to zero."""
@@ -87,7 +88,7 @@ class _Held(Constraint):
 
     def coupling(self) -> Coupling:
         """A row for each coordinate of the pinned control points."""
-        return held_coordinates(self.pinned, self.count)
+        return self._coupling
 
     def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], launcher: Launcher) -> list[Any]:
         """The launch that sets steps of pinned control points to zero."""

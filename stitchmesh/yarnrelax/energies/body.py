@@ -33,6 +33,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
+from stitchmesh.compute.precision import vector
 from stitchmesh.compute.reduction import minimum, ordered_sum
 from stitchmesh.compute.vector_loads import load_vector, store_vector
 from stitchmesh.errors import LARGEST_NUMBER, ParameterError, SolverError, check_positive
@@ -40,8 +41,10 @@ from stitchmesh.mesh import BORDER, Mesh
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.collision.step_limit import yarn_place
 from stitchmesh.yarnrelax.energies.body_penalty import near_triangles, push_listed, push_of
+from stitchmesh.yarnrelax.energies.body_stiffness import body_block, without_negative
 from stitchmesh.yarnrelax.energies.body_surface import from_triangle, gap_to, put_surface
 from stitchmesh.yarnrelax.energies.mesh_features import enclosed_volume
+from stitchmesh.yarnrelax.energies.pair_stiffness import SampleStiffness
 from stitchmesh.yarnrelax.energies.term import Term, TermChoice
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import State
@@ -153,6 +156,31 @@ def body_gaps(
     gap[p] = gap_to(surface, here, limit)[3] / (here[3] + thickness)
 
 
+@kernel
+def body_stiffness(
+    # model
+    model: Any,
+    surface: Any,
+    thickness: Any,
+    stiffness: Any,
+    # state in
+    exact: wp.array[Any],
+    samples: wp.array[Any],
+    # state out
+    found: wp.array[Any],
+) -> None:
+    """The second derivatives by the place of each sample, as six numbers."""
+    p = wp.tid()
+    here = load_vector(samples, p)
+    reach = here[3] + thickness
+    place = type(surface.corners[0])(here[0], here[1], here[2])
+    block = body_block(surface, place, reach, reach * type(reach)(DEPTH))
+    scale = stiffness * here[3] * model.sample_weight[p]
+    if wp.ddot(block, block) > scale - scale:
+        block = without_negative(block, exact[model.sample_segment[p]]) * scale
+    found[p] = type(found[0])(block[0, 0], block[1, 1], block[2, 2], block[0, 1], block[0, 2], block[1, 2])
+
+
 @dataclass(frozen=True, eq=False)
 class Body(TermChoice):
     """A surface that yarns cannot enter; its faces are oriented outwards, and it may be open (a floor).
@@ -209,6 +237,7 @@ class _Collision(Term):
     """A body on a device."""
 
     name = "body"
+    gives_hessian = True
 
     def __init__(self, model: Model, body: Body) -> None:
         self.model = model
@@ -219,6 +248,7 @@ class _Collision(Term):
         self.inputs = [model.constants, self.surface.constants, self.thickness, stiffness]
         self.measured = model.empty(model.sample_count, 4)
         self.measured.fill_(NOWHERE)
+        self.found_stiffness = wp.zeros(model.sample_count, dtype=vector(6, model.scalar), device=model.device)
         self.list_count = model.integers(np.zeros(model.sample_count))
         self.listed = allocate_triangle_lists(model)
 
@@ -226,6 +256,12 @@ class _Collision(Term):
         """Add the push on each sample to ``state.sample_force``."""
         outputs = [self.measured, self.list_count, self.listed, state.sample_force]
         return [launcher(body_forces, self.model.sample_count, [*self.inputs, state.samples], outputs)]
+
+    def sample_stiffness(self, state: State, exact: wp.array[Any], launcher: Launcher) -> SampleStiffness:
+        """The second derivatives of the penalty of each sample (``body_stiffness``)."""
+        inputs = [*self.inputs, exact, state.samples]
+        launch = launcher(body_stiffness, self.model.sample_count, inputs, [self.found_stiffness])
+        return SampleStiffness(self.found_stiffness, [launch])
 
     def energy(self, state: State, candidates: Candidates) -> float:
         """Energy of all samples [erg]."""

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The stiffness of pairs of contact samples, as energies between samples hand it to the Hessian.
+"""The stiffness of pairs of contact samples, and of samples alone, as energies hand it to the Hessian.
 
 A pair has the energy E(g) of the vector g between its samples, and the symmetric matrix K of its second derivatives
 [erg / unit^2]. K is stored as six numbers (xx, yy, zz, xy, xz, yz), or by a vector a and a number b if K = a a^T - b I,
-as for contact (``contact_hessian``). Sums are in double precision whatever the precision of the energies is.
+as for contact (``contact_hessian``). The energy of a sample beside a body has such a matrix too, of the derivatives by
+its place. Sums are in double precision whatever the precision of the energies is.
 """
 
 # overloads, which Warp distinguishes by the types of their arguments
@@ -37,6 +38,16 @@ class PairStiffness:
     """Stiffness of each pair, vectors of four or of six numbers, shape (P, capacity)."""
     launches: list[Any] = field(default_factory=list)
     """The launches that find all of this for the current samples."""
+
+
+@dataclass(frozen=True, eq=False)
+class SampleStiffness:
+    """The stiffness of contact samples alone, on a device."""
+
+    stiffness: wp.array[Any]
+    """Six numbers of each sample [erg / unit^2], shape (P,)."""
+    launches: list[Any] = field(default_factory=list)
+    """The launches that find them for the current samples."""
 
 
 @wp.func

@@ -29,6 +29,7 @@ radius like all forces of the material, so the similarity of L section 6.2 stays
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -163,7 +164,7 @@ class Shape(Term):
     """Loops, patches and their reference positions on the device; lengths in units."""
 
     name = "shape"
-    gives_hessian = True
+    gives_hessian, keeps_stitches = True, True
     model: Model
     loop_start: wp.array[Any]
     """Where each loop's control points start, shape (L + 1,)."""
@@ -214,20 +215,30 @@ class Shape(Term):
 
     def coupling(self, state: State) -> Coupling:
         """The patches: rows sum the weighted coordinates of their control points."""
-        count, start = len(self.whole), self.patch_start.numpy()
+        count = len(self.whole)
         whole, normal = (array.numpy().astype(np.float64) for array in (self.whole, self.normal))
-        shape = count, len(self.loop_start) - 1
-        of_loops = csr_array((self.patch_weight.numpy().astype(np.float64), self.patch_loops.numpy(), start), shape)
-        points = self.loop_points.numpy()
-        of_points = csr_array((np.ones(len(points)), points, self.loop_start.numpy()), (shape[1], len(self.home)))
-        across = np.einsum("ki,ki->k", of_loops @ self.displacement.numpy().astype(np.float64), normal)
+        across = np.einsum("ki,ki->k", self._of_loops @ self.displacement.numpy().astype(np.float64), normal)
         tangent, first, stiffened = self.kappa
         level = np.where(np.abs(across) > float(self.threshold) * whole, stiffened, first)
         outer = normal[:, :, None] * normal[:, None, :]
         give = outer / level[:, None, None] + (np.eye(3) - outer) / tangent
         blocks = 0.5 * whole[:, None, None] * give
         compliance = bsr_array((blocks, np.arange(count), np.arange(count + 1)), shape=(3 * count, 3 * count))
-        return Coupling(csr_array(kron(of_loops @ of_points, np.eye(3))), csr_array(compliance))
+        return Coupling(self._rows, csr_array(compliance))
+
+    @cached_property
+    def _of_loops(self) -> csr_array:
+        """Weights of the loops in the patches, shape (K, L)."""
+        shape = len(self.whole), len(self.loop_start) - 1
+        weights = self.patch_weight.numpy().astype(np.float64)
+        return csr_array((weights, self.patch_loops.numpy(), self.patch_start.numpy()), shape)
+
+    @cached_property
+    def _rows(self) -> csr_array:
+        """Weights of the coordinates of all control points in those of the patches, shape (3 K, 3 N)."""
+        points, shape = self.loop_points.numpy(), (len(self.loop_start) - 1, len(self.home))
+        of_points = csr_array((np.ones(len(points)), points, self.loop_start.numpy()), shape)
+        return csr_array(kron(self._of_loops @ of_points, np.eye(3)))
 
     def stiffness(self) -> NDArray[np.float64]:
         """Largest row sums of the patches' stiffness."""

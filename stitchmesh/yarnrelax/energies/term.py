@@ -21,7 +21,7 @@ from scipy.sparse import csr_array
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.errors import ParameterError
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
-from stitchmesh.yarnrelax.energies.pair_stiffness import PairStiffness
+from stitchmesh.yarnrelax.energies.pair_stiffness import PairStiffness, SampleStiffness
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.input_powers import InputPowers
 from stitchmesh.yarnrelax.model.state import State
@@ -43,7 +43,9 @@ class Term(ABC):
     name: str
     """Name of the term in reports."""
     gives_hessian: bool = False
-    """Whether ``point_blocks`` and ``coupling`` are the exact Hessian, or one that is never negative and nearly it."""
+    """Whether the Hessian is known from the methods below, exactly, or one that is never negative and nearly it."""
+    keeps_stitches: bool = False
+    """Whether the term keeps each stitch of a piece near its place, and with it the ends of open yarns."""
     lags: bool = False
     """Whether the term is renewed each time the yarns have come to rest, until renewal changes nothing."""
 
@@ -71,7 +73,7 @@ class Term(ABC):
         """Second derivatives by the coordinates of each control point [erg / unit^2], matrices (N,); None for zero.
 
         The array is the same one at each call, with the matrices of the present state.
-        The assembled Hessian has these blocks and those of ``pair_stiffness``, also without ``gives_hessian``.
+        The assembled Hessian has these blocks and those of pairs and samples, also without ``gives_hessian``.
         """
         return None
 
@@ -79,6 +81,16 @@ class Term(ABC):
         """Second derivatives of the energies of pairs of contact samples; None for none.
 
         Forces on the strains of cells that relax must follow from those of the pairs, as for contact.
+        """
+        return None
+
+    def sample_stiffness(self, state: State, exact: wp.array[Any], launcher: Launcher) -> SampleStiffness | None:
+        """Second derivatives by the place of each contact sample; None for zero.
+
+        Args:
+            state: the current state.
+            exact: share of the exact Hessian of each segment, shape (S,); what is left out may be what is negative.
+            launcher: how launches are made.
         """
         return None
 

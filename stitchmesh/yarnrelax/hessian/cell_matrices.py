@@ -80,6 +80,11 @@ class CellFactors(ABC):
     negative_count: NDArray[np.int64]
     """Number of negative eigenvalues of each cell, shape (C,)."""
 
+    @property
+    @abstractmethod
+    def negative_pivots(self) -> NDArray[np.int64]:
+        """The coordinates whose pivots are negative, ascending."""
+
     @abstractmethod
     def solve(self, right: FloatArray, cells: NDArray[np.bool_]) -> FloatArray:
         """Return the solution of the linear systems of some cells, shape (C,), for a right-hand side, shape (n,)."""
@@ -112,7 +117,7 @@ class CellMatrices(ABC):
 
     @abstractmethod
     def diagonal(self) -> FloatArray:
-        """Return the entries on the diagonal, shape (n,), also where coordinates are left out."""
+        """Return the entries on the diagonal without couplings, shape (n,), also where coordinates are left out."""
 
     @abstractmethod
     def product(self, vector: FloatArray) -> FloatArray:

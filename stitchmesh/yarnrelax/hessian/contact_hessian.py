@@ -49,7 +49,7 @@ def find_touching_pairs(
         return
     here = load_vector(samples, p)
     own = model.sample_stiffness[p]
-    wanted = exact[cell_of_sample(model.images, p)]
+    of_segment = exact[model.sample_segment[p]]
     found = int(0)
     for c in range(candidate_count[p]):
         entry = candidates[p, c]
@@ -57,7 +57,9 @@ def find_touching_pairs(
         distance2 = gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2]
         reach2 = gap[3] * gap[3]
         if distance2 < reach2:
-            weight = own * model.sample_weight[sample_number(model.images, entry)]
+            q = sample_number(model.images, entry)
+            weight = own * model.sample_weight[q]
+            wanted = wp.min(of_segment, exact[model.sample_segment[q]])
             push, stiff, inverse = contact_force_scale(distance2, reach2, weight)
             push = push * wanted
             size = wp.sqrt((stiff + push) * inverse)
@@ -81,7 +83,7 @@ class TouchingPairs:
         """The vector a and the number b of each pair [erg^(1/2) / unit, erg / unit^2], shape (P, capacity)."""
 
     def pair_stiffness(self, exact: wp.array[Any], samples: wp.array[Any], launcher: Launcher) -> PairStiffness:
-        """The pairs for the assembled Hessian; ``exact`` is the share of the exact matrix of each cell, shape (C,)."""
+        """The pairs for the assembled Hessian; ``exact`` is the share of the exact one of each segment, shape (S,)."""
         inputs = [self.model.constants, exact, samples, self.candidates.count, self.candidates.lists]
         outputs = [self.count, self.entries, self.stiffness]
         launch = launcher(find_touching_pairs, self.model.sample_count, inputs, outputs)

@@ -4,36 +4,23 @@
 
 By Sylvester's law of inertia the matrix has as many negative eigenvalues as the diagonal matrix D has negative entries.
 SciPy's SuperLU (Li and Demmel) factors a matrix as L U with unit diagonal L. If rows and columns are permuted alike and
-no row is exchanged for its pivot, U is D L^T for a symmetric matrix. Its columns are ordered by minimum degree.
-
-Some stiffnesses join many coordinates x, such as that of a patch of stitches: V^T C^-1 V with rows V that sum them and
-a compliance C. As a matrix it would be dense. With one more unknown y = C^-1 V x for each row, the matrix
-
-    | H + t I   V^T |
-    |    V       -C |
-
-is sparse. It has one negative eigenvalue more for each row than H + t I + V^T C^-1 V, whose solutions it gives. A
-constraint V x = 0 is a row whose compliance is that of a spring ``RIGID`` times as stiff as the diagonal.
+no row is exchanged for its pivot, U is D L^T for a symmetric matrix. Its columns are ordered by minimum degree. What
+joins many coordinates are further rows and columns (``couplings``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.sparse import block_array, block_diag, csc_array, eye_array, vstack
+from scipy.sparse import block_array, csc_array, eye_array
 from scipy.sparse.linalg import splu
 
 from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray
-from stitchmesh.yarnrelax.energies.term import Coupling
-
-RIGID = 1e6
-"""Stiffness of a constraint over the median of the diagonal of the matrix: the constraint holds to six digits, and the
-rounding of float64 leaves ten digits of the solution."""
+from stitchmesh.yarnrelax.hessian.couplings import Couplings
 
 NO_FACTORS = "factors of the Hessian: a pivot is zero or not finite; shake the yarns"
 """What is said of a matrix without such factors."""
@@ -50,8 +37,8 @@ class FactoredMatrix:
 
     @cached_property
     def pivots(self) -> FloatArray:
-        """The entries of D, in the order of the elimination, shape (n + m,)."""
-        return np.asarray(self.factors.U.diagonal())
+        """The entries of D, in the order of the rows, shape (n + m,)."""
+        return np.asarray(self.factors.U.diagonal()[self.factors.perm_c])
 
     @cached_property
     def negative_count(self) -> int:
@@ -66,7 +53,7 @@ class FactoredMatrix:
         return np.asarray(self.factors.solve(right))[: self.size]
 
 
-def factored(matrix: csc_array, shift: float = 0.0, couplings: Sequence[Coupling] = ()) -> FactoredMatrix:
+def factored(matrix: csc_array, shift: float = 0.0, couplings: Couplings | None = None) -> FactoredMatrix:
     """Factor a symmetric matrix plus a multiple of the identity.
 
     Args:
@@ -78,13 +65,8 @@ def factored(matrix: csc_array, shift: float = 0.0, couplings: Sequence[Coupling
         SolverError: a pivot is zero or not finite, so that the matrix has no such factors.
     """
     whole = csc_array(matrix + shift * eye_array(matrix.shape[0], format="csc")) if shift else matrix
-    if couplings:
-        rows = vstack([each.rows for each in couplings])
-        rigid = 1.0 / (RIGID * float(np.median(whole.diagonal())))
-        compliance = block_diag([
-            rigid * eye_array(each.rows.shape[0]) if each.compliance is None else each.compliance for each in couplings
-        ])  # fmt: skip
-        whole = csc_array(block_array([[whole, rows.T], [rows, -compliance]]))
+    if couplings is not None:
+        whole = csc_array(block_array([[whole, couplings.of.columns], [couplings.of.rows, -couplings.compliance]]))
     try:
         factors = splu(whole, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError as error:  # a pivot is exactly zero

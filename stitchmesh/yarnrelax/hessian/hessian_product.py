@@ -111,8 +111,8 @@ class Hessian:
     def __init__(self, model: Model, state: State, candidates: Candidates) -> None:
         """Allocate for a state."""
         self.model, self.state = model, state
-        self.exact = model.empty(model.cell_count)
-        """Share of the exact matrix of each cell; the rest is that of Gauss and Newton, shape (C,)."""
+        self.exact = model.empty(model.segment_count)
+        """Share of the exact matrix of each segment; the rest is that of Gauss and Newton, shape (S,)."""
         self.leg_hessian = wp.zeros((6, model.segment_count), dtype=matrix(3, model.scalar), device=model.device)
         self.touching = TouchingPairs(model, candidates)
         self._sample_motion = model.empty(model.sample_count, 4)

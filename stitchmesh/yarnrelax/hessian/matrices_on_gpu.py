@@ -9,12 +9,13 @@ that was found for another pattern is not used again: where new entries join wha
 
 Of a group those cells are analysed of which factors are asked for (``PartOnGpu``), and those of which they were lately,
 since cells take turns. While only some of them are asked for, the rows and columns of the others become those of the
-identity. The signs of the pivots of each cell count its negative eigenvalues.
+identity. The signs of the pivots of each cell count its negative eigenvalues. What joins many coordinates of a piece
+are further rows and columns behind its own (``couplings``); all of its coordinates are then one part.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -30,6 +31,7 @@ from stitchmesh.compute.thread_block import total_over_block
 from stitchmesh.errors import SolverError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.hessian.cell_matrices import CellFactors, CellMatrices, Owners
+from stitchmesh.yarnrelax.hessian.couplings import CouplingRows, Couplings
 from stitchmesh.yarnrelax.hessian.factored_matrix import NO_FACTORS
 
 LANES = 32
@@ -109,6 +111,7 @@ def put_upper_places(
 def put_upper_values(
     # model
     upper_start: wp.array[wp.int32],
+    counts: wp.array[wp.int32],
     upper_columns: wp.array[wp.int32],
     places: wp.array[wp.int32],
     coordinates: wp.array[wp.int32],
@@ -122,7 +125,7 @@ def put_upper_values(
     """The upper triangle of the shifted matrices, and of the identity where coordinates are left out."""
     i = wp.tid()
     own, first = owner[coordinates[i]], upper_start[i]
-    for k in range(first, upper_start[i + 1]):
+    for k in range(first, first + counts[i + 1]):
         value = wp.float64(0.0)
         if own >= 0 and owner[coordinates[upper_columns[k]]] >= 0:
             value = entries[places[k]]
@@ -131,6 +134,20 @@ def put_upper_values(
         values[first] += shift[own]
     else:
         values[first] = wp.float64(1.0)
+
+
+@kernel
+def put_at(
+    # model
+    places: wp.array[wp.int32],
+    # state in
+    given: wp.array[Any],
+    # state out
+    values: wp.array[Any],
+) -> None:
+    """Write what is given to different places."""
+    k = wp.tid()
+    values[places[k]] = given[k]
 
 
 @kernel
@@ -190,7 +207,7 @@ class PatternOnGpu:
     """The places of the entries of matrices on a GPU, and the parts of them that are factored."""
 
     def __init__(
-        self, row_start: wp.array[Any], columns: wp.array[Any], group: NDArray[np.int64],
+        self, row_start: wp.array[Any], columns: wp.array[Any], group: NDArray[np.int64], coupled: CouplingRows,
         former: PatternOnGpu | None = None,
     ) -> None:  # fmt: skip
         """Find the upper triangle.
@@ -199,11 +216,12 @@ class PatternOnGpu:
             row_start: where the entries of each row start, on the GPU, shape (n + 1,).
             columns: their columns, ascending in each row and with the diagonal; the pattern is symmetric.
             group: the group of each coordinate, shape (n,); no entry joins two groups.
-            former: the last pattern of the same coordinates and groups, whose analyses serve the groups in which
-                nothing has changed; it is not used afterwards.
+            coupled: the couplings of the only piece.
+            former: the last pattern of the same coordinates, groups and couplings, whose analyses serve the groups in
+                which nothing has changed; it is not used afterwards.
         """
         self.device, self.size = row_start.device, len(row_start) - 1
-        self.row_start, self.columns = row_start, columns
+        self.row_start, self.columns, self.coupled = row_start, columns, coupled
         self.diagonal = wp.zeros(self.size, dtype=wp.int32, device=self.device)
         """Place of the diagonal in each row, shape (n,)."""
         launch(find_diagonal, self.size, [self.row_start, self.columns], [self.diagonal], self.device)
@@ -272,15 +290,25 @@ class PartOnGpu:
         self.own_coordinates, numbers = (
             wp.array(part.astype(np.int32), dtype=wp.int32, device=device) for part in (coordinates, number)
         )
-        counts, self.upper_start = (wp.zeros(count + 1, dtype=wp.int32, device=device) for _ in range(2))
-        """Where each row of the upper triangle starts, shape (p + 1,)."""
+        self.counts, self.upper_start = (wp.zeros(count + 1, dtype=wp.int32, device=device) for _ in range(2))
+        """Entries of each row of the upper triangle, after a zero, and where each row starts, those of the m couplings
+        at the end, shapes (p + 1,) and (p + m + 1,)."""
         inputs = [pattern.row_start, pattern.columns, pattern.diagonal, self.own_coordinates, numbers]
-        launch(count_upper_entries, count, inputs, [counts], device)
-        wp.utils.array_scan(counts, self.upper_start, inclusive=True)
-        entries = int(self.upper_start[count:].numpy()[0])
+        launch(count_upper_entries, count, inputs, [self.counts], device)
+        wp.utils.array_scan(self.counts, self.upper_start, inclusive=True)
+        further = further_columns = np.zeros(0, dtype=np.int64)
+        if pattern.coupled.first:
+            start, further, further_columns = pattern.coupled.after(self.counts.numpy()[1:].astype(np.int64))
+            self.upper_start = wp.array(start.astype(np.int32), dtype=wp.int32, device=device)
+        entries = int(self.upper_start[len(self.upper_start) - 1 :].numpy()[0])
         self.upper_columns, self.places = (wp.zeros(entries, dtype=wp.int32, device=device) for _ in range(2))
         """The columns of its entries, and their places among all entries, shape (m,)."""
         launch(put_upper_places, count, [*inputs, self.upper_start], [self.upper_columns, self.places], device)
+        self.further, columns = (
+            wp.array(part.astype(np.int32), dtype=wp.int32, device=device) for part in (further, further_columns)
+        )
+        """Places of the entries of couplings in the upper triangle."""
+        launch(put_at, len(further), [self.further, columns], [self.upper_columns], device)
         self._former = former if former is not None and self._is_like(former) else None
 
     def _is_like(self, other: PartOnGpu) -> bool:
@@ -319,10 +347,12 @@ class MatricesOnGpu(CellMatrices):
     entries: wp.array[Any]
     """The entries of the matrix of all coordinates, shape (m,)."""
     owners: Owners
+    couplings: Couplings | None = None
+    """What joins many coordinates; all coordinates are then those of one cell."""
 
     def only(self, cells: NDArray[np.bool_]) -> MatricesOnGpu:
         """The matrices of some of these cells, shape (C,)."""
-        return MatricesOnGpu(self.pattern, self.entries, self.owners.only(cells))
+        return replace(self, owners=self.owners.only(cells))
 
     @cached_property
     def owner(self) -> wp.array[Any]:
@@ -341,7 +371,8 @@ class MatricesOnGpu(CellMatrices):
         pattern.vector.assign(vector)
         inputs = [pattern.row_start, pattern.columns, self.owner, self.entries, pattern.vector]
         launch(multiply, pattern.size, inputs, [pattern.product], pattern.device, tile=LANES)
-        return pattern.found_product.read()
+        found = pattern.found_product.read()
+        return found if self.couplings is None else found + self.couplings.product(vector)
 
     def factored(self, shift: FloatArray) -> FactorsOnGpu:
         """Factor the matrices plus multiples of the identity."""
@@ -349,9 +380,12 @@ class MatricesOnGpu(CellMatrices):
 
     def put_upper_triangle(self, part: PartOnGpu, shift: wp.array[Any], values: wp.array[Any]) -> None:
         """Write the upper triangle of the shifted matrices of a part, with the identity where they are left out."""
-        places = [part.upper_start, part.upper_columns, part.places, part.own_coordinates]
+        places = [part.upper_start, part.counts, part.upper_columns, part.places, part.own_coordinates]
         inputs = [*places, self.owner, shift, self.entries]
         launch(put_upper_values, len(part.coordinates), inputs, [values], self.pattern.device)
+        if self.couplings is not None:
+            given = wp.array(self.couplings.upper_values, dtype=wp.float64, device=self.pattern.device)
+            launch(put_at, len(part.further), [part.further, given], [values], self.pattern.device)
 
 
 class FactorsOnGpu(CellFactors):
@@ -366,14 +400,21 @@ class FactorsOnGpu(CellFactors):
         self._matrices, self._shift, self.owners = matrices, shift, matrices.owners
         self._parts = matrices.pattern.parts_for(self.owners.cell >= 0)
         self._mark = object()  # not itself: as a cycle it would keep its memory until garbage is collected
-        negative = np.zeros(len(self.owners.cell))
+        negative, further = np.zeros(len(self.owners.cell)), 0
         for part in self._parts:
             self._factor(part)
             pivots = part.pivots.read()
             if not np.isfinite(pivots).all() or not pivots.all():
                 raise SolverError(NO_FACTORS)
-            negative[part.coordinates] = pivots < 0.0
-        self.negative_count = self.owners.sums(negative).astype(np.int64)
+            negative[part.coordinates] = pivots[: len(part.coordinates)] < 0.0
+            further += int(np.count_nonzero(pivots[len(part.coordinates) :] > 0.0))
+        self.negative_count = self.owners.sums(negative).astype(np.int64) - further
+        self._negative_pivots = np.flatnonzero((negative > 0.0) & (self.owners.cell >= 0))
+
+    @property
+    def negative_pivots(self) -> NDArray[np.int64]:
+        """The coordinates whose pivots are negative."""
+        return self._negative_pivots
 
     def _factor(self, part: PartOnGpu) -> None:
         self._matrices.put_upper_triangle(part, self._shift, part.factors.values)
@@ -389,9 +430,11 @@ class FactorsOnGpu(CellFactors):
             if own.any():
                 if part.factors.holder is not self._mark:
                     self._factor(part)
-                part.factors.right.assign(np.where(own, right[part.coordinates], 0.0))
+                given = np.zeros(len(part.factors.right))
+                given[: len(own)] = np.where(own, right[part.coordinates], 0.0)
+                part.factors.right.assign(given)
                 part.factors.solve()
                 solved.append((part, own))
         for part, own in solved:
-            found[part.coordinates] = np.where(own, part.solution.read(), 0.0)
+            found[part.coordinates] = np.where(own, part.solution.read()[: len(own)], 0.0)
         return found

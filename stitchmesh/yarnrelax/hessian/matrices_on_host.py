@@ -7,7 +7,7 @@ They are found one after another: SciPy factors on one core, and several threads
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from stitchmesh.mesh import FloatArray
-from stitchmesh.yarnrelax.energies.term import Coupling
 from stitchmesh.yarnrelax.hessian.cell_matrices import CellFactors, CellMatrices, Owners
+from stitchmesh.yarnrelax.hessian.couplings import Couplings
 from stitchmesh.yarnrelax.hessian.factored_matrix import FactoredMatrix, factored
 
 
@@ -28,8 +28,8 @@ class MatricesOnHost(CellMatrices):
     matrix: csc_array
     """The matrix of all coordinates, shape (n, n)."""
     owners: Owners
-    couplings: Sequence[Coupling] = ()
-    """What the factors have beside the matrix; all coordinates are then those of one cell."""
+    couplings: Couplings | None = None
+    """What joins many coordinates; all coordinates are then those of one cell."""
 
     def only(self, cells: NDArray[np.bool_]) -> MatricesOnHost:
         """The matrices of some of these cells, shape (C,)."""
@@ -42,7 +42,10 @@ class MatricesOnHost(CellMatrices):
     def product(self, vector: FloatArray) -> FloatArray:
         """Return the product with a vector, both of shape (n,)."""
         is_in = self.owners.cell >= 0
-        return np.asarray(np.where(is_in, self.matrix @ np.where(is_in, vector, 0.0), 0.0))
+        found = self.matrix @ np.where(is_in, vector, 0.0)
+        if self.couplings is not None:
+            found += self.couplings.product(vector)
+        return np.asarray(np.where(is_in, found, 0.0))
 
     def factored(self, shift: FloatArray) -> CellFactors:
         """Factor the matrices plus multiples of the identity."""
@@ -69,6 +72,14 @@ class FactorsOnHost(CellFactors):
         for cell, own in self.factors.items():
             count[cell] = own.negative_count
         return count
+
+    @property
+    def negative_pivots(self) -> NDArray[np.int64]:
+        """The coordinates whose pivots are negative."""
+        found = [
+            self.owners.coordinates[cell][own.pivots[: own.size] < 0.0] for cell, own in self.factors.items()
+        ]  # fmt: skip
+        return np.sort(np.concatenate(found))
 
     def solve(self, right: FloatArray, cells: NDArray[np.bool_]) -> FloatArray:
         """Return the solution of the linear systems of some cells."""

@@ -132,7 +132,7 @@ def put_border(
     internal = wp.vec3d(force[i])
     if external_force.shape[0] > 0:
         internal -= wp.vec3d(external_force[i])
-    internal = internal * wp.float64(exact[cell])
+    internal = internal * wp.float64(exact[wp.max(slots)])
     e1, e2 = frame[2 * cell], frame[2 * cell + 1]
     first, second = wp.dot(internal, e1) * per_unit, wp.dot(internal, e2) * per_unit
     total -= wp.matrix_from_cols(e1 * first, e2 * second, e2 * first)

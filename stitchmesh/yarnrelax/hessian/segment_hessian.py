@@ -137,7 +137,7 @@ def find_leg_hessians(
     leg0, leg1, leg2 = q1 - q0, q2 - q1, q3 - q2
     rest_length, k = model.segment_rest_length[s], model.segment_stiffness[s]
     natural = natural_ends(model, s)
-    wanted = exact[cell_of(model.images, s)]
+    wanted = exact[s]
     zero, one, two = type(rest_length)(0.0), type(rest_length)(1.0), type(rest_length)(2.0)
     per_length = one / rest_length
     slope = length_slope(curve_length(model, leg0, leg1, leg2), rest_length, k[1])

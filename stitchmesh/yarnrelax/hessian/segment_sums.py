@@ -30,7 +30,13 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarn import basis
 from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
-from stitchmesh.yarnrelax.energies.pair_stiffness import Block64, PairStiffness, block_times, stiffness_block
+from stitchmesh.yarnrelax.energies.pair_stiffness import (
+    Block64,
+    PairStiffness,
+    SampleStiffness,
+    block_times,
+    stiffness_block,
+)
 from stitchmesh.yarnrelax.hessian.matrix_pattern import MatrixPattern
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.lattice_images import cell_of, cell_of_sample, exact_shift, image_of, sample_number
@@ -183,6 +189,27 @@ def sum_own_pairs(cell_relaxes: bool) -> wp.Kernel:
 
 
 @kernel
+def sum_samples(
+    # model
+    model: Any,
+    weights: wp.array[wp.vec4d],
+    # state in
+    stiffness: wp.array[Any],
+    # state in and out
+    own_blocks: wp.array2d[Any],
+) -> None:
+    """Add w_a w_b K of the samples of each segment alone to its blocks."""
+    s = wp.tid()
+    first, last = model.sample_start[s], model.sample_start[s + 1]
+    row = weight_row(model, last - first, 0)
+    for p in range(first, last):
+        weight = weights[row + p - first]
+        blocks = wp.outer(weight, stiffness_block(stiffness[p]))
+        for a in range(4):
+            own_blocks[s, a] += blocks * weight[a]
+
+
+@kernel
 def sum_pairs_between(
     # model
     model: Any,
@@ -247,7 +274,8 @@ class SegmentSums:
 
     def launches(
         self, points: wp.array[Any], samples: wp.array[Any], leg_hessian: wp.array[Any],
-        pairs: Sequence[PairStiffness], pattern: MatrixPattern, launcher: Launcher,
+        pairs: Sequence[PairStiffness], samples_alone: Sequence[SampleStiffness], pattern: MatrixPattern,
+        launcher: Launcher,
     ) -> list[Any]:  # fmt: skip
         """The launches that find all sums."""
         model, count = self.model, pattern.pair_count
@@ -272,4 +300,7 @@ class SegmentSums:
                              [constants, own.images, self._weights, pattern.pairs, own.count, own.entries,
                               own.stiffness], [self.blocks])
                 )  # fmt: skip
+        for alone in samples_alone:
+            inputs = [constants, self._weights, alone.stiffness]
+            launches.append(launcher(sum_samples, model.segment_count, inputs, [self.own_blocks]))
         return launches

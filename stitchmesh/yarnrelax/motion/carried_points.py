@@ -72,7 +72,8 @@ class CarriedPoints(Constraint):
 
     def __init__(self, model: Model, surface: MovingSurface, points: NDArray[np.int64]) -> None:
         """Attach control points where the yarns were given; the surface is at its first time."""
-        self.surface, self.carried, self.count = surface, model.integers(points), model.point_count
+        self.surface, self.carried = surface, model.integers(points)
+        self._coupling = held_coordinates(self.carried, model.point_count)
         self.face, self.local = model.integers(np.zeros(len(points))), model.empty(len(points), 3)
         given = model.upload(model.to_device(model.yarns.points), 3)
         model.launch(attach, len(points), [surface.constants, self.carried, given], [self.face, self.local])
@@ -83,7 +84,7 @@ class CarriedPoints(Constraint):
 
     def coupling(self) -> Coupling:
         """A row for each coordinate of the carried points."""
-        return held_coordinates(self.carried, self.count)
+        return self._coupling
 
     def filter_steps(self, state: State, step: wp.array[Any], limit: wp.array[Any], launcher: Launcher) -> list[Any]:
         """The launch that leads carried points to their places on the body."""

@@ -6,6 +6,9 @@ Far from rest, the limits of moves shorten Newton steps, and then the solver oft
 do. After each shortened step, the solver therefore iterates for as long as the step took, and goes on while it lowers
 the energy at least as fast. Neither method can cost much more than twice what the better one would cost alone.
 
+The stitches of a large piece that still slide do so in many iterations, and Newton steps there are short or refused,
+because their matrix is not the exact Hessian: it goes on with the solver after these too.
+
 Several cells take their steps together, in every ``ROUND``-th assessment interval. While they wait, cells iterate that
 would iterate alone too; those whose last step was not shortened stand still, because iterations lead away from the
 minimum that Newton steps are about to find.
@@ -16,10 +19,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 STEP_COST = 50
 """Iterations that a Newton step counts as: it takes about their time in cells of some hundred control points."""
+LARGEST_COST = 500
+"""The same for large pieces, whose factors take longer than an iteration of so many control points."""
 
 
 ROUND = {"cpu": 1, "cuda": 5}
@@ -30,8 +36,10 @@ cells than for a few, and about as long as these intervals."""
 class Alternation:
     """The iterations that come before the next Newton step of each cell."""
 
-    def __init__(self, cells: int, device: str = "cpu") -> None:
+    def __init__(self, cells: int, device: str = "cpu", step_cost: int = STEP_COST) -> None:
         """Begin with a Newton step of each of ``cells`` cells on a device, ``cpu`` or ``cuda``."""
+        self.step_cost = step_cost
+        """Iterations that a Newton step counts as."""
         self.intervals, self.round = 0, 1 if cells == 1 else ROUND[device]
         """Assessment intervals that have begun, and how many are from one Newton step to the next."""
         self.follows = np.zeros(cells, dtype=bool)
@@ -39,7 +47,7 @@ class Alternation:
         self.descent = np.zeros(cells, dtype=np.int64)
         """Iterations of the solver before the next Newton step of each cell, shape (C,)."""
         self.newton_fall = np.zeros(cells)
-        """Relative fall of the energy in the last shortened Newton step of each cell over ``STEP_COST``, shape (C,)."""
+        """Relative fall of the energy in the last shortened Newton step of each cell over its cost, shape (C,)."""
 
     def begin_interval(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Begin an interval of some cells; return those that do not stand still in it, shape (C,).
@@ -69,8 +77,8 @@ class Alternation:
             fall: relative fall of the energy in the steps, shape (C,).
         """
         self.follows = (self.follows | stepping) & ~shortened
-        self.descent[shortened] = STEP_COST
-        self.newton_fall[shortened] = fall[shortened] / STEP_COST
+        self.descent[shortened] = self.step_cost
+        self.newton_fall[shortened] = fall[shortened] / self.step_cost
 
     def note_iterations(self, good: NDArray[np.bool_], bad: NDArray[np.bool_], fall: NDArray[np.float64]) -> None:
         """Count an interval of the solver that was accepted in some cells and not in others.
@@ -85,3 +93,10 @@ class Alternation:
         left = np.maximum(self.descent - interval, np.where(goes_on, interval, 0))
         self.descent = np.where(bad, 0, np.where(good, left, self.descent))
         self.follows &= ~(good | bad)
+
+
+def alternation_of(model: Model) -> Alternation:
+    """The alternation for a model before its first Newton step."""
+    of_piece = int(np.clip(model.point_count * STEP_COST // 1000, STEP_COST, LARGEST_COST))
+    cost = STEP_COST if model.on_lattice else of_piece
+    return Alternation(model.cell_count, "cuda" if model.device.is_cuda else "cpu", cost)

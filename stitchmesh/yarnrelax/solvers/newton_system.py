@@ -60,8 +60,6 @@ class NewtonSystems:
     """The matrices [erg / unit^2]."""
     force: FloatArray
     """The forces [erg / unit], shape (n,)."""
-    has_couplings: bool = False
-    """Whether the factors have parts that the matrices have not, so that the effect of t is not removed."""
     shifted: FloatArray | float = 1.0
     """Factor of t, of all cells or of each, shape (C,)."""
 
@@ -91,7 +89,7 @@ class NewtonSystems:
     def steps(self, cells: NDArray[np.bool_], exact: NDArray[np.bool_]) -> NewtonSteps:
         """The steps of some cells whose matrices have no negative eigenvalues; of some they are the exact Hessian."""
         found, refined = self.factors.solve(self.force, cells), cells & exact
-        if refined.any() and not self.has_couplings:
+        if refined.any():
             found = self._refined(found, refined)
         return NewtonSteps(found.reshape(-1, 3), self.matrices.owners.sums(self.force * found))
 

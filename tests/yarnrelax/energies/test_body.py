@@ -23,6 +23,7 @@ from stitchmesh.mesh import Mesh
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly, assembled_hessian
 from stitchmesh.yarnrelax.collision.narrow_phase import make_candidates
 from stitchmesh.yarnrelax.energies import evaluation
 from stitchmesh.yarnrelax.energies.body import DEPTH, Body
@@ -35,6 +36,7 @@ from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import make_state
 from stitchmesh.yarnrelax.model.upload import put_model
 from tests.gallery import shared
+from tests.yarnrelax.hessian import scenes as hessian_scenes
 
 MATTER = YarnMaterial.named("leaf")
 BOX = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
@@ -207,6 +209,31 @@ def test_force_is_minus_the_gradient(scene: str) -> None:
     # truncation error: step^2 over the smallest radius^2, and the distance is not smooth across edges of the mesh
     assert (ends[0] - ends[1]) / (2 * step) == pytest.approx(-(force * direction).sum(), rel=1e-5)
     assert np.count_nonzero(np.linalg.norm(force, axis=1)) > len(points) / 4
+
+
+@pytest.mark.parametrize("side", [1.0, 0.6])
+def test_the_stiffness_is_minus_the_derivative_of_the_force(side: float) -> None:
+    """Beside faces, edges and corners of a box, outside and inside; the yarn itself adds what it has without a box."""
+    yarns = ring(side * 1.5, 0.9, 24, 0.25)
+    alone, beside = (hessian_scenes.started(yarns, MATTER, terms) for terms in ([], [Body(box())]))
+    matrix = assembled_hessian(beside) - assembled_hessian(alone)
+    assert abs(matrix).max() > 0.1 * abs(assembled_hessian(alone)).max()
+    motion = np.random.default_rng(3).normal(size=yarns.points.shape)
+    expected = hessian_scenes.derivative_of_forces(beside, motion) - hessian_scenes.derivative_of_forces(alone, motion)
+    hessian_scenes.assert_close((matrix @ motion.ravel()).reshape(-1, 3), expected)
+
+
+def test_without_its_exact_share_the_stiffness_is_never_negative() -> None:
+    yarns = ring(1.5, 0.9, 24, 0.25)
+    alone, beside = (hessian_scenes.started(yarns, MATTER, terms) for terms in ([], [Body(box())]))
+    whole, none = np.ones(24), np.zeros(24)
+    exact, kept = (
+        (HessianAssembly(beside).matrix(share) - HessianAssembly(alone).matrix(share)).toarray()
+        for share in (whole, none)
+    )
+    largest = np.linalg.eigvalsh(exact)[-1]
+    assert np.linalg.eigvalsh(exact)[0] < -1e-3 * largest
+    assert np.linalg.eigvalsh(kept)[0] > -1e-12 * largest  # rounding
 
 
 def test_the_energy_around_a_box_does_not_depend_on_its_subdivision() -> None:

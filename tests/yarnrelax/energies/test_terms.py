@@ -137,7 +137,7 @@ CHOICES = {
     "body": (
         "from stitchmesh.yarnrelax.energies.body import Body; constraints = []; "
         "terms = [Body(Mesh.from_polygons([[-9, -1, -9], [-9, -1, 9], [9, -1, 9]], [[0, 1, 2]]))]",
-        {"body", "body_surface", "body_penalty", "mesh_features"},
+        {"body", "body_surface", "body_penalty", "body_stiffness", "mesh_features"},
         {"body"},
     ),
 }

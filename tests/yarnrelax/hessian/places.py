@@ -12,6 +12,7 @@ from scipy.sparse import csc_array
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.yarnrelax.hessian.cell_matrices import CellMatrices, Owners
+from stitchmesh.yarnrelax.hessian.couplings import CouplingRows
 from stitchmesh.yarnrelax.hessian.matrices_on_gpu import MatricesOnGpu, PatternOnGpu
 from stitchmesh.yarnrelax.hessian.matrices_on_host import MatricesOnHost
 
@@ -26,7 +27,7 @@ def pattern_of(
     matrix: csc_array, device: wp.Device, group: np.ndarray, former: PatternOnGpu | None = None
 ) -> PatternOnGpu:
     parts = (wp.array(part, dtype=wp.int32, device=device) for part in (matrix.indptr, matrix.indices))
-    return PatternOnGpu(*parts, group, former)
+    return PatternOnGpu(*parts, group, CouplingRows([]), former)
 
 
 def on_device(name: str, owners: Owners, matrix: csc_array) -> MatricesOnGpu:

@@ -66,7 +66,9 @@ def started(
 
 def mixture(yarns: YarnSet, material: YarnMaterial, exact: float, cell: RelaxCell | None = None) -> np.ndarray:
     """The mixture with a share of the exact Hessian at the start of some yarns, shape (3 E, 3 E)."""
-    return np.array(HessianAssembly(started(yarns, material, cell=cell)).matrix(np.array([exact])).toarray())
+    simulation = started(yarns, material, cell=cell)
+    shares = np.full(simulation.model.segment_count, exact)
+    return np.array(HessianAssembly(simulation).matrix(shares).toarray())
 
 
 def forces_at(simulation: YarnSimulation, points: np.ndarray) -> np.ndarray:

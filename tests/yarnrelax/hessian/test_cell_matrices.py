@@ -4,25 +4,29 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import warp as wp
-from scipy.sparse import csc_array, csr_array, random_array
+from scipy.sparse import csc_array, random_array
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import SolverError
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly, assembled_hessian
-from stitchmesh.yarnrelax.energies.term import Coupling
+from stitchmesh.yarnrelax.constraints.borders import KeepBorders
+from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.hessian.cell_matrices import Owners
+from stitchmesh.yarnrelax.hessian.couplings import RIGID
 from stitchmesh.yarnrelax.hessian.matrices_on_gpu import LATELY, MatricesOnGpu, PartOnGpu
 from stitchmesh.yarnrelax.hessian.matrices_on_host import MatricesOnHost
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.compute.pretended_cudss import pretend_cudss
 from tests.compute.test_cudss import GPUS, needs_cudss
 from tests.yarnrelax.hessian.places import Place, on_device, pattern_of
-from tests.yarnrelax.stockinette import periodic_patch, woven_cell
+from tests.yarnrelax.stockinette import fabric_of, periodic_patch, tube, woven_cell
 
 KALDOR, FREE = YarnMaterial.named("kaldor-simulation"), RelaxCell()
 SIZES = (40, 25, 31)
@@ -186,23 +190,67 @@ def owners_in(simulation: YarnSimulation) -> Owners:
     return Owners(cell.astype(np.int32), 3)
 
 
+def exactly(simulation: YarnSimulation) -> np.ndarray:
+    """The share of the exact Hessian of each segment where nothing is mixed."""
+    return np.ones(simulation.model.segment_count)
+
+
 def on_pretended_gpu(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the assembly factor on the device ``cpu``."""
     pretend_cudss(monkeypatch)
     monkeypatch.setattr("stitchmesh.yarnrelax.assembled_hessian.factors_on", lambda _device: True)
 
 
-def test_without_cudss_and_with_couplings_the_processor_factors(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_cudss_the_processor_factors(monkeypatch: pytest.MonkeyPatch) -> None:
     simulation = batch_on("cpu")
     owners, assembly = owners_in(simulation), HessianAssembly(simulation)
-    assert isinstance(assembly.cell_matrices(np.ones(3), owners, [], forces_are_found=False), MatricesOnHost)
+    assert isinstance(assembly.cell_matrices(exactly(simulation), owners, [], forces_are_found=False), MatricesOnHost)
     on_pretended_gpu(monkeypatch)
-    coupling = Coupling(csr_array((1, len(owners.cell))))
-    assert isinstance(assembly.cell_matrices(np.ones(3), owners, [coupling], forces_are_found=True), MatricesOnHost)
-    first = assembly.cell_matrices(np.ones(3), owners, [], forces_are_found=True)
-    second = assembly.cell_matrices(np.zeros(3), owners, [], forces_are_found=True)
+    first = assembly.cell_matrices(exactly(simulation), owners, [], forces_are_found=True)
+    second = assembly.cell_matrices(0.0 * exactly(simulation), owners, [], forces_are_found=True)
     assert isinstance(first, MatricesOnGpu) and isinstance(second, MatricesOnGpu)
     assert first.pattern is second.pattern  # whose analysis is kept
+
+
+@pytest.mark.decides
+@pytest.mark.parametrize("device", ["cpu", pytest.param("GPU", marks=needs_cudss)])
+def test_couplings_have_the_inertia_and_the_solutions_of_the_dense_matrix(
+    device: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A garment that keeps its shape and its borders: patches join hundreds of coordinates, borders hold their sums."""
+    if device == "cpu":
+        on_pretended_gpu(monkeypatch)
+    fabric, yarns = fabric_of(4, 6, closed=True), tube(4, 6)
+    kept, held = [KeepShape(fabric)], [KeepBorders(fabric)]
+    where = device_named(device if device == "cpu" else GPUS[0])
+    simulation = YarnSimulation.start(yarns, KALDOR, replace(PRESETS["draft"], precision="float64"), where, kept, held)
+    assembly, count = HessianAssembly(simulation), 3 * len(yarns.points)
+    owners, every = Owners(np.zeros(count, dtype=np.int32), 1), np.ones(1, dtype=bool)
+    exact = exactly(simulation)
+    for _ in range(2):
+        couplings = [simulation.terms[0].coupling(simulation.state), simulation.constraints[0].coupling()]
+        found = assembly.cell_matrices(exact, owners, couplings, forces_are_found=False)
+        assert isinstance(found, MatricesOnGpu)
+        dense = assembly.matrix().toarray()
+        rigid = RIGID * float(np.median(dense.diagonal()))
+        for each in couplings:
+            rows, spring = each.rows.toarray(), rigid * np.eye(each.rows.shape[0])
+            dense += rows.T @ (spring if each.compliance is None else np.linalg.inv(each.compliance.toarray())) @ rows
+        values = np.linalg.eigvalsh(dense)
+        shift = 1e-4 * float(np.median(found.diagonal()))
+        factors, right = found.factored(np.array([shift])), normal(count)
+        assert factors.negative_count.tolist() == [np.count_nonzero(values < -shift)]
+        assert (len(factors.negative_pivots) > 0) == (values[0] < -shift)
+        expected = np.linalg.solve(dense + shift * np.eye(count), right)
+        # Rounding of float64 times the stiffness of constraints over the shift, which is 1e10.
+        np.testing.assert_allclose(factors.solve(right, every), expected, atol=1e-5 * np.abs(expected).max())
+        product = dense @ right
+        np.testing.assert_allclose(found.product(right), product, atol=1e-12 * np.abs(product).max())
+        # A move by more than a radius changes the stiffness of some patches across it, and nothing of their rows.
+        points = simulation.state.points.numpy()
+        points[: count // 3, 0] += 2.0
+        simulation.state.points.assign(points)
+        simulation.search_contacts()
 
 
 @pytest.mark.decides
@@ -214,7 +262,7 @@ def test_hessians_of_a_batch_have_the_inertia_and_the_solutions_of_the_processor
         on_pretended_gpu(monkeypatch)
     simulation = batch_on(device if device == "cpu" else GPUS[0])
     owners, assembly = owners_in(simulation), HessianAssembly(simulation)
-    for exact in (np.ones(3), np.zeros(3)):
+    for exact in (exactly(simulation), 0.0 * exactly(simulation)):
         found = assembly.cell_matrices(exact, owners, [], forces_are_found=False)
         assert isinstance(found, MatricesOnGpu)
         host = MatricesOnHost(assembly.matrix(exact), owners)
@@ -238,7 +286,7 @@ def test_on_a_gpu_places_last_while_segments_part_and_touch_again(monkeypatch: p
         motion = np.random.default_rng(seed).normal(scale=0.02, size=points.shape)
         motion[simulation.model.point_count :] = 0.0
         simulation.state.points.assign(points + motion)
-        found = assembly.cell_matrices(np.ones(3), owners, [], forces_are_found=False)
+        found = assembly.cell_matrices(exactly(simulation), owners, [], forces_are_found=False)
         assert isinstance(found, MatricesOnGpu)
         patterns.add(found.pattern)
         with monkeypatch.context() as beside:
@@ -256,7 +304,7 @@ def test_only_cells_with_new_neighbours_get_new_places(monkeypatch: pytest.Monke
     on_pretended_gpu(monkeypatch)
     simulation = batch_on("cpu")
     owners, assembly = owners_in(simulation), HessianAssembly(simulation)
-    assembly.cell_matrices(np.ones(3), owners, [], forces_are_found=False)
+    assembly.cell_matrices(exactly(simulation), owners, [], forces_are_found=False)
     before, start = assembly._touching.kept_count.numpy(), simulation.model.segment_start
     simulation.search_contacts(0.3)  # fewer candidates in all cells
     points = simulation.state.points.numpy()
@@ -264,7 +312,7 @@ def test_only_cells_with_new_neighbours_get_new_places(monkeypatch: pytest.Monke
     points[last] += np.random.default_rng(0).normal(scale=0.4, size=points[last].shape)
     simulation.state.points.assign(points)
     simulation.search_contacts()
-    assembly.cell_matrices(np.ones(3), owners, [], forces_are_found=False)
+    assembly.cell_matrices(exactly(simulation), owners, [], forces_are_found=False)
     now = assembly._touching.kept_count.numpy()
     np.testing.assert_array_equal(now[: start[2]], before[: start[2]])
     assert not np.array_equal(now[start[2] :], before[start[2] :])

@@ -11,6 +11,7 @@ from scipy.sparse import csc_array, csr_array, diags_array
 from stitchmesh.errors import SolverError
 from stitchmesh.yarnrelax.assembled_hessian import assembled_hessian
 from stitchmesh.yarnrelax.energies.term import Coupling
+from stitchmesh.yarnrelax.hessian.couplings import CouplingRows, Couplings, joined
 from stitchmesh.yarnrelax.hessian.factored_matrix import factored
 from tests.yarnrelax.hessian.scenes import SCENES, started
 
@@ -29,6 +30,10 @@ def test_they_count_the_negative_eigenvalues_and_solve() -> None:
     np.testing.assert_allclose(COMPRESSED @ solution + shift * solution, right, atol=1e-8 * np.abs(right).max())
 
 
+def of_piece(coupling: Coupling) -> Couplings | None:
+    return joined([coupling], CouplingRows([coupling]), COMPRESSED.diagonal())
+
+
 def with_coupling(stiffness: float) -> tuple[np.ndarray, Coupling]:
     """The matrix of the piece with springs on the sums of some of its coordinates, and the springs."""
     size = COMPRESSED.shape[0]
@@ -44,7 +49,7 @@ def test_couplings_are_parts_of_the_matrix() -> None:
     dense, coupling = with_coupling(0.3 * largest)
     values = np.linalg.eigvalsh(dense)
     shift = 1e-6 * values[-1]
-    found = factored(COMPRESSED, shift, [coupling])
+    found = factored(COMPRESSED, shift, of_piece(coupling))
     assert found.negative_count == np.count_nonzero(values < -shift)
     assert found.negative_count != factored(COMPRESSED, shift).negative_count
     right = np.random.default_rng(0).normal(size=(len(values), 2))
@@ -58,7 +63,7 @@ def test_constraints_hold_what_their_rows_sum() -> None:
     kept = COMPRESSED.toarray()[12:, 12:]
     values = np.linalg.eigvalsh(kept)
     shift = 1e-6 * values[-1]
-    found = factored(COMPRESSED, shift, [Coupling(csr_array(rows))])
+    found = factored(COMPRESSED, shift, of_piece(Coupling(csr_array(rows))))
     assert found.negative_count == np.count_nonzero(values < -shift) > 0
     right = np.random.default_rng(0).normal(size=COMPRESSED.shape[0])
     solution, expected = found.solve(right), np.linalg.solve(kept + shift * np.eye(len(kept)), right[12:])

@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where the exact Hessian is mixed with the matrix of Gauss and Newton, and with which share of it.
+
+Where the Hessian has negative eigenvalues, it is replaced by its mixture with a share s of the matrix of Gauss and
+Newton (``segment_hessian``, ``contact_hessian``), which is never negative: s = 1 first, and after each step a third of
+that before, until H itself is taken again below ``LEAST_SHARE``. Where the mixture has negative eigenvalues too, s
+grows by ``SLOWER`` at once.
+
+The cell of a swatch has one share. The eigenvectors of a large piece, such as a garment, are a few stitches wide, and
+among thousands of stitches there are always some that slide. Each of its steps begins with the exact Hessian, and its
+segments have shares of their own, which grow within ``REACH`` of the control points whose pivots are negative. The
+rows with which a matrix becomes negative are those of places where it is, because the eigenvalues of its leading minors
+interlace (Cauchy). Where all shares within reach are 1, twice the reach is taken, so that at last all of the matrix is
+that of Gauss and Newton.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from stitchmesh.mesh import FloatArray
+from stitchmesh.yarnrelax.model.constants import Model
+
+FASTER, SLOWER = 1.0 / 3.0, 8.0
+"""Factors of a share after a step, and where the mixture is negative somewhere."""
+LEAST_SHARE = 0.02
+"""Share below which the matrix of Gauss and Newton is left out."""
+REACH = 12.0
+"""Distance from a negative pivot within which shares grow [mean radii]; a stitch is about eight radii wide."""
+
+
+class MixtureShares:
+    """The share of the matrix of Gauss and Newton of each segment."""
+
+    def __init__(self, model: Model, *, local: bool) -> None:
+        """All of the Hessian is exact; ``local`` says whether segments have shares of their own."""
+        self.model, self.local = model, local
+        self.of_segments = np.zeros(model.segment_count)
+        """The shares, shape (S,)."""
+        self._segment_points = np.asarray(model.yarns.segment_points)
+
+    @property
+    def largest(self) -> NDArray[np.float64]:
+        """Largest share of each cell, shape (C,)."""
+        return np.maximum.reduceat(self.of_segments, self.model.segment_start[:-1])
+
+    @property
+    def least(self) -> NDArray[np.float64]:
+        """Least share of each cell, shape (C,)."""
+        return np.minimum.reduceat(self.of_segments, self.model.segment_start[:-1])
+
+    @property
+    def part(self) -> NDArray[np.float64]:
+        """Part of the segments of each cell that have a share, shape (C,)."""
+        mixed = np.add.reduceat((self.of_segments > 0.0).astype(np.float64), self.model.segment_start[:-1])
+        return np.asarray(mixed / np.diff(self.model.segment_start))
+
+    def set_largest(self, shares: NDArray[np.float64]) -> None:
+        """Give all segments of each cell the same share, shape (C,)."""
+        self.of_segments = np.repeat(shares, np.diff(self.model.segment_start))
+
+    def shrink(self, cell: int) -> None:
+        """Take less of the matrix of Gauss and Newton after a step of a cell, and nothing of it in a large piece."""
+        own = self._own(cell)
+        lower = self.of_segments[own] * FASTER
+        self.of_segments[own] = np.where((lower > LEAST_SHARE) & (not self.local), lower, 0.0)
+
+    def clear(self, cell: int) -> None:
+        """Take the exact Hessian of a cell."""
+        self.of_segments[self._own(cell)] = 0.0
+
+    def grow(self, cell: int, pivots: NDArray[np.int64], points: FloatArray) -> None:
+        """Take more of it where the mixture of a cell has negative eigenvalues.
+
+        Args:
+            cell: the cell.
+            pivots: the coordinates whose pivots are negative.
+            points: the control points [mean radii], shape (N, 3).
+        """
+        own, reach = self._own(cell), REACH
+        near = np.ones(own.stop - own.start, dtype=bool)
+        if self.local:
+            negative = np.unique(pivots // 3)
+            away = cKDTree(points[negative]).query(points)[0][self._segment_points[own]].min(axis=1)
+            near = away < reach
+            while (self.of_segments[own][near] >= 1.0).all() and not near.all():
+                reach *= 2.0
+                near = away < reach
+        before = self.of_segments[own]
+        grown = np.where(before > 0.0, np.minimum(before * SLOWER, 1.0), 1.0)
+        self.of_segments[own] = np.where(near, grown, before)
+
+    def distrust(self, cells: NDArray[np.bool_]) -> None:
+        """Take more of it in the next steps of some cells, whose last ones were refused.
+
+        Those of a large piece only become shorter.
+        """
+        chosen = np.repeat(cells & (not self.local), np.diff(self.model.segment_start))
+        grown = np.minimum(np.maximum(self.of_segments, LEAST_SHARE) * SLOWER, 1.0)
+        self.of_segments = np.where(chosen, grown, self.of_segments)
+
+    def _own(self, cell: int) -> slice:
+        return slice(int(self.model.segment_start[cell]), int(self.model.segment_start[cell + 1]))

@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Shares of the matrix of Gauss and Newton: in all of a cell, and only where a large piece has negative pivots."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stitchmesh.compute.device import device_named
+from stitchmesh.quality import PRESETS
+from stitchmesh.yarnrelax import YarnMaterial
+from stitchmesh.yarnrelax.energies.shape import KeepShape
+from stitchmesh.yarnrelax.newton import LARGE, Newton
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.mixture_shares import FASTER, LEAST_SHARE, REACH, SLOWER, MixtureShares
+from tests.yarnrelax.stockinette import fabric_of, periodic_patch, tube
+
+KALDOR = YarnMaterial.named("kaldor-simulation")
+DOUBLE = replace(PRESETS["draft"], precision="float64")
+
+
+def of_cells() -> MixtureShares:
+    given = [(periodic_patch(1, 1), KALDOR), (periodic_patch(2, 1), KALDOR)]
+    return MixtureShares(YarnSimulation(given, DOUBLE, device_named("cpu")).model, local=False)
+
+
+def test_a_cell_has_one_share_that_grows_at_once_and_shrinks_after_steps() -> None:
+    shares, nowhere = of_cells(), np.zeros(0, dtype=np.int64)
+    shares.grow(1, nowhere, np.zeros((0, 3)))
+    assert shares.largest.tolist() == shares.least.tolist() == [0.0, 1.0]
+    assert shares.part.tolist() == [0.0, 1.0]
+    shares.shrink(1)
+    shares.shrink(1)
+    assert shares.largest[1] == pytest.approx(FASTER**2)
+    shares.grow(1, nowhere, np.zeros((0, 3)))
+    assert shares.largest[1] == pytest.approx(FASTER**2 * SLOWER)
+    for _ in range(int(np.ceil(np.log(LEAST_SHARE) / np.log(FASTER))) + 1):
+        shares.shrink(1)
+    assert shares.largest.tolist() == [0.0, 0.0]
+    shares.distrust(np.array([True, False]))
+    assert shares.largest.tolist() == [LEAST_SHARE * SLOWER, 0.0]
+
+
+def large() -> YarnSimulation:
+    yarns = tube(9, 40)
+    assert len(yarns.points) > LARGE
+    return YarnSimulation.start(yarns, KALDOR, DOUBLE, device_named("cpu"), [KeepShape(fabric_of(9, 40, closed=True))])
+
+
+def test_in_a_large_piece_shares_grow_near_negative_pivots_and_at_last_everywhere() -> None:
+    simulation = large()
+    shares = MixtureShares(simulation.model, local=True)
+    points = simulation.state.points.numpy()[: simulation.model.point_count].astype(np.float64)
+    shares.grow(0, np.array([300, 301]), points)
+    corner = np.asarray(simulation.model.yarns.segment_points)
+    away = np.linalg.norm(points - points[100], axis=1)[corner].min(axis=1)
+    np.testing.assert_array_equal(shares.of_segments, np.where(away < REACH, 1.0, 0.0))
+    assert 0.0 < shares.part[0] < 0.2
+    before = shares.part[0]
+    while shares.least[0] < 1.0:
+        shares.grow(0, np.array([300, 301]), points)
+        assert shares.part[0] > before
+        before = shares.part[0]
+    shares.shrink(0)
+    assert not shares.of_segments.any()
+
+
+def test_the_step_of_a_large_piece_far_from_rest_descends_and_is_not_the_last_one() -> None:
+    simulation, every = large(), np.ones(1, dtype=bool)
+    newton = Newton(simulation)
+    newton.find_steps(every, ~every, np.ones(1))
+    step = newton.steps[0]
+    assert step is not None and step.work > 0.0 and not step.exact
+    assert newton.remaining_change(0, 1.0) is None
+    assert newton.move(every, np.ones(1)).all()  # so that the solver iterates before the next step
+    assert not newton.shares.of_segments.any()  # which begins with the exact Hessian
