@@ -131,10 +131,8 @@ class RelaxationLoop:
             self.step_back(chosen & ~good)
         if self.newton is not None:
             self.newton.note_moves(good & (self.energy_fall > 0.0))
-            self.alternation.note_steps(stepping, shortened & good, self.energy_fall)
-            if self.newton.is_late:  # the same factors again would only say the same
-                refused = stepping & ~good
-                self.alternation.note_steps(refused, refused, np.zeros(len(good)))
+            late = stepping & ~good & self.newton.is_late  # the same factors again would only say the same
+            self.alternation.note_steps(stepping, (shortened & good) | late, np.where(late, 0.0, self.energy_fall))
             descended = chosen & self.ending & ~stepping
             self.alternation.note_iterations(descended & good, descended & ~good, self.energy_fall)
             if (stepping & good).any():

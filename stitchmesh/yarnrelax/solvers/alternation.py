@@ -73,7 +73,8 @@ class Alternation:
 
         Args:
             stepping: whether each cell took a step, shape (C,).
-            shortened: whether each cell took a shortened step that was accepted, shape (C,).
+            shortened: whether each cell took a shortened step that was accepted, or another one that gives way, shape
+                (C,).
             fall: relative fall of the energy in the steps, shape (C,).
         """
         self.follows = (self.follows | stepping) & ~shortened
