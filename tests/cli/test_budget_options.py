@@ -84,7 +84,9 @@ def test_an_error_tightens_the_rule_and_is_expected_to_be_kept(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("more", "shares"), [([], (0.3, 0.7)), (["--relax-cell"], (0.1, 0.5, 0.9))], ids=["given size", "free size"]
+    ("more", "shares"),
+    [([], (0.3, 0.7)), (["--relax-cell", "--relaxation", "frictionless"], (0.1, 0.5, 0.9))],
+    ids=["given size", "free size"],
 )
 def test_the_end_by_time_is_said_and_has_the_bits_of_the_end_by_iterations(tmp_path, counted, capsys, more, shares):
     """A free repeat relaxes with several samplings, one after another; the end may lie in any of them."""

@@ -23,7 +23,7 @@ from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.rest_derivatives import polished
 from tests.periodic.first_state import from_generated_yarns
 
-FREE: dict[str, Any] = {"relax_cell": True, "relaxation": "frictionless"}
+FRICTIONLESS: dict[str, Any] = {"relax_cell": True, "relaxation": "frictionless"}
 
 STEP, STRAIN = 1e-4, 1e-5
 """Relative change of an input, and strain, of the differences."""
@@ -45,7 +45,7 @@ STIFFNESSES = ("k_len", "k_length", "k_bend", "k_contact")
 def made(case: str) -> sm.Swatch:
     pattern, options = CASES[case]
     with from_generated_yarns():
-        given = {"quality": "draft", "relax_cell": True} | options
+        given = {"quality": "draft"} | FRICTIONLESS | options
         return sm.swatch(pattern, device="cpu", progress=False, **given)
 
 
@@ -158,7 +158,7 @@ def test_a_stretch_test_begins_with_their_slope_of_the_tension(direction: Any, o
 
 @pytest.mark.usefixtures("first_state")
 def test_a_larger_cell_has_the_same_sensitivity() -> None:
-    given: dict[str, Any] = {"quality": "draft", "device": "cpu", "relax_cell": True, "progress": False}
+    given: dict[str, Any] = {"quality": "draft", "device": "cpu", "progress": False} | FRICTIONLESS
     large, own = sm.sensitivity(sm.swatch("stockinette", columns=2, rows=2, **given)), found("stockinette")
     for row, other in zip(own.table(), large.table(), strict=True):
         for name in ("width", "height", "lean"):  # the conditions of the larger cell's system: rounding grows
@@ -169,7 +169,7 @@ def test_a_larger_cell_has_the_same_sensitivity() -> None:
 @pytest.mark.usefixtures("first_state")
 def test_the_lean_is_that_of_the_repeat() -> None:
     """The smallest cell of moss stitch leans, its repeat does not, and keeps its right angle."""
-    own = sm.sensitivity(sm.swatch("moss", quality="draft", device="cpu", **FREE, progress=False))
+    own = sm.sensitivity(sm.swatch("moss", quality="draft", device="cpu", **FRICTIONLESS, progress=False))
     assert not any(own.lean.values()) and own.height["loop_length"] > 1.0
 
 
@@ -192,7 +192,7 @@ def test_swatches_without_sensitivity_are_refused() -> None:
     assert one.at_rest is not None
     with pytest.raises(ParameterError, match=r"was read from a file; make it again by sm\.swatch"):
         sm.sensitivity(replace(one, at_rest=None))
-    with pytest.raises(ParameterError, match="with friction, whose size follows from its path; leave relaxation out"):
+    with pytest.raises(ParameterError, match="with friction, whose size follows from its path; make it with"):
         sm.sensitivity(replace(one, at_rest=replace(one.at_rest, rubs=True)))
     held = sm.swatch("plain", quality="draft", device="cpu", progress=False)
     both = replace(one, at_rest=replace(one.at_rest, cell=sm.RelaxCell(None, None, shear=False)))

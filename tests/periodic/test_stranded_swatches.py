@@ -44,8 +44,8 @@ def chart(text: str) -> Pattern:
     return Pattern("chart", "", tuple(rows))
 
 
-def check_rest(name, relax_cell):
-    report = sm.swatch(chart(CHARTS[name]), relax_cell=relax_cell, **DRAFT).report
+def check_rest(name, **options):
+    report = sm.swatch(chart(CHARTS[name]), **options, **DRAFT).report
     assert report["converged"] and report["pull_throughs"] == 0
     # Yarns that touch are 2 radii apart. At the default loop length the yarn is loose, and little force presses it.
     assert report["min_distance_over_radius"] > 1.5
@@ -57,7 +57,7 @@ def check_rest(name, relax_cell):
 @pytest.mark.parametrize("relax_cell", [False, True], ids=["held", "free"])
 @pytest.mark.parametrize("name", CHARTS)
 def test_a_stranded_chart_comes_to_rest(name, relax_cell):
-    check_rest(name, relax_cell)
+    check_rest(name, relax_cell=relax_cell)
 
 
 @pytest.mark.parametrize("name", ["standing columns of two", "three colours"])

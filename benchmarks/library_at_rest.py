@@ -1,0 +1,162 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether the patterns of the library come to rest, and how far the sizes of two qualities lie apart.
+
+    python benchmarks/library_at_rest.py --device cpu --out out/library
+    python benchmarks/library_at_rest.py --loops 14 16.67 20 24 --qualities draft standard --together 67
+
+Each pattern finds its size at each loop length and quality; knits come off the needles dry unless another state is
+asked for. Writes rests.jsonl with a line for each swatch, and a sheet of pictures for each quality, and prints a table:
+the sizes, whether they are at rest, and the largest relative difference of width and height from the last quality.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import time
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+import stitchmesh as sm
+from stitchmesh import __version__
+from stitchmesh.periodic.swatch_options import COMPACT_LOOP, YARN_RADIUS, KnitState
+from stitchmesh.render import render_swatch
+
+SIDE, COLUMNS, SHOWN = 220, 9, 11.0
+"""Pixels of a picture, pictures in a row of a sheet, and width of the fabric in a picture [cm]."""
+PROMISE = {"draft": 0.05, "standard": 0.01, "reference": 0.001}
+"""Largest relative error of the spacings that a quality promises."""
+
+
+def main() -> None:
+    """Relax, write, draw and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--patterns", nargs="+", default=[*sm.pattern_names(), *sm.weave_names()])
+    parser.add_argument("--loops", nargs="+", type=float, default=[COMPACT_LOOP], help="loop lengths [yarn diameters]")
+    parser.add_argument("--qualities", nargs="+", default=["draft"])
+    parser.add_argument("--relaxation", choices=get_args(KnitState), help="state of the knits")
+    parser.add_argument("--device")
+    parser.add_argument("--together", type=int, default=1, help="swatches in one call")
+    parser.add_argument("--out", type=Path, default=Path("out/library"))
+    parser.add_argument("--no-pictures", action="store_true")
+    given = parser.parse_args()
+    logging.getLogger("stitchmesh").setLevel(logging.ERROR)
+    given.out.mkdir(parents=True, exist_ok=True)
+    cases = [(pattern, loop) for pattern in given.patterns for loop in given.loops if is_made(pattern, loop)]
+    rows: dict[tuple[str, float], list[dict[str, Any]]] = {case: [] for case in cases}
+    for quality in given.qualities:
+        began, made = time.perf_counter(), []
+        for first in range(0, len(cases), given.together):
+            some = cases[first : first + given.together]
+            made += relaxed(some, quality, given)
+            write(given.out / "rests.jsonl", some, made[first:], quality, rows)
+        seconds = time.perf_counter() - began
+        resting = sum(bool(rows[case][-1]["at_rest"]) for case in cases)
+        print(f"{quality}: {resting} of {len(cases)} at rest, {seconds:.1f} s", flush=True)
+        if not given.no_pictures:
+            write_sheet(given.out / f"{quality}.png", cases, made)
+    print_table(rows, given.qualities)
+
+
+def is_made(pattern: str, loop: float) -> bool:
+    """Whether there is such a case: a weave has no loops, and is made once."""
+    return pattern not in sm.weave_names() or loop == COMPACT_LOOP
+
+
+def relaxed(
+    cases: list[tuple[str, float]], quality: str, given: argparse.Namespace
+) -> list[sm.Swatch | sm.StitchMeshError]:  # fmt: skip
+    """The swatches of some cases."""
+    requests = []
+    for pattern, loop in cases:
+        woven = pattern in sm.weave_names()
+        options = {} if woven else {"loop_length": 2.0 * loop * YARN_RADIUS}
+        relaxation = None if woven else given.relaxation
+        requests.append(
+            sm.SwatchRequest(pattern, quality=quality, relax_cell=True, relaxation=relaxation, options=options)
+        )
+    return sm.relax_swatches(requests, device=given.device, progress=False)
+
+
+def write(
+    path: Path, cases: list[tuple[str, float]], made: list[sm.Swatch | sm.StitchMeshError], quality: str,
+    rows: dict[tuple[str, float], list[dict[str, Any]]],
+) -> None:  # fmt: skip
+    """Add a line of the file for each swatch, and its row."""
+    with path.open("a") as out:
+        for case, swatch in zip(cases, made, strict=True):
+            row = {"pattern": case[0], "loop": case[1], "quality": quality, "version": __version__} | figures(swatch)
+            rows[case].append(row)
+            out.write(json.dumps(row) + "\n")
+
+
+def figures(made: sm.Swatch | sm.StitchMeshError) -> dict[str, Any]:
+    """The figures of a swatch."""
+    if not isinstance(made, sm.Swatch):
+        return {"at_rest": False, "error": str(made)}
+    report = made.report
+    names = ("width", "height", "iterations", "seconds", "residual", "shape", "relaxation", "control_points",
+             "planes_pressure", "min_distance_over_radius")  # fmt: skip
+    return {"at_rest": report["converged"], "remaining": report["remaining_change"]} | {
+        name: report[name] for name in names
+    }
+
+
+def apart(row: dict[str, Any], last: dict[str, Any]) -> float:
+    """Largest relative difference of width and height; not a number where one was not made."""
+    if "error" in row or "error" in last:
+        return float("nan")
+    sizes = np.array([[each["width"], each["height"]] for each in (row, last)])
+    return float(np.abs(np.log(sizes[0] / sizes[1])).max())
+
+
+def print_table(rows: dict[tuple[str, float], list[dict[str, Any]]], qualities: list[str]) -> None:
+    """Print the sizes of all cases, and how many keep the promise of each quality."""
+    print(f"\nVersion {__version__}.\n\n| pattern | loop / d | {' | '.join(f'{name} [cm]' for name in qualities)} |")
+    print("|---|---:" + "|---:" * len(qualities) + "|")
+    for (pattern, loop), found in rows.items():
+        cells = [cell_of(row, found[-1]) for row in found]
+        print(f"| {pattern} | {loop:g} | {' | '.join(cells)} |")
+    for number, name in enumerate(qualities[:-1]):
+        both = [apart(found[number], found[-1]) for found in rows.values()
+                if found[number]["at_rest"] and found[-1]["at_rest"]]  # fmt: skip
+        kept = sum(each <= PROMISE[name] for each in both)
+        print(f"\n{name}: {kept} of {len(both)} that are at rest in both lie within {100 * PROMISE[name]:g} %")
+
+
+def cell_of(row: dict[str, Any], last: dict[str, Any]) -> str:
+    """A size in the table."""
+    if "error" in row:
+        return row["error"]
+    rest = "" if row["at_rest"] else ", not at rest"
+    difference = "" if row is last else f" ({100 * apart(row, last):.1f} %)"
+    return f"{row['width']:.3f} x {row['height']:.3f}{difference}{rest}"
+
+
+def write_sheet(path: Path, cases: list[tuple[str, float]], made: list[sm.Swatch | sm.StitchMeshError]) -> None:
+    """Draw the swatches side by side, each with its name and size."""
+    drawn = [(case, swatch) for case, swatch in zip(cases, made, strict=True) if isinstance(swatch, sm.Swatch)]
+    sheet = Image.new("RGB", (COLUMNS * (SIDE + 6), -(-len(drawn) // COLUMNS) * (SIDE + 32)), "white")
+    text = ImageDraw.Draw(sheet)
+    for number, ((pattern, loop), swatch) in enumerate(drawn):
+        width, height = (swatch.report[key] for key in ("width", "height"))
+        picture = path.parent / "one.png"
+        render_swatch(swatch.yarns, picture, (max(1, round(SHOWN / width)), max(1, round(SHOWN / height))))
+        with Image.open(picture) as one:
+            small = one.convert("RGB")
+            small.thumbnail((SIDE, SIDE))
+        picture.unlink()
+        corner = (number % COLUMNS * (SIDE + 6), number // COLUMNS * (SIDE + 32))
+        sheet.paste(small, (corner[0], corner[1] + 28))
+        rest = "" if swatch.report["converged"] else ", not at rest"
+        text.text(corner, f"{pattern} {loop:g}\n{width:.2f} x {height:.2f} cm{rest}", fill="black")
+    sheet.save(path)
+
+
+if __name__ == "__main__":
+    main()
