@@ -48,11 +48,14 @@ def files(tmp_path_factory) -> Path:
     return folder
 
 
+FREE = ["--relax-cell", "--relaxation", "frictionless"]
+
+
 @pytest.fixture(scope="module")
 def made(tmp_path_factory) -> Path:
     """Return the output folder of a relaxed repeat of stockinette, with all optional files."""
     folder = tmp_path_factory.mktemp("made") / "deep" / "out"
-    words = ["--relax-cell", "--tile", "3", "2", "--texture", "16", "24", "--gamma", "1.1"]
+    words = [*FREE, "--tile", "3", "2", "--texture", "16", "24", "--gamma", "1.1"]
     assert cli.main(["swatch", "stockinette", *words, *DRAFT, "-o", str(folder)]) == 0
     return folder
 
@@ -275,7 +278,7 @@ def test_explore_writes_and_prints_the_states_of_rest(tmp_path, capsys):
 
 
 def test_a_blocked_repeat_is_larger_and_an_unsupported_one_thicker(tmp_path):
-    cases = ["--relax-cell"], ["--blocked", "50"], ["--relax-cell", "--unsupported"]
+    cases = FREE, ["--blocked", "50"], [*FREE, "--unsupported"]
     with from_generated_yarns():
         flat, blocked, folded = (swatch(tmp_path / str(number), "checks", *words) for number, words in enumerate(cases))
     assert size_of(blocked.lattice)[0] > size_of(flat.lattice)[0] > size_of(folded.lattice)[0]
