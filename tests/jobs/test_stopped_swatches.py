@@ -40,6 +40,7 @@ render = []
 [swatch]
 pattern = "stockinette"
 relax_cell = true
+relaxation = "frictionless"
 checkpoint_every = 40
 """
 STARTS = 1
@@ -148,7 +149,7 @@ def test_a_stopped_swatch_is_not_begun_again_without_a_word(tmp_path, monkeypatc
 def test_a_search_that_the_time_ended_goes_on_with_more_time(tmp_path, monkeypatch):
     """All yarns are at rest, but displaced starts were left out: the swatch is finished for that time only."""
     monkeypatch.setattr(lowest_rest, "STARTS", STARTS)
-    table = SwatchTable(pattern="stockinette", relax_cell=True)
+    table = SwatchTable(pattern="stockinette", relax_cell=True, relaxation="frictionless")
     job = Job(swatch=table, quality="draft", device="cpu", render=(), within="1h")
     with monkeypatch.context() as patch:
         for module in (lowest_rest, swatch_stages):
