@@ -24,7 +24,7 @@ from PIL import Image, ImageDraw
 import stitchmesh as sm
 from stitchmesh import __version__
 from stitchmesh.periodic.swatch_options import KnitState
-from stitchmesh.quality import quality_named
+from stitchmesh.quality import Quality, quality_named
 from stitchmesh.render import render_swatch
 
 SIDE, COLUMNS, SHOWN = 220, 8, 11.0
@@ -75,14 +75,14 @@ def main() -> None:
 
 def relaxed(chosen: argparse.Namespace, asked: Sequence[tuple[str, dict[str, Any]]]) -> list[sm.Swatch]:
     """Free swatches of patterns with further options, relaxed together."""
-    requests = [
-        sm.SwatchRequest(
-            name, relax_cell=True, quality=chosen.quality, options=options,
-            relaxation=None if name in sm.weave_names() else chosen.relaxation,
-        )
-        for name, options in asked
-    ]  # fmt: skip
+    requests = [request_of(name, chosen.quality, chosen.relaxation, **options) for name, options in asked]
     return [raised(made) for made in sm.relax_swatches(requests, device=chosen.device, progress=False)]
+
+
+def request_of(name: str, quality: str | Quality, relaxation: KnitState | None, **options: Any) -> sm.SwatchRequest:
+    """A free swatch of a pattern, where it is a knit in a state."""
+    state = None if name in sm.weave_names() else relaxation
+    return sm.SwatchRequest(name, relax_cell=True, quality=quality, relaxation=state, options=options)
 
 
 def raised(made: sm.Swatch | sm.StitchMeshError) -> sm.Swatch:
@@ -142,7 +142,8 @@ def write_sheet(path: Path, made: Sequence[tuple[str, sm.Swatch]]) -> None:
         sheet.paste(small, (corner[0], corner[1] + 28))
         report = swatch.report
         size = f"{report['wale_spacing']:.2f} x {report['course_spacing']:.2f} cm"
-        write.text(corner, f"{name}\n{size}, {report['shape']}", fill="black")
+        rest = "" if report["converged"] else ", not at rest"
+        write.text(corner, f"{name}\n{size}, {report['shape']}{rest}", fill="black")
     sheet.save(path)
 
 

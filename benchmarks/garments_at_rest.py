@@ -99,10 +99,11 @@ def print_agreement(scene: str, name: str, yarns: YarnSet, most: int, options: M
     """Print two lines, one for each solver."""
     quality = replace(PRESETS[name], precision="float64", tolerance=1e-4, largest_change=4e-4)
     material, stitches, ends = YarnMaterial.named().of_radius(float(yarns.radius.mean())), SpacingChange(yarns), []
-    kept = options["keep_shape"]
+    kept = options.get("keep_shape")
+    terms, constraints = ([], []) if kept is None else ([KeepShape(kept)], [KeepBorders(kept)])
     for by_newton in (True, False):
         simulation = YarnSimulation.start(
-            yarns, material, quality, device_named(options["device"]), [KeepShape(kept)], [KeepBorders(kept)]
+            yarns, material, quality, device_named(options["device"]), terms, constraints
         )  # fmt: skip
         loop = RelaxationLoop(simulation, quality.tolerance, quality.largest_change, by_newton=by_newton)
         loop.run(20)

@@ -3,11 +3,14 @@
 """Whether the patterns of the library come to rest, and how far the sizes of two qualities lie apart.
 
     python benchmarks/library_at_rest.py --device cpu --out out/library
-    python benchmarks/library_at_rest.py --loops 14 16.67 20 24 --qualities draft standard --together 67
+    python benchmarks/library_at_rest.py --loops 14 16.67 20 24 --qualities draft standard --together 1000
+    python benchmarks/library_at_rest.py --qualities draft draft --together 1000 --no-pictures
 
 Each pattern finds its size at each loop length and quality; knits come off the needles dry unless another state is
-asked for. Writes rests.jsonl with a line for each swatch, and a sheet of pictures for each quality, and prints a table:
-the sizes, whether they are at rest, and the largest relative difference of width and height from the last quality.
+asked for. ``--together`` is how many are made in one call; a quality that is given twice is measured a second time,
+with compiled kernels. Writes rests.jsonl with a line for each swatch, and a sheet of pictures for each quality, and
+prints a table: the sizes, whether they are at rest, and the largest relative difference of width and height from the
+last quality.
 """
 
 from __future__ import annotations
@@ -20,17 +23,12 @@ from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
-from PIL import Image, ImageDraw
+from free_shapes import request_of, write_sheet
+from true_rest import PROMISE
 
 import stitchmesh as sm
 from stitchmesh import __version__
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, YARN_RADIUS, KnitState
-from stitchmesh.render import render_swatch
-
-SIDE, COLUMNS, SHOWN = 220, 9, 11.0
-"""Pixels of a picture, pictures in a row of a sheet, and width of the fabric in a picture [cm]."""
-PROMISE = {"draft": 0.05, "standard": 0.01, "reference": 0.001}
-"""Largest relative error of the spacings that a quality promises."""
 
 
 def main() -> None:
@@ -59,7 +57,8 @@ def main() -> None:
         resting = sum(bool(rows[case][-1]["at_rest"]) for case in cases)
         print(f"{quality}: {resting} of {len(cases)} at rest, {seconds:.1f} s", flush=True)
         if not given.no_pictures:
-            write_sheet(given.out / f"{quality}.png", cases, made)
+            drawn = [(f"{case[0]} {case[1]:g}", each) for case, each in zip(cases, made, strict=True)]
+            write_sheet(given.out / f"{quality}.png", [pair for pair in drawn if isinstance(pair[1], sm.Swatch)])
     print_table(rows, given.qualities)
 
 
@@ -74,12 +73,8 @@ def relaxed(
     """The swatches of some cases."""
     requests = []
     for pattern, loop in cases:
-        woven = pattern in sm.weave_names()
-        options = {} if woven else {"loop_length": 2.0 * loop * YARN_RADIUS}
-        relaxation = None if woven else given.relaxation
-        requests.append(
-            sm.SwatchRequest(pattern, quality=quality, relax_cell=True, relaxation=relaxation, options=options)
-        )
+        options = {} if pattern in sm.weave_names() else {"loop_length": 2.0 * loop * YARN_RADIUS}
+        requests.append(request_of(pattern, quality, given.relaxation, **options))
     return sm.relax_swatches(requests, device=given.device, progress=False)
 
 
@@ -136,26 +131,6 @@ def cell_of(row: dict[str, Any], last: dict[str, Any]) -> str:
     rest = "" if row["at_rest"] else ", not at rest"
     difference = "" if row is last else f" ({100 * apart(row, last):.1f} %)"
     return f"{row['width']:.3f} x {row['height']:.3f}{difference}{rest}"
-
-
-def write_sheet(path: Path, cases: list[tuple[str, float]], made: list[sm.Swatch | sm.StitchMeshError]) -> None:
-    """Draw the swatches side by side, each with its name and size."""
-    drawn = [(case, swatch) for case, swatch in zip(cases, made, strict=True) if isinstance(swatch, sm.Swatch)]
-    sheet = Image.new("RGB", (COLUMNS * (SIDE + 6), -(-len(drawn) // COLUMNS) * (SIDE + 32)), "white")
-    text = ImageDraw.Draw(sheet)
-    for number, ((pattern, loop), swatch) in enumerate(drawn):
-        width, height = (swatch.report[key] for key in ("width", "height"))
-        picture = path.parent / "one.png"
-        render_swatch(swatch.yarns, picture, (max(1, round(SHOWN / width)), max(1, round(SHOWN / height))))
-        with Image.open(picture) as one:
-            small = one.convert("RGB")
-            small.thumbnail((SIDE, SIDE))
-        picture.unlink()
-        corner = (number % COLUMNS * (SIDE + 6), number // COLUMNS * (SIDE + 32))
-        sheet.paste(small, (corner[0], corner[1] + 28))
-        rest = "" if swatch.report["converged"] else ", not at rest"
-        text.text(corner, f"{pattern} {loop:g}\n{width:.2f} x {height:.2f} cm{rest}", fill="black")
-    sheet.save(path)
 
 
 if __name__ == "__main__":

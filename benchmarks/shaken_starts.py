@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
+from true_rest import PROMISE
 
 import stitchmesh as sm
 from stitchmesh.errors import StitchMeshError
@@ -39,8 +40,6 @@ RADIUS = 0.125
 """Yarn radius [cm]."""
 NOISE = 0.01
 """Standard deviation of the displacements [radii]."""
-PROMISE = 0.05
-"""Largest relative error of the spacings that ``draft`` promises."""
 
 
 def main() -> None:
@@ -107,13 +106,13 @@ def print_table(cases: list[dict[str, Any]]) -> None:
     whole = [case for case in cases if "ways" in case and all(each["converged"] for each in case["ways"])]
     for small in (True, False):
         group = [case for case in whole if case["small"] is small]
-        kept = sum(spread(case) <= PROMISE for case in group)
-        print(f"{'small' if small else 'larger'} repeats: {kept} of {len(group)} within {100 * PROMISE:g} %")
+        kept = sum(spread(case) <= PROMISE["draft"] for case in group)
+        print(f"{'small' if small else 'larger'} repeats: {kept} of {len(group)} within {100 * PROMISE['draft']:g} %")
     print(f"not at rest or refused: {len(cases) - len(whole)} of {len(cases)}")
     print(f"{sum(way['seconds'] for case in cases if 'ways' in case for way in case['ways']):.0f} s of one core")
     print("\n| pattern | loop | stitches | spread % | energies |\n|---|---:|---:|---:|---|")
     for case in sorted(whole, key=spread, reverse=True):
-        if spread(case) > PROMISE:
+        if spread(case) > PROMISE["draft"]:
             energies = " ".join(f"{each['energy']:.1f}" for each in case["ways"])
             star = "" if case["small"] else "*"
             stitches, percent = f"{case['stitches']}{star}", f"{100 * spread(case):.1f}"

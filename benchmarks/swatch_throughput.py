@@ -3,11 +3,9 @@
 """Throughput of many free swatches: small repeats of the library in several materials and loop lengths.
 
     python benchmarks/swatch_throughput.py [--device cuda:0] [--quality draft] [--variants 1000] [--alone 50]
-    python benchmarks/swatch_throughput.py --library [--device cuda:0] [--quality draft] [--alone 0]
 
 All variants are made together by ``sm.relax_swatches``, and some of them one after another by ``sm.swatch``. The
-kernels are compiled, and the sizes of the swatches that were made both ways are compared. With ``--library``, the
-swatches are those of all patterns and weaves of the library instead, made twice: the first time compiles kernels.
+kernels are compiled, and the sizes of the swatches that were made both ways are compared.
 """
 
 from __future__ import annotations
@@ -59,12 +57,6 @@ def variants(count: int, quality: str) -> list[sm.SwatchRequest]:
     ]  # fmt: skip
 
 
-def library(quality: str) -> list[sm.SwatchRequest]:
-    """A free swatch of each pattern and of each weave."""
-    names = [*sm.pattern_names(), *sm.weave_names()]
-    return [sm.SwatchRequest(name, quality=quality, relax_cell=True) for name in names]
-
-
 def evenly(length: int, count: int) -> list[int]:
     """Evenly spaced indices of at most ``count`` entries of a sequence."""
     return np.linspace(0, length - 1, min(count, length)).round().astype(int).tolist()
@@ -75,8 +67,7 @@ def alone(request: sm.SwatchRequest, device: str) -> sm.Swatch | StitchMeshError
     try:
         return sm.swatch(
             request.pattern, material=request.material, quality=request.quality, relax_cell=request.relax_cell,
-            relaxation=request.relaxation,
-            device=device, progress=False, **request.options,
+            relaxation=request.relaxation, device=device, progress=False, **request.options,
         )  # fmt: skip
     except StitchMeshError as error:
         return error
@@ -111,15 +102,14 @@ def main() -> None:
     parser.add_argument("--device")
     parser.add_argument("--quality", default="draft")
     parser.add_argument("--variants", type=int, default=1000)
-    parser.add_argument("--library", action="store_true", help="all patterns and weaves of the library instead")
     parser.add_argument("--alone", type=int, default=50, help="variants that are also made one after another")
     given = parser.parse_args()
     logging.disable(logging.WARNING)
     device = device_named(given.device)
     print(f"{device.name or platform.machine()}, {os.cpu_count()} cores; {given.quality}", flush=True)
-    requests = library(given.quality) if given.library else variants(given.variants, given.quality)
-    first = requests if given.library else [requests[number] for number in evenly(len(requests), WARM)]
-    for request in () if given.library else first:
+    requests = variants(given.variants, given.quality)
+    first = [requests[number] for number in evenly(len(requests), WARM)]
+    for request in first:
         alone(request, str(device))
     together(first, str(device))
     print("the kernels are compiled", flush=True)

@@ -59,6 +59,27 @@ class TimeLimit:
 
 
 _limit: ContextVar[TimeLimit | None] = ContextVar("time limit", default=None)
+_asked: ContextVar[Callable[[], bool] | None] = ContextVar("asked for something else", default=None)
+
+
+class Interrupted(Exception):
+    """Something else is to be done first; the work of the block is given up."""
+
+
+@contextmanager
+def given_up_when(asked: Callable[[], bool]) -> Iterator[None]:
+    """Give up the work of a block as soon as something else is asked for.
+
+    Relaxations look between their launches, also those that no limit on the time cuts short.
+
+    Raises:
+        Interrupted: something else was asked for.
+    """
+    token = _asked.set(asked)
+    try:
+        yield
+    finally:
+        _asked.reset(token)
 
 
 @contextmanager
@@ -107,11 +128,14 @@ def seconds_left() -> float:
 
 
 def check_time() -> None:
-    """Return if time is left in this block.
+    """Return if time is left in this block, and nothing else is asked for.
 
     Raises:
+        Interrupted: something else is asked for.
         OutOfTime: no time is left.
     """
-    limit = _limit.get()
+    limit, asked = _limit.get(), _asked.get()
+    if asked is not None and asked():
+        raise Interrupted
     if limit is not None and limit.left <= 0.0:
         raise OutOfTime

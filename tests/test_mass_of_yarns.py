@@ -34,8 +34,7 @@ from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.regenerate import regenerate_yarns
 from stitchmesh.yarnrelax.model.upload import join_yarns
 from tests.io.yarn_sets import ring
-
-FREE = {"relax_cell": True, "relaxation": "frictionless"}
+from tests.periodic.free_cells import FREE
 
 TEX = 1e-5
 """Mass of a length of yarn of one tex (1 g/km) [g/cm]."""

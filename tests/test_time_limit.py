@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Limits on time: their arithmetic, with a clock of the test."""
+"""Limits on time: their arithmetic, with a clock of the test; and work that is given up."""
 
 from __future__ import annotations
 
@@ -9,10 +9,12 @@ import math
 import pytest
 
 from stitchmesh.time_limit import (
+    Interrupted,
     OutOfTime,
     TimeLimit,
     check_time,
     done_twice,
+    given_up_when,
     limited_to,
     limited_to_share,
     seconds_left,
@@ -79,3 +81,14 @@ def test_work_that_is_done_twice_is_paid_for_twice():
         with done_twice():
             clock.now += 3.0
         assert seconds_left() == 4.0
+
+
+def test_work_is_given_up_as_soon_as_something_else_is_asked_for() -> None:
+    """Also work that no limit on the time cuts short, and only within the block."""
+    asked = list[bool]()
+    with given_up_when(lambda: bool(asked)), without_limit():
+        check_time()
+        asked.append(True)
+        with pytest.raises(Interrupted):
+            check_time()
+    check_time()

@@ -16,13 +16,19 @@ HEAD = "state  starts  erg/stitch    wales x courses [cm]  thickness [cm]  shape
 OWN = "  (the state of a swatch)"
 
 
-def write_exploration(folder: Path, found: Exploration, head: dict[str, Any], *, draw: bool) -> bool:
+def exploration_report(found: Exploration) -> dict[str, Any]:
+    """Return the figures of the starts and of the states of rest."""
+    counts = {"starts": found.starts, "not_at_rest": found.not_at_rest, "spread": found.spread}
+    return counts | {"rests": found.table()}
+
+
+def write_exploration(folder: Path, found: Exploration, report: dict[str, Any], *, draw: bool) -> bool:
     """Write rests.json, a file with the yarns of each state, and a sheet of pictures.
 
     Args:
         folder: the output folder.
         found: the states of rest.
-        head: what the report starts with: the pattern and the options.
+        report: what rests.json holds.
         draw: whether to draw the sheet.
 
     Returns:
@@ -37,8 +43,7 @@ def write_exploration(folder: Path, found: Exploration, head: dict[str, Any], *,
 
     for number, rest in enumerate(found.rests, 1):
         write_yarns(folder / f"rest-{number}.h5", rest.swatch.yarns)
-    counts = {"starts": found.starts, "not_at_rest": found.not_at_rest, "spread": found.spread}
-    write_json(folder / "rests.json", head | counts | {"rests": found.table()})
+    write_json(folder / "rests.json", report)
     return draw and bool(found.rests) and draw_if_possible(lambda: draw_rests(found, folder / "rests.png"))
 
 
@@ -55,8 +60,7 @@ def exploration_lines(found: Exploration, folder: Path, *, drawn: bool) -> list[
     resting = f"Found {states} of rest from {found.starts} starts"
     missing = f"; {found.not_at_rest} did not come to rest (raise --max-iterations)" if found.not_at_rest else ""
     picture = f"Open {folder / 'rests.png'}" if drawn else "No picture was drawn"
-    width, height = (100.0 * part for part in found.spread)
-    spread = f"The starts differ by {width:.2g} % in width and {height:.2g} % in height."
     if lines:
-        lines.append(spread)
+        width, height = (100.0 * part for part in found.spread)
+        lines.append(f"The starts differ by {width:.2g} % in width and {height:.2g} % in height.")
     return [*lines, f"{resting}{missing}.", f"{picture}; {folder / 'rests.json'} holds all numbers."]

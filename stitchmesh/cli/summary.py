@@ -35,8 +35,6 @@ REMEDIES: Mapping[Kind, str] = {
     "not flat": "use --relax-cell without --unsupported, or --blocked",
 }
 """What helps on the command line, in place of the remedy of a finding."""
-GRAVITY = 981.0
-"""Acceleration of gravity [cm/s^2], which turns an areal density into a pressure."""
 
 
 def print_result(report: Mapping[str, Any], lines: Sequence[str], *, as_json: bool) -> None:
@@ -128,7 +126,9 @@ def _physics(report: Mapping[str, Any]) -> str:
         path = f"Let go off the needles ({report['relaxation']}) with a friction of {report['friction']:g}"
     if report["planes_pressure"] is None:
         return f"{path}."
-    weights = report["planes_pressure"] / (report["areal_density"] * GRAVITY)
+    from stitchmesh.yarnrelax.energies.gravity import STANDARD
+
+    weights = report["planes_pressure"] / (report["areal_density"] * -STANDARD[1])
     lies = f"between planes {report['planes_distance']:.2g} cm apart that press with {weights:.2g} of its weight"
     return f"{path}, {lies}."
 

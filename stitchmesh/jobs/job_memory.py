@@ -19,7 +19,7 @@ from stitchmesh.memory_need import GIGABYTE, check_memory, picture_memory, relax
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_budget import stitches_of
-from stitchmesh.periodic.swatch_options import LET_GO
+from stitchmesh.periodic.swatch_options import has_free_size
 from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.recipe.estimate import control_points, estimate_garment, loops_in_chains
@@ -60,7 +60,7 @@ def _largest_memory(
 
 def swatch_memory(swatch: SwatchTable, quality: Quality, device: str, pictures: Sequence[RenderTable]) -> float:
     """Return the largest memory that a job which relaxes a swatch takes of its device [bytes]."""
-    free = swatch.relax_cell or swatch.relaxation in LET_GO or swatch.blocked is not None
+    free = has_free_size(relax_cell=swatch.relax_cell, relaxation=swatch.relaxation, blocked=swatch.blocked)
     stitches = stitches_of(resolve_pattern(swatch.pattern)) * swatch.columns * swatch.rows
     points = stitches * quality.control_points_per_stitch * (quality.refinement if free else 1.0)
     if device_named(device).is_cuda:

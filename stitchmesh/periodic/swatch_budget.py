@@ -12,7 +12,7 @@ from stitchmesh.budget.plan import Plan, make_plan
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.relaxation.off_needles import state_of_rest
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
-from stitchmesh.periodic.swatch_options import LET_GO, KnitState, SwatchOptions
+from stitchmesh.periodic.swatch_options import KnitState, SwatchOptions, has_free_size
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import Quality
 from stitchmesh.yarnrelax import RelaxCell
@@ -31,7 +31,7 @@ def plan_swatch(
         StitchMeshError: as for ``swatch``, or a quality beside an error.
     """
     chosen, source = SwatchOptions(**options), resolve_pattern(pattern)
-    free = bool(relax_cell) or relaxation in LET_GO or chosen.blocked is not None
+    free = has_free_size(relax_cell=relax_cell, relaxation=relaxation, blocked=chosen.blocked)
     state = state_of_rest(relaxation, relax_cell, chosen, woven=isinstance(source, Weave))
     scene = BudgetScene(
         kind="free cell" if free else "given cell", stitches=stitches_of(source) * chosen.columns * chosen.rows,

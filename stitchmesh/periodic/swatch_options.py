@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -27,15 +27,19 @@ TAKE_UP = (0.1, 2.0)
 LONGEST_FLOAT = 7
 """Default largest number of stitches behind which a yarn floats. Knitters carry a yarn behind 5 to 7 stitches; longer
 floats catch fingers and pull the fabric together, and are woven in behind a stitch."""
+LetGo = Literal["dry", "wet", "full"]
+"""States of a knit that was let go off the needles with friction (``off_needles``), whose size is free."""
 KnitState = Literal["dry", "wet", "full", "frictionless"]
-"""States of a fabric: of a knit that was let go off the needles with friction (``off_needles``), and without friction.
-"""
-LET_GO = ("dry", "wet", "full")
-"""Those of a knit that was let go, whose size is free."""
+"""These, and the state without friction, also of weaves."""
 YARN_FRICTION = 0.2
 """Default coefficient of friction between yarns, in the range of spun yarns, 0.1 to 0.5."""
 STRETCH_STEPS = 9
 """Default number of states of a stretch curve."""
+
+
+def has_free_size(*, relax_cell: Any, relaxation: KnitState | None, blocked: float | None) -> bool:
+    """Whether the size of a swatch relaxes, at least in one direction; arguments as for ``swatch``."""
+    return bool(relax_cell) or relaxation in get_args(LetGo) or blocked is not None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -49,7 +49,7 @@ from stitchmesh.yarnrelax.hessian.cell_matrices import CellMatrices, Owners
 from stitchmesh.yarnrelax.hessian.contact_hessian import TouchingPairs
 from stitchmesh.yarnrelax.hessian.couplings import CouplingRows, joined
 from stitchmesh.yarnrelax.hessian.matrices_on_host import MatricesOnHost
-from stitchmesh.yarnrelax.hessian.matrix_entries import entry_launches
+from stitchmesh.yarnrelax.hessian.matrix_entries import block_launches, entry_launches
 from stitchmesh.yarnrelax.hessian.matrix_pattern import MatrixPattern
 from stitchmesh.yarnrelax.hessian.segment_hessian import leg_hessian_launch
 from stitchmesh.yarnrelax.hessian.segment_sums import SegmentSums
@@ -159,14 +159,15 @@ class HessianAssembly:
         blocks = [own for term in simulation.terms if (own := term.point_blocks(state)) is not None]
 
         def launches() -> list[Any]:
+            """Those that sum all entries."""
             launcher, (pairs, samples) = model.prepare, self._pairs()
             found = self._sums.launches(
                 state.points, state.samples, self._leg_hessian, pairs, samples, pattern, launcher
             )  # fmt: skip
-            return [ZeroArray(entries), *found, *entry_launches(
-                model, state, self._exact, self._leg_hessian, self._touching, pattern, self._sums, blocks, entries,
-                launcher,
-            )]  # fmt: skip
+            found += entry_launches(
+                model, state, self._exact, self._leg_hessian, self._touching, pattern, self._sums, entries, launcher
+            )  # fmt: skip
+            return [ZeroArray(entries), *found, *block_launches(pattern, blocks, entries, launcher)]
 
         simulation.captured("Hessian", launches, of=pattern).launch()
         return entries, pattern
@@ -190,6 +191,7 @@ class HessianAssembly:
             simulation.captured("balance", simulation.balance_launches).launch()
 
         def launches() -> list[Any]:
+            """Those that find the matrices, and the segments that touch."""
             launcher, (given, alone) = model.prepare, self._pairs()
             legs = leg_hessian_launch(model, self._exact, state.points, self._leg_hessian, launcher)
             further = [own.launches for own in given] + [own.launches for own in alone]

@@ -150,6 +150,7 @@ class Newton:
         simulation, strain = self.simulation, self.simulation.strain
 
         def launches() -> list[Any]:
+            """Those of the forces on the points, and then on the strains."""
             further = [] if strain is None else strain.force_launches(
                 simulation.state, simulation.candidates, self.model.prepare
             )  # fmt: skip

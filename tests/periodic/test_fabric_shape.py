@@ -20,8 +20,7 @@ from stitchmesh.periodic.swatch import scale_yarns, swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
-
-FREE: dict[str, Any] = {"relax_cell": True, "relaxation": "frictionless"}
+from tests.periodic.free_cells import FREE
 
 pytestmark = pytest.mark.usefixtures("first_state")
 DRAFT = quality_named("draft")

@@ -15,8 +15,7 @@ from stitchmesh.errors import YarnError
 from stitchmesh.periodic.sampling.sampling import refined
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
-
-FREE = {"relax_cell": True, "relaxation": "frictionless"}
+from tests.periodic.free_cells import FREE
 
 pytestmark = [pytest.mark.decides, pytest.mark.usefixtures("first_state")]
 

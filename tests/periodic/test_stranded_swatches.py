@@ -19,8 +19,7 @@ from stitchmesh.reporting.verdict import relaxation_verdict
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import carried_segments, segment_faces
 from stitchmesh.yarn.yarn_set import basis
-
-FREE = {"relax_cell": True, "relaxation": "frictionless"}
+from tests.periodic.free_cells import FREE
 
 DRAFT = {"quality": "draft", "device": "cpu"}
 CHARTS = {

@@ -27,8 +27,7 @@ from stitchmesh.yarn.tiling import tile_yarns
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.cell_stress import cell_stress
 from tests.gallery import ROOT
-
-FREE: dict[str, Any] = {"relax_cell": True, "relaxation": "frictionless"}
+from tests.periodic.free_cells import FREE
 
 sys.path.insert(0, str(ROOT / "benchmarks"))
 weaves = import_module("validation_weaves")

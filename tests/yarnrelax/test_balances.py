@@ -22,9 +22,8 @@ from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.newton_system import SIGNIFICANT
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
+from tests.periodic.free_cells import FREE
 from tests.yarnrelax.rings import RADIUS, height, ring
-
-FREE: dict[str, Any] = {"relax_cell": True, "relaxation": "frictionless"}
 
 pytestmark = pytest.mark.decides
 DOUBLE = replace(PRESETS["draft"], precision="float64")

@@ -18,9 +18,8 @@ from stitchmesh.yarnrelax import Relaxation, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.relax_partly import relax_partly
 from stitchmesh.yarnrelax.solvers.alternation import STEP_COST
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
+from tests.periodic.free_cells import FREE
 from tests.yarnrelax.stockinette import tube
-
-FREE: dict[str, Any] = {"relax_cell": True, "relaxation": "frictionless"}
 
 
 class CountingClock:

@@ -44,7 +44,7 @@ from stitchmesh.cli.serving import Serving
 from stitchmesh.cli.summary import AsJson, files_to_open, print_result, swatch_summary
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.mesh.palette import checked_palette
-from stitchmesh.periodic.swatch_options import LET_GO, YARN_FRICTION, KnitState, SwatchOptions
+from stitchmesh.periodic.swatch_options import YARN_FRICTION, KnitState, SwatchOptions, has_free_size
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named, quality_with
 from stitchmesh.yarn.rest_length import parse_rest_lengths
 
@@ -140,8 +140,8 @@ class Swatch:
         if self.output is None:
             raise ParameterError("swatch: needs -o DIR for its files, or --view for the browser")
         self._refuse_others(replace(self, serving=Serving()), "-o DIR", "add --view, which opens the browser")
-        is_free = self.relax_cell or self.blocked is not None or self.explore is not None or self.relaxation in LET_GO
-        if self.unsupported and not is_free:
+        is_free = has_free_size(relax_cell=self.relax_cell, relaxation=self.relaxation, blocked=self.blocked)
+        if self.unsupported and not is_free and self.explore is None:
             raise ParameterError("unsupported: a repeat of fixed size lies on nothing anyway; add --relax-cell")
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.periodic.weave.weave import Weave
@@ -191,7 +191,7 @@ class Swatch:
 
     def _explore(self, source: Pattern | Weave, options: SwatchOptions) -> None:
         """Search for states of rest, and write and print them."""
-        from stitchmesh.cli.exploration import exploration_lines, write_exploration
+        from stitchmesh.cli.exploration import exploration_lines, exploration_report, write_exploration
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.periodic.states.explore import explore
 
@@ -211,9 +211,9 @@ class Swatch:
                 **given,
             )  # fmt: skip
             head = {"pattern": self.pattern, "name": source.name, "quality": self._name, "version": __version__}
-            drawn = write_exploration(folder, found, head | {"options": asdict(options)}, draw=not self.no_picture)
-        report = head | {"starts": found.starts, "not_at_rest": found.not_at_rest, "spread": found.spread}
-        report |= {"rests": found.table()}
+            report = head | exploration_report(found)
+            kept = head | {"options": asdict(options)} | report
+            drawn = write_exploration(folder, found, kept, draw=not self.no_picture)
         print_result(report, exploration_lines(found, folder, drawn=drawn), as_json=self.json)
 
     def _refuse_others(self, effective: Swatch, beside: str, reason: str) -> None:

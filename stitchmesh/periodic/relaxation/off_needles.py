@@ -36,7 +36,7 @@ from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.periodic.relaxation.continuation import change_period, size_of
-from stitchmesh.periodic.swatch_options import YARN_FRICTION, KnitState, SwatchOptions
+from stitchmesh.periodic.swatch_options import YARN_FRICTION, KnitState, LetGo, SwatchOptions
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
@@ -69,7 +69,7 @@ loops of 16.67 yarn diameters folds on the way, and with this one it does not.""
 class Release:
     """How a knit is let go."""
 
-    state: Literal["dry", "wet", "full"]
+    state: LetGo
     """The state to reach."""
     friction: float
     """Coefficient of friction between yarns."""
@@ -247,7 +247,7 @@ def border_forces(
     return (max(stress.course * height, 0.0), max(stress.wale * width, 0.0)), [stress.course, stress.wale]
 
 
-def friction_left(state: Literal["dry", "wet", "full"]) -> list[float]:
+def friction_left(state: LetGo) -> list[float]:
     """Shares of friction after the release, one for each step."""
     wet = falling(1.0, WET, FRICTION_STEPS)[:-1]
     return {"dry": [], "wet": wet, "full": wet + falling(WET, LAST_FRICTION, FRICTION_STEPS)}[state]

@@ -16,7 +16,6 @@ that comes meanwhile ends this at once, and the preview goes on.
 from __future__ import annotations
 
 import logging
-import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -33,7 +32,7 @@ from stitchmesh.periodic.session.settings import SwatchSettings
 from stitchmesh.periodic.session.target import GeneratedRepeat, Target, generate_repeat, make_target
 from stitchmesh.periodic.swatch import Swatch, scale_yarns, swatch
 from stitchmesh.quality import Quality
-from stitchmesh.time_limit import TimeLimit, limited_to
+from stitchmesh.time_limit import Interrupted, given_up_when
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.simulation import YarnSimulation
@@ -46,10 +45,6 @@ NEAR, LONGEST_PREVIEW = 0.02, 1000
 """Residual at which a preview is near enough to rest, and the iterations after the last increment that suffice too."""
 
 logger = logging.getLogger(__name__)
-
-
-class _Interrupted(Exception):
-    """A knit is not let go further, because something else is to be done first."""
 
 
 class LiveSwatch:
@@ -227,24 +222,14 @@ class LiveSwatch:
             StitchMeshError: as for ``swatch``.
         """
         try:
-            with limited_to(TimeLimit(math.inf, clock=self._unless_interrupted)):
+            with given_up_when(self.is_interrupted):
                 made = swatch(self.generated.source, device=self.device, progress=False, **self.settings.arguments())
-        except _Interrupted:
+        except Interrupted:
             return
         self.iteration += made.report["iterations"]
         self.let_go, self.loop, self.previous, self.finished = made, None, None, True
         fabric = scale_yarns(made.yarns, self.state.scale)
         self.state = replace(self.state, yarns=sample_evenly(fabric, self.state.yarns))
-
-    def _unless_interrupted(self) -> float:
-        """Return a time that stands still; relaxations read it between their launches.
-
-        Raises:
-            _Interrupted: something else is to be done first.
-        """
-        if self.is_interrupted():
-            raise _Interrupted
-        return 0.0
 
     def publish(self) -> None:
         """Make a frame of the current state."""

@@ -5,14 +5,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, get_args
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.contents import FilePath
 from stitchmesh.periodic.relaxation.off_needles import Release, chosen_release
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.periodic.sampling.sampling import path_to
-from stitchmesh.periodic.swatch_options import LET_GO, KnitState, SwatchOptions
+from stitchmesh.periodic.swatch_options import KnitState, LetGo, SwatchOptions
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
@@ -72,7 +72,7 @@ class SwatchSettings:
     @property
     def freedom(self) -> bool | RelaxCell:
         """Which changes of the size are free, as for ``swatch``; a knit that is let go finds its size."""
-        return self.relax_cell or self.relaxation in LET_GO
+        return self.relax_cell or self.relaxation in get_args(LetGo)
 
     @property
     def sampled(self) -> Quality:

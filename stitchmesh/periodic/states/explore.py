@@ -15,11 +15,11 @@ from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.kept_states import check_kept_states
+from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.relaxation.lowest_rest import perturbed_start
 from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.periodic.states.rest_states import Rest, distinct_rests
 from stitchmesh.periodic.swatch import Swatch, relax_prepared
-from stitchmesh.periodic.swatch_options import KnitState
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.yarnrelax import YarnMaterial
@@ -37,20 +37,13 @@ class Exploration:
     """Number of starts, that of ``swatch`` included."""
     not_at_rest: int
     """Number of starts that did not come to rest; their states are not among the rests."""
+    spread: tuple[float, float]
+    """Differences of the largest and the smallest width and height of the starts at rest, over their means; of all
+    starts where none is."""
 
     def __repr__(self) -> str:
         """Return one line: the number of states, and of starts."""
         return f"Exploration({len(self.rests)} states of rest from {self.starts} starts)"
-
-    @property
-    def spread(self) -> tuple[float, float]:
-        """Differences of the largest and the smallest width and height of the states over their means."""
-        sizes = np.array([rest.sizes for rest in self.rests]).reshape(-1, 2, 2)
-        if not len(sizes):
-            return 0.0, 0.0
-        least, most = sizes[:, 0].min(axis=0), sizes[:, 1].max(axis=0)
-        width, height = (2.0 * (most - least) / (most + least)).tolist()
-        return width, height
 
     def table(self) -> list[dict[str, Any]]:
         """Return the figures of each state (``Rest.row``)."""
@@ -65,8 +58,6 @@ def explore(
     material: YarnMaterial | None = None,
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
-    relaxation: KnitState = "frictionless",
-    friction: float | None = None,
     progress: Callable[[HistoryEntry], None] | Literal[False] | None = None,
     on_start: Callable[[int], None] | None = None,
     **options: Any,
@@ -84,11 +75,10 @@ def explore(
         material: as for ``swatch``.
         quality: as for ``swatch``.
         device: as for ``swatch``.
-        relaxation: as for ``swatch``, but that it is without friction where not given.
-        friction: as for ``swatch``.
         progress: as for ``swatch``, for each relaxation.
         on_start: called with the number of each start, 0 for that of ``swatch``.
-        options: fields of ``SwatchOptions``.
+        options: fields of ``SwatchOptions``; relaxation and friction as for ``swatch``, but without friction where they
+            are not given.
 
     Raises:
         ParameterError: fewer than one start, or as for ``swatch``.
@@ -98,7 +88,7 @@ def explore(
     if starts < 1:
         raise ParameterError(f"explore: got {starts} starts; expected at least 1")
     given: dict[str, Any] = {"material": material, "quality": quality, "device": device}
-    given |= {"relax_cell": True, "relaxation": relaxation, "friction": friction} | options
+    given |= {"relax_cell": True, "relaxation": "frictionless"} | options
     usual, prepared = prepare_swatch(pattern, **given), prepare_swatch(pattern, smallest=False, **given)
     assert prepared.cell is not None
     if prepared.release is None:
@@ -124,4 +114,6 @@ def explore(
 
 def _exploration(made: list[Swatch], own: Swatch | None, starts: int) -> Exploration:
     rested = [swatch for swatch in made if swatch.report["converged"]]
-    return Exploration(tuple(distinct_rests(rested, own)), starts, starts - len(rested))
+    sizes = np.array([size_of(swatch.lattice) for swatch in rested or made])
+    width, height = (np.ptp(sizes, axis=0) / sizes.mean(axis=0)).tolist()
+    return Exploration(tuple(distinct_rests(rested, own)), starts, starts - len(rested), (width, height))

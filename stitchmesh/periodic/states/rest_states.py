@@ -45,10 +45,8 @@ class Rest:
     """The swatch of the lowest energy that was found in this state."""
     count: int
     """Number of starts that came to this state."""
-    usual: bool
+    usual: bool = False
     """Whether ``swatch`` comes to this state."""
-    sizes: FloatArray
-    """Smallest and largest width and height of these swatches [cm], shape (2, 2)."""
 
     @property
     def energy(self) -> float:
@@ -88,13 +86,7 @@ def distinct_rests(swatches: Sequence[Swatch], usual: Swatch | None = None) -> l
             near[0].append(made)
         else:
             groups.append([made])
-    return [Rest(group[0], len(group), any(made is usual for made in group), _sizes(group)) for group in groups]
-
-
-def _sizes(swatches: Sequence[Swatch]) -> FloatArray:
-    """Return the smallest and the largest width and height of swatches [cm], shape (2, 2)."""
-    found = np.array([_size(made.yarns)[:2] for made in swatches])
-    return np.stack([found.min(axis=0), found.max(axis=0)])
+    return [Rest(group[0], len(group), any(made is usual for made in group)) for group in groups]
 
 
 def _size(yarns: YarnSet) -> FloatArray:

@@ -44,7 +44,7 @@ from stitchmesh.yarnrelax.model.cells import PeriodicCell
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.input_powers import InputPowers
 from stitchmesh.yarnrelax.model.lattice_images import cell_of
-from stitchmesh.yarnrelax.model.material import SHARES, YarnMaterial, carried_lengths
+from stitchmesh.yarnrelax.model.material import YarnMaterial, carried_lengths
 from stitchmesh.yarnrelax.model.state import State
 
 STIFFNESS = 0.1
@@ -226,9 +226,7 @@ def plane_pressure(planes: Confinement, yarns: YarnSet, material: YarnMaterial) 
         material: material of the yarns.
     """
     assert yarns.lattice is not None
-    carried = np.bincount(
-        yarns.segment_points.ravel(), (yarns.rest_length[:, None] * SHARES).ravel(), minlength=len(yarns.points)
-    )
+    carried = carried_lengths(yarns.rest_length, yarns.segment_points, len(yarns.points))
     stiffness = planes.stiffness * material.k_bend / float(yarns.radius.mean()) ** 4 * carried
     height, half = yarns.points @ lattice_frame(yarns.lattice.periods)[2], planes.half_thickness
 
@@ -258,7 +256,8 @@ class _Planes(Term):
                 for choice, cell in zip(choices, cells, strict=True)]  # fmt: skip
         middle = [0.0 if height is None else (height - height_of_middle(cell)) / cell.unit
                   for height, cell in zip(heights, cells, strict=True)]  # fmt: skip
-        self.host_stiffness = np.repeat(stiffness, np.diff(model.point_start)) * carried_lengths(model)
+        carried = carried_lengths(model.rest_length, model.yarns.segment_points, model.point_count)
+        self.host_stiffness = np.repeat(stiffness, np.diff(model.point_start)) * carried
         self.model = model
         self.planes = (Planes32 if model.scalar is wp.float32 else Planes64)()
         self.planes.normal = model.upload(lattice_frame(periods)[:, 2], 3)

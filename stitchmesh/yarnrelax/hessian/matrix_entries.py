@@ -188,10 +188,9 @@ def put_strain_strains(
 
 def entry_launches(
     model: Model, state: State, exact: wp.array[Any], leg_hessian: wp.array[Any], touching: TouchingSegments,
-    pattern: MatrixPattern, sums: SegmentSums, point_blocks: Sequence[wp.array[Any]], entries: wp.array[Any],
-    launcher: Launcher,
+    pattern: MatrixPattern, sums: SegmentSums, entries: wp.array[Any], launcher: Launcher,
 ) -> list[Any]:  # fmt: skip
-    """The launches that write all entries; ``point_blocks`` are those of terms, each of shape (N,)."""
+    """The launches that write the entries of segments, pairs, samples and strains."""
     places = [pattern.start, pattern.height]
     lists = [touching.kept_count, touching.kept, pattern.pair_base]
     found = [leg_hessian, sums.own_blocks, sums.blocks]
@@ -205,7 +204,12 @@ def entry_launches(
         launches.append(launcher(put_border, model.point_count, inputs, [entries]))
         inputs = [model.cell_segments, pattern.corner, sums.strain_strains]
         launches.append(launcher(put_strain_strains, model.cell_count, inputs, [entries], tile=THREADS))
-    for blocks in point_blocks:
-        inputs = [*places, pattern.below, blocks]
-        launches.append(launcher(add_point_blocks, model.point_count, inputs, [entries]))
     return launches
+
+
+def block_launches(
+    pattern: MatrixPattern, point_blocks: Sequence[wp.array[Any]], entries: wp.array[Any], launcher: Launcher
+) -> list[Any]:
+    """The launches that add the blocks of terms, each of shape (N,), to the entries that are written."""
+    places = [pattern.start, pattern.height, pattern.below]
+    return [launcher(add_point_blocks, len(blocks), [*places, blocks], [entries]) for blocks in point_blocks]

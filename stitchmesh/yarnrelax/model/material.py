@@ -199,11 +199,19 @@ def point_masses(model: Model) -> NDArray[np.float64]:
     )
     if not mass.all():
         raise ParameterError("material: mass_per_length is 0; expected a mass [g/cm] for gravity and for dynamics")
-    return mass[model.yarns.point_yarn] * carried_lengths(model)
+    carried = carried_lengths(model.rest_length, model.yarns.segment_points, model.point_count)
+    return mass[model.yarns.point_yarn] * carried
 
 
-def carried_lengths(model: Model) -> NDArray[np.float64]:
-    """Rest length of yarn that each control point carries [unit], shape (N,)."""
-    length = model.rest_length[:, None] * SHARES
-    corners = model.yarns.segment_points.ravel()
-    return np.bincount(corners, weights=length.ravel(), minlength=model.point_count).astype(np.float64)
+def carried_lengths(
+    rest_length: NDArray[np.float64], segment_points: NDArray[np.int64], count: int
+) -> NDArray[np.float64]:  # fmt: skip
+    """Return the rest length of yarn that each of ``count`` control points carries, shape (N,).
+
+    Args:
+        rest_length: rest length of each segment, shape (S,).
+        segment_points: its control points, shape (S, 4).
+        count: number of control points.
+    """
+    length = rest_length[:, None] * SHARES
+    return np.bincount(segment_points.ravel(), weights=length.ravel(), minlength=count).astype(np.float64)

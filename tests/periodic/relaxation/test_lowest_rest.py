@@ -21,8 +21,9 @@ from stitchmesh.time_limit import TimeLimit, limited_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
+from tests.periodic.free_cells import FREE
 
-DRAFT: dict[str, Any] = {"quality": "draft", "device": "cpu", "relax_cell": True, "relaxation": "frictionless"}
+DRAFT: dict[str, Any] = {"quality": "draft", "device": "cpu"} | FREE
 
 
 def prepared(pattern: str, **options: Any) -> PreparedSwatch:

@@ -21,12 +21,10 @@ from stitchmesh.periodic.swatch import Swatch, scale_yarns, swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
+from tests.periodic.free_cells import FREE
 
 pytestmark = pytest.mark.usefixtures("first_state")
 EXACT = replace(PRESETS["draft"], precision="float64", tolerance=1e-6, largest_change=1e-5)
-FREE = {"relax_cell": True, "relaxation": "frictionless"}
-
-
 def free(pattern: str, **options: Any) -> Swatch:
     """A free swatch, between planes unless the options say otherwise."""
     return swatch(pattern, **(FREE | {"quality": EXACT, "device": "cpu", "progress": False} | options))

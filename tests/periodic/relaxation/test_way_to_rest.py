@@ -13,8 +13,7 @@ from stitchmesh.periodic.relaxation import way_to_rest
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen.clearance import smallest_distance
-
-FREE = {"relax_cell": True, "relaxation": "frictionless"}
+from tests.periodic.free_cells import FREE
 
 DOUBLE_EYELET = parse_pattern("row 1 RS: k2tog yo2 ssk\nrow 2 WS: p1 p1 k1 p1")
 

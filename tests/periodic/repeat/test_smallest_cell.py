@@ -21,9 +21,10 @@ from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarnrelax import relax_yarns
+from tests.periodic.free_cells import FREE
 
 pytestmark = [pytest.mark.decides, pytest.mark.usefixtures("first_state")]
-DRAFT: dict[str, Any] = {"quality": "draft", "device": "cpu", "relax_cell": True, "relaxation": "frictionless"}
+DRAFT: dict[str, Any] = {"quality": "draft", "device": "cpu"} | FREE
 ALIKE = {"stockinette": (2, 0), "rib2x2": (2, 0), "seed": (2, 1), "moss": (2, 1), "slip-stitch-honeycomb": (2, 1),
          "left-diagonal": (6, 5), "right-diagonal": (6, 1), "jacquard3": (4, 1)}  # fmt: skip
 """Images of the smallest cell in the repeat, and n-th parts of the width by which the cell above lies aside."""

@@ -14,8 +14,7 @@ from stitchmesh.periodic.sampling.sampling import path_to, refined
 from stitchmesh.periodic.swatch import swatch
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import RelaxCell
-
-FREE = {"relax_cell": True, "relaxation": "frictionless"}
+from tests.periodic.free_cells import FREE
 
 PROMISE = {"draft": 0.05, "standard": 0.01}
 """Largest relative error of the spacings."""

@@ -23,8 +23,7 @@ from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import Quality
 from stitchmesh.yarn.tiling import instances
 from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
-
-FREE = {"relax_cell": True, "relaxation": "frictionless"}
+from tests.periodic.free_cells import FREE
 
 pytestmark = pytest.mark.usefixtures("first_state")
 EXACT = Quality("float64", 3, 3, 12, 0.2, 1e-6, 20_000, largest_change=1e-6)

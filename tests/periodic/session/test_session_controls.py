@@ -17,8 +17,7 @@ from stitchmesh.periodic.gauge import swatch_report
 from stitchmesh.periodic.session.frames import Frame
 from stitchmesh.periodic.session.incremental_relaxation import LiveSwatch
 from stitchmesh.quality import PRESETS, Quality
-
-FREE = {"relax_cell": True, "relaxation": "frictionless"}
+from tests.periodic.free_cells import FREE
 
 pytestmark = pytest.mark.usefixtures("first_state")
 DRAFT = PRESETS["draft"]
