@@ -1,14 +1,18 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether noise on the generated yarns changes the size of free swatches.
+"""How far the noise of a real yarn changes the size of free swatches, and how many shaken starts show it.
 
-    python benchmarks/shaken_starts.py out/shaken.jsonl --patterns rib1x1 moss --loops 16.67 20
-    python benchmarks/shaken_starts.py out/shaken.jsonl --processes 16 --seconds 400
+    python benchmarks/shaken_starts.py --device cuda:0 --together 1000
+    python benchmarks/shaken_starts.py --patterns rib1x1 moss --loops 16.67 20 --relaxation frictionless --search 8
 
-Each knit of the library comes off the needles with ``draft``, at each loop length, from the prepared yarns and from
-``--starts`` copies of them whose control points have noise of ``NOISE`` radii. The spread of a case is the largest
-relative difference of its periods. Repeats above ``SMALL_CELL`` stitches, which come to rest from one start, are
-marked with a star. A table of the cases whose spread is more than ``draft`` promises ends the output.
+Each knit of the library relaxes from its prepared yarns and from ``--starts`` shaken starts, whose control points have
+noise of ``NOISE`` radii, at each loop length. ``--together`` is how many cases are made in one call; all their starts
+are relaxed together. The file has a line with the sizes of each case.
+
+The spread of a case is the largest relative difference of its widths or heights. The first table says, for a number of
+shaken starts as ``sm.swatch`` makes them, in how many cases the other starts differ from the size by at most the spread
+that these starts show. The second table has the cases whose spread is more than the quality promises; repeats above
+``SMALL_CELL`` stitches, which without friction come to rest from one start, are marked with a star.
 """
 
 from __future__ import annotations
@@ -17,8 +21,6 @@ import argparse
 import json
 import logging
 import time
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
@@ -26,103 +28,104 @@ import numpy as np
 from true_rest import PROMISE
 
 import stitchmesh as sm
-from stitchmesh.errors import StitchMeshError
+from stitchmesh.compute.asking_together import answer_together
 from stitchmesh.periodic.relaxation import lowest_rest
 from stitchmesh.periodic.relaxation.continuation import size_of
-from stitchmesh.periodic.relaxation.lowest_rest import STARTS
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
-from stitchmesh.periodic.swatch import relax_prepared
-from stitchmesh.periodic.swatch_options import KnitState
+from stitchmesh.periodic.swatch import relax_prepared, shaken_yarns
+from stitchmesh.periodic.swatch_options import COMPACT_LOOP, YARN_RADIUS, KnitState
+from stitchmesh.yarnrelax.together.ways_together import ways_together
 
-LOOPS = (14.0, 16.67, 20.0, 24.0)
-"""Loop lengths in yarn diameters."""
-RADIUS = 0.125
-"""Yarn radius [cm]."""
-NOISE = 0.01
-"""Standard deviation of the displacements [radii]."""
+SHOWN = (1, 2, 3, 4, 6)
+"""Numbers of shaken starts of the first table."""
 
 
 def main() -> None:
-    """Run the cases and print those that noise changes."""
+    """Run the cases, and print what noise changes."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("out", type=Path, help="file of lines to which results are added")
     parser.add_argument("--patterns", nargs="+", default=sm.pattern_names())
-    parser.add_argument("--loops", nargs="+", type=float, default=LOOPS, help="loop lengths in yarn diameters")
-    parser.add_argument("--starts", type=int, default=4, help="starts with noise")
-    parser.add_argument("--search", type=int, default=STARTS, help="displaced starts of each search")
-    parser.add_argument("--small", action="store_true", help="leave out repeats that come to rest from one start")
-    parser.add_argument("--processes", type=int, default=1)
-    parser.add_argument("--seconds", type=float, default=1e9, help="seconds after which no further case begins")
+    parser.add_argument("--loops", nargs="+", type=float, default=[COMPACT_LOOP], help="loop lengths [yarn diameters]")
+    parser.add_argument("--starts", type=int, default=8, help="shaken starts")
+    parser.add_argument("--search", type=int, default=lowest_rest.STARTS, help="displaced starts of each search")
     parser.add_argument("--quality", default="draft")
     parser.add_argument("--relaxation", choices=get_args(KnitState), help="by default as knits come off the needles")
+    parser.add_argument("--device")
+    parser.add_argument("--together", type=int, default=1, help="cases in one call")
+    parser.add_argument("--out", type=Path, default=Path("out/shaken.jsonl"))
     given = parser.parse_args()
+    logging.getLogger("stitchmesh").setLevel(logging.ERROR)
     given.out.parent.mkdir(parents=True, exist_ok=True)
-    until = time.time() + given.seconds
-    cases = [(pattern, loop, given, until) for pattern in given.patterns for loop in given.loops]
-    found = []
-    with ProcessPoolExecutor(given.processes) as pool, given.out.open("a") as out:
-        for done in as_completed(pool.submit(measure, *case) for case in cases):
-            if done.result() is not None:
-                out.write(json.dumps(done.result()) + "\n")
-                out.flush()
-                found.append(done.result())
-    print_table(found)
-
-
-def measure(pattern: str, loop: float, given: argparse.Namespace, until: float) -> dict[str, Any] | None:
-    """Relax all starts of a case; return its sizes, energies and seconds, or None where it is left out."""
-    if time.time() > until:
-        return None
-    logging.disable(logging.WARNING)
     lowest_rest.STARTS = given.search
-    case: dict[str, Any] = {"pattern": pattern, "loop": loop}
-    try:
-        prepared = prepare_swatch(
-            pattern, material=None, quality=given.quality, device="cpu", relax_cell=True, relaxation=given.relaxation,
-            loop_length=2 * loop * RADIUS,
-        )  # fmt: skip
-        assert prepared.fabric is not None
-        case |= {"stitches": prepared.fabric.face_count // prepared.smallest.copies, "small": prepared.has_states}
-        if given.small and not prepared.has_states:
-            return None
-        return case | {"ways": [way(prepared, number) for number in range(given.starts + 1)]}
-    except StitchMeshError as error:
-        return case | {"error": str(error)}
+    cases = [(pattern, loop) for pattern in given.patterns for loop in given.loops]
+    found, began = list[dict[str, Any]](), time.perf_counter()
+    with given.out.open("a") as out:
+        for first in range(0, len(cases), given.together):
+            for row in measured(cases[first : first + given.together], given):
+                out.write(json.dumps(row) + "\n")
+                found.append(row)
+            out.flush()
+    print(f"{time.perf_counter() - began:.0f} s")
+    print_tables(found, PROMISE[given.quality])
 
 
-def way(prepared: PreparedSwatch, number: int) -> dict[str, Any]:
-    """Relax the prepared yarns, with noise unless the number is 0."""
-    random, began = np.random.default_rng(number), time.perf_counter()
-    noise = NOISE * RADIUS * random.normal(size=prepared.yarns.points.shape) if number else 0.0
-    made = relax_prepared(prepared, replace(prepared.yarns, points=prepared.yarns.points + noise), False)
-    return {
-        "size": size_of(made.lattice), "energy": made.report["energy"], "converged": made.report["converged"],
-        "shape": made.report["shape"], "seconds": time.perf_counter() - began,
-    }  # fmt: skip
+def measured(cases: list[tuple[str, float]], given: argparse.Namespace) -> list[dict[str, Any]]:
+    """The sizes of all starts of some cases; None for one that does not come to rest."""
+    prepared = [preparation(pattern, loop, given) for pattern, loop in cases]
+    computations = [
+        relax_prepared.asking(each, each.yarns if number < 0 else shaken_yarns(each.yarns, number), False)
+        for each in prepared for number in range(-1, given.starts)
+    ]  # fmt: skip
+    made = iter(answer_together(computations, ways_together()))
+    rows = []
+    for (pattern, loop), own in zip(cases, prepared, strict=True):
+        swatches = [next(made) for _start in range(given.starts + 1)]
+        sizes = [size_of(each.lattice) if isinstance(each, sm.Swatch) and each.report["converged"] else None
+                 for each in swatches]  # fmt: skip
+        rows.append({"pattern": pattern, "loop": loop, "small": own.has_states, "sizes": sizes})
+    return rows
 
 
-def print_table(cases: list[dict[str, Any]]) -> None:
-    """Print how many cases keep their size, and those that do not."""
-    whole = [case for case in cases if "ways" in case and all(each["converged"] for each in case["ways"])]
-    for small in (True, False):
-        group = [case for case in whole if case["small"] is small]
-        kept = sum(spread(case) <= PROMISE["draft"] for case in group)
-        print(f"{'small' if small else 'larger'} repeats: {kept} of {len(group)} within {100 * PROMISE['draft']:g} %")
-    print(f"not at rest or refused: {len(cases) - len(whole)} of {len(cases)}")
-    print(f"{sum(way['seconds'] for case in cases if 'ways' in case for way in case['ways']):.0f} s of one core")
-    print("\n| pattern | loop | stitches | spread % | energies |\n|---|---:|---:|---:|---|")
-    for case in sorted(whole, key=spread, reverse=True):
-        if spread(case) > PROMISE["draft"]:
-            energies = " ".join(f"{each['energy']:.1f}" for each in case["ways"])
+def preparation(pattern: str, loop: float, given: argparse.Namespace) -> PreparedSwatch:
+    """A case that is ready to be relaxed."""
+    return prepare_swatch(
+        pattern, material=None, quality=given.quality, device=given.device, relax_cell=True,
+        relaxation=given.relaxation, loop_length=2.0 * loop * YARN_RADIUS,
+    )  # fmt: skip
+
+
+def print_tables(cases: list[dict[str, Any]], promise: float) -> None:
+    """Print how well shaken starts show what noise does, and the cases in which it does much."""
+    rested = [case for case in cases if case["sizes"][0] is not None]
+    starts = sum(len(case["sizes"]) for case in cases)
+    resting = sum(size is not None for case in cases for size in case["sizes"])
+    kept = sum(spread(case["sizes"]) <= promise for case in rested)
+    print(f"{resting} of {starts} starts at rest; {kept} of {len(rested)} cases within {100 * promise:g} %")
+    print("\n| shaken starts | cases | others within the spread | median spread % | 95th percentile % |")
+    print("|---:|---:|---:|---:|---:|")
+    for count in SHOWN:
+        tried = [(case["sizes"][: count + 1], [size for size in case["sizes"][count + 1 :] if size is not None])
+                 for case in rested]  # fmt: skip
+        within = [apart(shown[0], size) <= spread(shown) for shown, others in tried for size in others]
+        if within:
+            spreads = 100.0 * np.array([spread(shown) for shown, _others in tried])
+            print(f"| {count} | {len(tried)} | {100 * np.mean(within):.1f} % | {np.median(spreads):.2g} | "
+                  f"{np.percentile(spreads, 95):.2g} |")  # fmt: skip
+    print("\n| pattern | loop | spread % |\n|---|---:|---:|")
+    for case in sorted(rested, key=lambda case: -spread(case["sizes"])):
+        if spread(case["sizes"]) > promise:
             star = "" if case["small"] else "*"
-            stitches, percent = f"{case['stitches']}{star}", f"{100 * spread(case):.1f}"
-            print(f"| {case['pattern']} | {case['loop']:g} | {stitches} | {percent} | {energies} |")
+            print(f"| {case['pattern']}{star} | {case['loop']:g} | {100 * spread(case['sizes']):.1f} |")
 
 
-def spread(case: dict[str, Any]) -> float:
-    """Largest relative difference of a period among the starts of a case."""
-    sizes = np.array([each["size"] for each in case["ways"]])
-    return float((np.ptp(sizes, axis=0) / sizes.min(axis=0)).max())
+def spread(sizes: list[tuple[float, float] | None]) -> float:
+    """Largest relative difference of a width or a height among starts at rest."""
+    rested = np.array([size for size in sizes if size is not None])
+    return float((np.ptp(rested, axis=0) / rested.mean(axis=0)).max())
+
+
+def apart(size: tuple[float, float], other: tuple[float, float]) -> float:
+    """Largest relative difference of two sizes."""
+    return float(np.abs(np.array(other) / np.array(size) - 1.0).max())
 
 
 if __name__ == "__main__":

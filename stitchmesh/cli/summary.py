@@ -115,8 +115,20 @@ def swatch_summary(made: Swatch, name: str, yarn: Yarn | None) -> list[str]:
         f"Relaxed one repeat of {name}: {repeat}, {size}.",
         f"{spacing}. Yarn: {_length(made.yarns)}{weight}.",
         _physics(report),
+        *_spread_lines(report),
         state_of(report),
     ]
+
+
+def _spread_lines(report: Mapping[str, Any]) -> list[str]:
+    """Return one line on the sizes of shaken starts; none where there are no such starts."""
+    if "shaken" not in report:
+        return []
+    resting = f"{report['shaken_at_rest']} of {report['shaken']} shaken starts are at rest"
+    if report["size_spread"] is None:
+        return [f"Spread: unknown; {resting}."]
+    width, height = (f"{100 * each:.2g} %" for each in report["size_spread"])
+    return [f"Spread: widths differ by {width}, heights by {height}; {resting}."]
 
 
 def _physics(report: Mapping[str, Any]) -> str:

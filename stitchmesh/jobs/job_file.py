@@ -72,6 +72,7 @@ COMMENTS = {
     "columns": "repeats side by side",
     "blocked": "tension [dyn/cm]",
     "relaxation": "dry, wet or full",
+    "shaken": "more starts with noise, for the spread of the size",
     "tiles": "repeats of a swatch in the picture",
 }
 """Comments beside keys of a new file, each at the first place of its key."""

@@ -189,6 +189,8 @@ class SwatchTable:
     """``dry``, ``wet`` or ``full``, off the needles with friction, or ``frictionless``; None as for ``swatch``."""
     friction: float | None = None
     """Coefficient of friction between the yarns of a knit that is let go."""
+    shaken: int = 0
+    """Number of shaken starts that relax too, for the spread of the size."""
     material: str = DEFAULT_MATERIAL
     """Name of a material, which is scaled to the radius of the yarn."""
     stiffness: tuple[str, ...] = ()

@@ -23,7 +23,7 @@ from stitchmesh.jobs.stage_files import swatch_stage
 from stitchmesh.jobs.stage_run import JobRun, cut_short
 from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
-from stitchmesh.periodic.swatch import Swatch, in_fabric, relax_prepared
+from stitchmesh.periodic.swatch import Swatch, in_fabric, relax_shaken
 from stitchmesh.periodic.swatch_budget import plan_swatch
 from stitchmesh.progress import relaxing_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
@@ -65,7 +65,8 @@ def relax_swatch(run: JobRun, table: SwatchTable) -> Swatch:
 def _relaxed(run: JobRun, table: SwatchTable, source: Source, quality: Quality, device: str) -> Swatch:
     """Relax the repeat, with checkpoints in the folder of the stage."""
     arguments, material = table.arguments(), table.yarn_material()
-    key = stage_key("swatch", source, material, quality, sorted(arguments.items()), device.partition(":")[0])
+    given = [*sorted(arguments.items()), table.shaken]
+    key = stage_key("swatch", source, material, quality, given, device.partition(":")[0])
     stage = swatch_stage("swatch", key)
     relaxations = KeptRelaxations(run.kept.folder_of(stage), table.checkpoint_every, run.stop.check)
     run.check_resume(stage, stopped=relaxations.exist())
@@ -84,7 +85,7 @@ def _relaxed(run: JobRun, table: SwatchTable, source: Source, quality: Quality, 
             prepared = answer_alone(preparation, relaxations.do)
             saver = StateSaver(run.folder, run.report, in_fabric(prepared.yarns, prepared.options))
             saving = replace(relaxations, on_state=lambda state: saver.keep(in_fabric(state, prepared.options)))
-            made = answer_alone(relax_prepared.asking(prepared, prepared.yarns, show), saving.do)
+            made = answer_alone(relax_shaken.asking(prepared, show, table.shaken), saving.do)
             late = seconds_left() <= 0.0  # starts of the search for the lowest state may be left out
         own = {"seconds": before + time.perf_counter() - began, "search_out_of_time": late}
         made = replace(made, report=made.report | own)

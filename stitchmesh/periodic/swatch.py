@@ -5,26 +5,35 @@
 As on a knitting machine, the yarn length of a stitch is given and the size of the fabric follows. The repeat is
 generated (``drawn_swatch``), brought to its radii, lengths and size (``prepared_swatch``), relaxed (``way_to_rest``),
 scaled by 1 / gamma and measured.
+
+Hands and machines do not lay yarn evenly, and some patterns have several states of rest within that noise. The spread
+of a size is found by relaxing the same repeat again from shaken starts, whose control points are displaced by ``NOISE``
+radii; equal numbers of starts give equal displacements.
 """
 
 from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+import numpy as np
+
 from stitchmesh.budget.budget import Budget
 from stitchmesh.budget.plan import limit_of
-from stitchmesh.compute.asking import Asking, answered_alone, ask
+from stitchmesh.compute.asking import Asking, Several, answered_alone, ask
+from stitchmesh.errors import ParameterError, SolverError, StitchMeshError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.gauge import swatch_report
+from stitchmesh.periodic.kept_states import check_kept_states
 from stitchmesh.periodic.relaxation.cell_at_rest import CellAtRest
+from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.relaxation.off_needles import let_go, needle_size
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch, prepare_swatch
 from stitchmesh.periodic.relaxation.support import planes_report, refuse_tearing, remedy_of, tearing
@@ -42,6 +51,9 @@ from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.convergence import rest_text
 from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
+
+NOISE = 0.01
+"""Standard deviation of the displacements of a shaken start [radii]."""
 
 logger = logging.getLogger(__name__)
 
@@ -85,6 +97,7 @@ def swatch(
     relax_cell: bool | RelaxCell = False,
     relaxation: KnitState | None = None,
     friction: float | None = None,
+    shaken: int = 0,
     budget: Budget | None = None,
     progress: Callable[[HistoryEntry], None] | Literal[False] | None = None,
     **options: Any,
@@ -106,6 +119,9 @@ def swatch(
             blocking and a ``RelaxCell``.
         friction: coefficient of friction between the yarns of a knit that is let go; ``YARN_FRICTION`` where not
             given.
+        shaken: number of shaken starts that relax too. The report then has ``shaken``, ``shaken_at_rest``, how many of
+            them came to rest, and ``size_spread``: the differences of the largest and the smallest width and height of
+            all starts at rest, over their means, None where none of them is.
         budget: limits on the time and on the error; measured tables then choose the quality, unless it is another than
             the default, and the report says what they chose (``budget.plan``).
         progress: function that is called about every half second; by default a line shows the progress on a terminal or
@@ -114,7 +130,7 @@ def swatch(
 
     Raises:
         FileError: the file cannot be read.
-        ParameterError: an option is out of bounds, or does not apply to the pattern.
+        ParameterError: an option is out of bounds, does not apply to the pattern, or asks for too many starts.
         PatternError: the pattern does not repeat, a float is too long, or the weave falls apart.
         SolverError: the yarns cannot be relaxed.
     """
@@ -125,7 +141,7 @@ def swatch(
             plan = plan_swatch(pattern, budget, quality, device, relax_cell, relaxation, **options)
         made = make_swatch(
             pattern, progress, material=material, quality=quality if plan is None else plan.quality, device=device,
-            relax_cell=relax_cell, relaxation=relaxation, friction=friction, **options,
+            relax_cell=relax_cell, relaxation=relaxation, friction=friction, shaken=shaken, **options,
         )  # fmt: skip
     own = {"seconds": time.perf_counter() - began} | ({} if plan is None else {"budget": plan.report()})
     return replace(made, report=made.report | own)
@@ -133,11 +149,60 @@ def swatch(
 
 @answered_alone
 def make_swatch(
-    pattern: str | Pattern | Weave, progress: Callable[[HistoryEntry], None] | Literal[False] | None, **given: Any
-) -> Asking[Swatch]:
+    pattern: str | Pattern | Weave, progress: Callable[[HistoryEntry], None] | Literal[False] | None, *,
+    shaken: int = 0, **given: Any,
+) -> Asking[Swatch]:  # fmt: skip
     """Prepare and relax one repeat of a pattern; arguments as for ``swatch``, errors too."""
     prepared = yield from prepare_swatch.asking(pattern, **given)
-    return (yield from relax_prepared.asking(prepared, prepared.yarns, progress))
+    return (yield from relax_shaken.asking(prepared, progress, shaken))
+
+
+@answered_alone
+def relax_shaken(
+    prepared: PreparedSwatch, progress: Callable[[HistoryEntry], None] | Literal[False] | None, shaken: int
+) -> Asking[Swatch]:
+    """Relax a prepared repeat and measure it, with the spread of its size over a number of shaken starts.
+
+    Raises:
+        ParameterError: a negative number of starts, more than fit into the memory, or as for ``relax_prepared``.
+        SolverError: as for ``relax_prepared``.
+    """
+    if shaken < 0:
+        raise ParameterError(f"shaken: got {shaken} starts; expected 0 or more")
+    check_kept_states("swatch", shaken, prepared.yarns)
+    made = yield from relax_prepared.asking(prepared, prepared.yarns, progress)
+    if not shaken:
+        return made
+    starts = [shaken_yarns(prepared.yarns, number) for number in range(shaken)]
+    others: list[Swatch | StitchMeshError] = yield Several(
+        [relax_prepared.asking(prepared, start, False) for start in starts]
+    )
+    for other in others:
+        if isinstance(other, StitchMeshError) and not isinstance(other, SolverError):
+            raise other
+    swatches = [each for each in others if isinstance(each, Swatch)]
+    spread = size_spread([made, *swatches]) if made.report["converged"] else None
+    resting = sum(each.report["converged"] for each in swatches)
+    own = {"shaken": shaken, "shaken_at_rest": resting, "size_spread": spread if resting else None}
+    return replace(made, report=made.report | own)
+
+
+def shaken_yarns(yarns: YarnSet, number: int) -> YarnSet:
+    """Return yarns whose control points have the noise of the start of this number."""
+    random = np.random.default_rng(number)
+    noise = NOISE * yarns.radius[yarns.point_yarn, None] * random.normal(size=yarns.points.shape)
+    return replace(yarns, points=yarns.points + noise)
+
+
+def size_spread(swatches: Sequence[Swatch]) -> tuple[float, float]:
+    """Differences of the largest and the smallest width and height of the swatches at rest, over their means.
+
+    Where none is at rest, those of all swatches.
+    """
+    rested = [each for each in swatches if each.report["converged"]] or swatches
+    sizes = np.array([size_of(each.lattice) for each in rested])
+    width, height = (np.ptp(sizes, axis=0) / sizes.mean(axis=0)).tolist()
+    return width, height
 
 
 @answered_alone

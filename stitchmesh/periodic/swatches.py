@@ -46,6 +46,8 @@ class SwatchRequest:
     """State of a knit that was let go off the needles with friction, or ``frictionless``; None as for ``swatch``."""
     friction: float | None = None
     """Coefficient of friction between the yarns of a knit that is let go."""
+    shaken: int = 0
+    """Number of shaken starts that relax too, for the spread of the size."""
     options: Mapping[str, Any] = field(default_factory=dict)
     """Fields of ``SwatchOptions``; they are checked when the swatch is made."""
 
@@ -95,6 +97,7 @@ def _making(request: SwatchRequest, device: str | None, began: float) -> Asking[
     """Make a swatch; its report says how long this took with all other swatches."""
     made = yield from make_swatch.asking(
         request.pattern, False, material=request.material, quality=request.quality, device=device,
-        relax_cell=request.relax_cell, relaxation=request.relaxation, friction=request.friction, **request.options,
+        relax_cell=request.relax_cell, relaxation=request.relaxation, friction=request.friction,
+        shaken=request.shaken, **request.options,
     )  # fmt: skip
     return replace(made, report=made.report | {"seconds": time.perf_counter() - began})

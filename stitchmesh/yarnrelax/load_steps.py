@@ -199,40 +199,43 @@ class LoadedCells:
         simulation.candidates.near.invalidate()
         self.loop.search_contacts()
 
-    def begin(self) -> None:
-        """Begin a step from the states of rest of the step before it."""
+    def begin(self, cells: NDArray[np.bool_]) -> None:
+        """Begin a step of some cells, shape (C,), from the states of rest of the step before it."""
         loop = self.loop
-        loop.simulation.solver.restart(loop.step_scale)
-        loop.energy_fall[:], loop.stalled[:] = np.inf, False
-        loop.last = loop.simulation.assess_cells()
-        loop.remaining = [None] * len(loop.last)
+        loop.simulation.solver.restart(loop.step_scale, cells)
+        loop.energy_fall[cells], loop.stalled[cells] = np.inf, False
+        found = loop.simulation.assess_cells(cells)
+        loop.last = loop.last.replaced(cells, found) if len(loop.last) else found
+        for cell in np.flatnonzero(cells).tolist():
+            loop.remaining[cell] = None
         if loop.newton is not None:
-            loop.newton.forget()
+            loop.newton.forget(cells)
+
+    def set_limits(self, cells: NDArray[np.bool_], before: NDArray[np.int64]) -> None:
+        """End the present step of some cells some iterations after those of each cell before, shape (C,)."""
+        self.loop.most[cells] = (before + self.most_iterations)[cells]
+
+    def unfinished(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Which of some cells have not ended their steps, shape (C,).
+
+        Those at rest get new normal forces, until that no longer moves them.
+        """
+        loop = self.loop
+        loop.renew_terms(cells & loop.at_rest & ~loop.failed)
+        ended = loop.at_rest | loop.stalled | loop.failed | (loop.iterations >= loop.most)
+        return cells & ~ended
 
     def relax(self, before: NDArray[np.int64], note: Callable[[], None]) -> None:
-        """Relax until normal forces no longer change, or some iterations after those of each cell before, shape (C,).
-
-        Normal forces are renewed once all cells are at rest, which changes nothing of a cell that stays at rest.
+        """Relax until all cells have ended their steps, some iterations after those of each cell before, shape (C,).
 
         Raises:
             SolverError: the only cell cannot continue.
         """
-        loop = self.loop
-        loop.most[:] = before + self.most_iterations
-        while True:
-            left = self._left()
-            if not left.any() and (loop.at_rest & ~loop.failed).any():  # also where a checkpoint continues at rest
-                loop.renew_terms()
-                left = self._left()
-            if not left.any():
-                return
-            loop.advance(left)
+        every = np.ones(self.loop.simulation.model.cell_count, dtype=bool)
+        self.set_limits(every, before)
+        while (left := self.unfinished(every)).any():
+            self.loop.advance(left)
             note()
-
-    def _left(self) -> NDArray[np.bool_]:
-        """Which cells go on, shape (C,)."""
-        loop = self.loop
-        return ~(loop.at_rest | loop.stalled | loop.failed) & (loop.iterations < loop.most)
 
     def border_forces(self) -> NDArray[np.float64]:
         """Forces on the borders that hold the last accepted states, along courses and wales [dyn], shape (C, 2)."""
@@ -271,7 +274,7 @@ class _LoadedInSteps:
         for step in self.steps[len(self.ended) :]:
             self.cells.load(np.array([[step.course, step.wale]]), step.friction, step.stretch)
             if saved is None:
-                self.cells.begin()
+                self.cells.begin(np.ones(1, dtype=bool))
             else:
                 observer.resume(saved)
                 saved = None

@@ -142,5 +142,5 @@ class Loading:
 def _run_to_rest(loop: RelaxationLoop, most: int, note: Callable[[], None]) -> None:
     """Iterate until the yarns are at rest, and stay at rest after the lagged quantities of terms were renewed."""
     loop.run(most, note)
-    while loop.at_rest[0] and loop.renew_terms() and not loop.at_rest[0]:
+    while loop.renew_terms(loop.at_rest).any() and not loop.at_rest[0]:
         loop.run(most, note)

@@ -18,6 +18,10 @@ the part of a random vector y that lies in them, sum over k of v_k (v_k . y), sc
 farthest. Moves become shorter, by ``SHORTER`` where one does not lower the energy, and below ``SMALLEST_MOVE`` the
 balance counts as a minimum: those of sampled contacts along yarn that slides through itself have no other effect.
 
+Where a term lags (``Term.lags``), a state of rest is renewed and judged again. The factors of a whole exact step say
+well enough whether its end is such a state, without factors of their own: those of the end would differ by a part as
+small as the step.
+
 All moves of a cell are shortened by one factor, so that the step limit (``budget``) holds at each control point; points
 with less room than ``SHORTEST_LIMIT`` are shortened by themselves.
 """
@@ -93,6 +97,12 @@ class Newton:
         """Whether the present step of each cell is exact and tiny, and its work less than rounding, shape (C,)."""
         self._assembly = HessianAssembly(simulation)
         self._spacing: dict[int, SpacingChange] = {}
+        self.judges_twice = any(term.lags for term in simulation.terms)
+        """Whether states of rest are renewed and judged again."""
+        self._kept: NewtonSystems | None = None
+        """The systems of the last steps, where states of rest are judged twice."""
+        self._followed = np.zeros(model.cell_count, dtype=bool)
+        """Whether each cell has made a whole exact step that was found from them, shape (C,)."""
 
     @property
     def descent(self) -> float:
@@ -121,7 +131,7 @@ class Newton:
             return
         self._find_forces(cells)
         left, saddles, systems = cells.copy(), np.zeros_like(cells), self._systems(cells)
-        exact = systems
+        exact, solved = systems, cells
         while True:
             for cell, step in self._steps(systems, left, exact, saddles).items():
                 self.steps[cell], left[cell] = step, step is None
@@ -137,8 +147,10 @@ class Newton:
                     saddles[cell] |= balanced[cell] and self.shares.largest[cell] == 0.0
                     self._grow_shares(systems, cell)
             if not left.any():
+                if self.judges_twice:
+                    self._kept, self._followed = systems, solved.copy()
                 return
-            systems = self._systems(left)
+            systems, solved = self._systems(left), left.copy()
 
     def _grow_shares(self, systems: NewtonSystems, cell: int) -> None:
         """Take more of the matrix of Gauss and Newton in a cell whose matrix has negative eigenvalues."""
@@ -204,14 +216,17 @@ class Newton:
             matrices = self._assembly.cell_matrices(
                 1.0 - self.shares.of_segments, self._owners(cells), self._couplings(), forces_are_found=True
             )
-        count = len(matrices.owners.cell)
-        force = self.simulation.state.force.numpy().astype(np.float64).ravel()[:count]
-        return NewtonSystems(matrices, np.where(matrices.owners.cell >= 0, force, 0.0))
+        return NewtonSystems(matrices, self._forces(matrices.owners))
 
-    def forget(self) -> None:
-        """Begin anew with all cells: their loads have changed."""
-        self.shares.set_largest(np.zeros(self.model.cell_count))
-        self.away[:], self.idle[:] = MOVE, 0
+    def _forces(self, owners: Owners) -> FloatArray:
+        """The forces on the coordinates of some cells [erg / unit], zero at others, shape (n,)."""
+        force = self.simulation.state.force.numpy().astype(np.float64).ravel()[: len(owners.cell)]
+        return np.where(owners.cell >= 0, force, 0.0)
+
+    def forget(self, cells: NDArray[np.bool_]) -> None:
+        """Begin anew with some cells, shape (C,): their loads have changed."""
+        self.shares.set_largest(np.where(cells, 0.0, self.shares.largest))
+        self.away[cells], self.idle[cells] = MOVE, 0
 
     def count_idle(self, cells: NDArray[np.bool_], at_rest: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Count the present steps of some cells that are not at rest and gain nothing; return whose are too many."""
@@ -248,6 +263,7 @@ class Newton:
         state, strain = simulation.state, simulation.strain
         points, budget = state.points.numpy().astype(np.float64), state.budget.numpy().astype(np.float64)
         moves, periods, shortened = np.zeros_like(points), None, np.zeros(len(cells), dtype=bool)
+        self._followed &= cells
         if strain is not None:
             periods = strain.periods.numpy().astype(np.float64).reshape(-1, 2, 3)
         for cell in np.flatnonzero(cells).tolist():
@@ -256,6 +272,7 @@ class Newton:
             limit = np.minimum(simulation.step_fraction * step_scale[cell], budget[entries])
             moves[entries], factor = shortened_motion(step.motion, limit, SHORTEST_LIMIT * float(step_scale[cell]))
             self.steps[cell], shortened[cell] = None, factor < 1.0 or (self.is_late and not step.exact)
+            self._followed[cell] &= factor == 1.0 and step.exact and not step.leaves_balance
         points += self._constrained(moves)
         if strain is not None and periods is not None:
             for cell in np.flatnonzero(cells).tolist():
@@ -278,6 +295,25 @@ class Newton:
             launches += constraint.filter_steps(simulation.state, step, limit, self.model.prepare)
         CapturedLaunches(launches, self.model.device).launch()
         return step.numpy().astype(np.float64)
+
+    def remaining_after_steps(self, cells: NDArray[np.bool_], size: NDArray[np.float64]) -> dict[int, RemainingChange]:
+        """Estimates of the change that is left of some cells after their whole exact steps, by the factors of these.
+
+        Args:
+            cells: the cells, shape (C,); those that have made no such step are left out.
+            size: sum of the magnitudes of the energies of each cell [erg].
+        """
+        cells, found = cells & self._followed, dict[int, RemainingChange]()
+        if self._kept is None or not cells.any():
+            return found
+        self._find_forces(cells)
+        steps = self._kept.steps_by(self._forces(self._kept.matrices.owners), cells)
+        for cell in np.flatnonzero(cells).tolist():
+            self.steps[cell] = steps.of(cell, self._entries(cell), exact=True)
+            left = self.remaining_change(cell, float(size[cell]))
+            assert left is not None
+            found[cell], self.steps[cell] = left, None
+        return found
 
     def remaining_change(self, cell: int, size: float) -> RemainingChange | None:
         """Estimate of the change that is left of a cell, None where its last step was not exact.

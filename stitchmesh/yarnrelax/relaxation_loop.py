@@ -31,6 +31,8 @@ SMALLEST_STEP_SCALE = 5e-5
 """Scale of steps below which the loop does not step back again."""
 RECOVERY, NEWTON_RECOVERY = 1.2, 2.0
 """Growth of the scale of steps after each accepted assessment."""
+KEPT = 0.25
+"""Part of the largest change that may be left where the factors of the step before say so."""
 REMEDY = "move the yarns apart, or control points that lie in one place"
 """Advice for an energy that is too steep to be relaxed."""
 
@@ -127,6 +129,7 @@ class RelaxationLoop:
         self.kinetic_energy = kinetic_energy if good.all() else 0.0
         # other cells at rest have not moved, and copying all cells is faster than copying some
         self.accept(good | (self.at_rest & ~chosen))
+        self._judge_again(stepping & good)
         if (chosen & ~good).any():
             self.step_back(chosen & ~good)
         if self.newton is not None:
@@ -173,6 +176,13 @@ class RelaxationLoop:
         self.newton.find_steps(cells, self.last.residual < self.tolerance, self.last.size)
         for cell in np.flatnonzero(cells).tolist():
             self.remaining[cell] = self.newton.remaining_change(cell, float(self.last.size[cell]))
+
+    def _judge_again(self, cells: NDArray[np.bool_]) -> None:
+        """Judge those of some cells that have made whole steps, where a term is renewed at rest and judged after it."""
+        balanced = cells & (self.last.residual < self.tolerance)
+        if self.newton is not None and self.newton.judges_twice and balanced.any():
+            for cell, left in self.newton.remaining_after_steps(balanced, self.last.size).items():
+                self.remaining[cell] = left if left.spacing < KEPT * self.largest_change else None
 
     def iterate(self, count: int | NDArray[np.int64]) -> None:
         """Do ``count`` iterations of all cells, or of each cell, with new candidate lists where they are too old."""
@@ -226,17 +236,23 @@ class RelaxationLoop:
         self.simulation.solver.restart(self.step_scale, cells)
         self.search_contacts()
 
-    def renew_terms(self) -> bool:
-        """Renew the lagged quantities of terms, such as the normal forces of friction; return whether there are any."""
-        if not any(term.lags for term in self.simulation.terms):
-            return False
+    def renew_terms(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Renew what lags, such as the normal forces of friction, in those of some cells that have moved since.
+
+        Returns:
+            Which cells these are, shape (C,); whether they are still at rest is to be judged again.
+        """
+        if not cells.any() or not any(term.lags for term in self.simulation.terms):
+            return np.zeros(len(cells), dtype=bool)
         self.search_contacts()
-        self.simulation.renew_terms()
-        self.last = self.simulation.assess_cells()
-        if self.newton is not None:
-            self.newton.idle[:] = 0
-            self._judge(self.ending)
-        return True
+        renewed = self.simulation.renew_terms(cells)
+        if renewed.any():
+            self.last = self.last.replaced(renewed, self.simulation.assess_cells(renewed))
+            for cell in np.flatnonzero(renewed & self.ending).tolist():
+                self.remaining[cell] = None
+            if self.newton is not None:
+                self.newton.idle[renewed] = 0
+        return renewed
 
     @property
     def takes_newton_step(self) -> NDArray[np.bool_]:

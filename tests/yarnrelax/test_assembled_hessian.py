@@ -285,7 +285,7 @@ def test_longer_candidate_lists_and_new_contacts_of_friction_are_taken_over() ->
     simulation.candidates.lists = allocate_lists(simulation.model, simulation.model.sample_count, capacity)
     simulation.discard_launches()
     simulation.search_contacts()
-    simulation.renew_terms()
+    simulation.renew_terms(np.ones(1, dtype=bool))
     kept, anew = assembly.matrix(), assembled_hessian(simulation)
     np.testing.assert_array_equal(kept.toarray(), anew.toarray())
 

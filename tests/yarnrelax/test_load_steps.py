@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stitchmesh.compute.asking import ask
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.checkpoint_file import CheckpointFile, read_checkpoint, write_checkpoint
 from stitchmesh.periodic.relaxation.continuation import size_of
@@ -25,6 +26,7 @@ from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.load_steps import LoadStep, StepAtRest, relax_through_steps
 from stitchmesh.yarnrelax.model.material import YarnMaterial
+from stitchmesh.yarnrelax.together.steps_together import relax_group_through_steps
 from tests.yarnrelax.stockinette import periodic_patch
 
 YARNS = periodic_patch(1, 1)
@@ -123,3 +125,19 @@ def test_a_checkpoint_without_the_arrays_of_an_ended_step_is_damaged(checkpoints
     write_checkpoint(tmp_path / "cut.smc", CheckpointFile(content.header, arrays))
     with pytest.raises(FileError, match=r"'ended 1\.points' of the checkpoint is missing; begin without it"):
         relaxed(resume=tmp_path / "cut.smc")
+
+
+def test_cells_that_are_loaded_together_come_to_the_sizes_that_they_have_alone():
+    """Each goes on by itself, until friction changes; the steps differ by what is left at rest, a thousandth."""
+    wider = [replace(step, course=30.0 * step.wale) for step in STEPS]
+    asks = [
+        ask(relax_through_steps, YARNS, steps, friction=Friction(0.2), material=YarnMaterial.named(),
+            quality=PRESETS["draft"], cell=RelaxCell(shear=False), device="cpu")
+        for steps in (STEPS, wider)
+    ]  # fmt: skip
+    for together, steps in zip(relax_group_through_steps(asks), (STEPS, wider), strict=True):
+        assert isinstance(together, list)
+        for one, other in zip(together, relaxed(steps=steps), strict=True):
+            assert one.converged and other.converged
+            assert size_of(one.yarns.lattice) == pytest.approx(size_of(other.yarns.lattice), rel=2e-3)
+            assert one.border_forces == pytest.approx(other.border_forces, abs=1.5)

@@ -99,6 +99,8 @@ class Swatch:
     """write pattern.pdf too: picture, measures, yarn, chart and legend, to take home"""
     blocked: Annotated[float | None, help_entry("TENSION", "not blocked")] = None
     """pin the repeat out along courses and wales with this tension [dyn/cm]; its size then relaxes too"""
+    shaken: Annotated[int, help_entry("N")] = 0
+    """relax the repeat from N more starts, with the noise of a real yarn, and say how far their sizes lie apart"""
     explore: Annotated[int | None, help_entry("N", "one relaxation")] = None
     """relax the free repeat, without friction unless --relaxation says otherwise, from N perturbed starts too, and list
     and draw its distinct states of rest instead"""
@@ -196,7 +198,7 @@ class Swatch:
         from stitchmesh.periodic.states.explore import explore
 
         assert self.output is not None and self.explore is not None
-        effective = replace(self, tile=Swatch.tile, texture=None)
+        effective = replace(self, tile=Swatch.tile, texture=None, shaken=Swatch.shaken)
         self._refuse_others(effective, "--explore", "it writes and draws each state")
         if self.budget.budget() is not None:
             raise ParameterError("explore: got --within or --error beside it; each start runs to rest; leave one out")
@@ -317,7 +319,7 @@ class Swatch:
         )  # fmt: skip
         return swatch(
             source, material=material, quality=quality, device=self.device, relax_cell=self.relax_cell,
-            relaxation=self.relaxation, friction=self.friction, budget=budget,
+            relaxation=self.relaxation, friction=self.friction, shaken=self.shaken, budget=budget,
             progress=lambda entry: report_progress(entry["iteration"], entry["residual"]), **given,
         )  # fmt: skip
 

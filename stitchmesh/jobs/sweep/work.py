@@ -120,7 +120,7 @@ def _request(job: Job) -> SwatchRequest:
     return SwatchRequest(
         table.pattern, material=table.yarn_material(), quality=table.quality(job.quality or DEFAULT_QUALITY),
         relax_cell=table.relax_cell, relaxation=table.relaxation, friction=table.friction,
-        options=vars(table.options()),
+        shaken=table.shaken, options=vars(table.options()),
     )  # fmt: skip
 
 

@@ -15,11 +15,10 @@ from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.kept_states import check_kept_states
-from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.relaxation.lowest_rest import perturbed_start
 from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.periodic.states.rest_states import Rest, distinct_rests
-from stitchmesh.periodic.swatch import Swatch, relax_prepared
+from stitchmesh.periodic.swatch import Swatch, relax_prepared, size_spread
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
 from stitchmesh.yarnrelax import YarnMaterial
@@ -114,6 +113,4 @@ def explore(
 
 def _exploration(made: list[Swatch], own: Swatch | None, starts: int) -> Exploration:
     rested = [swatch for swatch in made if swatch.report["converged"]]
-    sizes = np.array([size_of(swatch.lattice) for swatch in rested or made])
-    width, height = (np.ptp(sizes, axis=0) / sizes.mean(axis=0)).tolist()
-    return Exploration(tuple(distinct_rests(rested, own)), starts, starts - len(rested), (width, height))
+    return Exploration(tuple(distinct_rests(rested, own)), starts, starts - len(rested), size_spread(made))

@@ -273,7 +273,7 @@ class _Collision(Term):
         """Zero: the stiffness comes with ``forces``."""
         return np.zeros(self.model.point_count)
 
-    def renew(self, state: State, candidates: Candidates) -> bool:
+    def renew(self, state: State, candidates: Candidates, cells: NDArray[np.bool_] | None = None) -> bool:
         """Check that no sample is too deep in a closed body to be found; no array is replaced.
 
         Raises:

@@ -109,8 +109,15 @@ class Term(ABC):
         """
         raise ParameterError(f"derivatives at rest: got the term {self.name}, which has none; leave it out")
 
-    def renew(self, state: State, candidates: Candidates) -> bool:
-        """Update lagged quantities when a load step begins; return whether arrays of launches were replaced."""
+    def has_moved(self, state: State) -> NDArray[np.bool_]:
+        """Whether the yarns of each cell have moved since a term that ``lags`` was renewed, shape (C,).
+
+        The samples of ``state`` are up to date.
+        """
+        raise NotImplementedError(self.name)
+
+    def renew(self, state: State, candidates: Candidates, cells: NDArray[np.bool_] | None = None) -> bool:
+        """Update what lags in some cells, shape (C,), or in all; return whether arrays of launches were replaced."""
         return False
 
     def arrays(self) -> dict[str, wp.array[Any]]:

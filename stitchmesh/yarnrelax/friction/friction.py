@@ -51,6 +51,7 @@ from stitchmesh.yarnrelax.friction.friction_contacts import (
     Contacts,
     empty_lists,
     first_contacts,
+    has_moved,
     own_images,
     renewed_contacts,
 )
@@ -272,13 +273,17 @@ class FrictionTerm(Term):
         """Zero: the stiffness comes with ``forces``."""
         return np.zeros(self.model.point_count)
 
-    def renew(self, state: State, candidates: Candidates) -> bool:
+    def has_moved(self, state: State) -> NDArray[np.bool_]:
+        """Whether the yarns of each cell have moved since their normal forces were found, shape (C,)."""
+        return has_moved(self.model, state, self.contacts)
+
+    def renew(self, state: State, candidates: Candidates, cells: NDArray[np.bool_] | None = None) -> bool:
         """Find normal forces for the current samples and move anchors; arrays without room for the pairs are replaced.
 
         Returns:
             Whether they were.
         """
-        found = renewed_contacts(self.model, self.law, state, candidates, self.contacts)
+        found = renewed_contacts(self.model, self.law, state, candidates, self.contacts, cells)
         if found.put_into(self.contacts):
             return False
         self.contacts = found

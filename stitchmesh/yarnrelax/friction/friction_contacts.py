@@ -9,7 +9,8 @@ across the new normal and limited to the slip at which friction is full, the sli
 
 The anchor therefore follows a pair that slides and does not move under a pair that sticks (Cundall and Strack 1979): a
 constant load does not creep through renewals. The slip of a new pair is the relative displacement of its samples since
-the last renewal, because sliding yarns touch with new samples all the time.
+the last renewal, because sliding yarns touch with new samples all the time. Some cells of a batch may be renewed while
+others keep their contacts.
 
 Each pair is stored for both samples. The lists belong to friction, so the energy does not change when candidate lists
 are made again. On a lattice they keep the table of images that their entries refer to, because the table may be made
@@ -23,13 +24,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
+import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.reduction import maximum
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.friction.friction_law import press_of_pair, resisted_slip, slip_measure, vector_from, within
 from stitchmesh.yarnrelax.model.constants import Model
+from stitchmesh.yarnrelax.model.image_table import joined_table
 from stitchmesh.yarnrelax.model.lattice_images import entry_shift, images_struct, images_with, sample_number
 from stitchmesh.yarnrelax.model.spline import place_samples, segment_corners, weight_row
 from stitchmesh.yarnrelax.model.state import State
@@ -139,6 +143,41 @@ def list_contacts(
             found += 1
 
 
+@kernel
+def keep_contacts(
+    # model
+    model: Any,
+    keeps: wp.array[wp.int32],
+    number: wp.array[wp.int32],
+    # state in
+    old_place: wp.array[Any],
+    old_tangent: wp.array[Any],
+    old_count: wp.array[wp.int32],
+    old_entry: wp.array2d[wp.int32],
+    old_anchor: wp.array2d[Any],
+    old_press: wp.array2d[Any],
+    # state out
+    place: wp.array[Any],
+    tangent: wp.array[Any],
+    count: wp.array[wp.int32],
+    entry: wp.array2d[wp.int32],
+    anchor: wp.array2d[Any],
+    press: wp.array2d[Any],
+) -> None:
+    """The contacts that cells keep, whose images have new numbers."""
+    p = wp.tid()
+    if keeps[model.images.sample_cell[p]] != 0:
+        place[p] = old_place[p]
+        tangent[p] = old_tangent[p]
+        count[p] = old_count[p]
+        for k in range(old_count[p]):
+            old = old_entry[p, k]
+            image = number[old // model.images.sample_count]
+            entry[p, k] = image * model.images.sample_count + old % model.images.sample_count
+            anchor[p, k] = old_anchor[p, k]
+            press[p, k] = old_press[p, k]
+
+
 @dataclass(frozen=True, eq=False)
 class Contacts:
     """The pairs that press each other in a load step; they are constant until the next load step."""
@@ -177,8 +216,13 @@ def first_contacts(model: Model) -> Contacts:
     return _no_contacts(model, place, 1)
 
 
-def renewed_contacts(model: Model, law: Any, state: State, candidates: Candidates, old: Contacts) -> Contacts:
-    """Contacts for the current state, in new arrays; samples and candidate lists are up to date."""
+def renewed_contacts(
+    model: Model, law: Any, state: State, candidates: Candidates, old: Contacts, cells: NDArray[np.bool_] | None
+) -> Contacts:  # fmt: skip
+    """Contacts of some cells, shape (C,), or of all for the current state, in new arrays; those of others are kept.
+
+    Samples and candidate lists are up to date.
+    """
     tangent, count = model.empty(model.sample_count, 3), _integers(model, model.sample_count)
     model.launch(find_tangents, model.segment_count, [model.constants, state.points], [tangent])
     touching = [state.samples, tangent, candidates.count, candidates.lists]
@@ -188,7 +232,25 @@ def renewed_contacts(model: Model, law: Any, state: State, candidates: Candidate
     inputs = [model.constants, law, own_images(model, old), _images(model, periods=old.periods), *touching, old.place,
               old.count, old.entry, old.anchor]  # fmt: skip
     model.launch(list_contacts, model.sample_count, inputs, [new.entry, new.anchor, new.press])
-    return replace(new, tangent=tangent, count=count)
+    new = replace(new, tangent=tangent, count=count)
+    return new if cells is None or cells.all() else _kept_in(model, new, old, ~cells)
+
+
+def _kept_in(model: Model, new: Contacts, old: Contacts, keeps: NDArray[np.bool_]) -> Contacts:
+    """New contacts with the old ones in the cells that keep them."""
+    table, number = joined_table(new.table, old.table)
+    kept = [old.place, old.tangent, old.count, old.entry, old.anchor, old.press]
+    outputs = [new.place, new.tangent, new.count, new.entry, new.anchor, new.press]
+    inputs = [model.constants, model.integers(keeps), model.integers(number), *kept]
+    model.launch(keep_contacts, model.sample_count, inputs, outputs)
+    periods = np.where(np.repeat(keeps, 2)[:, None], old.periods.numpy(), new.periods.numpy())
+    return replace(new, table=table, periods=model.upload(periods, 3))
+
+
+def has_moved(model: Model, state: State, contacts: Contacts) -> NDArray[np.bool_]:
+    """Whether any sample of each cell has moved since its contacts were found, shape (C,); samples are up to date."""
+    moved = (state.samples.numpy() != contacts.place.numpy()).any(axis=1)
+    return np.logical_or.reduceat(moved, model.sample_start[model.segment_start[:-1]])
 
 
 def empty_lists(model: Model, contacts: Contacts, size: int) -> wp.array[Any]:

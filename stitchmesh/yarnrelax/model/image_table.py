@@ -77,6 +77,19 @@ def _put_table(model: Model, images: Any, corners: Corners) -> None:
     images.corner_image = wp.array(number, dtype=wp.vec4i, device=model.device)
 
 
+def joined_table(table: wp.array[Any], other: wp.array[Any]) -> tuple[wp.array[Any], NDArray[np.int64]]:
+    """A table that begins with the images of one and has those of another too, and their places in it, shape (I,).
+
+    It is the other one itself where that begins with all images of the first.
+    """
+    images, others = table.numpy(), other.numpy()
+    if len(others) >= len(images) and np.array_equal(others[: len(images)], images):
+        return other, np.arange(len(others))
+    number, there = _numbers(others, images)
+    number[~there] = len(images) + np.arange(np.count_nonzero(~there))
+    return wp.array(np.concatenate([images, others[~there]]), dtype=wp.vec2i, device=table.device), number
+
+
 def _distinct(images: NDArray[np.int64]) -> NDArray[np.int64]:
     """Images without repetition in ascending order, but (0, 0) first."""
     most = np.abs(images).max(axis=0)

@@ -93,6 +93,11 @@ class NewtonSystems:
             found = self._refined(found, refined)
         return NewtonSteps(found.reshape(-1, 3), self.matrices.owners.sums(self.force * found))
 
+    def steps_by(self, force: FloatArray, cells: NDArray[np.bool_]) -> NewtonSteps:
+        """The steps of some cells with other forces, shape (n,), without removing the effect of t."""
+        found = self.factors.solve(force, cells)
+        return NewtonSteps(found.reshape(-1, 3), self.matrices.owners.sums(force * found))
+
     def _refined(self, start: FloatArray, cells: NDArray[np.bool_]) -> FloatArray:
         """The solution for the matrices of some cells themselves, from that for the shifted ones."""
         matrices, owners, factors = self.matrices, self.matrices.owners, self.factors

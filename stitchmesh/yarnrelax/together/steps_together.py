@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Load steps of many cells together (``load_steps``): all cells take the same step at the same time.
+"""Load steps of many cells together (``load_steps``).
 
-Each cell has loads of its own, but all have one coefficient of friction. A step ends when all cells are at rest in it;
-cells that are at rest stay still until then.
+Each cell has loads of its own and goes on to its next step once it is at rest. All cells have one coefficient of
+friction: before a step that changes it, or that draws the cells, they wait for each other.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Hashable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,14 +45,21 @@ def group_of_steps(ask: Ask, number: int) -> Hashable:
 def relax_group_through_steps(asks: Sequence[Ask]) -> list[list[StepAtRest] | StitchMeshError | None]:
     """Answer calls of ``relax_through_steps`` of one group; None for a cell that cannot go on together with others."""
     path, steps = _Path(asks), [ask.positional[1] for ask in asks]
-    for number in range(len(steps[0])):
-        path.take([own[number] for own in steps])
+    for first, last in pairwise(_waits(steps[0])):
+        path.take([own[first:last] for own in steps])
         if path.out_of_time:
             break
     failed = path.cells.loop.failed.tolist()
     given = [(ask.positional[0], own[-1].yarns) for ask, own in zip(asks, path.found, strict=True)]
     passes = pull_throughs_together(given, asks[0].named.get("device"))
     return [None if fails else error or own for fails, error, own in zip(failed, passes, path.found, strict=True)]
+
+
+def _waits(steps: Sequence[LoadStep]) -> list[int]:
+    """Numbers of the steps before which cells wait for each other, and of the end."""
+    waits = [number for number, step in enumerate(steps)
+             if number == 0 or step.stretch != (1.0, 1.0) or step.friction != steps[number - 1].friction]  # fmt: skip
+    return [*waits, len(steps)]
 
 
 class _Path:
@@ -73,23 +81,43 @@ class _Path:
         """The steps of each cell that have ended."""
         self.history: list[list[HistoryEntry]] = [[] for _ask in asks]
         """The result of each assessment of each cell in the present step."""
+        self.before = self.cells.loop.iterations.copy()
+        """Iterations of each cell before its present step, shape (C,)."""
         self.out_of_time = False
 
-    def take(self, steps: Sequence[LoadStep]) -> None:
-        """Take the next step of each cell."""
-        loop, first = self.cells.loop, steps[0]
-        before = loop.iterations.copy()
-        self.cells.load(np.array([[step.course, step.wale] for step in steps]), first.friction, first.stretch)
-        self.cells.begin()
-        self.history = [[] for _cell in self.found]
-        noted = before.copy()
+    def take(self, steps: Sequence[Sequence[LoadStep]]) -> None:
+        """Take the next steps of each cell, of which the first draws the cells and sets the friction of all."""
+        loop, first = self.cells.loop, steps[0][0]
+        number, active = np.zeros(len(steps), dtype=np.int64), np.ones(len(steps), dtype=bool)
+        self.cells.load(_loads(steps, number), first.friction, first.stretch)
+        self._begin(active)
+        noted = loop.iterations.copy()
         try:
-            self.cells.relax(before, lambda: self._note(noted))
+            while active.any():
+                left = self.cells.unfinished(active)
+                if (ended := active & ~left).any():
+                    self._end(ended)
+                    number[ended] += 1
+                    active &= (number < len(steps[0])) & ~loop.failed
+                    self.cells.load(_loads(steps, number), first.friction, (1.0, 1.0))
+                    self._begin(ended & active)
+                    left |= ended & active
+                if left.any():
+                    loop.advance(left)
+                    self._note(noted)
         except OverloadError:  # The only cell, whose error the loop keeps.
-            pass
+            self._end(active)
         except OutOfTime:
             self.out_of_time = True
-        self._end(loop.iterations - before)
+            self._end(active)
+
+    def _begin(self, cells: NDArray[np.bool_]) -> None:
+        """Begin a step of some cells."""
+        if cells.any():
+            before = self.cells.loop.iterations
+            self.cells.begin(cells)
+            self.cells.set_limits(cells, before)
+            self.before = np.where(cells, before, self.before)
 
     def _note(self, noted: NDArray[np.int64]) -> None:
         """Note the assessments of the cells that have iterated since they were last noted."""
@@ -102,16 +130,23 @@ class _Path:
             self.history[cell].append(entry)
         noted[:] = loop.iterations
 
-    def _end(self, iterations: NDArray[np.int64]) -> None:
-        """Keep the states in which the step has ended, after some iterations of each cell."""
+    def _end(self, cells: NDArray[np.bool_]) -> None:
+        """Keep the states in which the present step of some cells has ended."""
         loop, seconds = self.cells.loop, time.perf_counter() - self.began
         simulation = loop.simulation
         yarns, nearest = simulation.good_cells(), simulation.smallest_distances()
         forces, device = self.cells.border_forces(), str(simulation.model.device)
-        for cell, own in enumerate(self.found):
-            last, rests = loop.last[cell], bool(loop.at_rest[cell])
-            own.append(StepAtRest(
-                yarns[cell], last.energies, last.residual, rests, int(iterations[cell]), float(nearest[cell]),
+        for cell in np.flatnonzero(cells).tolist():
+            last, count = loop.last[cell], int(loop.iterations[cell] - self.before[cell])
+            self.found[cell].append(StepAtRest(
+                yarns[cell], last.energies, last.residual, bool(loop.at_rest[cell]), count, float(nearest[cell]),
                 (float(forces[cell, 0]), float(forces[cell, 1])), device, seconds, self.history[cell],
-                loop.remaining[cell], out_of_time=self.out_of_time and not rests,
+                loop.remaining[cell], out_of_time=self.out_of_time,
             ))  # fmt: skip
+            self.history[cell] = []
+
+
+def _loads(steps: Sequence[Sequence[LoadStep]], number: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Loads of each cell in its present step [dyn], those of its last step after it, shape (C, 2)."""
+    present = [own[min(count, len(own) - 1)] for own, count in zip(steps, number.tolist(), strict=True)]
+    return np.array([[step.course, step.wale] for step in present])
