@@ -10,7 +10,8 @@ Each pattern finds its size at each loop length and quality; knits come off the 
 asked for. ``--together`` is how many are made in one call; a quality that is given twice is measured a second time,
 with compiled kernels. Writes rests.jsonl with a line for each swatch, and a sheet of pictures for each quality, and
 prints a table: the sizes, whether they are at rest, and the largest relative difference of width and height from the
-last quality.
+last quality. Where swatches are made one by one, sizes.png shows their iterations and seconds against their control
+points; the first one loads the kernels and is left out.
 """
 
 from __future__ import annotations
@@ -60,6 +61,8 @@ def main() -> None:
             drawn = [(f"{case[0]} {case[1]:g}", each) for case, each in zip(cases, made, strict=True)]
             write_sheet(given.out / f"{quality}.png", [pair for pair in drawn if isinstance(pair[1], sm.Swatch)])
     print_table(rows, given.qualities)
+    if given.together == 1 and not given.no_pictures:
+        plot_by_size(given.out / "sizes.png", rows, given.qualities)
 
 
 def is_made(pattern: str, loop: float) -> bool:
@@ -122,6 +125,23 @@ def print_table(rows: dict[tuple[str, float], list[dict[str, Any]]], qualities: 
                 if found[number]["at_rest"] and found[-1]["at_rest"]]  # fmt: skip
         kept = sum(each <= PROMISE[name] for each in both)
         print(f"\n{name}: {kept} of {len(both)} that are at rest in both lie within {100 * PROMISE[name]:g} %")
+
+
+def plot_by_size(path: Path, rows: dict[tuple[str, float], list[dict[str, Any]]], qualities: list[str]) -> None:
+    """Plot iterations and seconds of all swatches against their control points."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
+    for axes, name in zip(figure.subplots(1, 2), ("iterations", "seconds"), strict=True):
+        for number, quality in enumerate(qualities):
+            found = [own[number] for own in list(rows.values())[1:] if "error" not in own[number]]
+            points, values = [row["control_points"] for row in found], [row[name] for row in found]
+            axes.loglog(points, values, "o", ms=3, label=quality)
+        axes.set_xlabel("control points")
+        axes.set_ylabel(name)
+        axes.grid(alpha=0.3)
+    figure.axes[0].legend()
+    figure.savefig(path, dpi=150)
 
 
 def cell_of(row: dict[str, Any], last: dict[str, Any]) -> str:

@@ -43,6 +43,7 @@ from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.observer import Observer, Progress, report_entries
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.renewal import renew_at_rest
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import CellStrain, RelaxCell
 
@@ -221,7 +222,7 @@ class LoadedCells:
         Those at rest get new normal forces, until that no longer moves them.
         """
         loop = self.loop
-        loop.renew_terms(cells & loop.at_rest & ~loop.failed)
+        renew_at_rest(loop)
         ended = loop.at_rest | loop.stalled | loop.failed | (loop.iterations >= loop.most)
         return cells & ~ended
 

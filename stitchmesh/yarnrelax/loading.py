@@ -20,6 +20,7 @@ from stitchmesh.yarnrelax.load_path import LoadPath
 from stitchmesh.yarnrelax.load_position import AT_ONCE, TRIAL_ITERATIONS, LoadPosition
 from stitchmesh.yarnrelax.newton import DESCENT
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.renewal import renew_at_rest
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 logger = logging.getLogger(__name__)
@@ -142,5 +143,5 @@ class Loading:
 def _run_to_rest(loop: RelaxationLoop, most: int, note: Callable[[], None]) -> None:
     """Iterate until the yarns are at rest, and stay at rest after the lagged quantities of terms were renewed."""
     loop.run(most, note)
-    while loop.renew_terms(loop.at_rest).any() and not loop.at_rest[0]:
+    while renew_at_rest(loop).any() and not loop.at_rest[0]:
         loop.run(most, note)

@@ -236,24 +236,6 @@ class RelaxationLoop:
         self.simulation.solver.restart(self.step_scale, cells)
         self.search_contacts()
 
-    def renew_terms(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Renew what lags, such as the normal forces of friction, in those of some cells that have moved since.
-
-        Returns:
-            Which cells these are, shape (C,); whether they are still at rest is to be judged again.
-        """
-        if not cells.any() or not any(term.lags for term in self.simulation.terms):
-            return np.zeros(len(cells), dtype=bool)
-        self.search_contacts()
-        renewed = self.simulation.renew_terms(cells)
-        if renewed.any():
-            self.last = self.last.replaced(renewed, self.simulation.assess_cells(renewed))
-            for cell in np.flatnonzero(renewed & self.ending).tolist():
-                self.remaining[cell] = None
-            if self.newton is not None:
-                self.newton.idle[renewed] = 0
-        return renewed
-
     @property
     def takes_newton_step(self) -> NDArray[np.bool_]:
         """Whether each cell takes a Newton step in the present interval, shape (C,)."""

@@ -197,19 +197,6 @@ class YarnSimulation:
             raise OverloadError(too_close[0])
         return too_close
 
-    def renew_terms(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Renew the lagged quantities of terms in those of some cells that have moved since; return them, shape (C,).
-
-        The candidate lists are up to date.
-        """
-        renewed = np.zeros(len(cells), dtype=bool)
-        for term in self.terms:
-            if term.lags and (moved := cells & term.has_moved(self.state)).any():
-                renewed |= moved
-                if term.renew(self.state, self.candidates, moved):
-                    self.discard_launches()
-        return renewed
-
     @property
     def assessor(self) -> Assessor:
         """The captured launches of an assessment."""

@@ -21,6 +21,7 @@ from stitchmesh.yarnrelax.energies.confinement import Confinement
 from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.friction.friction import Friction, FrictionTerm
 from stitchmesh.yarnrelax.hessian import matrix_pattern, touching_segments
+from stitchmesh.yarnrelax.renewal import renew_lagging
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.yarnrelax.hessian.scenes import (
     CELLS,
@@ -285,7 +286,7 @@ def test_longer_candidate_lists_and_new_contacts_of_friction_are_taken_over() ->
     simulation.candidates.lists = allocate_lists(simulation.model, simulation.model.sample_count, capacity)
     simulation.discard_launches()
     simulation.search_contacts()
-    simulation.renew_terms(np.ones(1, dtype=bool))
+    renew_lagging(simulation, np.ones(1, dtype=bool))
     kept, anew = assembly.matrix(), assembled_hessian(simulation)
     np.testing.assert_array_equal(kept.toarray(), anew.toarray())
 

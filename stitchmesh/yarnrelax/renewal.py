@@ -1,0 +1,48 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Renewal of what lags: normal forces of friction, which stay the same while yarns come to rest (``Term.lags``).
+
+A state of rest is renewed, and is at rest only if it still is so with what was renewed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+
+
+def renew_at_rest(loop: RelaxationLoop) -> NDArray[np.bool_]:
+    """Renew what lags in all cells at rest whose yarns have moved since.
+
+    Returns:
+        Which cells these are, shape (C,); Newton's method judges them again.
+    """
+    simulation, resting = loop.simulation, loop.at_rest & ~loop.failed
+    if not resting.any() or not any(term.lags for term in simulation.terms):
+        return np.zeros_like(resting)
+    loop.search_contacts()
+    renewed = renew_lagging(simulation, resting)
+    if renewed.any():
+        loop.last = loop.last.replaced(renewed, simulation.assess_cells(renewed))
+        for cell in np.flatnonzero(renewed & loop.ending).tolist():
+            loop.remaining[cell] = None
+        if loop.newton is not None:
+            loop.newton.idle[renewed] = 0
+    return renewed
+
+
+def renew_lagging(simulation: YarnSimulation, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Renew what lags in those of some cells whose yarns have moved since, and return these, shape (C,).
+
+    The samples and the candidate lists are up to date.
+    """
+    renewed = np.zeros_like(cells)
+    for term in simulation.terms:
+        if term.lags and (moved := cells & term.has_moved(simulation.state)).any():
+            renewed |= moved
+            if term.renew(simulation.state, simulation.candidates, moved):
+                simulation.discard_launches()
+    return renewed
