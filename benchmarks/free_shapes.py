@@ -79,7 +79,9 @@ def relaxed(chosen: argparse.Namespace, asked: Sequence[tuple[str, dict[str, Any
     return [raised(made) for made in sm.relax_swatches(requests, device=chosen.device, progress=False)]
 
 
-def request_of(name: str, quality: str | Quality, relaxation: KnitState | None, **options: Any) -> sm.SwatchRequest:
+def request_of(
+    name: str | sm.Pattern, quality: str | Quality, relaxation: KnitState | None, **options: Any
+) -> sm.SwatchRequest:
     """A free swatch of a pattern, where it is a knit in a state."""
     state = None if name in sm.weave_names() else relaxation
     return sm.SwatchRequest(name, relax_cell=True, quality=quality, relaxation=state, options=options)

@@ -5,13 +5,14 @@
     python benchmarks/library_at_rest.py --device cpu --out out/library
     python benchmarks/library_at_rest.py --loops 14 16.67 20 24 --qualities draft standard --together 1000
     python benchmarks/library_at_rest.py --qualities draft draft --together 1000 --no-pictures
+    python benchmarks/library_at_rest.py --charts 200 --loops 14 16.67 20 24 --qualities draft standard --together 1000
 
 Each pattern finds its size at each loop length and quality; knits come off the needles dry unless another state is
-asked for. ``--together`` is how many are made in one call; a quality that is given twice is measured a second time,
-with compiled kernels. Writes rests.jsonl with a line for each swatch, and a sheet of pictures for each quality, and
-prints a table: the sizes, whether they are at rest, and the largest relative difference of width and height from the
-last quality. Where swatches are made one by one, sizes.png shows their iterations and seconds against their control
-points; the first one loads the kernels and is left out.
+asked for. With ``--charts`` they are random charts (``random_charts.py``). ``--together`` is how many are made in one
+call; a quality that is given twice is measured a second time, with compiled kernels. Writes rests.jsonl with a line for
+each swatch, and a sheet of pictures for each quality, and prints a table: the sizes, whether they are at rest, and the
+largest relative difference of width and height from the last quality. Where swatches are made one by one, sizes.png
+shows their iterations and seconds against their control points; the first one loads the kernels and is left out.
 """
 
 from __future__ import annotations
@@ -25,17 +26,22 @@ from typing import Any, get_args
 
 import numpy as np
 from free_shapes import request_of, write_sheet
+from random_charts import random_chart
 from true_rest import PROMISE
 
 import stitchmesh as sm
 from stitchmesh import __version__
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, YARN_RADIUS, KnitState
 
+CHARTS = dict[str, sm.Pattern]()
+"""The random charts by their names."""
+
 
 def main() -> None:
     """Relax, write, draw and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--patterns", nargs="+", default=[*sm.pattern_names(), *sm.weave_names()])
+    parser.add_argument("--charts", type=int, help="number of random charts in the place of patterns")
     parser.add_argument("--loops", nargs="+", type=float, default=[COMPACT_LOOP], help="loop lengths [yarn diameters]")
     parser.add_argument("--qualities", nargs="+", default=["draft"])
     parser.add_argument("--relaxation", choices=get_args(KnitState), help="state of the knits")
@@ -46,7 +52,10 @@ def main() -> None:
     given = parser.parse_args()
     logging.getLogger("stitchmesh").setLevel(logging.ERROR)
     given.out.mkdir(parents=True, exist_ok=True)
-    cases = [(pattern, loop) for pattern in given.patterns for loop in given.loops if is_made(pattern, loop)]
+    if given.charts is not None:
+        CHARTS.update({chart.name: chart for chart in map(random_chart, range(given.charts))})
+    patterns = CHARTS or given.patterns
+    cases = [(pattern, loop) for pattern in patterns for loop in given.loops if is_made(pattern, loop)]
     rows: dict[tuple[str, float], list[dict[str, Any]]] = {case: [] for case in cases}
     for quality in given.qualities:
         began, made = time.perf_counter(), []
@@ -77,7 +86,7 @@ def relaxed(
     requests = []
     for pattern, loop in cases:
         options = {} if pattern in sm.weave_names() else {"loop_length": 2.0 * loop * YARN_RADIUS}
-        requests.append(request_of(pattern, quality, given.relaxation, **options))
+        requests.append(request_of(CHARTS.get(pattern, pattern), quality, given.relaxation, **options))
     return sm.relax_swatches(requests, device=given.device, progress=False)
 
 

@@ -31,7 +31,7 @@ from stitchmesh.periodic.repeat.smallest_cell import SmallestCell
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.sampling.contact_samples import is_small, with_contacts
 from stitchmesh.periodic.sampling.even_sampling import even_lengths, sample_evenly
-from stitchmesh.periodic.sampling.sampling import GENERATED, path_to, refined, with_released_contacts
+from stitchmesh.periodic.sampling.sampling import GENERATED, path_to, released
 from stitchmesh.periodic.swatch_budget import stitches_of
 from stitchmesh.periodic.swatch_options import TAKE_UP, KnitState, SwatchOptions
 from stitchmesh.periodic.weave.weave import Weave
@@ -134,7 +134,7 @@ def prepare_swatch(
     check_repeat_memory(source, chosen, quality, device, free=relax_cell is not False)
     fabric, generated = draw_swatch(source, chosen, GENERATED)
     cell, flat = free_cell(relax_cell, chosen, generated, material), FlatFabric.of(generated, fabric, source)
-    steps = path_to(quality, cell) if release is None else (with_released_contacts(refined(quality)),)
+    steps = path_to(quality, cell) if release is None else (released(quality),)
     repeat = first = draw_swatch(source, chosen, steps[0])[1]
     # friction holds the yarn of a stitch in its place
     wanted = take_up_rest_lengths(first if release is not None else generated, fabric, chosen)

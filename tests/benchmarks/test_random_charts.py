@@ -1,0 +1,40 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Random charts are patterns that close, and always the same ones."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+
+import pytest
+
+from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
+from stitchmesh.periodic.swatch_options import SwatchOptions
+from stitchmesh.quality import PRESETS
+from tests.gallery import ROOT
+
+MOST = 160
+"""Stitches of the largest chart that the benchmark promises: eight by eight, knitted twice, and ten by sixteen."""
+
+
+@pytest.fixture(scope="module")
+def charts():
+    sys.path.insert(0, str(ROOT / "benchmarks"))
+    return import_module("random_charts")
+
+
+@pytest.mark.parametrize("number", range(16))
+def test_a_chart_closes_and_has_knit_and_purl_stitches(charts, number: int) -> None:
+    chart = charts.random_chart(number)
+    fabric, _yarns = draw_swatch(chart, SwatchOptions(), PRESETS["draft"])
+    assert fabric is not None
+    assert fabric.face_count <= MOST
+    words = charts.chart_text(number).lower().split("\n", 1)[1]
+    assert {"k", "p"} <= set(words)
+
+
+def test_charts_are_always_the_same_and_differ_from_each_other(charts) -> None:
+    texts = [charts.chart_text(number).split("\n", 1)[1] for number in range(64)]
+    assert texts == [charts.chart_text(number).split("\n", 1)[1] for number in range(64)]
+    assert len(set(texts)) > 32  # small welts and ropes repeat
