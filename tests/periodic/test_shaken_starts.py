@@ -68,5 +68,5 @@ def test_the_spread_of_one_swatch_is_zero() -> None:
 
 @pytest.mark.parametrize("starts", [-1, 10**9])
 def test_numbers_of_starts_that_are_not_possible_are_refused(starts: int) -> None:
-    with pytest.raises(ParameterError, match=r"got -1 starts|states of 32 control points"):
+    with pytest.raises(ParameterError, match=r"got -1 starts|states of 40 control points"):
         made(shaken=starts)

@@ -435,7 +435,8 @@ def test_a_knit_moves_without_friction_and_ends_off_the_needles_with_the_bits_of
         assert np.array_equal(frame.yarns.points, expected.yarns.points)
         assert frame.report["at_rest"] and frame.report["energy"] == expected.report["energy"]
     tight = sm.swatch("stockinette", quality="draft", device="cpu", gamma=1.1, progress=False, **FREE)
-    assert frames[3].size == pytest.approx((tight.report["width"], tight.report["height"]), rel=CLOSE)
+    # its control points stem from those of the knit that was let go
+    assert frames[3].size == pytest.approx((tight.report["width"], tight.report["height"]), rel=SLID)
 
 
 def test_a_change_of_colour_keeps_a_knit_that_was_let_go():
