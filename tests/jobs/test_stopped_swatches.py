@@ -113,7 +113,7 @@ def test_a_release_off_the_needles_that_is_stopped_twice_changes_no_bit(tmp_path
     table = SwatchTable(pattern="stockinette", relaxation="dry", checkpoint_every=200)
     job = Job(swatch=table, quality="draft", device="cpu", render=())
     ended = list[int]()
-    for reports in (30, 60):
+    for reports in (20, 30):
         stop, count = StopRequest(), itertools.count(1)
 
         def stop_after_some(status, stop=stop, count=count, reports=reports):
