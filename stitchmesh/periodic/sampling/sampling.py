@@ -22,7 +22,7 @@ finer sampling. Larger cells, which take longest, keep three.
 A knit that is let go with friction (``off_needles``) has one sampling, so that the anchors of its friction last. The
 hollows hold it like more friction: with three samples a rope cable stayed 40 % wider than with nine
 (``CONTACTS_RELEASED``). On the needles its yarns are bent more than at rest: with 16 control points a stitch, blocks of
-knit and purl were 10 % narrower and 1x1 rib with loops of 20 diameters 18 % narrower than with 26, with 20
+knit and purl were 9 % narrower and 1x1 rib with loops of 20 diameters 18 % narrower than with 26, with 20
 (``POINTS_RELEASED``) 4 % and 0.1 %.
 """
 
