@@ -18,12 +18,10 @@ the part of a random vector y that lies in them, sum over k of v_k (v_k . y), sc
 farthest. Moves become shorter, by ``SHORTER`` where one does not lower the energy, and below ``SMALLEST_MOVE`` the
 balance counts as a minimum: those of sampled contacts along yarn that slides through itself have no other effect.
 
-Where a term lags (``Term.lags``), a state of rest is renewed and judged again. The factors of a whole exact step say
-well enough whether its end is such a state, without factors of their own: those of the end would differ by a part as
-small as the step.
-
-All moves of a cell are shortened by one factor, so that the step limit (``budget``) holds at each control point; points
-with less room than ``SHORTEST_LIMIT`` are shortened by themselves.
+The factors of a step serve for the next ones too, as long as they hold (``newton_moves``): the forces at its end give
+a step that costs no factors. Where a term lags (``Term.lags``), a state of rest is renewed and judged again, and the
+factors of a whole exact step say well enough whether its end is such a state: those of the end would differ by a part
+as small as the step.
 """
 
 from __future__ import annotations
@@ -33,10 +31,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import warp as wp
 from numpy.typing import NDArray
 
-from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.cudss import factors_on
 from stitchmesh.mesh import FloatArray
 from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
@@ -45,9 +41,10 @@ from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
 from stitchmesh.yarnrelax.energies.term import Coupling
 from stitchmesh.yarnrelax.hessian.cell_matrices import Owners
 from stitchmesh.yarnrelax.model.resting_cells import only_in
+from stitchmesh.yarnrelax.newton_moves import NewtonMoves, entries_of
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.mixture_shares import MixtureShares
-from stitchmesh.yarnrelax.solvers.newton_system import NewtonStep, NewtonSystems, deformation, shortened_motion
+from stitchmesh.yarnrelax.solvers.newton_system import NewtonStep, NewtonSystems
 from stitchmesh.yarnrelax.solvers.spacing_change import SpacingChange
 
 BALANCED = 0.01
@@ -58,9 +55,6 @@ SHORTER, AGAIN = 0.25, 0.8
 """Factors of that length after a move that has not lowered the energy, and after one that has."""
 FEW = 0.01
 """Part of the segments in which a mixture counts as the exact Hessian."""
-SHORTEST_LIMIT = 0.05
-"""Limit in mean radii, times the scale of the limits, below which a control point is shortened by itself and does not
-shorten the whole step."""
 NEWTON_RISE = 32.0
 """Rise of the energy in a step that rounding explains, over the precision and the size of the energy."""
 SMALLEST_NEWTON_SCALE, MOST_IDLE = 1e-6, 3
@@ -99,10 +93,10 @@ class Newton:
         self._spacing: dict[int, SpacingChange] = {}
         self.judges_twice = any(term.lags for term in simulation.terms)
         """Whether states of rest are renewed and judged again."""
-        self._kept: NewtonSystems | None = None
-        """The systems of the last steps, where states of rest are judged twice."""
-        self._followed = np.zeros(model.cell_count, dtype=bool)
-        """Whether each cell has made a whole exact step that was found from them, shape (C,)."""
+        self.moves = NewtonMoves(simulation)
+        """The present move of each cell along its step."""
+        self._kept: list[NewtonSystems | None] = [None] * model.cell_count
+        """The systems of the last step of each cell."""
 
     @property
     def descent(self) -> float:
@@ -111,13 +105,13 @@ class Newton:
 
     @property
     def memory(self) -> NDArray[np.float64]:
-        """What persists of each cell from one step to the next: its share, ``away`` and ``idle``, shape (C, 3)."""
-        return np.column_stack([self.shares.largest, self.away, self.idle])
+        """What persists of each cell from one step to the next: its shares, ``away`` and ``idle``, shape (C, 4)."""
+        return np.column_stack([self.shares.largest, self.shares.sufficient, self.away, self.idle])
 
     @memory.setter
     def memory(self, table: NDArray[np.float64]) -> None:
-        self.away, self.idle = table.T[1:].copy()
-        self.shares.set_largest(table.T[0])
+        largest, self.shares.sufficient, self.away, self.idle = table.T.copy()
+        self.shares.set_largest(largest)
 
     def find_steps(self, cells: NDArray[np.bool_], balanced: NDArray[np.bool_], size: NDArray[np.float64]) -> None:
         """Find the steps of some cells; their candidate lists are up to date.
@@ -131,12 +125,13 @@ class Newton:
             return
         self._find_forces(cells)
         left, saddles, systems = cells.copy(), np.zeros_like(cells), self._systems(cells)
-        exact, solved = systems, cells
+        exact = systems
         while True:
             for cell, step in self._steps(systems, left, exact, saddles).items():
+                self._kept[cell] = None if saddles[cell] else systems
                 self.steps[cell], left[cell] = step, step is None
                 self.leaving[cell] = step is not None and step.leaves_balance
-                gains_nothing = step is not None and step.exact and abs(step.work) <= self._rounding(size[cell])
+                gains_nothing = step is not None and step.exact and abs(step.work) <= self.rounding(size[cell])
                 is_tiny = step is not None and np.linalg.norm(step.motion, axis=1).max() < SMALLEST_MOVE
                 self.gains_nothing[cell] = gains_nothing and is_tiny
                 if step is not None and step.leaves_balance:
@@ -147,10 +142,8 @@ class Newton:
                     saddles[cell] |= balanced[cell] and self.shares.largest[cell] == 0.0
                     self._grow_shares(systems, cell)
             if not left.any():
-                if self.judges_twice:
-                    self._kept, self._followed = systems, solved.copy()
                 return
-            systems, solved = self._systems(left), left.copy()
+            systems = self._systems(left)
 
     def _grow_shares(self, systems: NewtonSystems, cell: int) -> None:
         """Take more of the matrix of Gauss and Newton in a cell whose matrix has negative eigenvalues."""
@@ -188,7 +181,7 @@ class Newton:
         steps: dict[int, NewtonStep | None] = dict.fromkeys(np.flatnonzero(cells).tolist())
         balanced = np.zeros_like(cells)
         for cell in np.flatnonzero(solved).tolist():
-            steps[cell] = step = found.of(cell, self._entries(cell), exact=bool(is_exact[cell]))
+            steps[cell] = step = found.of(cell, entries_of(self.simulation, cell), exact=bool(is_exact[cell]))
             balanced[cell] = saddles[cell] and np.linalg.norm(step.motion, axis=1).max() < BALANCED
         if balanced.any():
             steps |= self._steps_at_balance(exact, balanced, steps)
@@ -203,11 +196,11 @@ class Newton:
         for cell, motion in exact.ways_down({cell: float(self.away[cell]) for cell in leaving}).items():
             step = steps[cell]
             assert step is not None
-            found[cell] = replace(step, motion=motion[self._entries(cell)], leaves_balance=True)
+            found[cell] = replace(step, motion=motion[entries_of(self.simulation, cell)], leaves_balance=True)
         if is_minimum.any():
             last = exact.without_negative_eigenvalues(is_minimum).steps(is_minimum, is_minimum)
             for cell in np.flatnonzero(is_minimum).tolist():
-                found[cell] = last.of(cell, self._entries(cell), exact=True)
+                found[cell] = last.of(cell, entries_of(self.simulation, cell), exact=True)
         return found
 
     def _systems(self, cells: NDArray[np.bool_]) -> NewtonSystems:
@@ -243,9 +236,9 @@ class Newton:
 
         A move away from a balance has to lower the energy. ``size`` is the sum of the magnitudes of the energies [erg].
         """
-        return np.where(self.leaving, 0.0, self._rounding(size))
+        return np.where(self.leaving, 0.0, self.rounding(size))
 
-    def _rounding(self, size: Any) -> Any:
+    def rounding(self, size: Any) -> Any:
         """Rounding of energies whose magnitudes have a sum ``size`` [erg]."""
         return NEWTON_RISE * self.simulation.precision * size
 
@@ -254,65 +247,59 @@ class Newton:
         self.shares.distrust(cells & ~self.leaving)
 
     def move(self, cells: NDArray[np.bool_], step_scale: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Move some cells along their steps, no further than the step limit times a scale, shape (C,).
+        """Move some cells along their steps, no further than the limits of moves times a scale, shape (C,).
 
         Returns:
             Whether the step of each cell was shortened, or is that of a mixture in a large piece, shape (C,).
         """
-        simulation = self.simulation
-        state, strain = simulation.state, simulation.strain
-        points, budget = state.points.numpy().astype(np.float64), state.budget.numpy().astype(np.float64)
-        moves, periods, shortened = np.zeros_like(points), None, np.zeros(len(cells), dtype=bool)
-        self._followed &= cells
-        if strain is not None:
-            periods = strain.periods.numpy().astype(np.float64).reshape(-1, 2, 3)
+        shortened = np.zeros(len(cells), dtype=bool)
         for cell in np.flatnonzero(cells).tolist():
-            step, entries = self.steps[cell], self._entries(cell)
+            step, self.steps[cell] = self.steps[cell], None
             assert step is not None
-            limit = np.minimum(simulation.step_fraction * step_scale[cell], budget[entries])
-            moves[entries], factor = shortened_motion(step.motion, limit, SHORTEST_LIMIT * float(step_scale[cell]))
-            self.steps[cell], shortened[cell] = None, factor < 1.0 or (self.is_late and not step.exact)
-            self._followed[cell] &= factor == 1.0 and step.exact and not step.leaves_balance
-        points += self._constrained(moves)
-        if strain is not None and periods is not None:
-            for cell in np.flatnonzero(cells).tolist():
-                own = slice(*self.model.point_start[cell : cell + 2])
-                matrix = deformation(strain.host_frame[cell], moves[self.model.point_count + cell] / float(STRAIN_UNIT))
-                points[own], periods[cell] = points[own] @ matrix, periods[cell] @ matrix
-            strain.periods.assign(periods.reshape(-1, 3))
-            simulation.candidates.near.invalidate()
-        state.points.assign(points)
+            part = self.moves.begin(cell, step, float(step_scale[cell]))
+            shortened[cell] = part < 1.0 or (self.is_late and not step.exact)
+        self.moves.displace(cells)
         return shortened
 
-    def _constrained(self, moves: FloatArray) -> FloatArray:
-        """The moves of all entries after the constraints have changed them."""
-        simulation = self.simulation
-        if not simulation.constraints:
-            return moves
-        step, limit = self.model.upload(moves, 3), wp.clone(simulation.state.budget)
-        launches = list[Any]()
-        for constraint in simulation.constraints:
-            launches += constraint.filter_steps(simulation.state, step, limit, self.model.prepare)
-        CapturedLaunches(launches, self.model.device).launch()
-        return step.numpy().astype(np.float64)
+    def is_long(self, cells: NDArray[np.bool_]) -> bool:
+        """Whether any step of some cells is longer than the room that the candidate lists leave it."""
+        budget = self.simulation.state.budget.numpy()
+        return any(
+            bool((np.linalg.norm(step.motion, axis=1) > budget[entries_of(self.simulation, cell)]).any())
+            for cell, step in enumerate(self.steps) if step is not None and cells[cell]
+        )  # fmt: skip
 
-    def remaining_after_steps(self, cells: NDArray[np.bool_], size: NDArray[np.float64]) -> dict[int, RemainingChange]:
-        """Estimates of the change that is left of some cells after their whole exact steps, by the factors of these.
+    def find_steps_by_kept_factors(self, cells: NDArray[np.bool_]) -> None:
+        """Find the next steps of some cells by the factors of their last ones; none where these led from a balance."""
+        self._find_forces(cells)
+        left = cells & np.array([kept is not None for kept in self._kept])
+        while left.any():
+            systems = self._kept[int(np.flatnonzero(left)[0])]
+            assert systems is not None
+            own = left & np.array([kept is systems for kept in self._kept])
+            found = systems.steps_by(self._forces(systems.matrices.owners), own)
+            for cell in np.flatnonzero(own).tolist():
+                last = self.moves.of[cell]
+                assert last is not None
+                self.steps[cell] = found.of(cell, entries_of(self.simulation, cell), exact=last.step.exact)
+            left &= ~own
+
+    def forget_steps(self) -> None:
+        """Forget the steps that were found and not taken, and the factors of the last ones."""
+        count = self.model.cell_count
+        self.steps, self._kept = [None] * count, [None] * count
+
+    def factors_hold(self, cells: NDArray[np.bool_], fall: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Whether the factors of the last steps of some cells serve for the next ones, shape (C,).
 
         Args:
-            cells: the cells, shape (C,); those that have made no such step are left out.
-            size: sum of the magnitudes of the energies of each cell [erg].
+            cells: the cells, whose next steps are those by these factors.
+            fall: fall of their energies in the last moves [erg], shape (C,).
         """
-        cells, found = cells & self._followed, dict[int, RemainingChange]()
-        if self._kept is None or not cells.any():
-            return found
-        self._find_forces(cells)
-        steps = self._kept.steps_by(self._forces(self._kept.matrices.owners), cells)
+        found = cells.copy()
         for cell in np.flatnonzero(cells).tolist():
-            self.steps[cell] = steps.of(cell, self._entries(cell), exact=True)
-            left = self.remaining_change(cell, float(size[cell]))
-            assert left is not None
-            found[cell], self.steps[cell] = left, None
+            last, step = self.moves.of[cell], self.steps[cell]
+            found[cell] = last is not None and step is not None and last.leads_on(step, float(fall[cell]))
         return found
 
     def remaining_change(self, cell: int, size: float) -> RemainingChange | None:
@@ -338,11 +325,6 @@ class Newton:
                 self._spacing[cell] = SpacingChange(self.model.cells[cell].yarns)
             spacing = self._spacing[cell].of(points, moved)
         return RemainingChange(spacing, energy, rms)
-
-    def _entries(self, cell: int) -> NDArray[np.int64]:
-        """Numbers of the control points of a cell, and of its strains where they relax."""
-        own = np.arange(*self.model.point_start[cell : cell + 2])
-        return own if self.simulation.strain is None else np.append(own, self.model.point_count + cell)
 
     def _couplings(self) -> list[Coupling]:
         """What joins many coordinates of the only piece."""

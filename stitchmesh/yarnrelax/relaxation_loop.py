@@ -22,6 +22,7 @@ from stitchmesh.yarnrelax.collision.narrow_phase import LONG_LIFE, fitting_margi
 from stitchmesh.yarnrelax.convergence import has_converged, is_at_rest, is_level
 from stitchmesh.yarnrelax.model.resting_cells import only_in
 from stitchmesh.yarnrelax.newton import SMALLEST_NEWTON_SCALE, newton_of
+from stitchmesh.yarnrelax.newton_interval import follow_steps, judge_and_move, move_less
 from stitchmesh.yarnrelax.settling import settling_of
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.alternation import alternation_of
@@ -31,8 +32,6 @@ SMALLEST_STEP_SCALE = 5e-5
 """Scale of steps below which the loop does not step back again."""
 RECOVERY, NEWTON_RECOVERY = 1.2, 2.0
 """Growth of the scale of steps after each accepted assessment."""
-KEPT = 0.25
-"""Part of the largest change that may be left where the factors of the step before say so."""
 REMEDY = "move the yarns apart, or control points that lie in one place"
 """Advice for an energy that is too steep to be relaxed."""
 
@@ -121,15 +120,16 @@ class RelaxationLoop:
         chosen = (np.ones(len(self.last), dtype=bool) if cells is None else cells) & ~self.stalled
         chosen = self.alternation.begin_interval(chosen)
         stepping, self.cut_short = chosen & self.takes_newton_step, False
-        shortened = self._end(stepping)
+        shortened = judge_and_move(self, stepping)
         self.iterations += np.where(stepping, self.alternation.step_cost, self._descend(chosen & ~stepping))
         found, kinetic_energy = self.simulation.assess_cells(chosen), self.simulation.solver.kinetic_energy()
-        good = chosen & self._is_acceptable(found, kinetic_energy, self._allowed_rise(stepping))
-        self._note(good, found)
+        allowed, energy = self._allowed_rise(stepping), self.last.energy
+        found = move_less(self, stepping, found, allowed)
+        good = chosen & self.is_acceptable(found, allowed, kinetic_energy)
+        self.note(good, found)
         self.kinetic_energy = kinetic_energy if good.all() else 0.0
         # other cells at rest have not moved, and copying all cells is faster than copying some
         self.accept(good | (self.at_rest & ~chosen))
-        self._judge_again(stepping & good)
         if (chosen & ~good).any():
             self.step_back(chosen & ~good)
         if self.newton is not None:
@@ -138,6 +138,7 @@ class RelaxationLoop:
             self.alternation.note_steps(stepping, (shortened & good) | late, np.where(late, 0.0, self.energy_fall))
             descended = chosen & self.ending & ~stepping
             self.alternation.note_iterations(descended & good, descended & ~good, self.energy_fall)
+            follow_steps(self, stepping & good, energy)
             if (stepping & good).any():
                 self.simulation.solver.restart(self.step_scale, stepping & good)
 
@@ -149,40 +150,6 @@ class RelaxationLoop:
             with only_in(self.simulation.model, cells):
                 self.iterate(wanted)
         return wanted
-
-    def _end(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Judge the states of some cells, and do one Newton step of those that are not at rest.
-
-        Returns:
-            Whether the step of each cell was shortened, shape (C,).
-        """
-        if self.newton is None or not cells.any():
-            return np.zeros(len(cells), dtype=bool)
-        self._judge(cells)
-        self.stalled |= self.newton.count_idle(cells, self.at_rest)
-        moving = cells & ~(self.at_rest | self.stalled)
-        shortened = self.newton.move(moving, self.step_scale)
-        for cell in np.flatnonzero(moving).tolist():
-            self.remaining[cell] = None
-        self.search_contacts()
-        return shortened
-
-    def _judge(self, cells: NDArray[np.bool_]) -> None:
-        """Find the Newton steps of some cells, and with them the change that is left of each."""
-        assert self.newton is not None
-        check_time()
-        if self.lists_age:
-            self.search_contacts()
-        self.newton.find_steps(cells, self.last.residual < self.tolerance, self.last.size)
-        for cell in np.flatnonzero(cells).tolist():
-            self.remaining[cell] = self.newton.remaining_change(cell, float(self.last.size[cell]))
-
-    def _judge_again(self, cells: NDArray[np.bool_]) -> None:
-        """Judge those of some cells that have made whole steps, where a term is renewed at rest and judged after it."""
-        balanced = cells & (self.last.residual < self.tolerance)
-        if self.newton is not None and self.newton.judges_twice and balanced.any():
-            for cell, left in self.newton.remaining_after_steps(balanced, self.last.size).items():
-                self.remaining[cell] = left if left.spacing < KEPT * self.largest_change else None
 
     def iterate(self, count: int | NDArray[np.int64]) -> None:
         """Do ``count`` iterations of all cells, or of each cell, with new candidate lists where they are too old."""
@@ -273,14 +240,14 @@ class RelaxationLoop:
         iterated = simulation.solver.allowed_rise * (size + self.kinetic_energy) + simulation.noise
         return iterated if self.newton is None else np.where(stepping, self.newton.allowed_rise(size), iterated)
 
-    def _is_acceptable(
-        self, now: Assessments, kinetic_energy: float, allowed: NDArray[np.float64]
+    def is_acceptable(
+        self, now: Assessments, allowed: NDArray[np.float64], kinetic_energy: float = 0.0
     ) -> NDArray[np.bool_]:  # fmt: skip
         """Whether the energy of each cell is finite and has not risen too far, shape (C,)."""
         before = self.last.energy + self.kinetic_energy
         return now.finite & (now.energy + kinetic_energy <= before + allowed)
 
-    def _note(self, cells: NDArray[np.bool_], now: Assessments) -> None:
+    def note(self, cells: NDArray[np.bool_], now: Assessments) -> None:
         """Record the accepted assessments of some cells."""
         size = now.size
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -195,9 +195,9 @@ def test_a_relaxation_that_is_resumed_between_newton_steps_ends_in_the_same_bits
     whole = relax_yarns(yarns, quality=quality, device="cpu", **options)
     assert whole.report["converged"]
     ends = [entry["iteration"] for entry in whole.history]
-    steps = [end for before, end in pairwise(ends) if end - before == STEP_COST]
+    steps = [end for before, end in pairwise(ends) if end - before == STEP_COST["cpu"]]
     assert len(steps) > 1
-    for most in (steps[0] - STEP_COST, *steps[:4], steps[-2]):
+    for most in (steps[0] - STEP_COST["cpu"], *steps[:4], steps[-2]):
         stopped = replace(quality, max_iterations=most)
         relax_yarns(yarns, quality=stopped, device="cpu", checkpoint=Checkpoints(tmp_path, 10_000), **options)
         assert read_checkpoint(path).header["iteration"] == most
@@ -226,11 +226,11 @@ def test_checkpoints_are_written_at_assessments_with_at_least_the_given_interval
 def test_checkpoints_are_written_between_newton_steps_with_at_least_the_given_interval(tmp_path, monkeypatch):
     written = []
     monkeypatch.setattr(observer, "write_state", lambda path, inputs, state: written.append(state.iteration))
-    options = {"quality": "draft", "device": "cpu", "cell": RelaxCell(), "checkpoint": Checkpoints(tmp_path, 50)}
+    options = {"quality": "draft", "device": "cpu", "cell": RelaxCell(), "checkpoint": Checkpoints(tmp_path, 35)}
     history = relax_yarns(periodic_patch(1, 1), **options).history
     ends = [entry["iteration"] for entry in history]
     expected = [0]
-    while later := [end for end in ends if end >= expected[-1] + 50]:
+    while later := [end for end in ends if end >= expected[-1] + 35]:
         expected.append(later[0])
     assert written == [*expected, ends[-1]] if expected[-1] < ends[-1] else expected
     assert any(end % 20 for end in expected)

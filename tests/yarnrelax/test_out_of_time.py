@@ -81,7 +81,7 @@ def test_the_end_by_time_has_the_bits_of_the_end_by_iterations(cell, start, whol
 def test_the_time_is_read_before_each_newton_step(cell, whole):
     """The last three steps begin with the last three looks."""
     counts = [entry["iteration"] for entry in whole[0].history]
-    assert np.all(np.diff(counts[-4:]) == STEP_COST)
+    assert np.all(np.diff(counts[-4:]) == STEP_COST["cpu"])
     for number in (1, 2, 3):
         with limited_to(limit(whole[1] + 1 - number)):
             assert cell().report["iterations"] == counts[-1 - number]

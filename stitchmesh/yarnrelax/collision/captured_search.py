@@ -184,7 +184,7 @@ class ContactSearch:
         self.least = self.parts[:, 0] if parts == 1 else wp.zeros(model.cell_count, wp.float64, device=model.device)
         self.collected = wp.zeros((BLOCKS + 5 * model.cell_count, 4), dtype=wp.float64, device=model.device)
         self.results: SearchResults | None = None
-        self._launches: dict[bool, CapturedLaunches] = {}
+        self._launches: dict[tuple[float, bool], CapturedLaunches] = {}
         self._margin = candidates.margin
         self._longest = 0.0
         self._table: SearchResults | None = None
@@ -203,10 +203,7 @@ class ContactSearch:
         Raises:
             SolverError: yarns lie so dense that the lists would take more than ``MOST_ENTRIES``; it names the place.
         """
-        if self._margin != self.candidates.margin:
-            self._margin = self.candidates.margin
-            self._launches.clear()
-        complete = False
+        self._margin, complete = self.candidates.margin, False
         while not complete:
             margin, near = self._margin, self.candidates.near
             found = self._search(broad=near.complete_within - self._last_loss < margin)
@@ -236,10 +233,10 @@ class ContactSearch:
 
     def _search(self, *, broad: bool) -> SearchResults:
         """Launch a search, with the broad phase or with the near lists of the last one."""
-        near = self.candidates.near
-        if broad not in self._launches:
-            self._launches[broad] = CapturedLaunches(self._prepared(broad=broad), self.model.device)
-        self._launches[broad].launch()
+        near, kind = self.candidates.near, (self._margin, broad)
+        if kind not in self._launches:
+            self._launches[kind] = CapturedLaunches(self._prepared(broad=broad), self.model.device)
+        self._launches[kind].launch()
         found = self.results = self._read()
         if broad:
             near.reach = near.complete_within = self._margin + SPARE_REACH

@@ -22,12 +22,11 @@ from numpy.typing import NDArray
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
-STEP_COST = 50
-"""Iterations that a Newton step counts as: it takes about their time in cells of some hundred control points."""
-LARGEST_COST = 500
-"""The same for large pieces, whose factors take longer than an iteration of so many control points."""
-
-
+STEP_COST = {"cpu": 15, "cuda": 50}
+"""Iterations that a Newton step of cells or of a small piece counts as: it takes about their time."""
+COST_OF_THOUSAND, LARGEST_COST = 50, 500
+"""The same for each thousand control points of a larger piece, whose factors take longer than an iteration of so many
+control points, and for the largest."""
 ROUND = {"cpu": 1, "cuda": 5}
 """Assessment intervals from one Newton step of several cells to the next. On a GPU a step takes hardly longer for many
 cells than for a few, and about as long as these intervals."""
@@ -36,7 +35,7 @@ cells than for a few, and about as long as these intervals."""
 class Alternation:
     """The iterations that come before the next Newton step of each cell."""
 
-    def __init__(self, cells: int, device: str = "cpu", step_cost: int = STEP_COST) -> None:
+    def __init__(self, cells: int, device: str = "cpu", step_cost: int = STEP_COST["cpu"]) -> None:
         """Begin with a Newton step of each of ``cells`` cells on a device, ``cpu`` or ``cuda``."""
         self.step_cost = step_cost
         """Iterations that a Newton step counts as."""
@@ -98,6 +97,7 @@ class Alternation:
 
 def alternation_of(model: Model) -> Alternation:
     """The alternation for a model before its first Newton step."""
-    of_piece = int(np.clip(model.point_count * STEP_COST // 1000, STEP_COST, LARGEST_COST))
-    cost = STEP_COST if model.on_lattice else of_piece
-    return Alternation(model.cell_count, "cuda" if model.device.is_cuda else "cpu", cost)
+    device = "cuda" if model.device.is_cuda else "cpu"
+    points = 0 if model.on_lattice else model.point_count
+    cost = int(np.clip(points * COST_OF_THOUSAND // 1000, STEP_COST[device], LARGEST_COST))
+    return Alternation(model.cell_count, device, cost)

@@ -5,7 +5,7 @@
 Where the Hessian has negative eigenvalues, it is replaced by its mixture with a share s of the matrix of Gauss and
 Newton (``segment_hessian``, ``contact_hessian``), which is never negative: s = 1 first, and after each step a third of
 that before, until H itself is taken again below ``LEAST_SHARE``. Where the mixture has negative eigenvalues too, s
-grows by ``SLOWER`` at once.
+grows by ``SLOWER`` at once. Where H becomes negative again, the last share that was sufficient is the first one.
 
 The cell of a swatch has one share. The eigenvectors of a large piece, such as a garment, are a few stitches wide, and
 among thousands of stitches there are always some that slide. Each of its steps begins with the exact Hessian, and its
@@ -26,8 +26,10 @@ from stitchmesh.yarnrelax.model.constants import Model
 
 FASTER, SLOWER = 1.0 / 3.0, 8.0
 """Factors of a share after a step, and where the mixture is negative somewhere."""
-LEAST_SHARE = 0.02
+LEAST_SHARE = 0.002
 """Share below which the matrix of Gauss and Newton is left out."""
+DISTRUSTED = 0.16
+"""Least share after a step that was refused."""
 REACH = 12.0
 """Distance from a negative pivot within which shares grow [mean radii]; a stitch is about eight radii wide."""
 
@@ -40,6 +42,8 @@ class MixtureShares:
         self.model, self.local = model, local
         self.of_segments = np.zeros(model.segment_count)
         """The shares, shape (S,)."""
+        self._sufficient = np.ones(model.segment_count)
+        """Share of each segment with which the matrix last had no negative eigenvalues, shape (S,)."""
         self._segment_points = np.asarray(model.yarns.segment_points)
 
     @property
@@ -58,6 +62,15 @@ class MixtureShares:
         mixed = np.add.reduceat((self.of_segments > 0.0).astype(np.float64), self.model.segment_start[:-1])
         return np.asarray(mixed / np.diff(self.model.segment_start))
 
+    @property
+    def sufficient(self) -> NDArray[np.float64]:
+        """Largest share of each cell with which its matrix last had no negative eigenvalues, shape (C,)."""
+        return np.maximum.reduceat(self._sufficient, self.model.segment_start[:-1])
+
+    @sufficient.setter
+    def sufficient(self, shares: NDArray[np.float64]) -> None:
+        self._sufficient = np.repeat(shares, np.diff(self.model.segment_start))
+
     def set_largest(self, shares: NDArray[np.float64]) -> None:
         """Give all segments of each cell the same share, shape (C,)."""
         self.of_segments = np.repeat(shares, np.diff(self.model.segment_start))
@@ -65,6 +78,8 @@ class MixtureShares:
     def shrink(self, cell: int) -> None:
         """Take less of the matrix of Gauss and Newton after a step of a cell, and nothing of it in a large piece."""
         own = self._own(cell)
+        mixed = self.of_segments[own] > 0.0
+        self._sufficient[own] = np.where(mixed, self.of_segments[own], self._sufficient[own])
         lower = self.of_segments[own] * FASTER
         self.of_segments[own] = np.where((lower > LEAST_SHARE) & (not self.local), lower, 0.0)
 
@@ -90,7 +105,8 @@ class MixtureShares:
                 reach *= 2.0
                 near = away < reach
         before = self.of_segments[own]
-        grown = np.where(before > 0.0, np.minimum(before * SLOWER, 1.0), 1.0)
+        first = 1.0 if self.local else self._sufficient[own]
+        grown = np.where(before > 0.0, np.minimum(before * SLOWER, 1.0), first)
         self.of_segments[own] = np.where(near, grown, before)
 
     def distrust(self, cells: NDArray[np.bool_]) -> None:
@@ -99,7 +115,7 @@ class MixtureShares:
         Those of a large piece only become shorter.
         """
         chosen = np.repeat(cells & (not self.local), np.diff(self.model.segment_start))
-        grown = np.minimum(np.maximum(self.of_segments, LEAST_SHARE) * SLOWER, 1.0)
+        grown = np.clip(self.of_segments * SLOWER, DISTRUSTED, 1.0)
         self.of_segments = np.where(chosen, grown, self.of_segments)
 
     def _own(self, cell: int) -> slice:

@@ -154,25 +154,3 @@ class NewtonSteps:
     def of(self, cell: int, entries: NDArray[np.int64], *, exact: bool) -> NewtonStep:
         """The step of a cell, whose control points and strains have these numbers."""
         return NewtonStep(self.motion[entries], exact, float(self.work[cell]))
-
-
-def shortened_motion(motion: FloatArray, limit: FloatArray, shortest: float) -> tuple[FloatArray, float]:
-    """Return the motion of a cell, shortened by one factor to the limits of its moves, and this factor.
-
-    Args:
-        motion: the motion, shape (n, 3).
-        limit: how far each entry may move, shape (n,).
-        shortest: limit below which an entry is shortened by itself.
-    """
-    length = np.linalg.norm(motion, axis=1)
-    factor = min(1.0, 1.0 / max(float((length / np.maximum(limit, shortest)).max()), 1e-30))
-    own = np.minimum(1.0, limit / np.maximum(factor * length, 1e-30))
-    return motion * (factor * own)[:, None], factor
-
-
-def deformation(frame: FloatArray, strain: FloatArray) -> FloatArray:
-    """Return the matrix (3, 3) by which rows deform with a strain (a, b, c) in a frame of two directions (2, 3)."""
-    e1, e2 = frame
-    return np.asarray(
-        np.eye(3) + strain[0] * np.outer(e1, e1) + strain[1] * np.outer(e2, e2) + strain[2] * np.outer(e2, e1)
-    )

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Newton steps of the cells of a batch: solutions, ways down, shifts that are large enough, and shortened moves."""
+"""Newton steps of the cells of a batch: solutions, ways down, and shifts that are large enough."""
 
 from __future__ import annotations
 
@@ -14,13 +14,7 @@ from stitchmesh.yarnrelax.energies.term import Coupling
 from stitchmesh.yarnrelax.hessian.cell_matrices import Owners
 from stitchmesh.yarnrelax.hessian.couplings import CouplingRows, joined
 from stitchmesh.yarnrelax.hessian.matrices_on_host import MatricesOnHost
-from stitchmesh.yarnrelax.solvers.newton_system import (
-    REFINED,
-    SIGNIFICANT,
-    NewtonSystems,
-    deformation,
-    shortened_motion,
-)
+from stitchmesh.yarnrelax.solvers.newton_system import REFINED, SIGNIFICANT, NewtonSystems
 from tests.yarnrelax.hessian.places import Place
 
 pytestmark = pytest.mark.decides
@@ -121,24 +115,3 @@ def test_couplings_join_coordinates_and_constraints_hold_their_sums() -> None:
     # a constraint is a spring a million times as stiff as the diagonal (``RIGID``)
     np.testing.assert_allclose(held.ravel(), expected, atol=1e-4 * np.abs(expected).max())
     assert np.abs(held.sum(axis=0)).max() < 1e-5 * np.abs(expected).max()
-
-
-def test_a_motion_is_shortened_by_one_factor_and_points_with_little_room_by_themselves() -> None:
-    motion = np.array([[3.0, 4.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.0], [0.1, 0.0, 0.0]])
-    limit = np.array([1.0, 1.0, 0.01, 1.0])
-    found, factor = shortened_motion(motion, limit, 0.5)
-    assert factor == pytest.approx(0.2, rel=1e-15)  # 5 over 1; the third counts with a limit of 0.5
-    np.testing.assert_allclose(found[[0, 1, 3]], 0.2 * motion[[0, 1, 3]], rtol=1e-12)
-    np.testing.assert_allclose(found[2], [0.0, 0.0, 0.01], rtol=1e-12)
-    whole, factor = shortened_motion(0.1 * motion, np.ones(4), 0.5)
-    assert factor == 1.0 and np.array_equal(whole, 0.1 * motion)
-    assert not shortened_motion(0.0 * motion, limit, 0.5)[0].any()
-
-
-def test_places_deform_with_the_strains_of_their_cell() -> None:
-    """X' = (1 + a) x + c y and y' = (1 + b) y, for courses along x; a turn of the frame turns the deformation."""
-    frame, strain = np.eye(3)[:2], np.array([0.1, -0.2, 0.3])
-    np.testing.assert_allclose(np.array([2.0, 3.0, 5.0]) @ deformation(frame, strain), [3.1, 2.4, 5.0], rtol=1e-15)
-    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
-    turned = deformation(frame @ turn, strain)
-    np.testing.assert_allclose(turned, turn.T @ deformation(frame, strain) @ turn, atol=1e-14)  # rounding

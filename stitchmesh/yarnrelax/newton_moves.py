@@ -1,0 +1,155 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Moves of cells along their Newton steps: as far as nothing passes through, and as far as the energy falls.
+
+All moves of a cell are shortened by one factor, so that no control point moves farther than ``MOST`` and the step limit
+(``budget``) holds at each; points with less room than ``SHORTEST_LIMIT`` are shortened by themselves. A step that is
+longer than the room of the candidate lists gets lists with the margin ``WIDE_MARGIN``.
+
+A move is a part p of its step. If w is the work of the forces at its beginning in the whole step, the quadratic model
+of the energy falls by w p (1 - p / 2). Where the energy rises by r instead, the parabola with the slope -w p and the
+end r has its minimum at the part
+
+    w p / (2 (w p + r))        within ``LESS``
+
+of the move, which is tried next.
+
+The factors of a step serve for the next one too where its length is at most ``CONTRACTION`` of the last move, so that
+they converge, or where the last move was a part of its step and the energy fell by ``AS_SAID`` of what the model says:
+then the model holds, and only the limits ended the move.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from stitchmesh.compute.captured import CapturedLaunches
+from stitchmesh.mesh import FloatArray
+from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from stitchmesh.yarnrelax.solvers.newton_system import NewtonStep
+
+MOST = 1.0
+"""Longest move of a control point, and 10 % of the longest strain of a cell (``STRAIN_UNIT``) [mean radii]."""
+SHORTEST_LIMIT = 0.05
+"""Limit in mean radii, times the scale of the limits, below which a control point is shortened by itself and does not
+shorten the whole step."""
+WIDE_MARGIN = 1.5
+"""Margin of candidate lists for long moves [mean radii]. Touching yarns have room for moves of half a radius, for which
+this is enough."""
+LESS = 0.1, 0.5
+"""Least and largest part of a move that is tried after it where the energy rises."""
+CONTRACTION, AS_SAID = 0.5, 0.5
+"""When factors serve again: length of the next step over that of the last move, and fall of the energy over that of the
+model."""
+
+
+@dataclass(frozen=True, eq=False)
+class Move:
+    """The move of a cell along a part of its step."""
+
+    step: NewtonStep
+    motion: FloatArray
+    """Motion of the control points and then of the strains [units], shape (n, 3)."""
+    part: float
+    """Part of the step."""
+
+    def less(self, rise: float) -> Move:
+        """The part of this move that is tried where the energy rises in it by ``rise`` [erg]."""
+        work = self.part * self.step.work
+        factor = float(np.clip(0.5 * work / (work + rise), *LESS)) if work + rise > 0.0 else LESS[0]
+        return replace(self, motion=factor * self.motion, part=factor * self.part)
+
+    def leads_on(self, step: NewtonStep, fall: float) -> bool:
+        """Whether the factors of this move serve for the next step, if the energy fell in it by ``fall`` [erg]."""
+        said = self.step.work * self.part * (1.0 - 0.5 * self.part)
+        is_short = bool(np.abs(step.motion).max() < CONTRACTION * np.abs(self.motion).max())
+        return is_short or (self.part < 1.0 and fall > AS_SAID * said)
+
+
+class NewtonMoves:
+    """The present moves of the cells of a simulation."""
+
+    def __init__(self, simulation: YarnSimulation) -> None:
+        """No cell has moved."""
+        self.simulation = simulation
+        self.of: list[Move | None] = [None] * simulation.model.cell_count
+        """The last move of each cell."""
+
+    def begin(self, cell: int, step: NewtonStep, scale: float) -> float:
+        """Plan the move of a cell along its step, within the limits times a scale; return which part it is."""
+        budget = self.simulation.state.budget.numpy()[entries_of(self.simulation, cell)].astype(np.float64)
+        motion, part = shortened_motion(step.motion, np.minimum(MOST * scale, budget), SHORTEST_LIMIT * scale)
+        self.of[cell] = Move(step, motion, part)
+        return part
+
+    def begin_less(self, cell: int, rise: float) -> None:
+        """Plan a shorter move of a cell, whose energy has risen in the last one [erg]."""
+        last = self.of[cell]
+        assert last is not None
+        self.of[cell] = last.less(rise)
+
+    def displace(self, cells: NDArray[np.bool_]) -> None:
+        """Displace some cells by their moves."""
+        simulation, strain = self.simulation, self.simulation.strain
+        points = simulation.state.points.numpy().astype(np.float64)
+        moves = np.zeros_like(points)
+        for cell in np.flatnonzero(cells).tolist():
+            move = self.of[cell]
+            assert move is not None
+            moves[entries_of(simulation, cell)] = move.motion
+        points += self._constrained(moves)
+        if strain is not None:
+            periods, model = strain.periods.numpy().astype(np.float64).reshape(-1, 2, 3), simulation.model
+            for cell in np.flatnonzero(cells).tolist():
+                own = slice(*model.point_start[cell : cell + 2])
+                matrix = deformation(strain.host_frame[cell], moves[model.point_count + cell] / float(STRAIN_UNIT))
+                points[own], periods[cell] = points[own] @ matrix, periods[cell] @ matrix
+            strain.periods.assign(periods.reshape(-1, 3))
+            simulation.candidates.near.invalidate()
+        simulation.state.points.assign(points)
+
+    def _constrained(self, moves: FloatArray) -> FloatArray:
+        """The moves of all entries after the constraints have changed them."""
+        simulation = self.simulation
+        if not simulation.constraints:
+            return moves
+        model = simulation.model
+        step, limit = model.upload(moves, 3), wp.clone(simulation.state.budget)
+        launches = []
+        for constraint in simulation.constraints:
+            launches += constraint.filter_steps(simulation.state, step, limit, model.prepare)
+        CapturedLaunches(launches, model.device).launch()
+        return np.asarray(step.numpy().astype(np.float64))
+
+
+def entries_of(simulation: YarnSimulation, cell: int) -> NDArray[np.int64]:
+    """Return the numbers of the control points of a cell, and of its strains where they relax."""
+    own = np.arange(*simulation.model.point_start[cell : cell + 2])
+    return own if simulation.strain is None else np.append(own, simulation.model.point_count + cell)
+
+
+def shortened_motion(motion: FloatArray, limit: FloatArray, shortest: float) -> tuple[FloatArray, float]:
+    """Return the motion of a cell, shortened by one factor to the limits of its moves, and this factor.
+
+    Args:
+        motion: the motion, shape (n, 3).
+        limit: how far each entry may move, shape (n,).
+        shortest: limit below which an entry is shortened by itself.
+    """
+    length = np.linalg.norm(motion, axis=1)
+    factor = min(1.0, 1.0 / max(float((length / np.maximum(limit, shortest)).max()), 1e-30))
+    own = np.minimum(1.0, limit / np.maximum(factor * length, 1e-30))
+    return motion * (factor * own)[:, None], factor
+
+
+def deformation(frame: FloatArray, strain: FloatArray) -> FloatArray:
+    """Return the matrix (3, 3) by which rows deform with a strain (a, b, c) in a frame of two directions (2, 3)."""
+    e1, e2 = frame
+    return np.asarray(
+        np.eye(3) + strain[0] * np.outer(e1, e1) + strain[1] * np.outer(e2, e2) + strain[2] * np.outer(e2, e1)
+    )
