@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from stitchmesh.time_limit import check_time
 from stitchmesh.yarnrelax.assessment import Assessments, RemainingChange
+from stitchmesh.yarnrelax.collision.narrow_phase import MARGIN_OF_STEPS
 from stitchmesh.yarnrelax.newton import Newton
-from stitchmesh.yarnrelax.newton_moves import WIDE_MARGIN
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 TRIES = 3
@@ -150,7 +150,7 @@ def _move(loop: Ending, newton: Newton, cells: NDArray[np.bool_]) -> NDArray[np.
         return np.zeros_like(cells)
     margin = loop.simulation.candidates.margin
     if newton.is_long(cells):
-        loop.search_contacts(WIDE_MARGIN)
+        loop.search_contacts(MARGIN_OF_STEPS)
     shortened = newton.move(cells, loop.step_scale)
     for cell in np.flatnonzero(cells).tolist():
         loop.remaining[cell] = None

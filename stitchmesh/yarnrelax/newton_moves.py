@@ -4,7 +4,7 @@
 
 All moves of a cell are shortened by one factor, so that no control point moves farther than ``MOST`` and the step limit
 (``budget``) holds at each; points with less room than ``SHORTEST_LIMIT`` are shortened by themselves. A step that is
-longer than the room of the candidate lists gets lists with the margin ``WIDE_MARGIN``.
+longer than the room of the candidate lists gets lists with the margin ``MARGIN_OF_STEPS``.
 
 A move is a part p of its step. If w is the work of the forces at its beginning in the whole step, the quadratic model
 of the energy falls by w p (1 - p / 2). Where the energy rises by r instead, the parabola with the slope -w p and the
@@ -38,9 +38,6 @@ MOST = 1.0
 SHORTEST_LIMIT = 0.05
 """Limit in mean radii, times the scale of the limits, below which a control point is shortened by itself and does not
 shorten the whole step."""
-WIDE_MARGIN = 1.5
-"""Margin of candidate lists for long moves [mean radii]. Touching yarns have room for moves of half a radius, for which
-this is enough."""
 LESS = 0.1, 0.5
 """Least and largest part of a move that is tried after it where the energy rises."""
 CONTRACTION, AS_SAID = 0.5, 0.5

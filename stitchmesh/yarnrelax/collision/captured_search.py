@@ -32,7 +32,7 @@ from stitchmesh.yarnrelax.collision.broad_phase import (
     measure_drift,
     near_launches,
 )
-from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, narrow_launch
+from stitchmesh.yarnrelax.collision.narrow_phase import MARGIN_OF_STEPS, Candidates, narrow_launch
 from stitchmesh.yarnrelax.collision.step_limit import (
     SMALLEST_CLEARANCE,
     budget_launch,
@@ -268,9 +268,9 @@ class ContactSearch:
                 sample.launch()
                 bound.launch()
                 self._longest = maximum(near.extent) * ROOM_TO_GROW
-            reach = self._margin + SPARE_REACH
-            launches += grid_launches(model, near, reach, self._longest)
-            launches += near_launches(model, near, reach, self._longest)
+            farthest = MARGIN_OF_STEPS + SPARE_REACH
+            launches += grid_launches(model, near, farthest, self._longest)
+            launches += near_launches(model, near, self._margin + SPARE_REACH, farthest, self._longest)
         clear = [model.cell_samples, self.clearance]
         images = model.constants.images
         lattice = [images.periods, images.box] if model.on_lattice else [model.empty(0, 3), model.empty(0, 3)]
