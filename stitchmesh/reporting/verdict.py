@@ -20,7 +20,7 @@ library's charts of two yarns in a row at most 1.1. Narrower stitches hide the c
 Kind = Literal[
     "too few stitches", "too many stitches", "too few rows", "too many rows",
     "uneven stitches", "stopped", "out of time", "hidden by rounding", "not at rest", "strained", "crowded", "not flat",
-    "drawn in", "change not known",
+    "drawn in", "change not known", "moved on the way",
 ]  # fmt: skip
 """What can be wrong with a fabric, and with relaxed yarns."""
 
@@ -102,7 +102,9 @@ def _findings_of_rest(report: Mapping[str, Any]) -> list[Finding]:
     if report["converged"]:
         known = report.get("remaining_change", "not told") is not None or report.get("residual") == 0.0
         text = "the forces balance, but how far the spacing of the stitches still changes is not known"
-        return [] if known else [Finding("change not known", text, "see whether more iterations change the size")]
+        if not known:
+            return [Finding("change not known", text, "see whether more iterations change the size")]
+        return _findings_of_path(report)
     after = f"after {report['iterations']:,} iterations"
     if report.get("stopped", False):
         return [Finding("stopped", f"the relaxation was stopped {after}, before the yarns were at rest", "continue it")]
@@ -113,6 +115,15 @@ def _findings_of_rest(report: Mapping[str, Any]) -> list[Finding]:
         text = f"rounding hides whether the yarns are at rest {after}"
         return [Finding("hidden by rounding", text, "take quality reference (float64), or smaller stiffnesses")]
     return [Finding("not at rest", f"the yarns are not at rest {after}", "allow more iterations")]
+
+
+def _findings_of_path(report: Mapping[str, Any]) -> list[Finding]:
+    """Return the finding that states on the way off the needles were not at rest, if there is one."""
+    moving = report.get("steps_not_at_rest", 0)
+    if not moving:
+        return []
+    text = f"the yarns are at rest, but in {moving} of the {report['steps']} steps before they were not"
+    return [Finding("moved on the way", text, "see how far other starts change the size")]
 
 
 def _left(report: Mapping[str, Any]) -> str:

@@ -85,8 +85,8 @@ def relax_yarns(
         load_steps: whether rest lengths, stiffnesses, the radius or loads that press yarns through one another at once
             are applied in steps (``load_path``); the report then says how. Terms begin anew in each step.
         control: watches, pauses, steps and stops the relaxation from another thread. A step is an assessment interval
-            of 20 iterations, or near rest a Newton step, which counts as 50 iterations. A pause writes a checkpoint. A
-            stopped relaxation returns its last accepted state.
+            of 20 iterations, or near rest a Newton step, which counts as 15 (50 on a GPU). A pause writes a checkpoint.
+            A stopped relaxation returns its last accepted state.
 
     Raises:
         FileError: a checkpoint cannot be written, or the one to resume is missing or damaged.

@@ -26,6 +26,8 @@ def test_a_good_report_has_no_findings():
     [
         ({"converged": False}, "not at rest", "not at rest after 140 iterations; allow more iterations"),
         ({"converged": False, "stopped": True}, "stopped", "was stopped after 140 iterations"),
+        ({"remaining_change": None, "residual": 1e-3}, "change not known", "how far the spacing"),
+        ({"steps": 13, "steps_not_at_rest": 2}, "moved on the way", "in 2 of the 13 steps before they were not"),
         ({"max_strain": 0.06}, "strained", "strained by 6.0 %"),
         (
             {"yarns_in_row": 3, "wale_spacing": 0.7, "course_spacing": 1.1},

@@ -13,7 +13,14 @@ import pytest
 
 import stitchmesh as sm
 from stitchmesh.errors import ParameterError
-from stitchmesh.periodic.relaxation.off_needles import LAST_FORCE, LAST_FRICTION, WET, falling, friction_left
+from stitchmesh.periodic.relaxation.off_needles import (
+    LAST_FORCE,
+    LAST_FRICTION,
+    RELEASE_STEPS,
+    WET,
+    falling,
+    friction_left,
+)
 from stitchmesh.periodic.swatch import swatch
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
@@ -66,6 +73,8 @@ def test_a_dry_rib_is_narrower_than_stockinette_by_about_a_third() -> None:
 def test_the_report_tells_the_path() -> None:
     report = let_go("stockinette", "dry")
     assert (report["relaxation"], report["friction"]) == ("dry", 0.2)
+    # the state on the needles, and those in which forces are left
+    assert (report["steps"], report["steps_not_at_rest"]) == (1 + RELEASE_STEPS, 0)
     assert min(report["needle_tension"]) > 100.0
     # tension of the yarns that friction balances, much smaller than that on the needles
     assert 0.0 < abs(report["course_tension"]) < 0.1 * report["needle_tension"][0]
