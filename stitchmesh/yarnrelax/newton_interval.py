@@ -80,7 +80,7 @@ def judge_and_move(loop: Ending, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def move_less(
     loop: Ending, cells: NDArray[np.bool_], found: Assessments, allowed: NDArray[np.float64]
 ) -> Assessments:  # fmt: skip
-    """Let those of some cells whose energy rises in their moves move less along their steps.
+    """Let those of some cells whose energy does not fall enough in their moves move less along their steps.
 
     Args:
         loop: the relaxation.
@@ -94,7 +94,8 @@ def move_less(
     newton = loop.newton
     for _ in range(TRIES if newton is not None else 0):
         assert newton is not None
-        rising = cells & ~(loop.at_rest | loop.stalled | newton.leaving | loop.is_acceptable(found, allowed))
+        moved = cells & ~(loop.at_rest | loop.stalled | newton.leaving)
+        rising = moved & ~loop.is_acceptable(found, allowed - newton.moves.enough(moved))
         if not rising.any():
             break
         loop.simulation.restore(rising)

@@ -7,12 +7,12 @@ All moves of a cell are shortened by one factor, so that no control point moves 
 longer than the room of the candidate lists gets lists with the margin ``MARGIN_OF_STEPS``.
 
 A move is a part p of its step. If w is the work of the forces at its beginning in the whole step, the quadratic model
-of the energy falls by w p (1 - p / 2). Where the energy rises by r instead, the parabola with the slope -w p and the
-end r has its minimum at the part
+of the energy falls by w p (1 - p / 2). Where the energy does not fall by ``ENOUGH`` of that, but rises by r, the
+parabola with the slope -w p and the end r has its minimum at the part
 
     w p / (2 (w p + r))        within ``LESS``
 
-of the move, which is tried next.
+of the move, which is tried next. Otherwise contacts that open and close would let whole steps lead to and fro.
 
 The factors of a step serve for the next one too where its length is at most ``CONTRACTION`` of the last move, so that
 they converge, or where the last move was a part of its step and the energy fell by ``AS_SAID`` of what the model says:
@@ -38,8 +38,10 @@ MOST = 1.0
 SHORTEST_LIMIT = 0.05
 """Limit in mean radii, times the scale of the limits, below which a control point is shortened by itself and does not
 shorten the whole step."""
+ENOUGH = 0.2
+"""Part of the fall of the model by which the energy has to fall, but for rounding."""
 LESS = 0.1, 0.5
-"""Least and largest part of a move that is tried after it where the energy rises."""
+"""Least and largest part of a move that is tried after it where the energy does not fall enough."""
 CONTRACTION, AS_SAID = 0.5, 0.5
 """When factors serve again: length of the next step over that of the last move, and fall of the energy over that of the
 model."""
@@ -55,17 +57,21 @@ class Move:
     part: float
     """Part of the step."""
 
+    @property
+    def said(self) -> float:
+        """Fall of the energy by the quadratic model [erg]; none is known of a move away from a balance."""
+        return 0.0 if self.step.leaves_balance else self.step.work * self.part * (1.0 - 0.5 * self.part)
+
     def less(self, rise: float) -> Move:
-        """The part of this move that is tried where the energy rises in it by ``rise`` [erg]."""
+        """The part of this move that is tried where the energy rises by ``rise``, or does not fall enough [erg]."""
         work = self.part * self.step.work
         factor = float(np.clip(0.5 * work / (work + rise), *LESS)) if work + rise > 0.0 else LESS[0]
         return replace(self, motion=factor * self.motion, part=factor * self.part)
 
     def leads_on(self, step: NewtonStep, fall: float) -> bool:
         """Whether the factors of this move serve for the next step, if the energy fell in it by ``fall`` [erg]."""
-        said = self.step.work * self.part * (1.0 - 0.5 * self.part)
         is_short = bool(np.abs(step.motion).max() < CONTRACTION * np.abs(self.motion).max())
-        return is_short or (self.part < 1.0 and fall > AS_SAID * said)
+        return is_short or (self.part < 1.0 and fall > AS_SAID * self.said)
 
 
 class NewtonMoves:
@@ -89,6 +95,14 @@ class NewtonMoves:
         last = self.of[cell]
         assert last is not None
         self.of[cell] = last.less(rise)
+
+    def enough(self, cells: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """By how much the energies of some cells have to fall in their moves, but for rounding [erg], shape (C,)."""
+        found = np.zeros(len(cells))
+        for cell in np.flatnonzero(cells).tolist():
+            move = self.of[cell]
+            found[cell] = 0.0 if move is None else max(ENOUGH * move.said, 0.0)
+        return found
 
     def displace(self, cells: NDArray[np.bool_]) -> None:
         """Displace some cells by their moves."""

@@ -13,6 +13,7 @@ import pytest
 from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
+from stitchmesh.yarnrelax.assessment import Assessments
 from stitchmesh.yarnrelax.energies.term import TermChoice
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.newton import Newton
@@ -94,3 +95,25 @@ def test_a_move_in_which_the_energy_rises_is_tried_shorter_with_the_same_factors
     first = loop.newton.moves.of[0] if loop.newton is not None else None
     assert first is not None and first.part < 0.5
     assert found <= 2  # one where no Hessian is negative, and one with a mixture
+
+
+def test_a_step_that_leads_to_the_other_side_of_a_valley_is_shortened(monkeypatch: pytest.MonkeyPatch) -> None:
+    """There the energy is the same: rounding would allow it, and the next step would lead back."""
+    loop, first = near_rest([]), np.array([True, False])
+    shortened, assess, found = counted(monkeypatch, NewtonMoves, "begin_less"), YarnSimulation.assess_cells, []
+
+    def no_fall(simulation: YarnSimulation, cells: np.ndarray | None = None) -> Assessments:
+        now = assess(simulation, cells)
+        found.append(now.energy[0])
+        if len(found) > 1:
+            return now
+        energies = {name: np.where(first, loop.last.energies[name], own) for name, own in now.energies.items()}
+        return replace(now, energies=energies)
+
+    monkeypatch.setattr(YarnSimulation, "assess_cells", no_fall)
+    monkeypatch.setattr(Newton, "factors_hold", lambda newton, cells, fall: cells & False)
+    before = loop.last.energy[0]
+    loop.advance()
+    move = loop.newton.moves.of[0] if loop.newton is not None else None
+    assert len(shortened) == 1 and move is not None and move.part == 0.5
+    assert loop.last.energy[0] == found[1] < before

@@ -16,7 +16,13 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.collision.broad_phase import FIRST_CAPACITY
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
-from stitchmesh.yarnrelax.collision.narrow_phase import make_candidates
+from stitchmesh.yarnrelax.collision.narrow_phase import (
+    MARGIN_OF_STEPS,
+    NARROWEST_MARGIN,
+    WIDEST_MARGIN,
+    Candidates,
+    make_candidates,
+)
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.self_contact import neighbour_reach
 from stitchmesh.yarnrelax.model.state import make_state
@@ -29,8 +35,8 @@ MARGIN = 0.4
 """In mean yarn radii."""
 
 
-def lists_and_samples(yarns: YarnSet, samples: int) -> tuple[list[list[int]], np.ndarray, Model]:
-    model = put_model(
+def put(yarns: YarnSet, samples: int) -> Model:
+    return put_model(
         yarns,
         YarnMaterial.named("leaf"),
         quadrature_points=3,
@@ -38,19 +44,27 @@ def lists_and_samples(yarns: YarnSet, samples: int) -> tuple[list[list[int]], np
         scalar=scalar_named("float64"),
         device=device_named("cpu"),
     )
+
+
+def lists_and_samples(yarns: YarnSet, samples: int) -> tuple[list[list[int]], np.ndarray, Model]:
+    model = put(yarns, samples)
     state, candidates = make_state(model), make_candidates(model, MARGIN)
     ContactSearch(model, state, candidates).run()
+    return lists_of(candidates), state.samples.numpy(), model
+
+
+def lists_of(candidates: Candidates) -> list[list[int]]:
     count, lists = candidates.count.numpy(), candidates.lists.numpy()
-    return [sorted(lists[p, : count[p]].tolist()) for p in range(model.sample_count)], state.samples.numpy(), model
+    return [sorted(lists[p, : count[p]].tolist()) for p in range(len(count))]
 
 
-def all_pairs(samples: np.ndarray, model: Model) -> list[list[int]]:
+def all_pairs(samples: np.ndarray, model: Model, margin: float = MARGIN) -> list[list[int]]:
     """The definition of the lists, applied to every pair of samples."""
     yarns = model.yarns
     segment = np.repeat(np.arange(len(yarns.rest_length)), np.diff(model.sample_start))
     yarn, radius = yarns.segment_yarn[segment], model.radius[yarns.segment_yarn[segment]]
     np.testing.assert_array_equal(samples[:, 3], radius)
-    near = cdist(samples[:, :3], samples[:, :3]) < radius[:, None] + radius[None, :] + MARGIN
+    near = cdist(samples[:, :3], samples[:, :3]) < radius[:, None] + radius[None, :] + margin
     ahead = segment[None, :] - segment[:, None]
     cycle = np.where(yarns.closed, np.diff(yarns.segment_start), 1 << 30)[yarn]
     exempt = neighbour_reach(yarns)[segment]
@@ -73,6 +87,20 @@ def test_lists_of_random_yarns_with_different_radii_equal_all_pairs() -> None:
     yarns = YarnSet.from_curves(curves, closed=[True, False] * 2 + [True], radius=[0.05, 0.1, 0.15, 0.2, 0.1])
     lists, samples, model = lists_and_samples(yarns, 4)
     assert lists == all_pairs(samples, model)
+
+
+def test_margins_that_change_to_and_fro_between_searches_leave_no_pair_out() -> None:
+    """Launches are captured once for each margin, and share the hash grid."""
+    yarns = tube(3, 4)
+    model = put(yarns, 3)
+    state, candidates = make_state(model), make_candidates(model, NARROWEST_MARGIN)
+    search, start, random = ContactSearch(model, state, candidates), state.points.numpy(), np.random.default_rng(4)
+    for margin in 2 * (NARROWEST_MARGIN, MARGIN_OF_STEPS, WIDEST_MARGIN):
+        # moves that the near lists of the search before hardly allow
+        state.points.assign(start + random.normal(scale=0.2, size=start.shape))
+        candidates.margin = margin
+        search.run()
+        assert lists_of(candidates) == all_pairs(state.samples.numpy(), model, margin)
 
 
 def test_the_order_of_the_lists_is_reproducible() -> None:
