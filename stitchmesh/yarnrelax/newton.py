@@ -127,7 +127,7 @@ class Newton:
         left, saddles, systems = cells.copy(), np.zeros_like(cells), self._systems(cells)
         exact = systems
         while True:
-            for cell, step in self._steps(systems, left, balanced, exact, saddles).items():
+            for cell, step in self._steps(systems, left, exact, saddles).items():
                 self._kept[cell] = None if saddles[cell] else systems
                 self.steps[cell], left[cell] = step, step is None
                 self.leaving[cell] = step is not None and step.leaves_balance
@@ -165,28 +165,26 @@ class Newton:
             simulation.captured("forces", launches).launch()
 
     def _steps(
-        self, systems: NewtonSystems, cells: NDArray[np.bool_], balanced: NDArray[np.bool_], exact: NewtonSystems,
-        saddles: NDArray[np.bool_],
-    ) -> dict[int, NewtonStep | None]:  # fmt: skip
+        self, systems: NewtonSystems, cells: NDArray[np.bool_], exact: NewtonSystems, saddles: NDArray[np.bool_]
+    ) -> dict[int, NewtonStep | None]:
         """The steps of some cells with their present shares, None where the matrix has negative eigenvalues.
 
         Args:
             systems: the systems with the present shares.
             cells: the cells, shape (C,).
-            balanced: as for ``find_steps``.
             exact: the systems with the exact Hessians.
             saddles: whether the exact Hessian of each balanced cell has negative eigenvalues, shape (C,).
         """
         solved = cells & ((systems.negative_count == 0) | (self.shares.least >= 1.0))
         is_exact = self.shares.part <= FEW
-        found = systems.steps(solved, is_exact, balanced)
+        found = systems.steps(solved, is_exact)
         steps: dict[int, NewtonStep | None] = dict.fromkeys(np.flatnonzero(cells).tolist())
-        at_saddle = np.zeros_like(cells)
+        balanced = np.zeros_like(cells)
         for cell in np.flatnonzero(solved).tolist():
             steps[cell] = step = found.of(cell, entries_of(self.simulation, cell), exact=bool(is_exact[cell]))
-            at_saddle[cell] = saddles[cell] and np.linalg.norm(step.motion, axis=1).max() < BALANCED
-        if at_saddle.any():
-            steps |= self._steps_at_balance(exact, at_saddle, steps)
+            balanced[cell] = saddles[cell] and np.linalg.norm(step.motion, axis=1).max() < BALANCED
+        if balanced.any():
+            steps |= self._steps_at_balance(exact, balanced, steps)
         return steps
 
     def _steps_at_balance(
@@ -200,7 +198,7 @@ class Newton:
             assert step is not None
             found[cell] = replace(step, motion=motion[entries_of(self.simulation, cell)], leaves_balance=True)
         if is_minimum.any():
-            last = exact.without_negative_eigenvalues(is_minimum).steps(is_minimum, is_minimum, is_minimum)
+            last = exact.without_negative_eigenvalues(is_minimum).steps(is_minimum, is_minimum)
             for cell in np.flatnonzero(is_minimum).tolist():
                 found[cell] = last.of(cell, entries_of(self.simulation, cell), exact=True)
         return found

@@ -31,8 +31,6 @@ SHIFTED = 8.0
 """Factor by which t grows until a matrix with negligible negative eigenvalues has none."""
 REFINEMENTS, REFINED = 8, 1e-3
 """Most conjugate gradients that remove the effect of t, and the part of the residual at which they end."""
-REFINEMENTS_ON_THE_WAY = 2
-"""The same number for cells that are far from rest: they only move by the step, and are not judged by it."""
 SOFTEST = 0.1
 """Curvature of a direction over t below which it has no stiffness: the fabric moves as a whole."""
 
@@ -88,17 +86,11 @@ class NewtonSystems:
         """Number of negative eigenvalues of the shifted matrix of each cell, shape (C,)."""
         return self.factors.negative_count
 
-    def steps(self, cells: NDArray[np.bool_], exact: NDArray[np.bool_], judged: NDArray[np.bool_]) -> NewtonSteps:
-        """The steps of some cells whose matrices have no negative eigenvalues, each of the given arrays of shape (C,).
-
-        Args:
-            cells: the cells.
-            exact: whether their matrices are the exact Hessians.
-            judged: whether they are near rest, which their steps judge.
-        """
+    def steps(self, cells: NDArray[np.bool_], exact: NDArray[np.bool_]) -> NewtonSteps:
+        """The steps of some cells whose matrices have no negative eigenvalues; of some they are the exact Hessian."""
         found, refined = self.factors.solve(self.force, cells), cells & exact
         if refined.any():
-            found = self._refined(found, refined, np.where(judged, REFINEMENTS, REFINEMENTS_ON_THE_WAY))
+            found = self._refined(found, refined)
         return NewtonSteps(found.reshape(-1, 3), self.matrices.owners.sums(self.force * found))
 
     def steps_by(self, force: FloatArray, cells: NDArray[np.bool_]) -> NewtonSteps:
@@ -106,23 +98,17 @@ class NewtonSystems:
         found = self.factors.solve(force, cells)
         return NewtonSteps(found.reshape(-1, 3), self.matrices.owners.sums(force * found))
 
-    def _refined(self, start: FloatArray, cells: NDArray[np.bool_], most: NDArray[np.int64]) -> FloatArray:
-        """The solution for the matrices of some cells themselves, from that for the shifted ones.
-
-        ``most`` is the number of conjugate gradients of each cell, shape (C,).
-        """
+    def _refined(self, start: FloatArray, cells: NDArray[np.bool_]) -> FloatArray:
+        """The solution for the matrices of some cells themselves, from that for the shifted ones."""
         matrices, owners, factors = self.matrices, self.matrices.owners, self.factors
         enough = REFINED**2 * np.abs(owners.sums(self.force * start))
         residual = self.force - matrices.product(start)
         direction = preconditioned = factors.solve(residual, cells)
         found, size = start, owners.sums(residual * preconditioned)
-        for done in range(REFINEMENTS):
-            cells = cells & (done < most) & (size > enough)
-            if not cells.any():
-                break
+        for _ in range(REFINEMENTS):
             product = matrices.product(direction)
             curvature = owners.sums(direction * product)
-            cells = cells & (curvature > SOFTEST * self.shift * owners.sums(direction * direction))
+            cells = cells & (size > enough) & (curvature > SOFTEST * self.shift * owners.sums(direction * direction))
             if not cells.any():
                 break
             ratio = owners.each(np.divide(size, curvature, out=np.zeros_like(size), where=cells))

@@ -43,11 +43,11 @@ def test_the_step_of_the_exact_hessian_has_no_effect_of_the_shift(place: Place) 
     """An eigenvalue as small as the shift would make the step half as long."""
     given = matrix(2.0 * SIGNIFICANT, 1.0)
     expected = np.linalg.solve(given, FORCE)
-    found = systems(place, given).steps(EVERY, EVERY, EVERY)
+    found = systems(place, given).steps(EVERY, EVERY)
     # Conjugate gradients end at a thousandth of the residual; the soft direction has most of the step.
     np.testing.assert_allclose(found.motion.ravel(), expected, atol=2e-3 * np.abs(expected).max())
     np.testing.assert_allclose(found.work, OWNERS.sums(FORCE * expected), rtol=2e-3)
-    shifted = systems(place, given).steps(EVERY, np.array([False, True]), EVERY).motion.ravel()
+    shifted = systems(place, given).steps(EVERY, np.array([False, True])).motion.ravel()
     assert np.abs(shifted[CELL == 0]).max() < 0.8 * np.abs(expected[CELL == 0]).max()
 
 
@@ -55,7 +55,7 @@ def test_cells_that_are_not_asked_for_do_not_move_and_do_not_matter(place: Place
     given, second = matrix(-0.5, 0.5), np.array([False, True])
     together, alone = systems(place, given), NewtonSystems(systems(place, given).matrices.only(second), FORCE)
     assert together.negative_count.tolist() == [1, 0]
-    found, expected = (own.steps(second, second, second).motion for own in (together, alone))
+    found, expected = (own.steps(second, second).motion for own in (together, alone))
     np.testing.assert_array_equal(found, expected)
     assert not found[:POINTS].any() and found[POINTS:].any()
 
@@ -88,7 +88,7 @@ def alone(matrix: np.ndarray, force: np.ndarray, couplings: Sequence[Coupling] =
     owners, every = Owners(np.zeros(len(force), dtype=np.int32), 1), np.ones(1, dtype=bool)
     coupled = joined(couplings, CouplingRows(couplings), matrix.diagonal())
     matrices = MatricesOnHost(csc_array(matrix), owners, coupled)
-    return NewtonSystems(matrices, force).steps(every, every, every).motion
+    return NewtonSystems(matrices, force).steps(every, every).motion
 
 
 def test_directions_without_stiffness_are_left_alone() -> None:
