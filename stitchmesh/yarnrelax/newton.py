@@ -261,14 +261,6 @@ class Newton:
         self.moves.displace(cells)
         return shortened
 
-    def is_long(self, cells: NDArray[np.bool_]) -> bool:
-        """Whether any step of some cells is longer than the room that the candidate lists leave it."""
-        budget = self.simulation.state.budget.numpy()
-        return any(
-            bool((np.linalg.norm(step.motion, axis=1) > budget[entries_of(self.simulation, cell)]).any())
-            for cell, step in enumerate(self.steps) if step is not None and cells[cell]
-        )  # fmt: skip
-
     def find_steps_by_kept_factors(self, cells: NDArray[np.bool_]) -> None:
         """Find the next steps of some cells by the factors of their last ones; none where these led from a balance."""
         self._find_forces(cells)

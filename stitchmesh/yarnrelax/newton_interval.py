@@ -16,12 +16,14 @@ from numpy.typing import NDArray
 
 from stitchmesh.time_limit import check_time
 from stitchmesh.yarnrelax.assessment import Assessments, RemainingChange
-from stitchmesh.yarnrelax.collision.narrow_phase import MARGIN_OF_STEPS
 from stitchmesh.yarnrelax.newton import Newton
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 TRIES = 3
 """How many times a cell moves less along a step before another step is found."""
+NEAR = 1e-3
+"""Residual below which each step has factors of its own, unless states of rest are judged twice: near rest its error
+is a square then, also along the softest motions, which no residual shows."""
 KEPT = 0.25
 """Part of the largest change that may be left where the factors of an earlier step say so."""
 
@@ -44,7 +46,7 @@ class Ending(Protocol):
         """Whether each cell is at rest, shape (C,)."""
         ...
 
-    def search_contacts(self, margin: float | None = None) -> None:
+    def search_contacts(self) -> None:
         """Make new candidate lists."""
 
     def is_acceptable(self, now: Assessments, allowed: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -130,7 +132,7 @@ def follow_steps(loop: Ending, cells: NDArray[np.bool_], energy: NDArray[np.floa
             loop.remaining[cell] = left if left is not None and left.spacing < KEPT * loop.largest_change else None
         cells = newton.factors_hold(cells, energy - loop.last.energy) & ~loop.at_rest
         if not newton.judges_twice:
-            cells &= ~balanced
+            cells &= loop.last.residual > NEAR
         energy = loop.last.energy
         _move(loop, newton, cells)
         if cells.any():
@@ -146,14 +148,11 @@ def follow_steps(loop: Ending, cells: NDArray[np.bool_], energy: NDArray[np.floa
 
 
 def _move(loop: Ending, newton: Newton, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Move some cells along their steps, with wide candidate lists for long ones; return whose were shortened."""
+    """Move some cells along their steps; return whose were shortened, shape (C,)."""
     if not cells.any():
         return np.zeros_like(cells)
-    margin = loop.simulation.candidates.margin
-    if newton.is_long(cells):
-        loop.search_contacts(MARGIN_OF_STEPS)
     shortened = newton.move(cells, loop.step_scale)
     for cell in np.flatnonzero(cells).tolist():
         loop.remaining[cell] = None
-    loop.search_contacts(margin)
+    loop.search_contacts()
     return shortened

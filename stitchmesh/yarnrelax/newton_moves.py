@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Moves of cells along their Newton steps: as far as nothing passes through, and as far as the energy falls.
 
-All moves of a cell are shortened by one factor, so that no control point moves farther than ``MOST`` and the step limit
-(``budget``) holds at each; points with less room than ``SHORTEST_LIMIT`` are shortened by themselves. A step that is
-longer than the room of the candidate lists gets lists with the margin ``MARGIN_OF_STEPS``.
+All moves of a cell are shortened by one factor, so that no control point moves farther than ``Quality.step_fraction``,
+and the step limit (``budget``) holds at each; points with less room than ``SHORTEST_LIMIT`` are shortened alone. Longer moves would find other states of rest: a chart of three colours, whose floats have two, ends in the one that is
+nearest to how it was knitted.
 
 A move is a part p of its step. If w is the work of the forces at its beginning in the whole step, the quadratic model
 of the energy falls by w p (1 - p / 2). Where the energy does not fall by ``ENOUGH`` of that, but rises by r, the
@@ -33,8 +33,6 @@ from stitchmesh.yarnrelax.collision.budget import STRAIN_UNIT
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.newton_system import NewtonStep
 
-MOST = 1.0
-"""Longest move of a control point, and 10 % of the longest strain of a cell (``STRAIN_UNIT``) [mean radii]."""
 SHORTEST_LIMIT = 0.05
 """Limit in mean radii, times the scale of the limits, below which a control point is shortened by itself and does not
 shorten the whole step."""
@@ -86,7 +84,8 @@ class NewtonMoves:
     def begin(self, cell: int, step: NewtonStep, scale: float) -> float:
         """Plan the move of a cell along its step, within the limits times a scale; return which part it is."""
         budget = self.simulation.state.budget.numpy()[entries_of(self.simulation, cell)].astype(np.float64)
-        motion, part = shortened_motion(step.motion, np.minimum(MOST * scale, budget), SHORTEST_LIMIT * scale)
+        most = self.simulation.step_fraction * scale
+        motion, part = shortened_motion(step.motion, np.minimum(most, budget), SHORTEST_LIMIT * scale)
         self.of[cell] = Move(step, motion, part)
         return part
 

@@ -96,7 +96,10 @@ def test_they_are_the_changes_of_size_of_relaxations_with_changed_inputs(case: s
         # At the residual of 1e-10 the size is known to 1e-11, because the last step is a full one, and steps of 1e-5
         # make that 1e-6. Pairs of samples that begin to touch within the steps change the differences in proportion
         # to these: by 6e-4 with steps of 1e-4.
-        np.testing.assert_allclose([row["width"], row["height"], row["lean"]], expected, rtol=1e-4, atol=1e-6)
+        # Yarn that slides along itself has hardly any stiffness: steps leave this motion out (``newton_system``,
+        # SOFTEST), and factors do not.
+        slides = 5e-6 if case == "stockinette whose yarn slides along itself" else 1e-6
+        np.testing.assert_allclose([row["width"], row["height"], row["lean"]], expected, rtol=1e-4, atol=slides)
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -237,14 +237,10 @@ def make_near_segments(model: Model) -> NearSegments:
     )
 
 
-def grid_launches(model: Model, near: NearSegments, farthest: float, longest: float) -> list[Any]:
-    """The launches that sort the balls, of radii up to ``longest``, into the hash grid, and store their places.
-
-    The grid serves all reaches up to the ``farthest``. Captured launches must not make it with another width, because
-    a GPU keeps only the last one.
-    """
+def grid_launches(model: Model, near: NearSegments, reach: float, longest: float) -> list[Any]:
+    """The launches that sort the balls, of radii up to ``longest``, into the hash grid, and store their places."""
     count, launcher = model.segment_count, model.prepare
-    radius = farthest + 2.0 * longest
+    radius = reach + 2.0 * longest
     launches: list[Any] = [CopyArray(near.centre, near.listed_centre), CopyArray(near.extent, near.listed_extent)]
     if model.on_lattice:
         box = model.constants.images.box
@@ -254,11 +250,11 @@ def grid_launches(model: Model, near: NearSegments, farthest: float, longest: fl
     return [*launches, _GridBuild(near, CELL * radius)]
 
 
-def near_launches(model: Model, near: NearSegments, reach: float, farthest: float, longest: float) -> list[Any]:
-    """The launch that lists the balls that are nearer than a reach, in the grid for the ``farthest``."""
-    pitch = _pitch(farthest + 2.0 * longest)
+def near_launches(model: Model, near: NearSegments, reach: float, longest: float) -> list[Any]:
+    """The launch that lists the balls that are nearer than a reach."""
+    radius = reach + 2.0 * longest
     # places in the grid are rounded: a thousandth of a radius covers the farthest cell
-    numbers = [model.number(value) for value in (reach, reach + 2.0 * longest + 1e-3, pitch)]
+    numbers = [model.number(value) for value in (reach, radius + 1e-3, _pitch(radius))]
     inputs = [model.constants, *numbers, wp.uint64(near.grid.id), near.centre, near.extent]
     return [model.prepare(list_segments, model.segment_count, inputs, [near.count, near.lists])]
 

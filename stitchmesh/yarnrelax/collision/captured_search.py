@@ -32,7 +32,7 @@ from stitchmesh.yarnrelax.collision.broad_phase import (
     measure_drift,
     near_launches,
 )
-from stitchmesh.yarnrelax.collision.narrow_phase import MARGIN_OF_STEPS, Candidates, narrow_launch
+from stitchmesh.yarnrelax.collision.narrow_phase import Candidates, narrow_launch
 from stitchmesh.yarnrelax.collision.step_limit import (
     SMALLEST_CLEARANCE,
     budget_launch,
@@ -184,7 +184,7 @@ class ContactSearch:
         self.least = self.parts[:, 0] if parts == 1 else wp.zeros(model.cell_count, wp.float64, device=model.device)
         self.collected = wp.zeros((BLOCKS + 5 * model.cell_count, 4), dtype=wp.float64, device=model.device)
         self.results: SearchResults | None = None
-        self._launches: dict[tuple[float, bool], CapturedLaunches] = {}
+        self._launches: dict[bool, CapturedLaunches] = {}
         self._margin = candidates.margin
         self._longest = 0.0
         self._table: SearchResults | None = None
@@ -203,7 +203,10 @@ class ContactSearch:
         Raises:
             SolverError: yarns lie so dense that the lists would take more than ``MOST_ENTRIES``; it names the place.
         """
-        self._margin, complete = self.candidates.margin, False
+        if self._margin != self.candidates.margin:
+            self._margin = self.candidates.margin
+            self._launches.clear()
+        complete = False
         while not complete:
             margin, near = self._margin, self.candidates.near
             found = self._search(broad=near.complete_within - self._last_loss < margin)
@@ -233,10 +236,10 @@ class ContactSearch:
 
     def _search(self, *, broad: bool) -> SearchResults:
         """Launch a search, with the broad phase or with the near lists of the last one."""
-        near, kind = self.candidates.near, (self._margin, broad)
-        if kind not in self._launches:
-            self._launches[kind] = CapturedLaunches(self._prepared(broad=broad), self.model.device)
-        self._launches[kind].launch()
+        near = self.candidates.near
+        if broad not in self._launches:
+            self._launches[broad] = CapturedLaunches(self._prepared(broad=broad), self.model.device)
+        self._launches[broad].launch()
         found = self.results = self._read()
         if broad:
             near.reach = near.complete_within = self._margin + SPARE_REACH
@@ -268,9 +271,9 @@ class ContactSearch:
                 sample.launch()
                 bound.launch()
                 self._longest = maximum(near.extent) * ROOM_TO_GROW
-            farthest = MARGIN_OF_STEPS + SPARE_REACH
-            launches += grid_launches(model, near, farthest, self._longest)
-            launches += near_launches(model, near, self._margin + SPARE_REACH, farthest, self._longest)
+            reach = self._margin + SPARE_REACH
+            launches += grid_launches(model, near, reach, self._longest)
+            launches += near_launches(model, near, reach, self._longest)
         clear = [model.cell_samples, self.clearance]
         images = model.constants.images
         lattice = [images.periods, images.box] if model.on_lattice else [model.empty(0, 3), model.empty(0, 3)]

@@ -41,10 +41,7 @@ MARGIN_CHANGE = 1.5
 SHORT_LIFE, LONG_LIFE = 10, 40
 """Iterations: lists that last no longer get a wider margin, lists that last longer get a narrower margin."""
 WIDEST_MARGIN = 0.6
-"""Margin of candidate lists at the start of a relaxation, the widest one of iterations, in mean radii."""
-MARGIN_OF_STEPS = 1.5
-"""Margin for the long moves of Newton's method [units]. Touching yarns have room for moves of half a radius, for which
-this is enough."""
+"""Margin of candidate lists at the start of a relaxation, the widest one, in mean radii."""
 
 
 @kernel

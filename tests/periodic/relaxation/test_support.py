@@ -47,7 +47,8 @@ def test_a_free_swatch_lies_flat(pattern: str) -> None:
 
 def test_stockinette_rests_as_without_support() -> None:
     lying, alone = free("stockinette"), free("stockinette", unsupported=True)
-    assert lying.report["energies"]["confinement"] == 0.0
+    # the planes lie where its yarns end as they are drawn, and rounding may let them touch
+    assert lying.report["energies"]["confinement"] < 1e-15 * lying.report["energies"]["bend"]
     # other launches of the same iterations differ by rounding; the residual is 1e-6
     assert size_of(lying.lattice) == pytest.approx(size_of(alone.lattice), rel=2e-3)
 

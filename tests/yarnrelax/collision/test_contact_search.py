@@ -17,7 +17,6 @@ from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.collision.broad_phase import FIRST_CAPACITY
 from stitchmesh.yarnrelax.collision.captured_search import ContactSearch
 from stitchmesh.yarnrelax.collision.narrow_phase import (
-    MARGIN_OF_STEPS,
     NARROWEST_MARGIN,
     WIDEST_MARGIN,
     Candidates,
@@ -90,12 +89,11 @@ def test_lists_of_random_yarns_with_different_radii_equal_all_pairs() -> None:
 
 
 def test_margins_that_change_to_and_fro_between_searches_leave_no_pair_out() -> None:
-    """Launches are captured once for each margin, and share the hash grid."""
     yarns = tube(3, 4)
     model = put(yarns, 3)
     state, candidates = make_state(model), make_candidates(model, NARROWEST_MARGIN)
     search, start, random = ContactSearch(model, state, candidates), state.points.numpy(), np.random.default_rng(4)
-    for margin in 2 * (NARROWEST_MARGIN, MARGIN_OF_STEPS, WIDEST_MARGIN):
+    for margin in 2 * (NARROWEST_MARGIN, WIDEST_MARGIN, MARGIN):
         # moves that the near lists of the search before hardly allow
         state.points.assign(start + random.normal(scale=0.2, size=start.shape))
         candidates.margin = margin
