@@ -3,7 +3,8 @@
 """Moves of cells along their Newton steps: as far as nothing passes through, and as far as the energy falls.
 
 All moves of a cell are shortened by one factor, so that no control point moves farther than ``Quality.step_fraction``,
-and the step limit (``budget``) holds at each; points with less room than ``SHORTEST_LIMIT`` are shortened alone. Longer moves would find other states of rest: a chart of three colours, whose floats have two, ends in the one that is
+and the step limit (``budget``) holds at each; points with less room than ``SHORTEST_LIMIT`` are shortened alone.
+Longer moves would find other states of rest: a chart of three colours, whose floats have two, ends in the one that is
 nearest to how it was knitted.
 
 A move is a part p of its step. If w is the work of the forces at its beginning in the whole step, the quadratic model
