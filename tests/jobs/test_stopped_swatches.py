@@ -47,7 +47,7 @@ STARTS = 1
 """Displaced starts of the search for the lowest state."""
 KILL_CALLS, STOP_WRITES = 700, 6
 """Calls that may change a file before the kill, and checkpoints from there to SIGTERM. A run that is never stopped
-makes about 300 such calls for each of the 4 checkpoints of its first relaxation, and 8 checkpoints in those after it."""
+makes about 300 such calls for each of the 4 checkpoints of its first relaxation, and 8 checkpoints in those after."""
 
 
 def results(folder: Path) -> tuple[bytes, list[Any], dict[str, Any]]:
