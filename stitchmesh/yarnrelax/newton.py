@@ -131,7 +131,7 @@ class Newton:
                 self._kept[cell] = None if saddles[cell] else systems
                 self.steps[cell], left[cell] = step, step is None
                 self.leaving[cell] = step is not None and step.leaves_balance
-                gains_nothing = step is not None and step.exact and abs(step.work) <= self.rounding(size[cell])
+                gains_nothing = step is not None and step.exact and abs(step.work) <= self._rounding(size[cell])
                 is_tiny = step is not None and np.linalg.norm(step.motion, axis=1).max() < SMALLEST_MOVE
                 self.gains_nothing[cell] = gains_nothing and is_tiny
                 if step is not None and step.leaves_balance:
@@ -236,9 +236,9 @@ class Newton:
 
         A move away from a balance has to lower the energy. ``size`` is the sum of the magnitudes of the energies [erg].
         """
-        return np.where(self.leaving, 0.0, self.rounding(size))
+        return np.where(self.leaving, 0.0, self._rounding(size))
 
-    def rounding(self, size: Any) -> Any:
+    def _rounding(self, size: Any) -> Any:
         """Rounding of energies whose magnitudes have a sum ``size`` [erg]."""
         return NEWTON_RISE * self.simulation.precision * size
 
@@ -252,11 +252,11 @@ class Newton:
         Returns:
             Whether the step of each cell was shortened, or is that of a mixture in a large piece, shape (C,).
         """
-        shortened = np.zeros(len(cells), dtype=bool)
+        shortened, budget = np.zeros(len(cells), dtype=bool), self.simulation.state.budget.numpy().astype(np.float64)
         for cell in np.flatnonzero(cells).tolist():
             step, self.steps[cell] = self.steps[cell], None
             assert step is not None
-            part = self.moves.begin(cell, step, float(step_scale[cell]))
+            part = self.moves.begin(cell, step, float(step_scale[cell]), budget)
             shortened[cell] = part < 1.0 or (self.is_late and not step.exact)
         self.moves.displace(cells)
         return shortened
@@ -275,6 +275,10 @@ class Newton:
                 assert last is not None
                 self.steps[cell] = found.of(cell, entries_of(self.simulation, cell), exact=last.step.exact)
             left &= ~own
+
+    def made_whole_steps(self) -> NDArray[np.bool_]:
+        """Whether the last move of each cell was its whole step, shape (C,)."""
+        return np.array([move is not None and move.part == 1.0 for move in self.moves.of])
 
     def forget_steps(self) -> None:
         """Forget the steps that were found and not taken, and the factors of the last ones."""

@@ -113,8 +113,8 @@ def move_less(
 def follow_steps(loop: Ending, cells: NDArray[np.bool_], energy: NDArray[np.float64]) -> None:
     """Take further steps of some cells by the factors of their last ones, as long as these hold, and judge by them.
 
-    Where a term lags, a balanced state from which little is left to go by the factors of an exact step is at rest:
-    it is renewed and judged again.
+    Where a term lags, a balanced state from which little is left to go by the factors of a whole exact step is at
+    rest: it is renewed and judged again.
 
     Args:
         loop: the relaxation, which has accepted the ends of the last steps.
@@ -127,7 +127,7 @@ def follow_steps(loop: Ending, cells: NDArray[np.bool_], energy: NDArray[np.floa
     while cells.any():
         newton.find_steps_by_kept_factors(cells)
         balanced = loop.last.residual < loop.tolerance
-        for cell in np.flatnonzero(cells & balanced & newton.judges_twice).tolist():
+        for cell in np.flatnonzero(cells & balanced & newton.made_whole_steps() & newton.judges_twice).tolist():
             left = newton.remaining_change(cell, float(loop.last.size[cell]))
             loop.remaining[cell] = left if left is not None and left.spacing < KEPT * loop.largest_change else None
         cells = newton.factors_hold(cells, energy - loop.last.energy) & ~loop.at_rest

@@ -82,11 +82,17 @@ class NewtonMoves:
         self.of: list[Move | None] = [None] * simulation.model.cell_count
         """The last move of each cell."""
 
-    def begin(self, cell: int, step: NewtonStep, scale: float) -> float:
-        """Plan the move of a cell along its step, within the limits times a scale; return which part it is."""
-        budget = self.simulation.state.budget.numpy()[entries_of(self.simulation, cell)].astype(np.float64)
-        most = self.simulation.step_fraction * scale
-        motion, part = shortened_motion(step.motion, np.minimum(most, budget), SHORTEST_LIMIT * scale)
+    def begin(self, cell: int, step: NewtonStep, scale: float, budget: FloatArray) -> float:
+        """Plan the move of a cell along its step; return which part of it this is.
+
+        Args:
+            cell: the cell.
+            step: its step.
+            scale: factor of the largest move.
+            budget: the budgets of all entries [units], shape (E,).
+        """
+        limit = np.minimum(self.simulation.step_fraction * scale, budget[entries_of(self.simulation, cell)])
+        motion, part = shortened_motion(step.motion, limit, SHORTEST_LIMIT * scale)
         self.of[cell] = Move(step, motion, part)
         return part
 

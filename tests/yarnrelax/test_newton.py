@@ -87,7 +87,9 @@ def test_no_accepted_step_raises_the_energy(scene: tuple[YarnSet, dict[str, Any]
 
 
 @pytest.mark.parametrize("pattern", ["rib1x1", "garter", "moss", "stockinette"])
-def test_near_rest_two_steps_reduce_the_residual_a_millionfold(pattern: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_near_rest_two_steps_reduce_the_residual_a_hundred_thousandfold(
+    pattern: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Each leaves a multiple of the square of the residual, and what conjugate gradients leave of it (``REFINED``)."""
     monkeypatch.setattr(Newton, "factors_hold", lambda newton, cells, fall: cells & False)  # each with its own factors
     loop = until_the_end(started(drawn(pattern), FINE, cell=FREE))
