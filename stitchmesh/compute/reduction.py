@@ -122,6 +122,15 @@ def range_minima(
     minima[wp.tid()] = least
 
 
+def sums_over(values: wp.array[Any], start: wp.array[Any], longest: int) -> NDArray[np.float64]:
+    """Sum of an array of scalars over each range, read back to the host."""
+    strands, ranges = strands_for(longest), len(start) - 1
+    partial = wp.empty(ranges * strands, dtype=wp.float64, device=values.device)
+    launch(range_sums, len(partial), [strands, start, values], [partial], values.device)
+    sums: NDArray[np.float64] = partial.numpy().reshape(ranges, strands).sum(axis=1)
+    return sums
+
+
 def minima_over(values: wp.array[Any], start: wp.array[Any], longest: int) -> NDArray[np.float64]:
     """Smallest of an array of scalars in each range, read back to the host; not a number where one is not."""
     strands, ranges = strands_for(longest), len(start) - 1

@@ -222,7 +222,7 @@ class LoadedCells:
         Those at rest get new normal forces, until that no longer moves them.
         """
         loop = self.loop
-        renew_at_rest(loop)
+        renew_at_rest(loop, cells)
         ended = loop.at_rest | loop.stalled | loop.failed | (loop.iterations >= loop.most)
         return cells & ~ended
 

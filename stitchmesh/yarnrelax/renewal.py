@@ -14,13 +14,15 @@ from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 
 
-def renew_at_rest(loop: RelaxationLoop) -> NDArray[np.bool_]:
-    """Renew what lags in all cells at rest whose yarns have moved since.
+def renew_at_rest(loop: RelaxationLoop, cells: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
+    """Renew what lags in those of some cells, or of all, that are at rest and whose yarns have moved since.
 
     Returns:
         Which cells these are, shape (C,); Newton's method judges them again.
     """
     simulation, resting = loop.simulation, loop.at_rest & ~loop.failed
+    if cells is not None:
+        resting &= cells
     if not resting.any() or not any(term.lags for term in simulation.terms):
         return np.zeros_like(resting)
     loop.search_contacts()

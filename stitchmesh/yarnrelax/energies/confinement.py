@@ -34,7 +34,7 @@ from scipy.optimize import brentq
 
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
-from stitchmesh.compute.reduction import ordered_sum
+from stitchmesh.compute.reduction import ordered_sum, sums_over
 from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.lattice import lattice_frame
 from stitchmesh.yarn import YarnSet
@@ -281,10 +281,7 @@ class _Planes(Term):
 
     def cell_energies(self, state: State, candidates: Candidates) -> NDArray[np.float64]:
         """Energy of the planes of each cell [erg], shape (C,)."""
-        if self.model.cell_count == 1:
-            return np.array([self.energy(state, candidates)])
-        energies = self._point_energies(state).numpy().astype(np.float64)
-        return np.add.reduceat(energies, self.model.point_start[:-1])
+        return sums_over(self._point_energies(state), self.model.cell_points, self.model.largest_cell)
 
     def stiffness(self) -> NDArray[np.float64]:
         """The second derivative beyond the planes, shape (N,)."""

@@ -41,7 +41,7 @@ from numpy.typing import NDArray
 from stitchmesh.compute.captured import Launcher
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.compute.precision import vector
-from stitchmesh.compute.reduction import ordered_sum
+from stitchmesh.compute.reduction import ordered_sum, sums_over
 from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.yarnrelax.collision.narrow_phase import Candidates
 from stitchmesh.yarnrelax.energies.cell_virial import add_friction_virial
@@ -258,11 +258,7 @@ class FrictionTerm(Term):
 
     def cell_energies(self, state: State, candidates: Candidates) -> NDArray[np.float64]:
         """Energy of the pairs of each cell [erg], shape (C,)."""
-        model = self.model
-        if model.cell_count == 1:
-            return np.array([self.energy(state, candidates)])
-        energies = self._sample_energies(state).numpy().astype(np.float64)
-        return np.add.reduceat(energies, model.sample_start[model.segment_start[:-1]])
+        return sums_over(self._sample_energies(state), self.model.cell_samples, self.model.largest_cell)
 
     def _sample_energies(self, state: State) -> wp.array[Any]:
         energy = self.model.empty(self.model.sample_count)
