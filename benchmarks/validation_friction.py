@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 from validation_knits import DIAMETER, MATERIAL, MUNDEN, Gauge, gauge
@@ -14,7 +15,7 @@ from validation_stretch import PATTERNS, PUBLISHED
 
 from stitchmesh.periodic.fabric_shape import FlatFabric
 from stitchmesh.periodic.relaxation.continuation import change_period, size_of
-from stitchmesh.periodic.relaxation.off_needles import LAST_FORCE, RELEASE_STEPS, TOLERANCE, border_forces, falling
+from stitchmesh.periodic.relaxation.off_needles import LAST_FORCE, ON_NEEDLES, RELEASE_STEPS, TOLERANCE, falling
 from stitchmesh.periodic.relaxation.support import planes
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
@@ -23,7 +24,7 @@ from stitchmesh.periodic.stretch import refine_for_tension
 from stitchmesh.periodic.swatch import Swatch, swatch
 from stitchmesh.periodic.swatch_options import COMPACT_LOOP, YARN_FRICTION, KnitState, SwatchOptions
 from stitchmesh.quality import PRESETS
-from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
+from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.load_steps import LoadStep, StepAtRest, relax_through_steps
 
@@ -83,8 +84,9 @@ def _let_go_from(k_c: float, k_w: float, order: str, mu: float) -> str:
     free = let_go("stockinette", COMPACT_LOOP, None)
     wales, courses = free.report["wales"], free.report["courses"]
     held = change_period(free.yarns, (wales * loop / k_w, courses * loop / k_c), material, QUALITY, "cpu")
-    held = relax_yarns(held, material=material, quality=QUALITY, device="cpu", progress=False).yarns
-    (course, wale), _tension = border_forces(held, material, QUALITY, "cpu")
+    common: dict[str, Any] = {"friction": Friction(mu), "material": material, "quality": QUALITY, "device": "cpu"}
+    start = relax_through_steps(held, [LoadStep()], cell=ON_NEEDLES, **common)[0]
+    course, wale = start.border_forces
     shares = falling(1.0, LAST_FORCE, RELEASE_STEPS)
     steps = {
         "together": [LoadStep(course * share, wale * share) for share in shares],
@@ -93,10 +95,7 @@ def _let_go_from(k_c: float, k_w: float, order: str, mu: float) -> str:
         "wales first": [LoadStep(course, wale * share) for share in shares]
         + [LoadStep(course * share, 0.0) for share in shares],
     }[order]
-    last = relax_through_steps(
-        held, steps, friction=Friction(mu), material=material, quality=QUALITY, cell=RelaxCell(shear=False),
-        device="cpu",
-    )[-1]  # fmt: skip
+    last = relax_through_steps(start.yarns, steps, cell=RelaxCell(shear=False), **common)[-1]
     assert last.yarns.lattice is not None
     width, height = size_of(last.yarns.lattice)
     return _constants(Gauge(courses * loop / height, wales * loop / width))

@@ -39,8 +39,7 @@ class Quality:
     """Method of the relaxation: "quasistatic", or "dynamics" (Leaf et al. 2018, Algorithm 1)."""
     largest_change: float = 0.004
     """Largest estimate of the relative change of the spacing that is left at rest; a part of what the preset promises,
-    because coarse sampling changes the spacing too. Infinite where balanced forces are enough, also away from a minimum
-    of the energy."""
+    because coarse sampling changes the spacing too."""
     refinement: float = 1.0
     """Factor of the control points of a plain stitch in a swatch whose size relaxes (``periodic.sampling``)."""
 

@@ -14,12 +14,12 @@ magnitude of their sum over the sum of the magnitudes for the terms.
 Yarns are at rest if the residual is below ``Quality.tolerance`` and a second condition holds. Fabrics are softer than
 yarns, so that a small force can leave a large change of the spacing. Where Newton's method ends the relaxation, the
 yarns must be at a minimum of the energy, and the change of the spacing that is left, which a step of it finds
-(``newton``), must be below ``Quality.largest_change``; where that is infinite, the residual decides alone. For pieces
-that it does not end, and for garments that may stop before it begins, that change is estimated from the changes so far
-(``settling``). Where yarns move by ``Dynamics``, or where friction moves the state of rest of a piece without a
-lattice, nothing is known of it, and the energy must fall by less than ``LARGEST_ENERGY_FALL`` times the tolerance,
-relative to itself, between two assessments. Yarns with a residual of 0 are at rest in any case, and so are those of
-which the residual is noise below the tolerance if no step lowers their energy.
+(``newton``), must be below ``Quality.largest_change``. For pieces that it does not end, and for garments that may stop
+before it begins, that change is estimated from the changes so far (``settling``). Where yarns move by ``Dynamics``, or
+where friction moves the state of rest of a piece without a lattice, nothing is known of it, and the energy must fall by
+less than ``LARGEST_ENERGY_FALL`` times the tolerance, relative to itself, between two assessments. Yarns with a
+residual of 0 are at rest in any case, and so are those of which the residual is noise below the tolerance if no step
+lowers their energy.
 
 Coordinates are rounded, and a yarn is stiff: the forces of yarns at rest are not zero, and no solver can make them
 zero. The effect of rounding is measured: all coordinates are changed by their last digit, up or down at random, and
@@ -177,7 +177,7 @@ def is_at_rest(
         tolerance: ``Quality.tolerance``.
         largest_change: ``Quality.largest_change``.
     """
-    return (residual == 0.0) | ((residual < tolerance) & ((spacing < largest_change) | (largest_change == np.inf)))
+    return (residual == 0.0) | ((residual < tolerance) & (spacing < largest_change))
 
 
 def hidden_by_rounding(

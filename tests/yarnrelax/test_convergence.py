@@ -16,7 +16,6 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.assessment import Assessment
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
-from stitchmesh.yarnrelax.convergence import is_at_rest
 from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
@@ -128,12 +127,6 @@ def test_a_state_that_is_not_finite_is_detected(value: float) -> None:
     assert not Assessment(0.1, {"bend": value, "stretch": 1.0}).finite
     assert not Assessment(value, {"bend": 1.0}).finite
     assert Assessment(0.1, {"bend": 1.0}).finite
-
-
-def test_balanced_forces_are_enough_where_any_change_may_be_left() -> None:
-    residual, unknown = np.array([1e-4, 1e-2]), np.full(2, np.inf)
-    assert is_at_rest(residual, unknown, 1e-3, np.inf).tolist() == [True, False]
-    assert not is_at_rest(residual, unknown, 1e-3, 0.1).any()
 
 
 def test_an_assessment_does_not_change_the_state() -> None:

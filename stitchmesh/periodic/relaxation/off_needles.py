@@ -8,7 +8,7 @@ forgets this. With friction the states of rest of a plain knit lie on a line, fr
 the path ends on it where friction first holds (Crassous, Poincloux and Steinberger 2024). The path is
 
     on the needles    wale spacing = loop length / ``NEEDLES_K_W``, course spacing = loop length / ``NEEDLES_K_C``;
-                      the yarns are drawn through one another there, so forces balance without friction
+                      there the yarns come to rest with friction
     dry               the forces on both borders fall together in equal ratios to ``LAST_FORCE``, and then to zero,
                       with the whole friction
     wet               friction falls in steps to ``WET`` of itself, without forces on the borders
@@ -27,7 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -35,17 +35,15 @@ from stitchmesh.compute.asking import Ask, Asking, answered_alone, ask
 from stitchmesh.errors import ParameterError, SolverError
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.periodic.relaxation.continuation import change_period, size_of
+from stitchmesh.periodic.relaxation.continuation import change_period
 from stitchmesh.periodic.swatch_options import YARN_FRICTION, KnitState, LetGo, SwatchOptions
 from stitchmesh.quality import Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.cell_stress import CellStress, cell_stress
 from stitchmesh.yarnrelax.energies.term import TermChoice
+from stitchmesh.yarnrelax.friction.friction import Friction
+from stitchmesh.yarnrelax.load_steps import LoadStep, StepAtRest, relax_through_steps
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
-
-if TYPE_CHECKING:
-    from stitchmesh.yarnrelax.load_steps import StepAtRest
 
 NEEDLES_K_W, NEEDLES_K_C = 3.0, 4.6
 """Loop length over the wale and the course spacing of a plain knit on the needles."""
@@ -58,12 +56,10 @@ FRICTION_STEPS = 4
 """Steps in which friction falls to ``WET``, and from there to ``LAST_FRICTION``."""
 LAST_FRICTION = 0.02
 """Last share of friction before zero."""
-
-NEEDLES_TOLERANCE = 1e-3
-"""Largest residual on the needles, where nothing else is asked for. Knitting gives each stitch its yarn, and needles hold
-it at their pitch. The energy without friction is lower where the stitches of a rib or a welt take yarn from each other,
-until some are wide and others narrow. A search for its minimum ends there sooner or later, and the sizes of the dry
-fabric lie up to 14 % apart; balanced forces are enough."""
+ON_NEEDLES = RelaxCell(course=None, wale=None, shear=False)
+"""A cell on the needles keeps its size. Knitting gives each stitch its yarn, which friction keeps there: without it the
+stitches of ribs and welts take yarn from each other on the needles, until some are wide and others narrow. Which ones
+noise, the sampling or the processor decides, and dry sizes then lie up to 14 % apart."""
 TOLERANCE = 5e-3
 """Largest residual of each step."""
 LARGEST_CHANGE = 2e-3
@@ -124,8 +120,6 @@ def chosen_release(
             found = f"friction: got {friction:g} for a swatch that relaxes without it"
             raise ParameterError(f"{found}; add a relaxation: dry, wet or full")
         return None
-    from stitchmesh.yarnrelax.friction.friction import Friction
-
     if woven:
         raise ParameterError("relaxation: got one for a weave, which comes off no needles; leave it out")
     if options.period != (None, None) or options.blocked is not None:
@@ -179,56 +173,63 @@ def let_go(
     """
     tolerance, change = min(quality.tolerance, TOLERANCE), min(quality.largest_change, LARGEST_CHANGE)
     quality = replace(quality, tolerance=tolerance, largest_change=change)
-    start = yield from on_needles.asking(yarns, needles, material, quality, device, terms)
-    forces, tension = yield from border_forces.asking(start.yarns, material, quality, device)
-    found: list[StepAtRest] = yield _release(start.yarns, forces, release, material, quality, device, terms, progress)
-    on_the_way = [start.report["converged"], *(step.converged for step in found[:-1])]
+    start = yield from on_needles.asking(yarns, needles, release, material, quality, device, terms)
+    found: list[StepAtRest] = yield _release(start, release, material, quality, device, terms, progress)
+    on_the_way = [start.converged, *(step.converged for step in found[:-1])]
+    (width, height), (course, wale) = needles, start.border_forces
     own = {
-        "relaxation": release.state, "friction": release.friction, "needle_tension": tension,
+        "relaxation": release.state, "friction": release.friction, "needle_tension": [course / height, wale / width],
         "steps": len(on_the_way), "steps_not_at_rest": on_the_way.count(False),
     }  # fmt: skip
     report = _steps_report(found, quality) | own
-    report["seconds"] += start.report["seconds"]
+    report["seconds"] += start.seconds
     return Relaxation(found[-1].yarns, report, [entry for step in found for entry in step.history])
 
 
 @answered_alone
 def on_needles(
-    yarns: YarnSet, needles: tuple[float, float], material: YarnMaterial, quality: Quality, device: str | None,
-    terms: Sequence[TermChoice],
-) -> Asking[Relaxation]:  # fmt: skip
-    """Draw yarns to their size on the needles and relax them there until forces balance, without friction.
+    yarns: YarnSet, needles: tuple[float, float], release: Release, material: YarnMaterial, quality: Quality,
+    device: str | None, terms: Sequence[TermChoice],
+) -> Asking[StepAtRest]:  # fmt: skip
+    """Draw yarns to their size on the needles, without friction, and let them come to rest there with it.
 
     Where the yarns as generated are too crowded to be drawn, they first relax to their free size.
 
     Raises:
-        SolverError: the yarns cannot be drawn to that size.
+        SolverError: the yarns cannot be drawn to that size, or a yarn passed through another one.
     """
-    common: dict[str, Any] = {"material": material, "quality": quality, "device": device, "progress": False}
     try:
         drawn = yield from change_period.asking(yarns, needles, material, quality, device)
     except SolverError:
-        free: Relaxation = yield ask(relax_yarns, yarns, cell=RelaxCell(shear=False), terms=terms, **common)
+        free: Relaxation = yield ask(
+            relax_yarns, yarns, material=material, quality=quality, cell=RelaxCell(shear=False), device=device,
+            terms=terms, progress=False,
+        )  # fmt: skip
         drawn = yield from change_period.asking(free.yarns, needles, material, quality, device)
-    balanced = replace(quality, tolerance=min(quality.tolerance, NEEDLES_TOLERANCE), largest_change=np.inf)
-    relaxed: Relaxation = yield ask(relax_yarns, drawn, **(common | {"quality": balanced}))
-    return relaxed
+    found: list[StepAtRest] = yield _path(drawn, [LoadStep()], release, material, quality, ON_NEEDLES, device)
+    return found[0]
 
 
 def _release(
-    drawn: YarnSet, forces: tuple[float, float], release: Release, material: YarnMaterial, quality: Quality,
-    device: str | None, terms: Sequence[TermChoice], progress: Callable[[HistoryEntry], None] | Literal[False] | None,
+    start: StepAtRest, release: Release, material: YarnMaterial, quality: Quality, device: str | None,
+    terms: Sequence[TermChoice], progress: Callable[[HistoryEntry], None] | Literal[False] | None,
 ) -> Ask:  # fmt: skip
     """The path from the needles to the state."""
-    from stitchmesh.yarnrelax.friction.friction import Friction
-    from stitchmesh.yarnrelax.load_steps import LoadStep, relax_through_steps
-
-    course, wale = forces
+    course, wale = (max(force, 0.0) for force in start.border_forces)  # none where the fabric pushes
     steps = [LoadStep(share * course, share * wale) for share in falling(1.0, LAST_FORCE, RELEASE_STEPS)]
     steps += [LoadStep(friction=share) for share in friction_left(release.state)]
+    return _path(start.yarns, steps, release, material, quality, release.cell, device, terms, progress)
+
+
+def _path(
+    yarns: YarnSet, steps: Sequence[LoadStep], release: Release, material: YarnMaterial, quality: Quality,
+    cell: RelaxCell, device: str | None, terms: Sequence[TermChoice] = (),
+    progress: Callable[[HistoryEntry], None] | Literal[False] | None = False,
+) -> Ask:  # fmt: skip
+    """A path through load steps."""
     return ask(
-        relax_through_steps, drawn, steps, friction=Friction(release.friction), material=material, quality=quality,
-        cell=release.cell, device=device, terms=terms, progress=progress,
+        relax_through_steps, yarns, steps, friction=Friction(release.friction), material=material, quality=quality,
+        cell=cell, device=device, terms=terms, progress=progress,
     )  # fmt: skip
 
 
@@ -243,20 +244,6 @@ def _steps_report(found: Sequence[StepAtRest], quality: Quality) -> dict[str, An
         "max_strain": float(np.abs(last.yarns.strain).max()), "min_distance_over_radius": last.nearest,
         "pull_throughs": 0, "certificate": "unchanged", "solver": quality.solver, "device": last.device,
     }  # fmt: skip
-
-
-@answered_alone
-def border_forces(
-    yarns: YarnSet, material: YarnMaterial, quality: Quality, device: str | None
-) -> Asking[tuple[tuple[float, float], list[float]]]:
-    """Forces that hold the borders along courses and wales, zero where the fabric pushes [dyn]; tensions [dyn/cm]."""
-    assert yarns.lattice is not None
-    stress: CellStress = yield ask(
-        cell_stress, yarns, material, quadrature_points=quality.quadrature_points,
-        contact_samples=quality.contact_samples, device=device,
-    )  # fmt: skip
-    width, height = size_of(yarns.lattice)
-    return (max(stress.course * height, 0.0), max(stress.wale * width, 0.0)), [stress.course, stress.wale]
 
 
 def friction_left(state: LetGo) -> list[float]:
