@@ -124,20 +124,24 @@ def range_minima(
 
 def sums_over(values: wp.array[Any], start: wp.array[Any], longest: int) -> NDArray[np.float64]:
     """Sum of an array of scalars over each range, read back to the host."""
-    strands, ranges = strands_for(longest), len(start) - 1
-    partial = wp.empty(ranges * strands, dtype=wp.float64, device=values.device)
-    launch(range_sums, len(partial), [strands, start, values], [partial], values.device)
-    sums: NDArray[np.float64] = partial.numpy().reshape(ranges, strands).sum(axis=1)
+    sums: NDArray[np.float64] = _of_strands(range_sums, values, start, longest).sum(axis=1)
     return sums
 
 
 def minima_over(values: wp.array[Any], start: wp.array[Any], longest: int) -> NDArray[np.float64]:
     """Smallest of an array of scalars in each range, read back to the host; not a number where one is not."""
+    smallest: NDArray[np.float64] = _of_strands(range_minima, values, start, longest).min(axis=1)
+    return smallest
+
+
+def _of_strands(
+    kernel: wp.Kernel, values: wp.array[Any], start: wp.array[Any], longest: int
+) -> NDArray[np.float64]:  # fmt: skip
+    """The results of the strands of each range, a row each; no range is longer than ``longest``."""
     strands, ranges = strands_for(longest), len(start) - 1
     partial = wp.empty(ranges * strands, dtype=wp.float64, device=values.device)
-    launch(range_minima, len(partial), [strands, start, values], [partial], values.device)
-    smallest: NDArray[np.float64] = partial.numpy().reshape(ranges, strands).min(axis=1)
-    return smallest
+    launch(kernel, len(partial), [strands, start, values], [partial], values.device)
+    return np.asarray(partial.numpy().reshape(ranges, strands))
 
 
 class Sums:
