@@ -31,7 +31,8 @@ from stitchmesh.yarnrelax.load_steps import LoadStep, StepAtRest, relax_through_
 LOOPS = (14, 15, 16, COMPACT_LOOP, 18, 20, 22, 24)
 """Loop lengths [yarn diameters]."""
 COEFFICIENTS = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
-STATES: tuple[KnitState, ...] = ("dry", "wet", "full")
+STATES: tuple[KnitState, ...] = ("dry", "wet", "full", "frictionless")
+"""Columns of the tables; the last one is a free cell without friction."""
 NEEDLES = ((4.4, 3.0), (4.6, 3.0), (5.0, 3.0), (4.6, 3.4))
 """Loop length over course and wale spacing on the needles."""
 STIFF_LOOPS = (14, 15, COMPACT_LOOP)
@@ -44,20 +45,20 @@ QUALITY = replace(refine_for_tension(PRESETS["standard"]), tolerance=TOLERANCE)
 
 
 @cache
-def let_go(pattern: str, loop: float, state: KnitState | None, mu: float = YARN_FRICTION) -> Swatch:
+def let_go(pattern: str, loop: float, state: KnitState, mu: float = YARN_FRICTION) -> Swatch:
     """A swatch off the needles, or in a free cell without friction."""
     return swatch(
         pattern, material=YarnMaterial.named(MATERIAL), quality=QUALITY, device="cpu", relax_cell=True,
-        relaxation=state, friction=mu if state else None, loop_length=loop * DIAMETER, progress=False,
+        relaxation=state, friction=None if state == "frictionless" else mu, loop_length=loop * DIAMETER, progress=False,
     )  # fmt: skip
 
 
 def munden_table() -> Iterable[list[object]]:
     """Compare stockinette of several loop lengths with Munden's constants."""
-    yield ["loop length / d", *(f"K_c, K_w, K_s {state}" for state in STATES), "without friction"]
+    yield ["loop length / d", *(f"K_c, K_w, K_s {state}" for state in STATES)]
     for loop in LOOPS:
-        yield [loop, *(_constants(gauge(let_go("stockinette", loop, state))) for state in (*STATES, None))]
-    yield ["Munden", *(_constants(MUNDEN[state]) for state in STATES), ""]
+        yield [loop, *(_constants(gauge(let_go("stockinette", loop, state))) for state in STATES)]
+    yield ["Munden", *(_constants(MUNDEN[state]) for state in STATES if state in MUNDEN), ""]
 
 
 def _constants(found: Gauge) -> str:
@@ -81,7 +82,7 @@ def paths_table() -> Iterable[list[object]]:
 
 def _let_go_from(k_c: float, k_w: float, order: str, mu: float) -> str:
     material, loop = YarnMaterial.named(MATERIAL), COMPACT_LOOP * DIAMETER
-    free = let_go("stockinette", COMPACT_LOOP, None)
+    free = let_go("stockinette", COMPACT_LOOP, "frictionless")
     wales, courses = free.report["wales"], free.report["courses"]
     held = change_period(free.yarns, (wales * loop / k_w, courses * loop / k_c), material, QUALITY, "cpu")
     common: dict[str, Any] = {"friction": Friction(mu), "material": material, "quality": QUALITY, "device": "cpu"}
@@ -103,22 +104,22 @@ def _let_go_from(k_c: float, k_w: float, order: str, mu: float) -> str:
 
 def rib_table() -> Iterable[list[object]]:
     """Compare the wale spacing of ribs with that of stockinette in the same state."""
-    yield ["pattern", "loop length / d", *STATES, "without friction"]
+    yield ["pattern", "loop length / d", *STATES]
     for pattern in ("rib1x1", "rib2x2"):
         for loop in LOOPS:
-            yield [pattern, loop, *(_width(pattern, loop, state) for state in (*STATES, None))]
+            yield [pattern, loop, *(_width(pattern, loop, state) for state in STATES)]
 
 
-def _width(pattern: str, loop: float, state: KnitState | None) -> str:
+def _width(pattern: str, loop: float, state: KnitState) -> str:
     rib, plain = (let_go(name, loop, state).report["wale_spacing"] for name in (pattern, "stockinette"))
     return f"{rib / plain:.2f}"
 
 
 def garter_table() -> Iterable[list[object]]:
     """Compare the rows of garter to the width of a stitch; knitters count on two."""
-    yield ["loop length / d", *STATES, "without friction"]
+    yield ["loop length / d", *STATES]
     for loop in LOOPS:
-        yield [loop, *(f"{gauge(let_go('garter', loop, state)).ratio:.2f}" for state in (*STATES, None))]
+        yield [loop, *(f"{gauge(let_go('garter', loop, state)).ratio:.2f}" for state in STATES)]
 
 
 def drawn(
