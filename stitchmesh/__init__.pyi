@@ -146,6 +146,8 @@ from .render.thumbnails.pattern_thumbnail import pattern_thumbnail as pattern_th
 from .render.thumbnails.stitch_drawing import draw_stitch as draw_stitch
 from .reporting.verdict import Verdict as Verdict
 from .reporting.verdict import relaxation_verdict as relaxation_verdict
+from .run import Checkpoints as Checkpoints
+from .run import Run as Run
 from .run_control import RunControl as RunControl
 from .run_control import Snapshot as Snapshot
 from .selection import Border as Border
@@ -186,6 +188,7 @@ from .yarngen import regenerate_yarns as regenerate_yarns
 from .yarngen.face_yarns.generate import FaceYarns as FaceYarns
 from .yarngen.face_yarns.generate import face_yarns as face_yarns
 from .yarngen.templates.own_checks import read_own_stitches as read_own_stitches
+from .yarnrelax import Relaxation as Relaxation
 from .yarnrelax import RelaxCell as RelaxCell
 from .yarnrelax import YarnMaterial as YarnMaterial
 from .yarnrelax import linking_certificate as linking_certificate
@@ -193,7 +196,6 @@ from .yarnrelax import relax_yarns as relax_yarns
 from .yarnrelax import yarn_energies as yarn_energies
 from .yarnrelax import yarn_forces as yarn_forces
 from .yarnrelax.body_distance import body_distance as body_distance
-from .yarnrelax.checkpoint import Checkpoints as Checkpoints
 from .yarnrelax.constraints.pins import Pins as Pins
 from .yarnrelax.contact_load import contact_load as contact_load
 from .yarnrelax.energies.body import Body as Body

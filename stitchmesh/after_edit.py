@@ -15,9 +15,9 @@ the second fails, or at once if hardly any stitch is where it was.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
-from typing import Any, Literal
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
 
 from stitchmesh.errors import SolverError, StitchMeshError, YarnError
 from stitchmesh.io.history import HistoryEntry
@@ -25,9 +25,9 @@ from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import relax_mesh_around_edit
 from stitchmesh.pipeline.options import RelaxOptions
 from stitchmesh.pipeline.yarn_relaxation import relax_with_options
-from stitchmesh.progress import Progress, shown_stages
+from stitchmesh.progress import shown_stages
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
-from stitchmesh.run_control import RunControl
+from stitchmesh.run import SHOWN, Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import YarnFinish
 from stitchmesh.yarngen.regenerate import WarmStart, warm_start
@@ -57,8 +57,7 @@ class RelaxedAgain:
 def relax_edited(
     relaxed: YarnSet, before: StitchMesh, after: StitchMesh, *, quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None, options: RelaxOptions | None = None, finish: YarnFinish | None = None,
-    surface: Mesh | None = None, progress: Progress | Literal[False] | None = None,
-    on_state: Callable[[YarnSet], None] | None = None, control: RunControl[YarnSet] | None = None,
+    surface: Mesh | None = None, run: Run[YarnSet] = SHOWN,
 ) -> RelaxedAgain:  # fmt: skip
     """Relax the yarns of an edited fabric, from the relaxed yarns before the edit where that is possible.
 
@@ -71,21 +70,18 @@ def relax_edited(
         options: options of the relaxation.
         finish: the finish with which the relaxed yarns were generated.
         surface: the mesh of the garment, on which crowded stitches are evened out; the surface of ``before`` if None.
-        progress: called with the progress of the relaxation; by default a line shows it on a terminal or in a notebook,
-            and False shows nothing.
-        on_state: called with the last good state at intervals.
-        control: watches, pauses, steps and stops the relaxation from another thread.
+        run: progress, states and control of the relaxation.
 
     Raises:
         ParameterError: the relaxed yarns were not generated from ``before`` with this quality and finish.
         YarnError: no yarns can be generated from the edited fabric, not even after its stitches were evened out.
         SolverError: the relaxation cannot continue, not even from the generated yarns.
     """
-    with shown_stages(progress) as shown:
+    with shown_stages(run.progress) as shown:
         edit = _Edit(
             relaxed, before, after, surface, {"quality": quality, **asdict(finish or YarnFinish())},
             {"options": options or RelaxOptions(), "quality": quality, "device": device, "keep_shape": True,
-             "progress": shown, "on_state": on_state, "control": control},
+             "run": replace(run, progress=shown)},
         )  # fmt: skip
         fabric, warm, outcome = edit.at_rest()
     report = {**outcome.report, "warm": round(warm, 4), "notes": edit.notes}

@@ -142,31 +142,44 @@ def _rounded(seconds: float) -> tuple[str, str]:
 
 
 def relaxing_progress(
-    stage: str, goal: float, progress: Progress, *, max_iterations: float = math.inf, seconds_after: float = 0.0
+    stage: str, goal: float, progress: Progress, *, max_iterations: float = math.inf
 ) -> Callable[..., None]:
     """Return a function that converts the assessments of a solver into the completed part of a stage.
 
     The returned function is called with the iteration and the residual. The completed part is that of the iterations,
-    by the forecast of ``convergence_forecast``. With work after the stage, it is the time so far over the estimated
-    time until the end of that work.
+    by the forecast of ``convergence_forecast``.
 
     Args:
         stage: name of the stage.
         goal: residual near which the stage is complete (``Quality.resting_residual`` for yarns).
         progress: called with the completed part and a line of text.
         max_iterations: iterations at which the stage is complete.
-        seconds_after: estimated time of the work that follows the stage [s], for example of a picture.
     """
-    course, began = ResidualCourse(), time.monotonic()
+    course = ResidualCourse()
 
     def report_assessment(iteration: int, residual: float) -> None:
         """Report one assessment."""
         course.add(iteration, residual)
         done = course.completed_part(goal, max_iterations)
-        done = part_with_work_after(done, time.monotonic() - began, seconds_after)
         progress(stage, done, f"iteration {iteration}, residual {residual:.3g}")
 
     return report_assessment
+
+
+def with_work_after(progress: Progress, seconds: float) -> Progress:
+    """Return a progress function that counts the work after a stage, for example a picture, as a part of the stage.
+
+    Args:
+        progress: called with the time so far over the estimated time until the end of that work.
+        seconds: estimated time of the work [s].
+    """
+    began = time.monotonic()
+
+    def report(stage: str, done: float, note: str) -> None:
+        """Report the completed part of the stage and of the work after it."""
+        progress(stage, part_with_work_after(done, time.monotonic() - began, seconds), note)
+
+    return report
 
 
 def part_with_work_after(done: float, spent: float, seconds_after: float) -> float:

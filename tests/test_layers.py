@@ -25,7 +25,7 @@ LAYERS = [
     {"faces", "hand_knitting"},
     {"machine_knitting"},
     {"io"},
-    {"selection"},
+    {"run", "selection"},
     {"patterns"},
     {"labeling", "tessellate", "editing", "meshrelax", "yarngen", "yarnrelax"},
     {"budget", "shaping"},

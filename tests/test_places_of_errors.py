@@ -68,6 +68,6 @@ def test_stitches_pressed_to_a_point_are_named_by_the_place_that_they_had():
     point = sm.Mesh.from_polygons(np.eye(3) * 1e-3, [[0, 1, 2]])
     with pytest.raises(SolverError, match=r"near \[.*\] cm stitches were pressed to a line or a point") as refused:
         # With more iterations the stitches come to rest even on this point.
-        sm.relax_mesh(fabric, surface=point, max_iterations=ON_SURFACE.patience, progress=False)
+        sm.relax_mesh(fabric, surface=point, max_iterations=ON_SURFACE.patience)
     place = np.array([float(word) for word in re.findall(r"\[(.*)\]", str(refused.value))[0].split(", ")])
     assert (place >= fabric.vertices.min(axis=0)).all() and (place <= fabric.vertices.max(axis=0)).all()

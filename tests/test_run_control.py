@@ -16,7 +16,7 @@ from stitchmesh.run_control import RunControl, RunStopped, Snapshot
 SAFETY = 60.0  # Time after which a test that blocks fails [s]; a test that passes waits for a much shorter time.
 
 
-class Run:
+class Counting:
     """A relaxation that counts, in its own thread."""
 
     def __init__(self, control: RunControl[int], steps: int) -> None:
@@ -69,13 +69,13 @@ class Watcher:
 
 def test_the_state_before_the_first_step_is_shown() -> None:
     watch = Watcher()
-    run = Run(RunControl(watch, seconds=0.0), 0)
+    run = Counting(RunControl(watch, seconds=0.0), 0)
     assert run.ends() and watch.seen == [0]
 
 
 def test_the_first_state_is_shown_and_then_none_before_its_time() -> None:
     watch = Watcher()
-    run = Run(RunControl(watch, seconds=1e9), 5)
+    run = Counting(RunControl(watch, seconds=1e9), 5)
     assert run.ends() and run.count == 5
     assert watch.seen == [0]
 
@@ -83,7 +83,7 @@ def test_the_first_state_is_shown_and_then_none_before_its_time() -> None:
 def test_a_relaxation_that_begins_paused_makes_exactly_the_steps_that_are_asked_for() -> None:
     watch = Watcher()
     control = RunControl(watch, seconds=1e9, paused=True)
-    run = Run(control, 10)
+    run = Counting(control, 10)
     assert watch.wait_for(0) and run.count == 0
     control.step()
     assert watch.wait_for(1)
@@ -97,7 +97,7 @@ def test_a_relaxation_that_begins_paused_makes_exactly_the_steps_that_are_asked_
 def test_a_relaxation_that_is_stopped_ends_after_its_step_also_while_it_is_paused() -> None:
     watch = Watcher()
     control = RunControl(watch, paused=True)
-    run = Run(control, 10)
+    run = Counting(control, 10)
     assert watch.wait_for(0)
     control.stop()
     assert run.ends() and run.stopped and run.count == 0 and control.stopped
@@ -106,7 +106,7 @@ def test_a_relaxation_that_is_stopped_ends_after_its_step_also_while_it_is_pause
 def test_before_it_waits_a_relaxation_can_write_its_state_and_it_steps_aside_between_all_steps() -> None:
     watch = Watcher()
     control = RunControl(watch, paused=True)
-    run = Run(control, 4)
+    run = Counting(control, 4)
     assert watch.wait_for(0)
     control.step(2)
     assert watch.wait_for(2)
@@ -118,7 +118,7 @@ def test_before_it_waits_a_relaxation_can_write_its_state_and_it_steps_aside_bet
 def test_the_time_of_a_pause_is_counted() -> None:
     watch = Watcher()
     control = RunControl(watch, paused=True)
-    run = Run(control, 1)
+    run = Counting(control, 1)
     assert watch.wait_for(0)
     threading.Event().wait(0.01)
     control.resume()

@@ -48,8 +48,8 @@ if TYPE_CHECKING:
     from stitchmesh.io.garments import MeshReading
     from stitchmesh.mesh import Mesh
     from stitchmesh.pipeline.options import RelaxOptions
+    from stitchmesh.run import Run
     from stitchmesh.yarn import YarnSet
-    from stitchmesh.yarnrelax.checkpoint import Checkpoints
     from stitchmesh.yarnrelax.energies.term import ConstraintChoice
 
 READ_STITCHES = "stitch mesh: .h5, .smobj or .st"
@@ -359,7 +359,7 @@ class SolverOptions:
         return quality_with(preset, solver=self.solver, max_iterations=self.max_iterations)
 
     def relax_options(
-        self, physics: MorePhysics, rest_lengths: RestLengths, material: MaterialOptions, checkpoints: Path
+        self, physics: MorePhysics, rest_lengths: RestLengths, material: MaterialOptions
     ) -> RelaxOptions:
         """Return the options of the relaxation.
 
@@ -367,7 +367,6 @@ class SolverOptions:
             physics: additional energies.
             rest_lengths: changes of the rest lengths.
             material: material of the yarn.
-            checkpoints: folder for checkpoints, if checkpoints are written.
         """
         from stitchmesh.pipeline.options import RelaxOptions
 
@@ -376,17 +375,14 @@ class SolverOptions:
             stiffness=material.section().values(),
             rest_lengths=rest_lengths,
             terms=physics.section().terms(),
-            checkpoint=self.checkpoints(checkpoints),
-            resume=self.resume,
         )
 
-    def checkpoints(self, folder: Path) -> Checkpoints | None:
-        """Return the checkpoints of a relaxation, which are written to a folder; None without checkpoints."""
-        if self.checkpoint_every is None:
-            return None
-        from stitchmesh.yarnrelax.checkpoint import Checkpoints
+    def kept_run(self, folder: Path) -> Run[YarnSet]:
+        """Return the run that continues from the given checkpoint, and writes checkpoints to a folder if asked to."""
+        from stitchmesh.run import Checkpoints, Run
 
-        return Checkpoints(folder, self.checkpoint_every)
+        every = self.checkpoint_every
+        return Run(checkpoints=None if every is None else Checkpoints(folder, every), resume=self.resume)
 
 
 @dataclass(frozen=True)

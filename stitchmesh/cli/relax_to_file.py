@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -18,6 +19,7 @@ from stitchmesh.quality import Quality
 
 if TYPE_CHECKING:
     from stitchmesh.after_edit import RelaxedAgain
+    from stitchmesh.run import Run
     from stitchmesh.yarn import YarnSet
     from stitchmesh.yarnrelax import Relaxation
 
@@ -40,8 +42,8 @@ def checkpoint_folder(output: str) -> Path:
 
 
 def relax_to_file(
-    output: str, report: str | None, given: YarnSet | None, relax: Callable[..., T], *, quality: str | Quality,
-    as_json: bool = False,
+    output: str, report: str | None, given: YarnSet | None, relax: Callable[..., T], run: Run[YarnSet], *,
+    quality: str | Quality, as_json: bool = False,
 ) -> T:  # fmt: skip
     """Relax yarns and write them; after an interrupt, the last good state is written to the output file.
 
@@ -50,7 +52,8 @@ def relax_to_file(
         report: folder for the report and the convergence; None writes neither.
         given: the yarns, which are written after an interrupt if there is no later state; None if nothing is to be
             written then.
-        relax: function that relaxes the yarns; it takes the keyword arguments ``progress`` and ``on_state``.
+        relax: function that relaxes the yarns; it takes the keyword argument ``run``.
+        run: checkpoints of the relaxation.
         quality: name of a preset, or a ``Quality``.
         as_json: whether the report is printed instead of a summary.
 
@@ -69,7 +72,8 @@ def relax_to_file(
         folder = None if report is None else stack.enter_context(output_folder(report, REPORT_FILES))
         progress = stack.enter_context(show_progress())
         try:
-            relaxed: T = relax(progress=progress, on_state=lambda state: last.__setitem__(slice(None), [state]))
+            keep: Callable[[YarnSet], None] = lambda state: last.__setitem__(slice(None), [state])  # noqa: E731
+            relaxed: T = relax(run=replace(run, progress=progress, on_state=keep))
         except KeyboardInterrupt:
             for state in last:
                 write_yarns(output, state)

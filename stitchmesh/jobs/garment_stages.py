@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import nullcontext
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 from stitchmesh.budget.expectation import BudgetScene
@@ -44,12 +44,12 @@ from stitchmesh.pipeline.yarn_relaxation import relax_with_options
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.recipe.recipe import recipe_options
 from stitchmesh.recipe.recipe_file import edits_with_paths
+from stitchmesh.run import CHECKPOINT, Checkpoints, Run
 from stitchmesh.selection.selection import Selection, with_paths
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh
 from stitchmesh.shaping.triangle_surface import TriangleSurface
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.checkpoint import NAME as CHECKPOINT
-from stitchmesh.yarnrelax.checkpoint import Checkpoints, seconds_of
+from stitchmesh.yarnrelax.checkpoint import seconds_of
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
 
 
@@ -217,13 +217,14 @@ def _relaxed(
     def relax(report: dict[str, Any]) -> Relaxation:
         """Relax the yarns from their beginning or from the checkpoint."""
         saver, continues = StateSaver(run.folder, run.report, yarns), is_file(checkpoint)
-        checkpoints = Checkpoints(folder, run.job.relax_yarns.checkpoint_every)
-        relaxation = replace(chosen, checkpoint=checkpoints, resume=checkpoint if continues else None)
+        kept = Run(
+            run.progress, on_state=saver.keep, checkpoints=Checkpoints(folder, run.job.relax_yarns.checkpoint_every),
+            resume=checkpoint if continues else None,
+        )  # fmt: skip
         before = seconds_of(checkpoint) if continues else 0.0
         with run.continued(before) if continues else nullcontext():
             relaxed = relax_with_options(
-                yarns, relaxation, quality=quality, device=device, fabric=fabric, keep_shape=True,
-                progress=run.progress, on_state=saver.keep,
+                yarns, chosen, quality=quality, device=device, fabric=fabric, keep_shape=True, run=kept,
             )  # fmt: skip
         report["yarnrelax"] = relaxed.report
         return relaxed

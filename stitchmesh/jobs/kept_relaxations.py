@@ -18,15 +18,16 @@ from pathlib import Path
 from typing import Any
 
 from stitchmesh.compute.asking import Ask
+from stitchmesh.run import CHECKPOINT, SHOWN, Checkpoints
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
-from stitchmesh.yarnrelax.checkpoint import NAME, Checkpoints, seconds_of
+from stitchmesh.yarnrelax.checkpoint import seconds_of
 from stitchmesh.yarnrelax.fingerprint import checksum
 from stitchmesh.yarnrelax.load_steps import relax_through_steps
 
 FOLDER = "relaxations"
 """Folder of the folders of the relaxations."""
-NO_INPUTS = ("progress", "device")
+NO_INPUTS = ("run", "device")
 """Arguments of relaxations that decide no bit; the kind of the device is a part of each checkpoint."""
 
 
@@ -69,10 +70,11 @@ class KeptRelaxations:
         key = checksum("relaxation", (asked.positional, given))
         checkpoints = Checkpoints(self.folder / FOLDER / key, self.every)
         resume = checkpoints.path if checkpoints.path.is_file() else None
-        kept = replace(asked, named={**asked.named, "checkpoint": checkpoints, "resume": resume,
-                                     "on_state": self.on_state})  # fmt: skip
-        return kept.answer()
+        run = replace(
+            asked.named.get("run", SHOWN), on_state=self.on_state, checkpoints=checkpoints, resume=resume
+        )  # fmt: skip
+        return replace(asked, named={**asked.named, "run": run}).answer()
 
     def _checkpoints(self) -> Iterator[Path]:
         """Yield the newest checkpoint of each relaxation."""
-        yield from (self.folder / FOLDER).glob(f"*/{NAME}")
+        yield from (self.folder / FOLDER).glob(f"*/{CHECKPOINT}")

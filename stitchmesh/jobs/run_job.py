@@ -34,9 +34,9 @@ from stitchmesh.jobs.swatch_stages import relax_swatch
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.periodic.swatch import Swatch
 from stitchmesh.quality import quality_named
+from stitchmesh.run import CHECKPOINT
 from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.checkpoint import NAME as CHECKPOINT
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
 
 REPORT, HISTORY = "report.json", "convergence.csv"

@@ -11,7 +11,6 @@ from typing import Any
 
 from stitchmesh.compute.asking import answer_alone
 from stitchmesh.compute.device import device_named
-from stitchmesh.io.history import HistoryEntry
 from stitchmesh.io.state_saver import StateSaver
 from stitchmesh.io.stitches import write_stitches
 from stitchmesh.jobs.budget_stage import chosen_quality
@@ -25,8 +24,8 @@ from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.periodic.resolve_pattern import Source, resolve_pattern
 from stitchmesh.periodic.swatch import Swatch, in_fabric, relax_shaken
 from stitchmesh.periodic.swatch_budget import plan_swatch
-from stitchmesh.progress import relaxing_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
+from stitchmesh.run import Run
 from stitchmesh.time_limit import seconds_left
 
 
@@ -70,12 +69,9 @@ def _relaxed(run: JobRun, table: SwatchTable, source: Source, quality: Quality, 
     stage = swatch_stage("swatch", key)
     relaxations = KeptRelaxations(run.kept.folder_of(stage), table.checkpoint_every, run.stop.check)
     run.check_resume(stage, stopped=relaxations.exist())
-    report_progress = relaxing_progress(
-        "swatch", quality.resting_residual, run.progress, max_iterations=quality.max_iterations
-    )
 
-    def show(entry: HistoryEntry) -> None:
-        report_progress(entry["iteration"], entry["residual"])
+    def show(stage: str, done: float, note: str) -> None:
+        run.progress("swatch", done, note)
 
     def relax(report: dict[str, Any]) -> Swatch:
         """Relax the repeat from its beginning or from the checkpoints."""
@@ -85,7 +81,7 @@ def _relaxed(run: JobRun, table: SwatchTable, source: Source, quality: Quality, 
             prepared = answer_alone(preparation, relaxations.do)
             saver = StateSaver(run.folder, run.report, in_fabric(prepared.yarns, prepared.options))
             saving = replace(relaxations, on_state=lambda state: saver.keep(in_fabric(state, prepared.options)))
-            made = answer_alone(relax_shaken.asking(prepared, show, table.shaken), saving.do)
+            made = answer_alone(relax_shaken.asking(prepared, table.shaken, Run(show)), saving.do)
             late = seconds_left() <= 0.0  # starts of the search for the lowest state may be left out
         own = {"seconds": before + time.perf_counter() - began, "search_out_of_time": late}
         made = replace(made, report=made.report | own)

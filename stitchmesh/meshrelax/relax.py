@@ -8,7 +8,6 @@ import logging
 import time
 from dataclasses import replace
 from functools import partial
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +20,7 @@ from stitchmesh.mesh.turns import with_tips_placed
 from stitchmesh.meshrelax.assembly import assembly
 from stitchmesh.meshrelax.attachment import attach
 from stitchmesh.meshrelax.bobbles import Bobbles, carried, find_bobbles
-from stitchmesh.meshrelax.dynamics import Outcome, Progress, Relaxation
+from stitchmesh.meshrelax.dynamics import Outcome, Relaxation
 from stitchmesh.meshrelax.forces import force_groups
 from stitchmesh.meshrelax.observer import Observer
 from stitchmesh.meshrelax.options import ALPHA, ASPECT, MeshRelaxOptions
@@ -31,8 +30,7 @@ from stitchmesh.meshrelax.report import MeshRelaxReport
 from stitchmesh.meshrelax.rest_lengths import RestLengths, rest_lengths
 from stitchmesh.meshrelax.sub_quads import edge_ends, springs
 from stitchmesh.meshrelax.surface.limit_surface import limit_surface
-from stitchmesh.progress import relaxing_progress, shown_progress
-from stitchmesh.run_control import RunControl
+from stitchmesh.run import SHOWN, Run
 
 logger = logging.getLogger(__name__)
 
@@ -60,8 +58,7 @@ def relax_mesh(
     tolerance: float = TOLERANCE,
     max_iterations: int = MAX_ITERATIONS,
     device: str | None = "cpu",
-    progress: Progress | Literal[False] | None = None,
-    control: RunControl[StitchMesh] | None = None,
+    run: Run[StitchMesh] = SHOWN,
 ) -> StitchMesh:
     """Equalize the sizes of the stitches of a fabric on the subdivision surface of a mesh.
 
@@ -80,9 +77,7 @@ def relax_mesh(
         tolerance: root mean square of the net force along the surface at which the relaxation has converged.
         max_iterations: iterations after which the relaxation stops without having converged.
         device: Warp's name of the device that finds closest points; None for the preferred device.
-        progress: called after each iteration with the number of the iteration and the residual; by default a line shows
-            the progress on a terminal or in a notebook, and False shows nothing.
-        control: watches, pauses, steps and stops the relaxation from another thread; a step is one iteration.
+        run: progress after each iteration, and control, of which a step is one iteration; no checkpoints are written.
 
     Returns:
         The same stitches with new vertices [cm] and the ``stretch`` of each edge.
@@ -102,8 +97,7 @@ def relax_mesh(
         tolerance=tolerance,
         max_iterations=max_iterations,
         device=device,
-        progress=progress,
-        control=control,
+        run=run,
     )[0]
 
 
@@ -119,8 +113,7 @@ def relax_mesh_with_report(
     tolerance: float = TOLERANCE,
     max_iterations: int = MAX_ITERATIONS,
     device: str | None = "cpu",
-    progress: Progress | Literal[False] | None = None,
-    control: RunControl[StitchMesh] | None = None,
+    run: Run[StitchMesh] = SHOWN,
 ) -> tuple[StitchMesh, MeshRelaxReport]:
     """Relax a fabric as ``relax_mesh`` does, and also return the report; arguments and errors are the same."""
     start = time.perf_counter()
@@ -139,9 +132,9 @@ def relax_mesh_with_report(
     count = len(fabric.vertices) if moving is None else max(1, int(moving.sum()))
     relaxation = Relaxation(model, assembly(len(fabric.vertices), force_groups(model)), attachment, whole, count)
     made = partial(_relaxed, fabric, rest, bobbles, moving)
-    with shown_progress(progress, partial(relaxing_progress, "meshrelax", tolerance)) as report_iteration:
+    with run.assessments_shown("meshrelax", tolerance) as report_iteration:
         shown: Observer[SurfacePlacement] = Observer(
-            lambda state: made(state.position)[0], tolerance, start, report_iteration, control
+            lambda state: made(state.position)[0], tolerance, start, report_iteration, run.control
         )
         outcome = relaxation.run(placement, tolerance, max_iterations, shown.note)
     relaxed, known = made(outcome.placement.position)

@@ -13,7 +13,6 @@ from stitchmesh.errors import ParameterError, check_positive
 from stitchmesh.io.contents import FilePath
 from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_STITCH, check_memory
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.meshrelax.dynamics import Progress
 from stitchmesh.meshrelax.free.free_shape import FreeShape
 from stitchmesh.meshrelax.free.relax_freely import relax_mesh_freely
 from stitchmesh.meshrelax.free.stitch_sizes import stitch_sizes
@@ -21,7 +20,7 @@ from stitchmesh.meshrelax.free.unrolled_tube import roll_up, unroll_tube
 from stitchmesh.meshrelax.options import ASPECT, STITCH_WIDTH
 from stitchmesh.patterns import Pattern, pattern_mesh, pattern_tube, read_pattern
 from stitchmesh.periodic.repeat.torus import torus_mesh
-from stitchmesh.run_control import RunControl
+from stitchmesh.run import SHOWN, Run
 
 Form = Literal["flat", "tube", "lattice"]
 """A piece with borders, a tube whose sides are joined, or a repeat without borders."""
@@ -41,8 +40,7 @@ def natural_outline(
     rows: int | None = None,
     stitch_width: float = STITCH_WIDTH,
     aspect: float = ASPECT,
-    progress: Progress | Literal[False] | None = None,
-    control: RunControl[StitchMesh] | None = None,
+    run: Run[StitchMesh] = SHOWN,
 ) -> FreeShape:
     """Relax the stitch mesh of a pattern without a surface, before any yarns are made.
 
@@ -53,8 +51,7 @@ def natural_outline(
         rows: repeats one above another; by default as many as 40 rows need, and one on a lattice.
         stitch_width: rest width of plain knit [cm].
         aspect: rest height of plain knit divided by its rest width.
-        progress: as for ``relax_mesh_freely``.
-        control: as for ``relax_mesh_freely``.
+        run: as for ``relax_mesh_freely``.
 
     Raises:
         ParameterError: the form is unknown, a number is out of range, or the pattern is not in the library.
@@ -66,8 +63,8 @@ def natural_outline(
     drawn = outline_mesh(chosen, form, columns=columns, rows=rows, stitch_width=stitch_width, aspect=aspect)
     in_rounds = form == "tube"
     return relax_mesh_freely(
-        unroll_tube(drawn) if in_rounds else drawn, stitch_width=stitch_width, aspect=aspect, progress=progress,
-        control=control, shown_as=roll_up if in_rounds else None,
+        unroll_tube(drawn) if in_rounds else drawn, stitch_width=stitch_width, aspect=aspect, run=run,
+        shown_as=roll_up if in_rounds else None,
     )  # fmt: skip
 
 

@@ -33,7 +33,6 @@ import numpy as np
 from stitchmesh.budget.budget import Budget
 from stitchmesh.budget.plan import limit_of
 from stitchmesh.errors import ParameterError, SolverError
-from stitchmesh.io.history import HistoryEntry
 from stitchmesh.memory_need import BASE_MEMORY, BYTES_PER_KEPT_POINT, check_memory
 from stitchmesh.mesh import FloatArray
 from stitchmesh.patterns import Pattern
@@ -52,7 +51,9 @@ from stitchmesh.periodic.relaxation.support import planes
 from stitchmesh.periodic.swatch import Swatch, relax_prepared
 from stitchmesh.periodic.swatch_options import STRETCH_STEPS
 from stitchmesh.periodic.weave.weave import Weave
+from stitchmesh.progress import Progress
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS, Quality, quality_named
+from stitchmesh.run import Run
 from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
@@ -168,8 +169,8 @@ def stretch_test(
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
     budget: Budget | None = None,
-    progress: Callable[[StretchPoint], None] | Literal[False] | None = None,
-    on_entry: Callable[[HistoryEntry], None] | None = None,
+    on_point: Callable[[StretchPoint], None] | None = None,
+    progress: Progress | Literal[False] | None = None,
     **options: Any,
 ) -> StretchCurve:
     """Stretch a swatch in one direction and measure its tension.
@@ -188,9 +189,8 @@ def stretch_test(
         quality: a preset or a ``Quality``; it is refined to the needs of tensions (``refine_for_tension``).
         device: as for ``swatch``.
         budget: a limit on the time, without an error; the curve ends with the last state that came to rest in time.
-        progress: function that is called with each point; by default a line shows the progress of each relaxation on a
-            terminal or in a notebook, and False shows nothing.
-        on_entry: function that is called about every half second during the relaxation of a state.
+        on_point: called with each point.
+        progress: as for ``swatch``, for the relaxation of each state.
         options: fields of ``SwatchOptions``, except the period.
 
     Raises:
@@ -205,15 +205,14 @@ def stretch_test(
     with limited_to(limit_of(budget)):
         direction, strains = choose_strains(course, wale, steps, cycles)
         return _stretch(
-            pattern, direction, strains, other, friction, material, quality, device, progress, on_entry, options
+            pattern, direction, strains, other, friction, material, quality, device, on_point, Run(progress), options
         )  # fmt: skip
 
 
 def _stretch(
     pattern: str | Pattern | Weave, direction: Direction, strains: FloatArray, other: Other, friction: float | None,
     material: YarnMaterial | None, quality: str | Quality, device: str | None,
-    progress: Callable[[StretchPoint], None] | Literal[False] | None, on_entry: Callable[[HistoryEntry], None] | None,
-    options: dict[str, Any],
+    on_point: Callable[[StretchPoint], None] | None, run: Run[YarnSet], options: dict[str, Any],
 ) -> StretchCurve:  # fmt: skip
     """Stretch a swatch in the time that is left; other arguments and errors as for ``stretch_test``."""
     if other not in get_args(Other):
@@ -227,20 +226,17 @@ def _stretch(
         **options,
     )  # fmt: skip
     check_kept_states("stretch", len(strains), prepared.yarns)
-    of_entries: Callable[[HistoryEntry], None] | Literal[False] | None = on_entry
-    if on_entry is None and progress is False:
-        of_entries = False
-    free, own = relax_prepared(prepared, prepared.yarns, of_entries), prepared.smallest
+    free, own = relax_prepared(prepared, prepared.yarns, run), prepared.smallest
     drawn = DrawnCell(own.part_of(free.yarns), direction, other, prepared.material, prepared.quality,
-                      planes_of(free, prepared), device, of_entries)  # fmt: skip
+                      planes_of(free, prepared), device, run)  # fmt: skip
     path = strains.tolist()
     found = draw_with_friction(drawn, path, rubbing) if friction else draw_without_friction(drawn, path)
     points, states = list[StretchPoint](), list[YarnSet]()
     for state in found:
         points.append(measure_point(drawn, state, own.copies))
         states.append(own.repeated(state.yarns, free.yarns))
-        if progress:
-            progress(points[-1])
+        if on_point is not None:
+            on_point(points[-1])
     if not points:
         raise SolverError("stretch: the time was over before one state was at rest; give more, or a coarser quality")
     refuse_pull_through(free.yarns, states[-1], device)

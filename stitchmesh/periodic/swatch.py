@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -44,7 +44,9 @@ from stitchmesh.periodic.swatch_budget import plan_swatch
 from stitchmesh.periodic.swatch_options import KnitState, SwatchOptions
 from stitchmesh.periodic.weave.jamming import jam_report
 from stitchmesh.periodic.weave.weave import Weave
+from stitchmesh.progress import Progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
+from stitchmesh.run import QUIET, Run
 from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
@@ -99,7 +101,7 @@ def swatch(
     friction: float | None = None,
     shaken: int = 0,
     budget: Budget | None = None,
-    progress: Callable[[HistoryEntry], None] | Literal[False] | None = None,
+    progress: Progress | Literal[False] | None = None,
     **options: Any,
 ) -> Swatch:
     """Relax one repeat of a pattern.
@@ -124,8 +126,8 @@ def swatch(
             all starts at rest, over their means, None where none of them is.
         budget: limits on the time and on the error; measured tables then choose the quality, unless it is another than
             the default, and the report says what they chose (``budget.plan``).
-        progress: function that is called about every half second; by default a line shows the progress on a terminal or
-            in a notebook, and False shows nothing.
+        progress: called about every half second with the stage, its completed part and a line of text; by default a
+            line shows them on a terminal or in a notebook, and False shows nothing.
         options: fields of ``SwatchOptions``.
 
     Raises:
@@ -140,8 +142,9 @@ def swatch(
         if budget is not None:
             plan = plan_swatch(pattern, budget, quality, device, relax_cell, relaxation, **options)
         made = make_swatch(
-            pattern, progress, material=material, quality=quality if plan is None else plan.quality, device=device,
-            relax_cell=relax_cell, relaxation=relaxation, friction=friction, shaken=shaken, **options,
+            pattern, material=material, quality=quality if plan is None else plan.quality, device=device,
+            relax_cell=relax_cell, relaxation=relaxation, friction=friction, shaken=shaken, run=Run(progress),
+            **options,
         )  # fmt: skip
     own = {"seconds": time.perf_counter() - began} | ({} if plan is None else {"budget": plan.report()})
     return replace(made, report=made.report | own)
@@ -149,18 +152,15 @@ def swatch(
 
 @answered_alone
 def make_swatch(
-    pattern: str | Pattern | Weave, progress: Callable[[HistoryEntry], None] | Literal[False] | None, *,
-    shaken: int = 0, **given: Any,
-) -> Asking[Swatch]:  # fmt: skip
+    pattern: str | Pattern | Weave, *, shaken: int = 0, run: Run[YarnSet] = QUIET, **given: Any
+) -> Asking[Swatch]:
     """Prepare and relax one repeat of a pattern; arguments as for ``swatch``, errors too."""
     prepared = yield from prepare_swatch.asking(pattern, **given)
-    return (yield from relax_shaken.asking(prepared, progress, shaken))
+    return (yield from relax_shaken.asking(prepared, shaken, run))
 
 
 @answered_alone
-def relax_shaken(
-    prepared: PreparedSwatch, progress: Callable[[HistoryEntry], None] | Literal[False] | None, shaken: int
-) -> Asking[Swatch]:
+def relax_shaken(prepared: PreparedSwatch, shaken: int, run: Run[YarnSet] = QUIET) -> Asking[Swatch]:
     """Relax a prepared repeat and measure it, with the spread of its size over a number of shaken starts.
 
     Raises:
@@ -170,12 +170,12 @@ def relax_shaken(
     if shaken < 0:
         raise ParameterError(f"shaken: got {shaken} starts; expected 0 or more")
     check_kept_states("swatch", shaken, prepared.yarns)
-    made = yield from relax_prepared.asking(prepared, prepared.yarns, progress)
+    made = yield from relax_prepared.asking(prepared, prepared.yarns, run)
     if not shaken:
         return made
     starts = [shaken_yarns(prepared.yarns, number) for number in range(shaken)]
     others: list[Swatch | StitchMeshError] = yield Several(
-        [relax_prepared.asking(prepared, start, False) for start in starts]
+        [relax_prepared.asking(prepared, start) for start in starts]
     )
     for other in others:
         if isinstance(other, StitchMeshError) and not isinstance(other, SolverError):
@@ -206,9 +206,7 @@ def size_spread(swatches: Sequence[Swatch]) -> tuple[float, float]:
 
 
 @answered_alone
-def relax_prepared(
-    prepared: PreparedSwatch, yarns: YarnSet, progress: Callable[[HistoryEntry], None] | Literal[False] | None
-) -> Asking[Swatch]:
+def relax_prepared(prepared: PreparedSwatch, yarns: YarnSet, run: Run[YarnSet] = QUIET) -> Asking[Swatch]:
     """Relax a prepared repeat, starting from the prepared yarns or from the same yarns at other places, and measure it.
 
     Raises:
@@ -220,10 +218,10 @@ def relax_prepared(
         if prepared.release is not None and prepared.fabric is not None:
             needles = needle_size(prepared.fabric, chosen.plain_loop * chosen.gamma)
             relaxed = yield from let_go.asking(
-                yarns, needles, prepared.release, prepared.similar, prepared.quality, device, prepared.terms, progress
+                yarns, needles, prepared.release, prepared.similar, prepared.quality, device, prepared.terms, run
             )
         else:
-            relaxed = yield from relax_along.asking(prepared, yarns, progress)
+            relaxed = yield from relax_along.asking(prepared, yarns, run)
     own, at_rest = prepared.smallest, CellAtRest.of(prepared, relaxed.yarns)
     drawn = prepared.drawn if len(prepared.path) == 1 else sample_evenly(prepared.drawn, relaxed.yarns)
     yield ask(refuse_pull_through, drawn, relaxed.yarns, device)

@@ -96,7 +96,7 @@ def _report_swatches(progress: Progress) -> SwatchProgress:
 def _making(request: SwatchRequest, device: str | None, began: float) -> Asking[Swatch]:
     """Make a swatch; its report says how long this took with all other swatches."""
     made = yield from make_swatch.asking(
-        request.pattern, False, material=request.material, quality=request.quality, device=device,
+        request.pattern, material=request.material, quality=request.quality, device=device,
         relax_cell=request.relax_cell, relaxation=request.relaxation, friction=request.friction,
         shaken=request.shaken, **request.options,
     )  # fmt: skip

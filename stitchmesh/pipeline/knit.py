@@ -5,10 +5,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any, cast
 
 from stitchmesh import __version__
 from stitchmesh.budget.budget import Budget
@@ -39,8 +39,9 @@ from stitchmesh.pipeline.stages import (
     yarn_stage,
 )
 from stitchmesh.pipeline.yarn_relaxation import relax_with_options
-from stitchmesh.progress import Progress, shown_stages
+from stitchmesh.progress import Progress, shown_stages, with_work_after
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
+from stitchmesh.run import SHOWN, Run
 from stitchmesh.shaping.options import ShapingOptions
 from stitchmesh.shaping.panels.panel_mesh import PanelMesh
 from stitchmesh.tessellate import STITCH_WIDTH
@@ -69,7 +70,7 @@ class Knitted:
 def knit(
     mesh: MeshLike, *, stitch_width: float = STITCH_WIDTH, auto: bool = False, pattern: Pattern | None = None,
     quality: str | Quality = DEFAULT_QUALITY, device: str | None = None, folder: str | PathLike[str] | None = None,
-    progress: Progress | Literal[False] | None = None,
+    run: Run[YarnSet] = SHOWN,
 ) -> Knitted:  # fmt: skip
     """Make relaxed yarns from a polygon mesh.
 
@@ -83,8 +84,7 @@ def knit(
         quality: name of a preset of ``quality.py``, or a ``Quality``.
         device: Warp's name of the device; None for the preferred device.
         folder: folder of the files that ``knit_and_write`` writes; None writes no files.
-        progress: called with the progress of each stage; by default a line shows the progress on a terminal or in a
-            notebook, and False shows nothing.
+        run: progress of all stages; checkpoints and control of the relaxation of yarns.
 
     Raises:
         ParameterError: the mesh is no mesh, or a number is out of bounds.
@@ -99,7 +99,7 @@ def knit(
         device=device,
     )
     try:
-        return knit_and_write(as_mesh(mesh, place="knit"), folder, options, progress=progress)
+        return knit_and_write(as_mesh(mesh, place="knit"), folder, options, run=run)
     except LabelError as error:
         remedy = "knit it with auto=True, which finds rows where a mesh has none; or change the mesh"
         raise LabelError(f"{remedy}: {error}", labeling=error.labeling) from error
@@ -107,7 +107,7 @@ def knit(
 
 def knit_and_write(
     mesh: Mesh | PanelMesh, folder: str | PathLike[str] | None, options: KnitOptions, *, budget: Budget | None = None,
-    repair: Sequence[RepairAction] | None = None, progress: Progress | Literal[False] | None = None,
+    repair: Sequence[RepairAction] | None = None, run: Run[YarnSet] = SHOWN,
     seconds_after: Callable[[YarnSet], float] | None = None,
 ) -> Knitted:  # fmt: skip
     """Make relaxed yarns from a polygon mesh, and write them.
@@ -124,22 +124,22 @@ def knit_and_write(
             stitches are known, unless it is another than the default, and the report says what they chose. The
             stitches may take half of the time, and the yarns take what is left.
         repair: what was changed in the mesh before, for the report; None if the mesh was not repaired.
-        progress: called with the progress of each stage; by default a line shows the progress on a terminal or in a
-            notebook, and False shows nothing.
+        run: progress of all stages; checkpoints and control of the relaxation of yarns.
         seconds_after: function of the yarns that estimates the time of the caller's own work after this function [s];
             the progress of the last stage counts this time.
 
     Raises:
         StitchMeshError: a stage cannot continue; the error is that of the stage.
     """
-    with limited_to(limit_of(budget)), shown_stages(progress) as report:
+    with limited_to(limit_of(budget)), shown_stages(run.progress) as report:
         target = None if folder is None else Path(folder)
-        return _knit(mesh, target, options, budget, repair, report, seconds_after)
+        return _knit(mesh, target, options, budget, repair, report, run, seconds_after)
 
 
 def _knit(
     mesh: Mesh | PanelMesh, target: Path | None, options: KnitOptions, budget: Budget | None,
-    repair: Sequence[RepairAction] | None, progress: Progress, seconds_after: Callable[[YarnSet], float] | None,
+    repair: Sequence[RepairAction] | None, progress: Progress, run: Run[YarnSet],
+    seconds_after: Callable[[YarnSet], float] | None,
 ) -> Knitted:  # fmt: skip
     """Make and write relaxed yarns in the time that is left."""
     quality = quality_named(options.quality)
@@ -160,11 +160,11 @@ def _knit(
     saver = None if target is None else StateSaver(target, report, yarns)
     if target is not None:
         write_stitches(target / "stitches.h5", fabric)
+    shown = with_work_after(progress, seconds_after(yarns)) if seconds_after else progress
     try:
         relaxed = relax_with_options(
             yarns, options.relaxation, quality=quality, device=device, fabric=fabric, keep_shape=True,
-            progress=progress, on_state=saver.keep if saver else None,
-            seconds_after=seconds_after(yarns) if seconds_after else 0.0,
+            run=replace(run, progress=shown, on_state=saver.keep if saver else run.on_state),
         )  # fmt: skip
     except KeyboardInterrupt:
         if saver is not None:

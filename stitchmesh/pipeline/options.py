@@ -12,7 +12,6 @@ from stitchmesh.editing.edge_forms import EdgeForm
 from stitchmesh.editing.edit import Edit
 from stitchmesh.editing.pattern_regions import PatternRegion
 from stitchmesh.errors import ParameterError
-from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase, check_increase
 from stitchmesh.meshrelax import MeshRelaxOptions
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
@@ -24,7 +23,6 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarngen import YarnFinish
 from stitchmesh.yarnrelax import YarnMaterial
-from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice
 from stitchmesh.yarnrelax.model.material import DEFAULT_MATERIAL, check_one_mass
 
@@ -52,10 +50,6 @@ class RelaxOptions:
     """Additional energy terms."""
     constraints: Sequence[ConstraintChoice] = ()
     """Constraints of control points."""
-    checkpoint: Checkpoints | None = None
-    """File and interval of checkpoints; None writes no checkpoints."""
-    resume: FilePath | None = None
-    """Checkpoint file from which the relaxation continues; None starts a new relaxation."""
 
     def __post_init__(self) -> None:
         YarnMaterial.named(self.material, self.stiffness)

@@ -24,13 +24,13 @@ from stitchmesh.mesh.palette import make_palette
 from stitchmesh.mesh.shaping_stitches import with_increases
 from stitchmesh.mesh.stitch_counts import stitch_counts
 from stitchmesh.meshrelax import relax_mesh_with_report
-from stitchmesh.meshrelax.relax import TOLERANCE as MESH_TOLERANCE
 from stitchmesh.patterns import LaidPattern
 from stitchmesh.patterns.placement.left_out import left_out_lines
 from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.pipeline.refused_yarns import with_place_and_remedy
-from stitchmesh.progress import Progress, relaxing_progress
+from stitchmesh.progress import Progress
 from stitchmesh.quality import Quality, quality_named
+from stitchmesh.run import Run
 from stitchmesh.shaping.found_rows import after_mesh_relaxation, found_on_mesh, found_on_panels, panel_of_face
 from stitchmesh.shaping.found_stitches import FoundStitches
 from stitchmesh.shaping.options import ShapingOptions
@@ -188,8 +188,7 @@ def mesh_stage(
     progress("meshrelax", 0.0, f"{fabric.face_count} stitches")
     with limited_to_share(SHARE_OF_MESH):
         relaxed, how = relax_mesh_with_report(
-            fabric, surface=mesh, device=device, progress=relaxing_progress("meshrelax", MESH_TOLERANCE, progress),
-            **options.mesh_arguments,
+            fabric, surface=mesh, device=device, run=Run(progress), **options.mesh_arguments,
         )  # fmt: skip
     report["meshrelax"] = {**asdict(how), "seconds": clock.lap()}
     report["gauge"] = asdict(fabric_gauge(relaxed))

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -14,9 +13,8 @@ from stitchmesh.budget.plan import limit_of, make_plan
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.pipeline.dressed import dressed
 from stitchmesh.pipeline.options import RelaxOptions
-from stitchmesh.progress import Progress, no_progress, relaxing_progress
-from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
-from stitchmesh.run_control import RunControl
+from stitchmesh.quality import DEFAULT_QUALITY, Quality
+from stitchmesh.run import QUIET, Run
 from stitchmesh.time_limit import limited_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import apply_rest_lengths
@@ -30,8 +28,7 @@ POINTS_OF_STITCH = 20
 def relax_with_options(
     yarns: YarnSet, options: RelaxOptions, *, quality: str | Quality, device: str | None = None,
     fabric: StitchMesh | None = None, keep_shape: bool = False, start: YarnSet | None = None,
-    progress: Progress = no_progress, on_state: Callable[[YarnSet], None] | None = None, seconds_after: float = 0.0,
-    load_steps: bool = True, control: RunControl[YarnSet] | None = None,
+    load_steps: bool = True, run: Run[YarnSet] = QUIET,
 ) -> Relaxation:  # fmt: skip
     """Change the rest lengths of yarns, put them on the bodies among the terms, and relax them.
 
@@ -46,20 +43,12 @@ def relax_with_options(
         fabric: the fabric from which the yarns were made, if it is known.
         keep_shape: whether the relaxation keeps the borders and the shape of the fabric.
         start: the same yarns at the positions from which the relaxation starts; ``yarns`` if None.
-        progress: called with the progress of the relaxation.
-        on_state: called with the last good state at intervals.
         load_steps: whether a load that the yarns cannot take at once is applied in steps.
-        seconds_after: estimated time of work after the relaxation [s], which the progress counts.
-        control: watches, pauses, steps and stops the relaxation from another thread.
+        run: progress, states, checkpoints and control.
 
     Raises:
         StitchMeshError: the rest lengths cannot be applied (``apply_rest_lengths``), or as for ``relax_yarns``.
     """
-    quality = quality_named(quality)
-    report_progress = relaxing_progress(
-        "yarnrelax", quality.resting_residual, progress, max_iterations=quality.max_iterations,
-        seconds_after=seconds_after,
-    )  # fmt: skip
     yarns, moved = apply_rest_lengths(yarns, options.rest_lengths, fabric=fabric), {}
     bodies = [term for term in options.terms if isinstance(term, Body)]
     if fabric is not None and bodies:
@@ -75,12 +64,8 @@ def relax_with_options(
         keep_shape=fabric if keep_shape else None,
         terms=options.terms,
         constraints=options.constraints,
-        progress=lambda entry: report_progress(entry["iteration"], entry["residual"]),
-        on_state=on_state,
-        checkpoint=options.checkpoint,
-        resume=options.resume,
         load_steps=load_steps,
-        control=control,
+        run=run,
     )
     return replace(relaxed, report=relaxed.report | moved)
 

@@ -8,26 +8,23 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from stitchmesh.budget.budget import Budget
 from stitchmesh.io.checkpoint_file import read_checkpoint
-from stitchmesh.io.contents import FilePath
 from stitchmesh.pipeline.knit import Knitted, knit_and_write
-from stitchmesh.progress import Progress
 from stitchmesh.quality import quality_named
 from stitchmesh.recipe.recipe import Recipe, pattern_regions, recipe_options
 from stitchmesh.recipe.recipe_file import write_recipe
+from stitchmesh.run import SHOWN, Run
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.checkpoint import Checkpoints
 
 RECIPE_FILE = "garment.toml"
 """Name of the recipe that is written beside the results."""
 
 
 def knit_recipe(
-    recipe: Recipe, folder: str | PathLike[str], *, budget: Budget | None = None, checkpoint: Checkpoints | None = None,
-    resume: FilePath | None = None, progress: Progress | Literal[False] | None = None,
+    recipe: Recipe, folder: str | PathLike[str], *, budget: Budget | None = None, run: Run[YarnSet] = SHOWN,
     seconds_after: Callable[[YarnSet], float] | None = None,
 ) -> Knitted:  # fmt: skip
     """Make the garment of a recipe, and write it.
@@ -40,22 +37,18 @@ def knit_recipe(
         folder: output folder.
         budget: limits on the time and on the error, as for ``knit_and_write``. The recipe that is written then has the
             quality that was chosen, and the number of iterations if the time ended the relaxation.
-        checkpoint: file and interval of checkpoints; None writes no checkpoints.
-        resume: checkpoint file from which the relaxation continues; None starts a new relaxation.
-        progress: as for ``knit_and_write``.
+        run: as for ``knit_and_write``.
         seconds_after: estimated time of the caller's own work afterwards, as for ``knit_and_write``.
 
     Raises:
         StitchMeshError: the recipe cannot be carried out; nothing is written if the error is in the recipe.
     """
-    if resume is not None:
-        read_checkpoint(resume)  # One that cannot be read is refused before the garment is made.
+    if run.resume is not None:
+        read_checkpoint(run.resume)  # One that cannot be read is refused before the garment is made.
     pattern_regions(recipe)  # A pattern that cannot be read is refused before the mesh is read.
     found = recipe.read_mesh()
-    options = recipe_options(recipe, found.up)
-    options = replace(options, relaxation=replace(options.relaxation, checkpoint=checkpoint, resume=resume))
     made = knit_and_write(
-        found.mesh, folder, options, budget=budget, repair=found.repairs, progress=progress,
+        found.mesh, folder, recipe_options(recipe, found.up), budget=budget, repair=found.repairs, run=run,
         seconds_after=seconds_after,
     )  # fmt: skip
     write_recipe(Path(folder) / RECIPE_FILE, recipe if budget is None else _as_made(recipe, made.report))

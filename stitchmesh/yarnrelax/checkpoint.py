@@ -23,14 +23,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from os import fspath
-from pathlib import Path
 from typing import Any, TypedDict
 
 import numpy as np
 import warp as wp
 
 from stitchmesh import __version__
-from stitchmesh.errors import ParameterError
 from stitchmesh.io.checkpoint_file import CheckpointFile, checked_header, read_checkpoint, write_checkpoint
 from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
@@ -44,35 +42,10 @@ from stitchmesh.yarnrelax.load_position import AT_ONCE, LoadPosition
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 
-NAME = "checkpoint.smc"
-"""Name of the newest checkpoint in its folder."""
 LOAD, START = "load.", ("points", "periods")
 """Beginning of the names of arrays at which a step of the load starts, and their names in ``LoadPosition``."""
 MASSES = ("yarns.mass_per_length", "material.mass_per_length")
 """Inputs that older checkpoints hold even where nothing reads the mass."""
-
-
-@dataclass(frozen=True)
-class Checkpoints:
-    """Where and how often checkpoints of a relaxation are written.
-
-    Raises:
-        ParameterError: ``every`` is below 1.
-    """
-
-    folder: FilePath
-    """Folder of ``checkpoint.smc`` and of the previous one, ``checkpoint.previous.smc``; created if it is missing."""
-    every: int
-    """Least number of iterations between two checkpoints; a checkpoint is written after the next assessment."""
-
-    def __post_init__(self) -> None:
-        if self.every < 1:
-            raise ParameterError(f"checkpoint: got one every {self.every} iterations; expected at least 1")
-
-    @property
-    def path(self) -> Path:
-        """The newest checkpoint."""
-        return Path(self.folder) / NAME
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,22 +17,20 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Literal
 
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
 from stitchmesh.compute.device import alone, device_named
-from stitchmesh.io.contents import FilePath
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.lattice import Lattice
-from stitchmesh.progress import shown_progress
 from stitchmesh.quality import Quality
+from stitchmesh.run import SHOWN, Run
 from stitchmesh.time_limit import OutOfTime
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.assessment import RemainingChange
-from stitchmesh.yarnrelax.checkpoint import Checkpoints, CheckpointState, input_fingerprint, read_state
+from stitchmesh.yarnrelax.checkpoint import CheckpointState, input_fingerprint, read_state
 from stitchmesh.yarnrelax.ended_step import EndedStep
 from stitchmesh.yarnrelax.energies.term import TermChoice, refuse_in_free_cells
 from stitchmesh.yarnrelax.fingerprint import checksum
@@ -41,7 +39,7 @@ from stitchmesh.yarnrelax.linking.certificate import refuse_pull_through
 from stitchmesh.yarnrelax.load_position import AT_ONCE
 from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
-from stitchmesh.yarnrelax.observer import Observer, Progress, report_entries
+from stitchmesh.yarnrelax.observer import Observer
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.renewal import renew_at_rest
 from stitchmesh.yarnrelax.simulation import YarnSimulation
@@ -108,10 +106,7 @@ def relax_through_steps(
     cell: RelaxCell,
     device: str | None = None,
     terms: Sequence[TermChoice] = (),
-    progress: Progress | Literal[False] | None = None,
-    on_state: Callable[[YarnSet], None] | None = None,
-    checkpoint: Checkpoints | None = None,
-    resume: FilePath | None = None,
+    run: Run[YarnSet] = SHOWN,
 ) -> list[StepAtRest]:
     """Relax yarns on a lattice through load steps, and return the state of rest of each.
 
@@ -127,10 +122,7 @@ def relax_through_steps(
         cell: which changes the periods are free to make; its loads are those of the steps.
         device: as for ``relax_yarns``.
         terms: further energies, such as what the fabric lies on.
-        progress: as for ``relax_yarns``.
-        on_state: as for ``relax_yarns``.
-        checkpoint: where and how often to write what is needed to resume; also written at any end.
-        resume: a checkpoint to continue from; all other arguments must be the same as when it was written.
+        run: progress, states and checkpoints.
 
     Raises:
         FileError: a checkpoint cannot be written, or the one to resume is missing or damaged.
@@ -141,13 +133,13 @@ def relax_through_steps(
     refuse_in_free_cells(terms, ())
     began, on_device, acting = time.perf_counter(), device_named(device), [friction, *terms]
     inputs: dict[str, str] = {}
-    if checkpoint is not None or resume is not None:
+    if run.checkpoints is not None or run.resume is not None:
         inputs = _inputs(yarns, steps, material, quality, on_device, acting, cell)
-    saved = None if resume is None else read_state(resume, inputs)
+    saved = None if run.resume is None else read_state(run.resume, inputs)
     simulation = YarnSimulation.start(yarns, material, quality, on_device, acting, cell=cell)
     path = _LoadedInSteps(simulation, steps, quality, () if saved is None else saved.ended)
-    with shown_progress(progress, lambda shown: report_entries(quality, shown)) as report_entry:
-        observer = Observer(path, report_entry, on_state, checkpoint, inputs, began, ended=path.ended)
+    with run.assessments_shown("yarnrelax", quality.resting_residual, quality.max_iterations) as report_assessment:
+        observer = Observer(path, run, report_assessment, inputs, began, ended=path.ended)
         with observer.last_state_kept():
             path.run(observer, saved)
     results = path.results(yarns, observer.history)

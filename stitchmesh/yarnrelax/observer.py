@@ -17,14 +17,12 @@ import warp as wp
 from stitchmesh.compute.device import others_may_launch
 from stitchmesh.errors import FileError
 from stitchmesh.io.history import HistoryEntry
-from stitchmesh.progress import Progress as StageProgress
-from stitchmesh.progress import relaxing_progress
-from stitchmesh.quality import Quality
-from stitchmesh.run_control import RunControl, Snapshot
+from stitchmesh.run import Run
+from stitchmesh.run_control import Snapshot
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.assessment import Assessments
 from stitchmesh.yarnrelax.carried_arrays import carried_arrays, resume_from_arrays
-from stitchmesh.yarnrelax.checkpoint import Checkpoints, CheckpointState, write_state
+from stitchmesh.yarnrelax.checkpoint import CheckpointState, write_state
 from stitchmesh.yarnrelax.ended_step import EndedStep
 from stitchmesh.yarnrelax.load_position import LoadPosition
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
@@ -32,16 +30,7 @@ from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 ON_STATE_SECONDS = 5.0
 """Time between two calls of ``on_state`` [s]."""
 PROGRESS_SECONDS = 0.5
-"""Time between two calls of ``progress`` [s]."""
-
-Progress = Callable[[HistoryEntry], None]
-"""Called with iteration, seconds, residual and energies by term [erg]."""
-
-
-def report_entries(quality: Quality, progress: StageProgress) -> Progress:
-    """Return a function that reports the entries of the history as the progress of a stage."""
-    report = relaxing_progress("yarnrelax", quality.resting_residual, progress, max_iterations=quality.max_iterations)
-    return lambda entry: report(entry["iteration"], entry["residual"])
+"""Time between two calls of ``report`` [s]."""
 
 
 class Loaded(Protocol):
@@ -64,12 +53,11 @@ class Observer:
     """Keeps the history of a relaxation, reports its progress, hands out states and writes checkpoints."""
 
     loading: Loaded
-    progress: Progress | None
-    on_state: Callable[[YarnSet], None] | None
-    checkpoint: Checkpoints | None
+    run: Run[YarnSet]
+    report: Callable[..., None] | None
+    """Called with the iteration and the residual; None if nothing is shown."""
     inputs: Mapping[str, str]
     began: float
-    control: RunControl[YarnSet] | None = None
     ended: Sequence[EndedStep] = ()
     """The load steps before the present one."""
     history: list[HistoryEntry] = field(default_factory=list)
@@ -98,25 +86,25 @@ class Observer:
         )
         self.history.append(entry)
         # A relaxation that continues with a larger limit repeats what the limit has cut short, for the same bits.
-        if self.checkpoint is not None and not loop.cut_short:
+        if self.run.checkpoints is not None and not loop.cut_short:
             self.unwritten = self._checkpoint_state()
-            if loop.iteration >= self.written + self.checkpoint.every:
+            if loop.iteration >= self.written + self.run.checkpoints.every:
                 self.written = loop.iteration
                 self.write_checkpoint()
         # A caller that ends the relaxation by an exception finds the last assessment in the checkpoint.
-        if self.progress is not None and now - self.reported > PROGRESS_SECONDS:
+        if self.report is not None and now - self.reported > PROGRESS_SECONDS:
             self.reported = now
-            self.progress(entry)
-        if self.on_state is not None and now - self.saved > ON_STATE_SECONDS:
+            self.report(loop.iteration, last.residual)
+        if self.run.on_state is not None and now - self.saved > ON_STATE_SECONDS:
             self.saved = now
-            self.on_state(self.loading.good_yarns())
-        if self.control is not None:
+            self.run.on_state(self.loading.good_yarns())
+        if self.run.control is not None:
             make = partial(self._snapshot, entry)
-            self.control.after_step(make, before_wait=self.write_checkpoint, aside=others_may_launch)
+            self.run.control.after_step(make, before_wait=self.write_checkpoint, aside=others_may_launch)
 
     def seconds(self) -> float:
         """Time since the start, without the time for which the relaxation has waited [s]."""
-        waited = 0.0 if self.control is None else self.control.seconds_waited
+        waited = 0.0 if self.run.control is None else self.run.control.seconds_waited
         return time.perf_counter() - self.began - waited
 
     @contextmanager
@@ -127,16 +115,16 @@ class Observer:
         except FileError:  # Checkpoints cannot be written.
             raise
         except BaseException:
-            if self.on_state is not None:
-                self.on_state(self.loading.good_yarns())
+            if self.run.on_state is not None:
+                self.run.on_state(self.loading.good_yarns())
             self.write_checkpoint()
             raise
         self.write_checkpoint()
 
     def write_checkpoint(self) -> None:
         """Write a checkpoint of the last assessment, unless that has been done."""
-        if self.checkpoint is not None and self.unwritten is not None:
-            write_state(self.checkpoint.path, self.inputs, self.unwritten)
+        if self.run.checkpoints is not None and self.unwritten is not None:
+            write_state(self.run.checkpoints.path, self.inputs, self.unwritten)
             self.unwritten = None
 
     def resume(self, state: CheckpointState) -> None:

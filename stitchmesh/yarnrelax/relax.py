@@ -6,20 +6,18 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Sequence
-from typing import Literal
+from collections.abc import Sequence
 
 from stitchmesh.compute.device import alone, device_named
 from stitchmesh.errors import check_kind
-from stitchmesh.io.contents import FilePath
 from stitchmesh.memory_need import check_relaxation_memory
 from stitchmesh.mesh import StitchMesh
-from stitchmesh.progress import shown_progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named
-from stitchmesh.run_control import RunControl, RunStopped
+from stitchmesh.run import SHOWN, Run
+from stitchmesh.run_control import RunStopped
 from stitchmesh.time_limit import OutOfTime, done_twice
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.checkpoint import Checkpoints, input_fingerprint, read_state
+from stitchmesh.yarnrelax.checkpoint import input_fingerprint, read_state
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.energies.term import ConstraintChoice, TermChoice, refuse_in_free_cells
@@ -28,7 +26,7 @@ from stitchmesh.yarnrelax.load_path import LoadPath, StepInputs
 from stitchmesh.yarnrelax.load_position import AT_ONCE
 from stitchmesh.yarnrelax.loading import Loading
 from stitchmesh.yarnrelax.model.material import YarnMaterial
-from stitchmesh.yarnrelax.observer import Observer, Progress, report_entries
+from stitchmesh.yarnrelax.observer import Observer
 from stitchmesh.yarnrelax.relaxation_result import Relaxation, relaxation_report, unrest_text
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
 from stitchmesh.yarnrelax.start_points import start_points
@@ -48,12 +46,8 @@ def relax_yarns(
     terms: Sequence[TermChoice] = (),
     constraints: Sequence[ConstraintChoice] = (),
     cell: RelaxCell | None = None,
-    progress: Progress | Literal[False] | None = None,
-    on_state: Callable[[YarnSet], None] | None = None,
-    checkpoint: Checkpoints | None = None,
-    resume: FilePath | None = None,
     load_steps: bool = True,
-    control: RunControl[YarnSet] | None = None,
+    run: Run[YarnSet] = SHOWN,
 ) -> Relaxation:
     """Relax yarns to a state of rest; no yarn passes through another.
 
@@ -77,16 +71,10 @@ def relax_yarns(
         constraints: constraints on control points.
         cell: which changes the periods of the lattice are free to make; they are kept where not given. It excludes
             constraints, and terms that do not act on a cell that deforms (``TermChoice.in_free_cells``).
-        progress: called about every half second; by default a line shows the progress on a terminal or in a notebook,
-            and False shows nothing.
-        on_state: called every few seconds, and when the relaxation ends early, with the last accepted state.
-        checkpoint: where and how often to write what is needed to resume; also written at the start and at any end.
-        resume: a checkpoint to continue from; all other arguments must be the same as when it was written.
         load_steps: whether rest lengths, stiffnesses, the radius or loads that press yarns through one another at once
             are applied in steps (``load_path``); the report then says how. Terms begin anew in each step.
-        control: watches, pauses, steps and stops the relaxation from another thread. A step is an assessment interval
-            of 20 iterations, or near rest a Newton step, which counts as 15 (50 on a GPU). A pause writes a checkpoint.
-            A stopped relaxation returns its last accepted state.
+        run: progress, states, checkpoints and control. A step of its control is an assessment interval of 20
+            iterations, or near rest a Newton step, which counts as 15 (50 on a GPU).
 
     Raises:
         FileError: a checkpoint cannot be written, or the one to resume is missing or damaged.
@@ -107,16 +95,16 @@ def relax_yarns(
     points = None if start is None else start_points(start, yarns)
     if cell is not None:
         refuse_in_free_cells(terms, constraints)
-    keeps = checkpoint is not None or resume is not None
+    keeps = run.checkpoints is not None or run.resume is not None
     inputs = input_fingerprint(yarns, material, quality, kind, terms, constraints, cell) if keeps else {}
-    saved = None if resume is None else read_state(resume, inputs)
+    saved = None if run.resume is None else read_state(run.resume, inputs)
     path = LoadPath(StepInputs(yarns, material, quality, kind, terms, constraints, points, cell))
     loading = Loading(path, AT_ONCE if saved is None else saved.position, in_steps=load_steps)
     with done_twice():
         linking = doubled_linking(yarns, device=device)
     out_of_time = False
-    with shown_progress(progress, lambda shown: report_entries(quality, shown)) as report_entry:
-        observer = Observer(loading, report_entry, on_state, checkpoint, inputs, began, control)
+    with run.assessments_shown("yarnrelax", quality.resting_residual, quality.max_iterations) as report_assessment:
+        observer = Observer(loading, run, report_assessment, inputs, began)
         if saved is not None:
             observer.resume(saved)
         with observer.last_state_kept():
@@ -125,7 +113,7 @@ def relax_yarns(
             except RunStopped as end:
                 out_of_time = isinstance(end, OutOfTime) and not loading.at_rest
                 logger.info("stopped after %d iterations", loading.loop.iteration)
-    stopped = bool(control is not None and control.stopped and not loading.at_rest)
+    stopped = bool(run.control is not None and run.control.stopped and not loading.at_rest)
     if not (loading.at_rest or stopped):
         logger.warning("yarns are not at rest: %s", unrest_text(loading, out_of_time=out_of_time))
     relaxed = loading.good_yarns()

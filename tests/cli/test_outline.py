@@ -20,7 +20,7 @@ def test_outline_writes_stitches_a_picture_and_the_figures(tmp_path: Path, capsy
     folder = tmp_path / "out"
     words = ["outline", "garter", "--columns", "6", "--rows", "3", "-o", str(folder)]
     assert main(words) == 0
-    expected = natural_outline("garter", columns=6, rows=3, progress=False)
+    expected = natural_outline("garter", columns=6, rows=3)
     written = read_stitches(folder / "stitches.h5")
     np.testing.assert_array_equal(written.vertices, expected.fabric.vertices)
     np.testing.assert_array_equal(written.stretch, expected.fabric.stretch)
@@ -50,6 +50,6 @@ def test_bad_input_is_one_line_and_writes_nothing(
 
 
 def test_the_name_of_a_pattern_is_no_formula(tmp_path: Path) -> None:
-    shape = natural_outline("garter", columns=3, rows=2, progress=False)
+    shape = natural_outline("garter", columns=3, rows=2)
     plot_outline(shape, tmp_path / "outline.png", r"$\unknown{$")
     assert (tmp_path / "outline.png").stat().st_size > 0

@@ -181,8 +181,8 @@ def test_a_relaxation_that_was_stopped_continues_to_the_same_bits(made, tmp_path
 def test_an_interrupt_writes_the_last_good_state(made, tmp_path, capsys, monkeypatch):
     from stitchmesh.pipeline import yarn_relaxation
 
-    def strike(*_args, on_state, **_options):
-        on_state(read_yarns(made / "yarns.h5"))
+    def strike(*_args, run, **_options):
+        run.on_state(read_yarns(made / "yarns.h5"))
         raise KeyboardInterrupt
 
     monkeypatch.setattr(yarn_relaxation, "relax_yarns", strike)

@@ -74,7 +74,7 @@ def test_meshes_of_libraries_are_knitted_and_written_where_a_folder_is_given(con
     made = {}
     for place, folder in (("nowhere", None), ("folder", tmp_path)):
         made[place] = sm.knit(
-            convert(TUBE), stitch_width=1.0, auto=True, quality=rough, device="cpu", folder=folder, progress=False
+            convert(TUBE), stitch_width=1.0, auto=True, quality=rough, device="cpu", folder=folder
         )
     np.testing.assert_array_equal(made["nowhere"].yarns.points, made["folder"].yarns.points)
     np.testing.assert_array_equal(sm.read_yarns(tmp_path / "yarns.h5").points, made["folder"].yarns.points)
@@ -83,7 +83,7 @@ def test_meshes_of_libraries_are_knitted_and_written_where_a_folder_is_given(con
 
 def test_a_mesh_of_triangles_is_refused_with_the_way_to_rows():
     with pytest.raises(LabelError, match=r"auto=True.*these are triangles"):
-        sm.knit(sm.to_trimesh(TUBE), progress=False)
+        sm.knit(sm.to_trimesh(TUBE))
 
 
 def test_a_fabric_keeps_its_rows_in_pyvista():

@@ -61,7 +61,7 @@ def computed(made) -> list[str]:
 
 
 def test_a_job_has_the_bits_and_the_figures_of_knit(job, done, tmp_path):
-    made = knit_recipe(recipe_of(job), tmp_path / "knit", progress=False)
+    made = knit_recipe(recipe_of(job), tmp_path / "knit")
     assert (tmp_path / "knit" / "yarns.h5").read_bytes() == (done / "yarns.h5").read_bytes()
     report = json.loads((done / "report.json").read_text())
     assert report["repair"] == made.report["repair"] == []

@@ -51,7 +51,7 @@ def test_stitches_whose_forces_must_rise_before_they_fall_converge() -> None:
     """Rows of a coarse sock slip past its heel: judged by the residual alone, steps shrink to nothing there."""
     surface = read_mesh(MESHES / "sock.obj")
     fabric = tessellate(label(surface), stitch_width=1.6)
-    relaxed, report = relax_mesh_with_report(fabric, surface=surface, progress=False)
+    relaxed, report = relax_mesh_with_report(fabric, surface=surface)
     assert ON_SURFACE.patience is not None and report.iterations > ON_SURFACE.patience
     assert report.converged and report.remedy == ""
     assert folded_edges(relaxed) == 0
@@ -60,7 +60,7 @@ def test_stitches_whose_forces_must_rise_before_they_fall_converge() -> None:
 def test_the_aspect_of_a_message_works() -> None:
     surface = read_mesh(MESHES / "hat.obj")
     fabric = tessellate(label(surface), stitch_width=4.0)
-    report = relax_mesh_with_report(fabric, surface=surface, aspect=6.0, progress=False)[1]
+    report = relax_mesh_with_report(fabric, surface=surface, aspect=6.0)[1]
     assert not report.converged
     for aspect in re.findall(r"from (.*) to (.*), because", report.remedy)[0]:
-        assert relax_mesh_with_report(fabric, surface=surface, aspect=float(aspect), progress=False)[1].converged
+        assert relax_mesh_with_report(fabric, surface=surface, aspect=float(aspect))[1].converged

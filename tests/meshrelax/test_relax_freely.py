@@ -19,6 +19,7 @@ from stitchmesh.meshrelax.free.stitch_sizes import HEIGHT, WIDTH, stitch_sizes
 from stitchmesh.patterns import parse_pattern, pattern_mesh, pattern_tube, read_pattern
 from stitchmesh.periodic.natural_outline import natural_outline
 from stitchmesh.periodic.repeat.torus import torus_mesh
+from stitchmesh.run import Run
 from stitchmesh.run_control import RunControl, Snapshot
 from tests.meshrelax.fabrics import grid_fabric, tube_points
 
@@ -33,7 +34,7 @@ def lace(name: str = "feather-and-fan") -> StitchMesh:
 
 def test_plain_knit_at_its_rest_size_stays_where_it_is() -> None:
     drawn = pattern_mesh(read_pattern("stockinette"), 5, 4, **PLAIN)
-    shape = relax_mesh_freely(drawn, progress=False)
+    shape = relax_mesh_freely(drawn)
     assert shape.report.iterations == 0
     np.testing.assert_array_equal(shape.fabric.vertices, drawn.vertices)
     # Lengths of 1 cm have rounding errors of 1e-16.
@@ -44,7 +45,7 @@ def test_plain_knit_at_its_rest_size_stays_where_it_is() -> None:
 @pytest.mark.parametrize(("name", "share"), [("rib2x2", 0), ("garter", 1)])
 def test_rib_and_garter_stitch_take_their_rest_sizes_in_every_form(form: str, name: str, share: int) -> None:
     """Four of five stitches are balanced by an unequal neighbour, and the mean of five is 1 / 5."""
-    measures = natural_outline(name, form, columns=8, rows=6, progress=False).measures()
+    measures = natural_outline(name, form, columns=8, rows=6).measures()
     part = 1.0 - 0.2**2
     # The residual of 1e-4 is about the strain that remains; borders have fewer neighbours.
     close = 1e-3 if form == "lattice" else 0.05
@@ -53,13 +54,13 @@ def test_rib_and_garter_stitch_take_their_rest_sizes_in_every_form(form: str, na
 
 
 def test_feather_and_fan_scallops_and_stockinette_does_not() -> None:
-    assert natural_outline("feather-and-fan", columns=2, rows=4, progress=False).wave(BOTTOM) > 2.0
-    assert natural_outline("stockinette", columns=20, rows=10, progress=False).wave(BOTTOM) < 1e-3
+    assert natural_outline("feather-and-fan", columns=2, rows=4).wave(BOTTOM) > 2.0
+    assert natural_outline("stockinette", columns=20, rows=10).wave(BOTTOM) < 1e-3
 
 
 def test_mirrored_lace_slants_to_the_other_side() -> None:
     right, left = (
-        natural_outline(parse_pattern(text), "lattice", progress=False).slant
+        natural_outline(parse_pattern(text), "lattice").slant
         for text in (LEANING.format("ssk"), LEANING.format("k2tog").replace("yo k6 k2tog", "k2tog k6 yo"))
     )
     assert right > 20.0
@@ -71,7 +72,7 @@ def test_a_turned_and_shifted_piece_takes_the_same_shape() -> None:
     axes = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
     axes *= np.sign(np.linalg.det(axes))
     turned = replace(drawn, vertices=drawn.vertices @ axes.T + [3.0, -2.0, 5.0])
-    one, other = (relax_mesh_freely(fabric, tolerance=1e-6, progress=False) for fabric in (drawn, turned))
+    one, other = (relax_mesh_freely(fabric, tolerance=1e-6) for fabric in (drawn, turned))
     # The tolerance of 1e-6 leaves strains of this order, which add up over 20 stitches.
     np.testing.assert_allclose(one.fabric.stretch, other.fabric.stretch, atol=1e-4)
     assert one.width == pytest.approx(other.width, rel=1e-4)
@@ -80,7 +81,7 @@ def test_a_turned_and_shifted_piece_takes_the_same_shape() -> None:
 def test_a_repeat_is_the_same_in_a_cell_of_two_repeats() -> None:
     pattern = read_pattern("openwork-trellis")
     one, two = (
-        relax_mesh_freely(torus_mesh(pattern, columns, 1, **PLAIN), tolerance=1e-6, progress=False)
+        relax_mesh_freely(torus_mesh(pattern, columns, 1, **PLAIN), tolerance=1e-6)
         for columns in (1, 2)
     )
     assert one.fabric.lattice is not None and two.fabric.lattice is not None
@@ -104,7 +105,7 @@ def test_forces_on_the_unknowns_do_the_work_of_the_forces_on_the_points() -> Non
 def test_results_are_repeatable_and_a_pause_changes_nothing() -> None:
     seen: list[Snapshot[StitchMesh]] = []
     control = RunControl(seen.append, seconds=0.0)
-    one, other = relax_mesh_freely(lace(), progress=False), relax_mesh_freely(lace(), progress=False, control=control)
+    one, other = relax_mesh_freely(lace()), relax_mesh_freely(lace(), run=Run(False, control=control))
     np.testing.assert_array_equal(one.fabric.vertices, other.fabric.vertices)
     assert len(seen) > 1 and seen[0].state.stretch is not None
     assert not np.array_equal(seen[0].state.vertices, seen[-1].state.vertices)

@@ -10,6 +10,7 @@ import pytest
 from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import relax_mesh, relax_mesh_with_report
+from stitchmesh.run import Run
 from tests.meshrelax.fabrics import grid_fabric, rectangle_points, rotation, tube_chord_points
 
 pytestmark = pytest.mark.decides
@@ -97,14 +98,14 @@ def test_repeated_runs_give_the_same_bits() -> None:
 
 def test_a_relaxation_that_reaches_its_limit_of_iterations_reports_no_convergence() -> None:
     fabric, surface = distorted_swatch()
-    seen: list[tuple[int, float]] = []
+    seen: list[str] = []
     _, report = relax_mesh_with_report(
-        fabric, surface=surface, tolerance=1e-9, max_iterations=2, progress=lambda *step: seen.append(step)
+        fabric, surface=surface, tolerance=1e-9, max_iterations=2, run=Run(lambda stage, done, note: seen.append(note))
     )
     assert not report.converged
     assert report.iterations == 2
-    assert [iteration for iteration, _ in seen] == [1, 2]
-    assert seen[-1][1] == report.residual
+    assert [note.partition(",")[0] for note in seen] == ["iteration 1", "iteration 2"]
+    assert seen[-1] == f"iteration 2, residual {report.residual:.3g}"
 
 
 def test_vertices_in_the_same_place_are_separated() -> None:

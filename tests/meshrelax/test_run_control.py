@@ -11,6 +11,7 @@ import pytest
 
 from stitchmesh.mesh import Mesh, StitchMesh
 from stitchmesh.meshrelax import MeshRelaxReport, relax_mesh_with_report
+from stitchmesh.run import Run
 from stitchmesh.run_control import RunControl, Snapshot
 from stitchmesh.time_limit import TimeLimit, limited_to
 from tests.meshrelax.fabrics import grid_fabric, rectangle_points
@@ -38,7 +39,7 @@ def plain(surface: Mesh) -> tuple[StitchMesh, MeshRelaxReport]:
 def test_the_snapshots_lead_from_the_start_to_the_result(surface: Mesh, plain: tuple[StitchMesh, MeshRelaxReport]):
     shown: list[Snapshot[StitchMesh]] = []
     control = RunControl(shown.append, seconds=0.0)
-    relaxed, report = relax_mesh_with_report(uneven(), surface=surface, control=control)
+    relaxed, report = relax_mesh_with_report(uneven(), surface=surface, run=Run(control=control))
     assert np.array_equal(relaxed.vertices, plain[0].vertices) and not report.stopped
     assert shown[0].iteration == 0 and shown[0].state.stretch is not None
     np.testing.assert_allclose(shown[0].state.vertices, uneven().vertices, atol=1e-9)
@@ -56,7 +57,7 @@ def test_a_stopped_relaxation_returns_the_state_that_was_shown_last(
         seen.release()
 
     control, results = RunControl(watch, seconds=1e9, paused=True), []
-    work = lambda: results.append(relax_mesh_with_report(uneven(), surface=surface, control=control))  # noqa: E731
+    work = lambda: results.append(relax_mesh_with_report(uneven(), surface=surface, run=Run(control=control)))  # noqa: E731
     thread = threading.Thread(target=work, daemon=True)
     thread.start()
     assert seen.acquire(timeout=SAFETY)

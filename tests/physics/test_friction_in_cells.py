@@ -16,9 +16,9 @@ import warp as wp
 from stitchmesh.compute.kernel import kernel
 from stitchmesh.lattice import Lattice
 from stitchmesh.quality import PRESETS
+from stitchmesh.run import CHECKPOINT, Checkpoints, Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.checkpoint import NAME, Checkpoints
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.friction.friction_law import resistance_block, slip_stiffness_block
 from stitchmesh.yarnrelax.model.image_table import renew_images
@@ -305,8 +305,8 @@ def test_a_resumed_relaxation_with_friction_ends_in_the_same_bits(tmp_path) -> N
     common: dict[str, Any] = {"material": KALDOR, "device": "cpu", "cell": UPRIGHT, "terms": terms}
     whole = relax_yarns(yarns, quality=EXACT, **common)
     short = replace(EXACT, max_iterations=60)
-    relax_yarns(yarns, quality=short, checkpoint=Checkpoints(tmp_path, every=20), **common)
-    rest = relax_yarns(yarns, quality=EXACT, resume=tmp_path / NAME, **common)
+    relax_yarns(yarns, quality=short, run=Run(checkpoints=Checkpoints(tmp_path, every=20)), **common)
+    rest = relax_yarns(yarns, quality=EXACT, run=Run(resume=tmp_path / CHECKPOINT), **common)
     np.testing.assert_array_equal(rest.yarns.points, whole.yarns.points)
     np.testing.assert_array_equal(rest.yarns.lattice.periods, whole.yarns.lattice.periods)
 

@@ -24,10 +24,10 @@ from stitchmesh.io.checkpoint_file import CheckpointFile, previous_path, read_ch
 from stitchmesh.mesh import Mesh
 from stitchmesh.periodic.relaxation.continuation import stretch_cell
 from stitchmesh.quality import PRESETS, Quality
+from stitchmesh.run import Checkpoints, Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import Relaxation, RelaxCell, observer, relax_yarns
 from stitchmesh.yarnrelax.assessment import Assessments
-from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies.body import Body
 from stitchmesh.yarnrelax.energies.gravity import Gravity
@@ -77,7 +77,7 @@ def kill_ten_times() -> dict[str, Any]:
         def continue_relaxation(iterations: int = LONG.max_iterations) -> Relaxation:
             resume = checkpoint.path if checkpoint.path.exists() else None
             quality = replace(LONG, max_iterations=iterations)
-            return relaxed(quality, keep_shape=fabric, checkpoint=checkpoint, resume=resume)
+            return relaxed(quality, keep_shape=fabric, run=Run(checkpoints=checkpoint, resume=resume))
 
         uninterrupted = relaxed(LONG, keep_shape=fabric)  # runs first, so that no kernel is compiled during counting
         # Calls from the start to 20 iterations, from there to 40, from there to 80, and from there to the end: resuming
@@ -118,12 +118,12 @@ def test_ten_kills_at_random_times_change_no_bit():
 def test_a_resumed_relaxation_ends_in_the_same_bits(tmp_path, solver, precision):
     quality = replace(QUALITY, max_iterations=120, solver=solver, precision=precision)
     options = {"material": YarnMaterial.named("leaf"), "terms": [Gravity()]}
-    relaxed(replace(quality, max_iterations=60), checkpoint=Checkpoints(tmp_path, 20), **options)
+    relaxed(replace(quality, max_iterations=60), run=Run(checkpoints=Checkpoints(tmp_path, 20)), **options)
     newest = tmp_path / "checkpoint.smc"
     whole = relaxed(quality, **options)
     for path, iteration in ((newest, 60), (previous_path(newest), 40)):
         assert read_checkpoint(path).header["iteration"] == iteration
-        assert same(relaxed(quality, resume=path, **options), whole)
+        assert same(relaxed(quality, run=Run(resume=path), **options), whole)
 
 
 def floor_below(yarns: YarnSet) -> Mesh:
@@ -143,8 +143,8 @@ TERMS = {
 def test_the_state_of_terms_is_resumed(tmp_path, terms):
     quality = replace(QUALITY, max_iterations=120)
     options = {"material": YarnMaterial.named("leaf"), "terms": terms, "constraints": [Pins([0, 5])]}
-    relaxed(replace(quality, max_iterations=80), checkpoint=Checkpoints(tmp_path, 20), **options)
-    assert same(relaxed(quality, resume=tmp_path / "checkpoint.smc", **options), relaxed(quality, **options))
+    relaxed(replace(quality, max_iterations=80), run=Run(checkpoints=Checkpoints(tmp_path, 20)), **options)
+    assert same(relaxed(quality, run=Run(resume=tmp_path / "checkpoint.smc"), **options), relaxed(quality, **options))
 
 
 def test_the_step_scale_after_a_step_back_is_resumed(tmp_path, monkeypatch):
@@ -160,18 +160,19 @@ def test_the_step_scale_after_a_step_back_is_resumed(tmp_path, monkeypatch):
     monkeypatch.setattr(YarnSimulation, "assess_cells", assess_with_increases)
     uninterrupted = relaxed(replace(QUALITY, max_iterations=120))
     count = iter(range(1000))
-    relaxed(replace(QUALITY, max_iterations=40), checkpoint=Checkpoints(tmp_path, 20))
+    relaxed(replace(QUALITY, max_iterations=40), run=Run(checkpoints=Checkpoints(tmp_path, 20)))
     assert read_checkpoint(tmp_path / "checkpoint.smc").header["step_scale"] < 1.0
-    assert same(relaxed(replace(QUALITY, max_iterations=120), resume=tmp_path / "checkpoint.smc"), uninterrupted)
+    again = relaxed(replace(QUALITY, max_iterations=120), run=Run(resume=tmp_path / "checkpoint.smc"))
+    assert same(again, uninterrupted)
 
 
 def test_a_finished_relaxation_is_resumed_to_the_same_result(tmp_path, monkeypatch):
     quality = replace(QUALITY, tolerance=0.02, max_iterations=20_000)
     options = {"quality": quality, "keep_shape": fabric_of(ROWS, STITCHES, closed=True)}
-    uninterrupted = relaxed(checkpoint=Checkpoints(tmp_path, 10_000), **options)
+    uninterrupted = relaxed(run=Run(checkpoints=Checkpoints(tmp_path, 10_000)), **options)
     assert uninterrupted.report["converged"]
     monkeypatch.setattr(RelaxationLoop, "advance", None)  # no iteration and no Newton step may run
-    again = relaxed(resume=tmp_path / "checkpoint.smc", **options)
+    again = relaxed(run=Run(resume=tmp_path / "checkpoint.smc"), **options)
     assert same(again, uninterrupted)
     assert again.report["seconds"] > uninterrupted.history[-1]["seconds"]
 
@@ -199,9 +200,9 @@ def test_a_relaxation_that_is_resumed_between_newton_steps_ends_in_the_same_bits
     assert len(steps) > 1
     for most in (steps[0] - STEP_COST["cpu"], *steps[:4], steps[-2]):
         stopped = replace(quality, max_iterations=most)
-        relax_yarns(yarns, quality=stopped, device="cpu", checkpoint=Checkpoints(tmp_path, 10_000), **options)
+        relax_yarns(yarns, quality=stopped, device="cpu", run=Run(checkpoints=Checkpoints(tmp_path, 10_000)), **options)
         assert read_checkpoint(path).header["iteration"] == most
-        assert same(relax_yarns(yarns, quality=quality, device="cpu", resume=path, **options), whole)
+        assert same(relax_yarns(yarns, quality=quality, device="cpu", run=Run(resume=path), **options), whole)
 
 
 @pytest.mark.parametrize("most", [40, 80])
@@ -209,26 +210,28 @@ def test_a_cell_that_has_strained_far_is_resumed_to_the_same_bits(tmp_path, most
     """Its period has shrunk by a fifth: the lists are made again as they were at the periods of the last search."""
     yarns = stretch_cell(periodic_patch(1, 1), 1.0, 1.3)
     quality = replace(PRESETS["draft"], tolerance=1e-4, max_iterations=400)
-    options = {"device": "cpu", "cell": RelaxCell(), "checkpoint": Checkpoints(tmp_path, 10_000)}
-    whole = relax_yarns(yarns, quality=quality, **options)
+    options = {"device": "cpu", "cell": RelaxCell()}
+    kept = Run(checkpoints=Checkpoints(tmp_path, 10_000))
+    whole = relax_yarns(yarns, quality=quality, run=kept, **options)
     assert whole.yarns.lattice.periods[1, 1] < 0.8 * yarns.lattice.periods[1, 1]
-    relax_yarns(yarns, quality=replace(quality, max_iterations=most), **options)
-    assert same(relax_yarns(yarns, quality=quality, resume=tmp_path / "checkpoint.smc", **options), whole)
+    relax_yarns(yarns, quality=replace(quality, max_iterations=most), run=kept, **options)
+    resumed = relax_yarns(yarns, quality=quality, run=replace(kept, resume=tmp_path / "checkpoint.smc"), **options)
+    assert same(resumed, whole)
 
 
 def test_checkpoints_are_written_at_assessments_with_at_least_the_given_interval(tmp_path, monkeypatch):
     written = []
     monkeypatch.setattr(observer, "write_state", lambda path, inputs, state: written.append(state.iteration))
-    relaxed(replace(QUALITY, max_iterations=140), checkpoint=Checkpoints(tmp_path, 50))
+    relaxed(replace(QUALITY, max_iterations=140), run=Run(checkpoints=Checkpoints(tmp_path, 50)))
     assert written == [0, 60, 120, 140]
 
 
 def test_checkpoints_are_written_between_newton_steps_with_at_least_the_given_interval(tmp_path, monkeypatch):
     written = []
     monkeypatch.setattr(observer, "write_state", lambda path, inputs, state: written.append(state.iteration))
-    options = {"quality": "draft", "device": "cpu", "cell": RelaxCell(), "checkpoint": Checkpoints(tmp_path, 35)}
-    history = relax_yarns(periodic_patch(1, 1), **options).history
-    ends = [entry["iteration"] for entry in history]
+    kept = Run(checkpoints=Checkpoints(tmp_path, 35))
+    rest = relax_yarns(periodic_patch(1, 1), quality="draft", device="cpu", cell=RelaxCell(), run=kept)
+    ends = [entry["iteration"] for entry in rest.history]
     expected = [0]
     while later := [end for end in ends if end >= expected[-1] + 35]:
         expected.append(later[0])
@@ -250,16 +253,16 @@ def test_an_interrupted_relaxation_writes_its_last_assessment(tmp_path, monkeypa
 
     with monkeypatch.context() as patch, pytest.raises(failure):
         patch.setattr(RelaxationLoop, "iterate", interrupted)
-        relaxed(quality, checkpoint=Checkpoints(tmp_path, 10_000))
+        relaxed(quality, run=Run(checkpoints=Checkpoints(tmp_path, 10_000)))
     assert read_checkpoint(tmp_path / "checkpoint.smc").header["iteration"] == 60
-    assert same(relaxed(quality, resume=tmp_path / "checkpoint.smc"), uninterrupted)
+    assert same(relaxed(quality, run=Run(resume=tmp_path / "checkpoint.smc")), uninterrupted)
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two checkpoints of a short relaxation."""
     folder = tmp_path_factory.mktemp("short")
-    relaxed(replace(QUALITY, max_iterations=20), checkpoint=Checkpoints(folder, 20))
+    relaxed(replace(QUALITY, max_iterations=20), run=Run(checkpoints=Checkpoints(folder, 20)))
     return folder
 
 
@@ -269,25 +272,22 @@ def test_a_damaged_checkpoint_is_refused_and_the_previous_one_suggested(folder, 
     damaged[len(damaged) // 2] ^= 1
     path.write_bytes(damaged)
     with pytest.raises(FileError, match=r"its checksum is wrong; .* use .*checkpoint\.previous\.smc$"):
-        relaxed(resume=path)
+        relaxed(run=Run(resume=path))
     quality = replace(QUALITY, max_iterations=40)
-    assert same(relaxed(quality, resume=previous_path(path)), relaxed(quality))
+    assert same(relaxed(quality, run=Run(resume=previous_path(path))), relaxed(quality))
 
 
 def test_a_checkpoint_of_another_relaxation_is_refused(folder):
-    path = folder / "checkpoint.smc"
-    yarns = tube(ROWS, STITCHES)
-    longer = replace(yarns, rest_length=1.1 * yarns.rest_length)
+    again, yarns = Run(resume=folder / "checkpoint.smc"), tube(ROWS, STITCHES)
+    longer, fabric = replace(yarns, rest_length=1.1 * yarns.rest_length), fabric_of(ROWS, STITCHES, closed=True)
     material = YarnMaterial.named("kaldor-simulation")
     given = {
-        "yarns.rest_length is": lambda: relax_yarns(longer, quality=QUALITY, device="cpu", resume=path),
-        "material.k_length is 0.0 and was 10000.0": lambda: relaxed(material=material, resume=path),
-        "quality.step_fraction is 0.1 and was 0.2;": lambda: relaxed(replace(QUALITY, step_fraction=0.1), resume=path),
-        "quality.solver is dynamics and was": lambda: relaxed(replace(QUALITY, solver="dynamics"), resume=path),
-        "term 0 is KeepShape and was absent": lambda: relaxed(
-            keep_shape=fabric_of(ROWS, STITCHES, closed=True), resume=path
-        ),
-        "term 0 is Gravity and was absent": lambda: relaxed(terms=[Gravity()], resume=path),
+        "yarns.rest_length is": lambda: relax_yarns(longer, quality=QUALITY, device="cpu", run=again),
+        "material.k_length is 0.0 and was 10000.0": lambda: relaxed(material=material, run=again),
+        "quality.step_fraction is 0.1 and was 0.2;": lambda: relaxed(replace(QUALITY, step_fraction=0.1), run=again),
+        "quality.solver is dynamics and was": lambda: relaxed(replace(QUALITY, solver="dynamics"), run=again),
+        "term 0 is KeepShape and was absent": lambda: relaxed(keep_shape=fabric, run=again),
+        "term 0 is Gravity and was absent": lambda: relaxed(terms=[Gravity()], run=again),
     }
     for message, resume in given.items():
         with pytest.raises(ParameterError, match=message) as caught:
@@ -304,32 +304,32 @@ def test_a_checkpoint_whose_arrays_were_exchanged_is_refused(folder, tmp_path, n
     others = {} if "missing" in reason else {name: np.zeros((3, 3), dtype=np.float32)}
     write_checkpoint(tmp_path / "other.smc", CheckpointFile(content.header, arrays | others))
     with pytest.raises(ParameterError, match=f"resume: array '{name}' of the checkpoint {reason}"):
-        relaxed(resume=tmp_path / "other.smc")
+        relaxed(run=Run(resume=tmp_path / "other.smc"))
 
 
 def test_an_older_checkpoint_with_masses_that_nothing_read_is_resumed(tmp_path):
     """Materials of other radii once had another mass; it decides nothing at rest without gravity."""
     few = replace(QUALITY, max_iterations=20)
-    relaxed(few, checkpoint=Checkpoints(tmp_path, every=20))
+    relaxed(few, run=Run(checkpoints=Checkpoints(tmp_path, every=20)))
     content = read_checkpoint(tmp_path / "checkpoint.smc")
     assert not [key for key in content.header["inputs"] if key.endswith("mass_per_length")]
     inputs = content.header["inputs"] | {"material.mass_per_length": "0.015"}
     write_checkpoint(tmp_path / "old.smc", CheckpointFile(content.header | {"inputs": inputs}, content.arrays))
-    assert same(relaxed(few, resume=tmp_path / "old.smc"), relaxed(few))
+    assert same(relaxed(few, run=Run(resume=tmp_path / "old.smc")), relaxed(few))
 
 
 @pytest.mark.parametrize("options", [{"terms": [Gravity()]}, {"quality": replace(QUALITY, solver="dynamics")}])
 def test_a_checkpoint_with_another_mass_is_refused_where_the_mass_decides(tmp_path, options):
     quality = replace(options.pop("quality", QUALITY), max_iterations=20)
-    relaxed(quality, checkpoint=Checkpoints(tmp_path, every=20), **options)
+    relaxed(quality, run=Run(checkpoints=Checkpoints(tmp_path, every=20)), **options)
     heavy = replace(tube(ROWS, STITCHES), mass_per_length=np.full(tube(ROWS, STITCHES).yarn_count, 0.01))
     with pytest.raises(ParameterError, match=r"yarns.mass_per_length is .* and was absent"):
-        relax_yarns(heavy, quality=quality, device="cpu", resume=tmp_path / "checkpoint.smc", **options)
+        relax_yarns(heavy, quality=quality, device="cpu", run=Run(resume=tmp_path / "checkpoint.smc"), **options)
 
 
 def test_a_missing_checkpoint_is_refused(tmp_path):
     with pytest.raises(FileError, match="there is no such file"):
-        relaxed(resume=tmp_path / "checkpoint.smc")
+        relaxed(run=Run(resume=tmp_path / "checkpoint.smc"))
 
 
 def test_checkpoints_need_a_positive_number_of_iterations(tmp_path):

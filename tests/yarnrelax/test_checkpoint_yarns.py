@@ -11,8 +11,8 @@ import pytest
 
 from stitchmesh.errors import FileError
 from stitchmesh.quality import PRESETS
+from stitchmesh.run import Checkpoints, Run
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns
-from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.checkpoint_yarns import checkpoint_yarns
 from tests.yarnrelax.stockinette import flat_patch
 
@@ -24,7 +24,7 @@ def stopped(tmp_path_factory):
     yarns = flat_patch(3, 3)
     quality = replace(PRESETS["draft"], max_iterations=40)
     relaxed = relax_yarns(
-        yarns, material=YarnMaterial.named(), quality=quality, device="cpu", checkpoint=Checkpoints(folder, 1)
+        yarns, material=YarnMaterial.named(), quality=quality, device="cpu", run=Run(checkpoints=Checkpoints(folder, 1))
     )
     return yarns, relaxed.yarns, folder
 

@@ -38,7 +38,7 @@ def assessed(yarns: YarnSet, precision: str = "float32", **stiffness: float) -> 
 
 
 def relaxed(yarns: YarnSet, **stiffness: float) -> Relaxation:
-    return relax_yarns(yarns, material=material(**stiffness), quality=DRAFT, device="cpu", progress=False)
+    return relax_yarns(yarns, material=material(**stiffness), quality=DRAFT, device="cpu")
 
 
 def arc(over_radius: float) -> YarnSet:

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from stitchmesh.quality import PRESETS, Solver
+from stitchmesh.run import CHECKPOINT, Checkpoints, Run
 from stitchmesh.yarnrelax import Relaxation, RelaxCell, YarnMaterial, relax_yarns, simulation
-from stitchmesh.yarnrelax.checkpoint import NAME, Checkpoints
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.load_steps import LoadStep, relax_through_steps
 from stitchmesh.yarnrelax.solvers.alternation import STEP_COST
@@ -27,14 +27,14 @@ QUALITY = replace(PRESETS["draft"], tolerance=1e-9, largest_change=1e-9)
 
 def relaxed(most: int, **options: Any) -> Relaxation:
     quality = replace(QUALITY, max_iterations=most)
-    return relax_yarns(periodic_patch(1, 1), quality=quality, device="cpu", progress=False, **options)
+    return relax_yarns(periodic_patch(1, 1), quality=quality, device="cpu", **options)
 
 
 @pytest.mark.parametrize("solver", ["quasistatic", "dynamics"])
 @pytest.mark.parametrize("most", [0, 1, 5, 20, 27])
 def test_the_limit_is_reached_exactly(solver: Solver, most: int) -> None:
     quality = replace(QUALITY, solver=solver, max_iterations=most)
-    made = relax_yarns(tube(3, 6), quality=quality, device="cpu", progress=False)
+    made = relax_yarns(tube(3, 6), quality=quality, device="cpu")
     assert made.report["iterations"] == made.history[-1]["iteration"] == most
 
 
@@ -58,7 +58,7 @@ def test_each_load_step_of_a_path_ends_at_the_limit() -> None:
     quality, steps = replace(QUALITY, max_iterations=13), [LoadStep(), LoadStep(friction=0.5)]
     found = relax_through_steps(
         periodic_patch(1, 1), steps, friction=Friction(0.3), material=YarnMaterial.named(), quality=quality,
-        cell=FREE, device="cpu", progress=False,
+        cell=FREE, device="cpu",
     )  # fmt: skip
     assert [step.iterations for step in found] == [13, 13]
 
@@ -66,16 +66,16 @@ def test_each_load_step_of_a_path_ends_at_the_limit() -> None:
 def test_a_launch_of_several_time_steps_does_not_exceed_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     """On a GPU a launch does five of them, and has no means to stop within."""
     steps = replace(QUALITY, solver="dynamics", max_iterations=7)
-    single = relax_yarns(tube(3, 6), quality=steps, device="cpu", progress=False)
+    single = relax_yarns(tube(3, 6), quality=steps, device="cpu")
     monkeypatch.setattr(simulation, "GRAPH_ITERATIONS", {"cpu": 5})
-    several = relax_yarns(tube(3, 6), quality=steps, device="cpu", progress=False)
+    several = relax_yarns(tube(3, 6), quality=steps, device="cpu")
     assert several.report["iterations"] == single.report["iterations"] == 7
     np.testing.assert_array_equal(several.yarns.points, single.yarns.points)
 
 
 def test_a_relaxation_that_goes_on_after_a_limit_has_the_bits_of_one_without(tmp_path: Path) -> None:
     whole = relaxed(60)
-    relaxed(27, checkpoint=Checkpoints(tmp_path, 10))
-    again = relaxed(60, resume=tmp_path / NAME)
+    relaxed(27, run=Run(checkpoints=Checkpoints(tmp_path, 10)))
+    again = relaxed(60, run=Run(resume=tmp_path / CHECKPOINT))
     np.testing.assert_array_equal(again.yarns.points, whole.yarns.points)
     assert again.report["iterations"] == whole.report["iterations"]

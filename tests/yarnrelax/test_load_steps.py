@@ -18,11 +18,11 @@ from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.checkpoint_file import CheckpointFile, read_checkpoint, write_checkpoint
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.quality import PRESETS
+from stitchmesh.run import Checkpoints, Run
 from stitchmesh.time_limit import TimeLimit, limited_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, observer
 from stitchmesh.yarnrelax.cell_stress import cell_stress
-from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.friction.friction import Friction
 from stitchmesh.yarnrelax.load_steps import LoadStep, StepAtRest, relax_through_steps
 from stitchmesh.yarnrelax.model.material import YarnMaterial
@@ -62,7 +62,7 @@ def checkpoints(tmp_path_factory):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(observer, "write_state", write_and_copy)
-        found = relaxed(checkpoint=Checkpoints(folder, every=1))
+        found = relaxed(run=Run(checkpoints=Checkpoints(folder, every=1)))
     return found, written
 
 
@@ -72,7 +72,7 @@ def test_a_path_that_is_stopped_in_any_step_ends_in_the_same_bits(checkpoints):
     assert bits(found) == whole
     assert sorted(written) == list(range(len(STEPS)))
     for path in written.values():
-        assert bits(relaxed(resume=path)) == whole
+        assert bits(relaxed(run=Run(resume=path))) == whole
 
 
 def test_borders_are_held_by_the_loads_that_act_on_them(checkpoints):
@@ -98,16 +98,16 @@ def test_a_path_that_the_time_ends_goes_on_with_more_time(tmp_path):
         relaxed()
     half, readings = next(readings) / 2, count()
     with limited_to(TimeLimit(half, clock=lambda: float(next(readings)))):
-        first = relaxed(checkpoint=Checkpoints(tmp_path, every=1000))
+        first = relaxed(run=Run(checkpoints=Checkpoints(tmp_path, every=1000)))
     assert 0 < len(first) < len(STEPS)
     assert first[-1].out_of_time and not first[-1].converged and not any(step.out_of_time for step in first[:-1])
-    assert bits(relaxed(resume=tmp_path / "checkpoint.smc")) == bits(relaxed())
+    assert bits(relaxed(run=Run(resume=tmp_path / "checkpoint.smc"))) == bits(relaxed())
 
 
 def test_the_time_of_a_path_counts_from_its_first_start(checkpoints):
     found, written = checkpoints
     before = read_checkpoint(written[4]).header["seconds"]
-    assert relaxed(resume=written[4])[-1].seconds > before > found[0].seconds > 0.0
+    assert relaxed(run=Run(resume=written[4]))[-1].seconds > before > found[0].seconds > 0.0
 
 
 @pytest.mark.parametrize(
@@ -116,7 +116,7 @@ def test_the_time_of_a_path_counts_from_its_first_start(checkpoints):
 )
 def test_a_checkpoint_of_another_path_is_refused(checkpoints, options, message):
     with pytest.raises(ParameterError, match=f"is of a relaxation that was given something else: {message}"):
-        relaxed(resume=checkpoints[1][2], **options)
+        relaxed(run=Run(resume=checkpoints[1][2]), **options)
 
 
 def test_a_checkpoint_without_the_arrays_of_an_ended_step_is_damaged(checkpoints, tmp_path):
@@ -124,7 +124,7 @@ def test_a_checkpoint_without_the_arrays_of_an_ended_step_is_damaged(checkpoints
     arrays = {name: array for name, array in content.arrays.items() if name != "ended 1.points"}
     write_checkpoint(tmp_path / "cut.smc", CheckpointFile(content.header, arrays))
     with pytest.raises(FileError, match=r"'ended 1\.points' of the checkpoint is missing; begin without it"):
-        relaxed(resume=tmp_path / "cut.smc")
+        relaxed(run=Run(resume=tmp_path / "cut.smc"))
 
 
 def test_cells_that_are_loaded_together_come_to_the_sizes_that_they_have_alone():

@@ -11,9 +11,9 @@ import pytest
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError, SolverError
-from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.quality import PRESETS
+from stitchmesh.run import Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, observer, relax_yarns, yarn_energies
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
@@ -159,13 +159,13 @@ def test_a_keyboard_interrupt_passes_on_the_last_accepted_state(knit: YarnSet, m
     monkeypatch.setattr(observer, "PROGRESS_SECONDS", 0.0)
     states: list[YarnSet] = []
 
-    def interrupt(entry: HistoryEntry) -> None:
-        if entry["iteration"] >= 40:
+    def interrupt(stage: str, done: float, note: str) -> None:
+        if note.startswith("iteration 40,"):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         relax_yarns(
-            knit, quality=replace(DRAFT, tolerance=1e-9), device="cpu", progress=interrupt, on_state=states.append
+            knit, quality=replace(DRAFT, tolerance=1e-9), device="cpu", run=Run(interrupt, on_state=states.append)
         )
     expected = relax_yarns(knit, quality=replace(DRAFT, tolerance=1e-9, max_iterations=40), device="cpu").yarns
     assert np.array_equal(states[-1].points, expected.points)
@@ -242,4 +242,4 @@ def test_a_segment_that_is_far_longer_than_its_radius_is_refused(length: float) 
     points = length * np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0]])
     yarns = YarnSet.from_curves([points], closed=[False], radius=0.125)
     with pytest.raises(ParameterError, match="so long that it needs more than 10000 contact samples"):
-        relax_yarns(yarns, quality="draft", device="cpu", progress=False)
+        relax_yarns(yarns, quality="draft", device="cpu")

@@ -15,10 +15,10 @@ import pytest
 
 from stitchmesh.compute.device import alone
 from stitchmesh.quality import PRESETS
+from stitchmesh.run import Checkpoints, Run
 from stitchmesh.run_control import RunControl, Snapshot
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import Relaxation, relax_yarns
-from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from tests.yarnrelax.stockinette import tube
 
 SAFETY = 120.0  # Time after which a test that blocks fails [s]; a test that passes waits for a much shorter time.
@@ -37,12 +37,12 @@ def plain() -> Relaxation:
 class Live:
     """A relaxation in a thread of its own, whose pauses the test waits for."""
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, checkpoints: Checkpoints | None = None) -> None:
         self.shown: list[Snapshot[YarnSet]] = []
         self.result: Relaxation | None = None
         self.condition = threading.Condition()
         self.control = RunControl(self.watch, seconds=0.0, paused=True)
-        self.thread = threading.Thread(target=self.work, args=[options], daemon=True)
+        self.thread = threading.Thread(target=self.work, args=[checkpoints], daemon=True)
         self.thread.start()
 
     def watch(self, snapshot: Snapshot[YarnSet]) -> None:
@@ -50,8 +50,8 @@ class Live:
             self.shown.append(snapshot)
             self.condition.notify_all()
 
-    def work(self, options: dict[str, Any]) -> None:
-        self.result = relaxed(control=self.control, **options)
+    def work(self, checkpoints: Checkpoints | None) -> None:
+        self.result = relaxed(run=Run(checkpoints=checkpoints, control=self.control))
 
     def wait_for(self, iteration: int) -> Snapshot[YarnSet]:
         with self.condition:
@@ -101,11 +101,11 @@ def test_a_stopped_relaxation_returns_its_last_good_state_without_a_warning(capl
 
 def test_a_pause_writes_a_checkpoint_from_which_another_process_could_continue(tmp_path: Path, plain: Relaxation):
     checkpoint = Checkpoints(tmp_path, every=1_000_000)
-    live = Live(checkpoint=checkpoint)
+    live = Live(checkpoint)
     live.control.step(2)
     live.wait_for(40)
     with alone():  # The paused relaxation gives its access up, after it has written its checkpoint.
-        resumed = relaxed(resume=checkpoint.path)
+        resumed = relaxed(run=Run(resume=checkpoint.path))
     live.control.stop()
     live.end()
     assert np.array_equal(resumed.yarns.points, plain.yarns.points)

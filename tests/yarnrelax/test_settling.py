@@ -13,9 +13,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS, SLIDE, Precision, Quality
+from stitchmesh.run import Checkpoints, Run
 from stitchmesh.yarnrelax import Relaxation, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.assessment import Assessment, RemainingChange
-from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.newton import LARGE
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
@@ -97,7 +97,7 @@ def test_the_exact_step_alone_judges_a_large_piece_where_the_tolerance_asks_for_
 
 def relaxed_garment(quality: Quality, **options: Any) -> Relaxation:
     fabric = fabric_of(9, 40, closed=True)
-    return relax_yarns(tube(9, 40), keep_shape=fabric, quality=quality, device="cpu", progress=False, **options)
+    return relax_yarns(tube(9, 40), keep_shape=fabric, quality=quality, device="cpu", **options)
 
 
 def test_a_garment_comes_to_rest_with_an_estimate(garment: Relaxation) -> None:
@@ -109,7 +109,8 @@ def test_a_garment_comes_to_rest_with_an_estimate(garment: Relaxation) -> None:
 
 def test_a_garment_that_was_stopped_has_the_same_marks(garment: Relaxation, tmp_path: Path) -> None:
     half = garment.report["iterations"] // 2
-    relaxed_garment(replace(PRESETS["draft"], max_iterations=half), checkpoint=Checkpoints(tmp_path, every=20))
-    resumed = relaxed_garment(PRESETS["draft"], resume=tmp_path / "checkpoint.smc")
+    short = replace(PRESETS["draft"], max_iterations=half)
+    relaxed_garment(short, run=Run(checkpoints=Checkpoints(tmp_path, every=20)))
+    resumed = relaxed_garment(PRESETS["draft"], run=Run(resume=tmp_path / "checkpoint.smc"))
     assert_array_equal(resumed.yarns.points, garment.yarns.points)
     assert resumed.report["remaining_change"] == garment.report["remaining_change"]

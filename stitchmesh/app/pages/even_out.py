@@ -23,6 +23,7 @@ from stitchmesh.meshrelax.options import MeshRelaxOptions
 from stitchmesh.meshrelax.relax import MAX_ITERATIONS, MeshRelaxReport, not_converged, relax_mesh_with_report
 from stitchmesh.pipeline.options import KnitOptions
 from stitchmesh.progress import Progress
+from stitchmesh.run import Run
 from stitchmesh.run_control import RunControl, Snapshot
 
 if TYPE_CHECKING:
@@ -113,7 +114,7 @@ class EvenOutPage(Page):
         assert fabric is not None and surface is not None
 
         def relax(control: RunControl[StitchMesh], progress: Progress) -> Evened:
-            return relax_mesh_with_report(fabric, surface=surface, progress=False, control=control, **arguments)
+            return relax_mesh_with_report(fabric, surface=surface, run=Run(False, control=control), **arguments)
 
         self._run = LiveRun(
             self.app.tasks, "evening out the stitches", relax, stage="meshrelax", max_iterations=MAX_ITERATIONS,

@@ -27,6 +27,7 @@ from stitchmesh.patterns import Pattern, format_pattern, parse_pattern, read_pat
 from stitchmesh.periodic.natural_outline import PIECE, Form, natural_outline
 from stitchmesh.periodic.resolve_pattern import Source
 from stitchmesh.progress import Progress
+from stitchmesh.run import Run
 from stitchmesh.run_control import RunControl, Snapshot
 
 if TYPE_CHECKING:
@@ -115,7 +116,7 @@ class OutlinePage(Page):
         state, pattern = self.state, parse_pattern(self.state.pattern)
 
         def relax(control: RunControl[StitchMesh], progress: Progress) -> FreeShape:
-            return natural_outline(pattern, state.form, **_repeats(pattern, state), progress=False, control=control)
+            return natural_outline(pattern, state.form, **_repeats(pattern, state), run=Run(False, control=control))
 
         self._run = LiveRun(
             self.app.tasks, "relaxing the outline", relax, stage="outline", max_iterations=FREE_MAX_ITERATIONS,

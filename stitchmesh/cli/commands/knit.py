@@ -143,15 +143,14 @@ class Knit:
         from stitchmesh.recipe.knit_recipe import knit_recipe
 
         recipe = self._recipe_of_file() if self._is_recipe else self.recipe()
-        checkpoint = self.solver.checkpoints(Path(self.output))
         after, draws = time_after(None if self.no_picture else START_OF_RENDERER, self.budget.within)
         seconds_after = picture_seconds if draws else None
         budget = self._budget(recipe, after)
         remedy = f"write auto = true under [rows] into {self.mesh}" if self._is_recipe else REMEDY
         outputs = [*OUTPUTS, *([] if self.no_picture else PICTURES)]
         with output_folder(self.output, outputs) as folder, show_progress() as progress, faults_drawn(folder, remedy):
-            made = knit_recipe(recipe, folder, budget=budget, checkpoint=checkpoint, resume=self.solver.resume,
-                               progress=progress, seconds_after=seconds_after)  # fmt: skip
+            run = replace(self.solver.kept_run(Path(self.output)), progress=progress)
+            made = knit_recipe(recipe, folder, budget=budget, run=run, seconds_after=seconds_after)
             plot_history(made.history, folder, chosen_setting(made.report) or recipe.quality)
             drawn = False
             if draws:

@@ -84,18 +84,19 @@ class Relax:
         quality = self.solver.quality(self.quality or DEFAULT_QUALITY)
         budget = self.budget.budget(chooses=self.quality is None and quality == DEFAULT_QUALITY)
         given = read_yarns(self.yarns, unit=self.unit, radius=self.yarn_radius)
-        lengths, checkpoints = self.rest_lengths.section().rest_lengths(), checkpoint_folder(self.output)
+        lengths = self.rest_lengths.section().rest_lengths()
+        kept = self.solver.kept_run(checkpoint_folder(self.output))
         if self.fabric is not None and not lengths.need_fabric:
             raise ParameterError("fabric: no rest length asks for it; add --loop-length or --rest-length, or take "
                                  "--keep-shape")  # fmt: skip
-        options = self.solver.relax_options(self.physics, lengths, self.material, checkpoints)
+        options = self.solver.relax_options(self.physics, lengths, self.material)
         options = replace(options, constraints=self.pins.constraints())
         check_writable(self.output, given)
         shape = self.keep_shape or self.fabric
-        run = relax_with_options if budget is None else partial(relax_within_budget, budget)
+        how = relax_with_options if budget is None else partial(relax_within_budget, budget)
         relax = partial(
-            run, given, options, quality=quality, device=self.device,
+            how, given, options, quality=quality, device=self.device,
             fabric=None if shape is None else read_stitches(shape), keep_shape=self.keep_shape is not None,
         )  # fmt: skip
-        relaxed = relax_to_file(self.output, self.report, given, relax, quality=quality, as_json=self.json)
+        relaxed = relax_to_file(self.output, self.report, given, relax, kept, quality=quality, as_json=self.json)
         return exit_status(relaxed.report)

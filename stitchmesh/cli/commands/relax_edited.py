@@ -63,7 +63,8 @@ class RelaxEdited:
         from stitchmesh.io.yarns import check_writable
 
         quality = self.solver.quality(self.quality)
-        options = self.solver.relax_options(self.physics, RestLengths(), self.material, checkpoint_folder(self.output))
+        options = self.solver.relax_options(self.physics, RestLengths(), self.material)
+        kept = self.solver.kept_run(checkpoint_folder(self.output))
         relaxed = read_yarns(self.yarns)
         check_writable(self.output, relaxed)
         before, after = read_stitches(self.before), read_stitches(self.after)
@@ -71,7 +72,7 @@ class RelaxEdited:
             relax_edited, relaxed, before, after, quality=quality, device=self.device, options=options,
             finish=self.finish, surface=None if self.surface is None else read_stitches(self.surface),
         )  # fmt: skip
-        made = relax_to_file(self.output, self.report, None, relax, quality=quality, as_json=self.json)
+        made = relax_to_file(self.output, self.report, None, relax, kept, quality=quality, as_json=self.json)
         if made.fabric is not after:
             evened = Path(self.output).with_suffix(".stitches.h5")
             write_stitches(evened, made.fabric)

@@ -36,14 +36,12 @@ class RelaxMesh:
         from stitchmesh.cli.progress import show_progress
         from stitchmesh.io import read_stitches, write_stitches
         from stitchmesh.meshrelax import relax_mesh_with_report
-        from stitchmesh.meshrelax.relax import TOLERANCE
-        from stitchmesh.progress import relaxing_progress
+        from stitchmesh.run import Run
 
         fabric, surface = read_stitches(self.fabric), self._surface()
         options = {name: value for name, value in asdict(self.forces.mesh_relax_options()).items() if value is not None}
         with show_progress() as progress:
-            report_progress = relaxing_progress("meshrelax", TOLERANCE, progress)
-            relaxed, report = relax_mesh_with_report(fabric, surface=surface, progress=report_progress, **options)
+            relaxed, report = relax_mesh_with_report(fabric, surface=surface, run=Run(progress), **options)
         write_stitches(self.output, relaxed)
         stretch = f"stretch: rms {report.rms_stretch:.3f}, maximum {report.max_stretch:.3f}"
         say(f"{report.iterations} iterations, {stretch}")

@@ -74,7 +74,7 @@ class Stretch:
             curve = stretch_test(
                 pattern, **directions, steps=self.steps, cycles=self.cycles, friction=self.friction,
                 quality=self.quality, device=self.device, material=material, budget=self.time.limit(),
-                progress=_print_state, **options,
+                on_point=_print_state, **options,
             )  # fmt: skip
             write_stretch(folder / TABLE, curve)
             plot_stretch(curve, folder / PLOT)

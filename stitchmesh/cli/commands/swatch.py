@@ -308,19 +308,14 @@ class Swatch:
     ) -> RelaxedSwatch:
         """Relax the repeat, and report the progress."""
         from stitchmesh.periodic.swatch import swatch
-        from stitchmesh.progress import relaxing_progress
+        from stitchmesh.progress import with_work_after
 
-        quality = self._quality
         material = self.material.yarn_material(options.yarn_radius, options.mass_per_length)
         given = {name: getattr(options, name) for name in options.__dataclass_fields__}
-        report_progress = relaxing_progress(
-            "yarnrelax", quality.resting_residual, progress, max_iterations=quality.max_iterations,
-            seconds_after=0.0 if self.no_picture else START_OF_RENDERER,
-        )  # fmt: skip
         return swatch(
-            source, material=material, quality=quality, device=self.device, relax_cell=self.relax_cell,
+            source, material=material, quality=self._quality, device=self.device, relax_cell=self.relax_cell,
             relaxation=self.relaxation, friction=self.friction, shaken=self.shaken, budget=budget,
-            progress=lambda entry: report_progress(entry["iteration"], entry["residual"]), **given,
+            progress=progress if self.no_picture else with_work_after(progress, START_OF_RENDERER), **given,
         )  # fmt: skip
 
     def _report(self, source: Pattern | Weave, options: SwatchOptions, made: RelaxedSwatch) -> dict[str, Any]:

@@ -13,8 +13,6 @@ import logging
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
-from typing import Literal
 
 import numpy as np
 
@@ -26,7 +24,7 @@ from stitchmesh.mesh.stitch import Stitch
 from stitchmesh.mesh.turns import with_tips_placed
 from stitchmesh.meshrelax.assembly import assembly
 from stitchmesh.meshrelax.bobbles import NO_BOBBLES, Bobbles, carried, find_bobbles
-from stitchmesh.meshrelax.dynamics import FREE, Outcome, Progress, Relaxation
+from stitchmesh.meshrelax.dynamics import FREE, Outcome, Relaxation
 from stitchmesh.meshrelax.forces import force_groups
 from stitchmesh.meshrelax.free.fabric_plane import FabricPlane, plane_normal
 from stitchmesh.meshrelax.free.free_shape import FreeShape
@@ -36,8 +34,7 @@ from stitchmesh.meshrelax.observer import Observer
 from stitchmesh.meshrelax.options import ASPECT, STITCH_WIDTH
 from stitchmesh.meshrelax.placement import Placement
 from stitchmesh.meshrelax.report import MeshRelaxReport
-from stitchmesh.progress import relaxing_progress, shown_progress
-from stitchmesh.run_control import RunControl
+from stitchmesh.run import SHOWN, Run
 
 logger = logging.getLogger(__name__)
 
@@ -54,8 +51,7 @@ def relax_mesh_freely(
     aspect: float = ASPECT,
     tolerance: float = FREE_TOLERANCE,
     max_iterations: int = FREE_MAX_ITERATIONS,
-    progress: Progress | Literal[False] | None = None,
-    control: RunControl[StitchMesh] | None = None,
+    run: Run[StitchMesh] = SHOWN,
     shown_as: Callable[[StitchMesh], StitchMesh] | None = None,
 ) -> FreeShape:
     """Relax a fabric without a surface, so that it shows the outline that its stitches give it.
@@ -69,10 +65,8 @@ def relax_mesh_freely(
         aspect: rest height of plain knit divided by its rest width.
         tolerance: root mean square of the net force at which the relaxation has converged, dimensionless.
         max_iterations: iterations after which the relaxation stops without having converged; it then logs a warning.
-        progress: called after each iteration with the number of the iteration and the residual; by default a line shows
-            the progress on a terminal or in a notebook, and False shows nothing.
-        control: watches, pauses, steps and stops the relaxation from another thread; a step is one iteration. Its
-            snapshots hold the positions and the stretch of each edge.
+        run: progress after each iteration, and control, of which a step is one iteration. Its snapshots hold the
+            positions and the stretch of each edge. No checkpoints are written.
         shown_as: makes the fabric of the snapshots and of the result from the relaxed one, for example a round tube.
 
     Returns:
@@ -98,8 +92,8 @@ def relax_mesh_freely(
         relaxed = _relaxed(fabric, forces, bobbles, placement)
         return relaxed if shown_as is None else shown_as(relaxed)
 
-    with shown_progress(progress, partial(relaxing_progress, "outline", tolerance)) as report_iteration:
-        shown = Observer(made, tolerance, start, report_iteration, control)
+    with run.assessments_shown("outline", tolerance) as report_iteration:
+        shown = Observer(made, tolerance, start, report_iteration, run.control)
         outcome = relaxation.run(plane.place(forces.corners.position), tolerance, max_iterations, shown.note)
     relaxed = made(outcome.placement)
     report = _report(relaxed, outcome, tolerance, shown.seconds())

@@ -17,6 +17,7 @@ from stitchmesh.mixed.layout.splines_on_stitches import lay_splines
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.quality import quality_named
+from stitchmesh.run import QUIET
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths
 from stitchmesh.yarngen import generate_yarns
@@ -44,7 +45,7 @@ def lay_scene_splines(section: YarnsSection, fabric: StitchMesh, cloth: Cloth, d
     """
     curves = drawn_splines(section, fabric)
     material = spline_material(section, float(curves.radius.mean())).yarn
-    relaxed = relax_yarns(curves, material=material, quality=QUALITY, keep_shape=fabric, device=device, progress=False)
+    relaxed = relax_yarns(curves, material=material, quality=QUALITY, keep_shape=fabric, device=device, run=QUIET)
     return lay_splines(cloth, fabric, relaxed.yarns)
 
 

@@ -19,16 +19,16 @@ time, so that the normal forces of one state hold up to the next.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
-from stitchmesh.io.history import HistoryEntry
 from stitchmesh.periodic.relaxation.continuation import change_period, size_of
 from stitchmesh.periodic.relaxation.way_to_rest import relax_with_digits
 from stitchmesh.quality import Quality
+from stitchmesh.run import Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.cell_stress import cell_stress
@@ -88,8 +88,8 @@ class DrawnCell:
     """What the cell lies on."""
     device: str | None
     """Device of the kernels."""
-    progress: Callable[[HistoryEntry], None] | Literal[False] | None
-    """As for ``relax_yarns``."""
+    run: Run[YarnSet]
+    """Progress of the relaxations."""
 
     @property
     def cell(self) -> RelaxCell:
@@ -134,7 +134,7 @@ def _relaxed_at(drawn: DrawnCell, yarns: YarnSet, strain: float) -> Relaxation:
     """Draw yarns to a strain and relax them."""
     given: dict[str, Any] = {"material": drawn.material, "quality": drawn.quality, "device": drawn.device}
     yarns = change_period(yarns, drawn.size_at(strain), **given)
-    return relax_with_digits(yarns, cell=drawn.cell, terms=drawn.terms, progress=drawn.progress, **given)
+    return relax_with_digits(yarns, cell=drawn.cell, terms=drawn.terms, run=drawn.run, **given)
 
 
 def _branch(drawn: DrawnCell, found: Sequence[DrawnState], strain: float, rest: Relaxation) -> int:
@@ -177,7 +177,7 @@ def draw_with_friction(drawn: DrawnCell, strains: Sequence[float], friction: Fri
         last = strain
     found = relax_through_steps(
         drawn.free, steps, friction=friction, material=drawn.material, quality=drawn.quality, cell=drawn.cell,
-        device=drawn.device, terms=drawn.terms, progress=drawn.progress,
+        device=drawn.device, terms=drawn.terms, run=drawn.run,
     )  # fmt: skip
     width0, height0 = drawn.free_size
     for strain, end, way in zip(strains, ends, _ways(strains), strict=True):

@@ -25,19 +25,19 @@ from stitch to stitch, so that wide repeats end far from what was knitted: cable
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any, Literal, get_args
+from typing import Any, get_args
 
 import numpy as np
 
 from stitchmesh.compute.asking import Ask, Asking, answered_alone, ask
 from stitchmesh.errors import ParameterError, SolverError
-from stitchmesh.io.history import HistoryEntry
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.periodic.relaxation.continuation import change_period
 from stitchmesh.periodic.swatch_options import YARN_FRICTION, KnitState, LetGo, SwatchOptions
 from stitchmesh.quality import Quality
+from stitchmesh.run import QUIET, SHOWN, Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns
 from stitchmesh.yarnrelax.energies.term import TermChoice
@@ -148,7 +148,7 @@ def let_go(
     quality: Quality,
     device: str | None = None,
     terms: Sequence[TermChoice] = (),
-    progress: Callable[[HistoryEntry], None] | Literal[False] | None = None,
+    run: Run[YarnSet] = SHOWN,
 ) -> Asking[Relaxation]:
     """Draw yarns to their size on the needles, let them go with friction, and relax them to a state.
 
@@ -160,7 +160,7 @@ def let_go(
         quality: resolution of all steps.
         device: device of the kernels.
         terms: further energies after the fabric has left the needles: what it lies on.
-        progress: as for ``relax_yarns``.
+        run: as for ``relax_through_steps``.
 
     Returns:
         The relaxation. Its report counts the iterations of all steps and their seconds with those on the needles, and
@@ -174,7 +174,7 @@ def let_go(
     tolerance, change = min(quality.tolerance, TOLERANCE), min(quality.largest_change, LARGEST_CHANGE)
     quality = replace(quality, tolerance=tolerance, largest_change=change)
     start = yield from on_needles.asking(yarns, needles, release, material, quality, device, terms)
-    found: list[StepAtRest] = yield _release(start, release, material, quality, device, terms, progress)
+    found: list[StepAtRest] = yield _release(start, release, material, quality, device, terms, run)
     on_the_way = [start.converged, *(step.converged for step in found[:-1])]
     (width, height), (course, wale) = needles, start.border_forces
     own = {
@@ -203,7 +203,7 @@ def on_needles(
     except SolverError:
         free: Relaxation = yield ask(
             relax_yarns, yarns, material=material, quality=quality, cell=RelaxCell(shear=False), device=device,
-            terms=terms, progress=False,
+            terms=terms, run=QUIET,
         )  # fmt: skip
         drawn = yield from change_period.asking(free.yarns, needles, material, quality, device)
     found: list[StepAtRest] = yield _path(drawn, [LoadStep()], release, material, quality, ON_NEEDLES, device)
@@ -212,24 +212,24 @@ def on_needles(
 
 def _release(
     start: StepAtRest, release: Release, material: YarnMaterial, quality: Quality, device: str | None,
-    terms: Sequence[TermChoice], progress: Callable[[HistoryEntry], None] | Literal[False] | None,
+    terms: Sequence[TermChoice], run: Run[YarnSet],
 ) -> Ask:  # fmt: skip
     """The path from the needles to the state."""
     course, wale = (max(force, 0.0) for force in start.border_forces)  # none where the fabric pushes
     steps = [LoadStep(share * course, share * wale) for share in falling(1.0, LAST_FORCE, RELEASE_STEPS)]
     steps += [LoadStep(friction=share) for share in friction_left(release.state)]
-    return _path(start.yarns, steps, release, material, quality, release.cell, device, terms, progress)
+    return _path(start.yarns, steps, release, material, quality, release.cell, device, terms, run)
 
 
 def _path(
     yarns: YarnSet, steps: Sequence[LoadStep], release: Release, material: YarnMaterial, quality: Quality,
     cell: RelaxCell, device: str | None, terms: Sequence[TermChoice] = (),
-    progress: Callable[[HistoryEntry], None] | Literal[False] | None = False,
+    run: Run[YarnSet] = QUIET,
 ) -> Ask:  # fmt: skip
     """A path through load steps."""
     return ask(
         relax_through_steps, yarns, steps, friction=Friction(release.friction), material=material, quality=quality,
-        cell=cell, device=device, terms=terms, progress=progress,
+        cell=cell, device=device, terms=terms, run=run,
     )  # fmt: skip
 
 

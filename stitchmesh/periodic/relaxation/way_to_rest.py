@@ -11,21 +11,20 @@ radii therefore begins again from yarns that have settled at their generated siz
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from stitchmesh.compute.asking import Asking, answered_alone, ask
 from stitchmesh.errors import SolverError
-from stitchmesh.io.history import HistoryEntry
 from stitchmesh.periodic.relaxation.continuation import change_period, change_radius, change_rest_length, size_of
 from stitchmesh.periodic.relaxation.lowest_rest import lowest_rest
 from stitchmesh.periodic.relaxation.prepared_swatch import PreparedSwatch
 from stitchmesh.periodic.sampling.even_sampling import sample_evenly
 from stitchmesh.quality import Quality
+from stitchmesh.run import Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
 from stitchmesh.yarnrelax.relax_partly import relax_partly
@@ -41,7 +40,7 @@ logger = logging.getLogger(__name__)
 
 @answered_alone
 def relax_along(
-    prepared: PreparedSwatch, yarns: YarnSet, progress: Callable[[HistoryEntry], None] | Literal[False] | None
+    prepared: PreparedSwatch, yarns: YarnSet, run: Run[YarnSet]
 ) -> Asking[Relaxation]:
     """Relax yarns through the samplings of their path; the iterations are those of all relaxations, one after another.
 
@@ -54,7 +53,7 @@ def relax_along(
     """
     found: Relaxation | None = None
     for step in prepared.path:
-        relax = partial(_relax, prepared, step, progress)
+        relax = partial(_relax, prepared, step, run)
         if found is None:
             found = yield from lowest_rest.asking(prepared, yarns, relax)
             wedged = prepared.cell is not None and found.report["min_distance_over_radius"] < WEDGED
@@ -92,14 +91,14 @@ def _settled(prepared: PreparedSwatch) -> Asking[YarnSet]:
 
 
 def _relax(
-    prepared: PreparedSwatch, step: Quality, progress: Callable[[HistoryEntry], None] | Literal[False] | None,
+    prepared: PreparedSwatch, step: Quality, run: Run[YarnSet],
     yarns: YarnSet, done: int,
 ) -> Asking[Relaxation]:  # fmt: skip
     """Relax yarns with a sampling, after a number of iterations that count for the limit of all together."""
     left = int(min(step.max_iterations, max(prepared.most_iterations - done, 0)))
     return (yield from relax_with_digits.asking(
         yarns, replace(step, max_iterations=left), material=prepared.similar, device=prepared.device,
-        cell=prepared.cell, terms=prepared.terms, progress=progress,
+        cell=prepared.cell, terms=prepared.terms, run=run,
     ))  # fmt: skip
 
 

@@ -12,7 +12,6 @@ from typing import Any, Literal
 import numpy as np
 
 from stitchmesh.errors import ParameterError, SolverError
-from stitchmesh.io.history import HistoryEntry
 from stitchmesh.patterns import Pattern
 from stitchmesh.periodic.kept_states import check_kept_states
 from stitchmesh.periodic.relaxation.lowest_rest import perturbed_start
@@ -20,7 +19,10 @@ from stitchmesh.periodic.relaxation.prepared_swatch import prepare_swatch
 from stitchmesh.periodic.states.rest_states import Rest, distinct_rests
 from stitchmesh.periodic.swatch import Swatch, relax_prepared, size_spread
 from stitchmesh.periodic.weave.weave import Weave
+from stitchmesh.progress import Progress
 from stitchmesh.quality import DEFAULT_QUALITY, Quality
+from stitchmesh.run import Run
+from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
 
 logger = logging.getLogger(__name__)
@@ -57,7 +59,7 @@ def explore(
     material: YarnMaterial | None = None,
     quality: str | Quality = DEFAULT_QUALITY,
     device: str | None = None,
-    progress: Callable[[HistoryEntry], None] | Literal[False] | None = None,
+    progress: Progress | Literal[False] | None = None,
     on_start: Callable[[int], None] | None = None,
     **options: Any,
 ) -> Exploration:
@@ -93,16 +95,16 @@ def explore(
     if prepared.release is None:
         prepared = replace(prepared, cell=replace(prepared.cell, shear=True))
     check_kept_states("explore", starts, prepared.yarns)
-    made, own, last_error = [], None, None
+    made, own, last_error, run = [], None, None, Run[YarnSet](progress)
     for number, random in enumerate([None, *(np.random.default_rng([seed, k]) for k in range(starts))]):
         if on_start is not None:
             on_start(number)
         try:
             if random is None:
-                own = relax_prepared(usual, usual.yarns, progress)
+                own = relax_prepared(usual, usual.yarns, run)
                 made.append(own)
             else:
-                made.append(relax_prepared(prepared, perturbed_start(prepared, prepared.yarns, random), progress))
+                made.append(relax_prepared(prepared, perturbed_start(prepared, prepared.yarns, random), run))
         except SolverError as error:
             logger.warning("explore: start %d: %s", number, error)
             last_error = error

@@ -36,7 +36,7 @@ def page_of(shown: Headless) -> OutlinePage:
 
 def test_the_page_shows_the_natural_outline_of_the_chart(shown: Headless) -> None:
     surface, outline = shown.scene.drawings["fabric"], shown.scene.drawings["outline"]
-    expected = natural_outline("rib2x2", columns=2, rows=3, progress=False)
+    expected = natural_outline("rib2x2", columns=2, rows=3)
     assert isinstance(surface, Surface) and isinstance(outline, Lines)
     np.testing.assert_array_equal(surface.points, expected.fabric.vertices)
     assert len(outline.segments) == len(expected.outline[0])
@@ -47,7 +47,7 @@ def test_another_pattern_or_form_is_relaxed_at_once_and_kept(shown: Headless) ->
     call(shown, page_of(shown)._take_pattern, resolve_pattern("garter"))
     call(shown, shown.controls.set, "Form", "Tube")  # The relaxation of the piece ends first.
     wait_for_task(shown)
-    expected = natural_outline("garter", "tube", columns=16, rows=3, progress=False)
+    expected = natural_outline("garter", "tube", columns=16, rows=3)
     surface = shown.scene.drawings["fabric"]
     assert isinstance(surface, Surface)
     np.testing.assert_array_equal(surface.points, expected.fabric.vertices)

@@ -34,7 +34,7 @@ def prepared(pattern: str, **options: Any) -> PreparedSwatch:
 def minimum(start: PreparedSwatch, yarns: YarnSet, done: int = 0) -> Asking[Relaxation]:
     relaxed: Relaxation = yield ask(
         relax_yarns, yarns, material=start.similar, quality=start.quality, device="cpu", cell=start.cell,
-        terms=start.terms, progress=False,
+        terms=start.terms,
     )  # fmt: skip
     return relaxed
 

@@ -90,7 +90,7 @@ def in_both_cells(pattern: str, **options: Any) -> list[Swatch]:
     """The swatch relaxed in its smallest cell and in that of the repeat."""
     made = [prepare_swatch(pattern, material=None, smallest=smallest, **DRAFT, **options) for smallest in (True, False)]
     assert [each.smallest.copies for each in made] == [2, 1]
-    return [relax_prepared(each, each.yarns, False) for each in made]
+    return [relax_prepared(each, each.yarns) for each in made]
 
 
 @pytest.mark.parametrize(
@@ -108,10 +108,10 @@ def test_a_fabric_with_one_state_rests_alike_in_both_cells(pattern: str, options
 
 def test_the_repeat_is_at_rest_where_its_smallest_cell_is() -> None:
     prepared = prepare_swatch("rib2x2", material=None, **DRAFT)
-    made = relax_prepared(prepared, prepared.yarns, False)
+    made = relax_prepared(prepared, prepared.yarns)
     whole = relax_yarns(
         made.yarns, material=prepared.material, quality=prepared.quality, device="cpu", cell=prepared.cell,
-        terms=prepared.terms, progress=False,
+        terms=prepared.terms,
     )  # fmt: skip
     assert whole.report["converged"]
     assert whole.report["energy"] == pytest.approx(made.report["energy"], rel=1e-3)
@@ -133,6 +133,6 @@ def test_noise_on_the_start_does_not_change_the_state() -> None:
         prepared = prepare_swatch(pattern, material=None, loop_length=2 * loop * 0.125, **DRAFT)
         noise = np.random.default_rng(1).normal(size=prepared.yarns.points.shape) * 0.01 * 0.125
         shaken = replace(prepared.yarns, points=prepared.yarns.points + noise)
-        one, other = (relax_prepared(prepared, yarns, False).report for yarns in (prepared.yarns, shaken))
+        one, other = (relax_prepared(prepared, yarns).report for yarns in (prepared.yarns, shaken))
         assert other["width"] == pytest.approx(one["width"], rel=0.02), pattern
         assert other["height"] == pytest.approx(one["height"], rel=0.02), pattern

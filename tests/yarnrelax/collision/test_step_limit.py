@@ -13,6 +13,7 @@ from scipy.spatial.distance import cdist
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import SolverError
 from stitchmesh.quality import PRESETS, Quality, Solver
+from stitchmesh.run import Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, linking_certificate, relax_yarns
 from stitchmesh.yarnrelax.collision.budget import SAFETY
@@ -49,7 +50,8 @@ def test_the_step_limit_alone_separates_yarns_without_contact_energy() -> None:
     without_contact = YarnMaterial(2000.0, 1000.0, 0.005, 0.0, 0.0, 0.0, 0.0, 0.006)
     last: list[YarnSet] = []
     with pytest.raises(SolverError, match=r"yarn \d \(control point \d+\): too close"):
-        relax_yarns(yarns, material=without_contact, quality=many_iterations(1e-6), device="cpu", on_state=last.append)
+        relax_yarns(yarns, material=without_contact, quality=many_iterations(1e-6), device="cpu",
+                    run=Run(on_state=last.append))  # fmt: skip
     assert linking_certificate(last[-1])[0, 1] == linking_certificate(yarns)[0, 1]
 
 

@@ -13,10 +13,10 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.errors import ParameterError
 from stitchmesh.lattice import Lattice
 from stitchmesh.quality import PRESETS
+from stitchmesh.run import CHECKPOINT, Checkpoints, Run
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial, relax_yarns, yarn_energies
 from stitchmesh.yarnrelax.cell_stress import cell_stress, cell_stresses
-from stitchmesh.yarnrelax.checkpoint import NAME, Checkpoints
 from stitchmesh.yarnrelax.energies.gravity import Gravity
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
@@ -159,8 +159,9 @@ def test_a_resumed_relaxation_of_a_cell_ends_in_the_same_bits(tmp_path) -> None:
     whole = relax_yarns(yarns, material=KALDOR, quality=quality, device="cpu", cell=cell)
     short = replace(quality, max_iterations=20)
     saved = Checkpoints(tmp_path, 20)
-    relax_yarns(yarns, material=KALDOR, quality=short, device="cpu", cell=cell, checkpoint=saved)
-    rest = relax_yarns(yarns, material=KALDOR, quality=quality, device="cpu", cell=cell, resume=tmp_path / NAME)
+    relax_yarns(yarns, material=KALDOR, quality=short, device="cpu", cell=cell, run=Run(checkpoints=saved))
+    again = Run(resume=tmp_path / CHECKPOINT)
+    rest = relax_yarns(yarns, material=KALDOR, quality=quality, device="cpu", cell=cell, run=again)
     assert whole.yarns.lattice is not None and rest.yarns.lattice is not None
     np.testing.assert_array_equal(whole.yarns.points, rest.yarns.points)
     np.testing.assert_array_equal(whole.yarns.lattice.periods, rest.yarns.lattice.periods)

@@ -31,7 +31,7 @@ from stitchmesh.mixed.triangle_run import run_triangles
 from stitchmesh.progress import Progress
 from stitchmesh.run_control import RunControl
 
-Run: TypeAlias = LiveRun[Draped, Draped]
+Draping: TypeAlias = LiveRun[Draped, Draped]
 DRAPING, PLACING = "draping the cloth", "finding the region"
 """Names of the tasks."""
 CHECKPOINT_STEPS = 20
@@ -46,7 +46,7 @@ class SceneRun:
     def __init__(self, session: DrapeSession, ended: Callable[[], object]) -> None:
         """Start without a run; ``ended`` is called after the end of each."""
         self._session, self._ended = session, ended
-        self.live: Run | None = None
+        self.live: Draping | None = None
         self._result: Draped | None = None
 
     @property

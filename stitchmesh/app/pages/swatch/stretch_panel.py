@@ -190,8 +190,8 @@ def _test(
         options: dict[str, Any] = {key: value for key, value in design.options().items() if key != "period"}
         options[direction] = strain
         curve = stretch_test(
-            design.pattern, steps=STEPS, quality=design.quality, progress=publish,
-            on_entry=lambda entry: control.check(), **options,
+            design.pattern, steps=STEPS, quality=design.quality, on_point=publish,
+            progress=lambda stage, done, note: control.check(), **options,
         )  # fmt: skip
         found.append((name, curve))
     return found

@@ -21,8 +21,8 @@ from stitchmesh.mixed.draped_folder import read_again, read_draped
 from stitchmesh.mixed.output.frames import FOLDER as FRAMES
 from stitchmesh.mixed.output.frames import Frames
 from stitchmesh.mixed.scene.scene_file import read_scene
+from stitchmesh.run import CHECKPOINT
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.checkpoint import NAME as CHECKPOINT
 from stitchmesh.yarnrelax.checkpoint_yarns import checkpoint_yarns
 
 

@@ -40,6 +40,7 @@ from stitchmesh.progress import Progress
 from stitchmesh.render.colouring import Coloured
 from stitchmesh.reporting.figures import report_figures
 from stitchmesh.reporting.verdict import relaxation_verdict
+from stitchmesh.run import Run
 from stitchmesh.run_control import RunControl, Snapshot
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.fabric_gauge import fabric_gauge, yarn_gauge
@@ -62,7 +63,7 @@ PLOT_SECONDS = 1.0
 """Shortest time between two updates of the plot while the yarns relax [s]."""
 INTERRUPTED = "interrupted"
 """Key of the settings that holds the choices of a relaxation from its start until it has converged."""
-Run = LiveRun[YarnSet, Relaxation]
+YarnRun = LiveRun[YarnSet, Relaxation]
 
 
 class YarnsPage(Page):
@@ -75,7 +76,7 @@ class YarnsPage(Page):
     def __init__(self, app: App) -> None:
         """Make the page; nothing runs yet."""
         super().__init__(app)
-        self._run: Run | None = None
+        self._run: YarnRun | None = None
         self._view = YarnView(app.scene)
         self._plotted = 0.0
 
@@ -189,12 +190,13 @@ class YarnsPage(Page):
             raise ParameterError(f"relaxation: there are no yarns; press {GENERATE} first")
         yarns, quality = project.yarns, settings.solver_quality()
         check_pins(settings.pins, yarns)
-        options = settings.relax_options(project, resume=resume)
+        options, checkpoints = settings.relax_options(project), settings.checkpoints(project)
 
         def relax(control: RunControl[YarnSet], progress: Progress) -> Relaxation:
             return relax_with_options(
                 yarns, options, quality=quality, device=settings.device_name(), fabric=fabric,
-                keep_shape=settings.keep_shape, control=control,
+                keep_shape=settings.keep_shape,
+                run=Run(False, checkpoints=checkpoints, resume=checkpoints.path if resume else None, control=control),
             )  # fmt: skip
 
         def done(result: Relaxation) -> None:

@@ -14,11 +14,11 @@ from stitchmesh.io.checked import check_table
 from stitchmesh.io.garments import read_body
 from stitchmesh.pipeline.options import RelaxOptions
 from stitchmesh.quality import DEFAULT_QUALITY, Quality, quality_named, quality_with
+from stitchmesh.run import Checkpoints
 from stitchmesh.yarn.rest_length import RestLengths
 from stitchmesh.yarn.stitch_size import stitch_size
 from stitchmesh.yarn.yarn_presets import Yarn
 from stitchmesh.yarngen.finish import YarnFinish
-from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies.body import Body
 from stitchmesh.yarnrelax.energies.gravity import STANDARD, Gravity
@@ -97,12 +97,8 @@ class YarnSettings:
         points = 1 if project.yarns is None else len(project.yarns.points)
         return Checkpoints(project.checkpoint_folder, max(1, min(MOST_BETWEEN, CHECKPOINT_WORK // points)))
 
-    def relax_options(self, project: Project, *, resume: bool) -> RelaxOptions:
-        """Return the options of the relaxation.
-
-        Args:
-            project: the project, which holds the body and the checkpoints.
-            resume: whether the relaxation continues from its newest checkpoint.
+    def relax_options(self, project: Project) -> RelaxOptions:
+        """Return the options of the relaxation; the project holds the body.
 
         Raises:
             StitchMeshError: a name or a number is not accepted, or the body cannot be read.
@@ -110,7 +106,6 @@ class YarnSettings:
         return RelaxOptions(
             material=self.material, rest_lengths=RestLengths(factor=self.rest_length),
             terms=self._terms(project), constraints=[Pins(faces=self.pins)] if self.pins else [],
-            checkpoint=self.checkpoints(project), resume=self.checkpoints(project).path if resume else None,
         )  # fmt: skip
 
     def _terms(self, project: Project) -> list[TermChoice]:

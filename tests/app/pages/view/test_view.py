@@ -32,8 +32,8 @@ from stitchmesh.jobs.job_status import JobLog, StageStatus
 from stitchmesh.labeling import start_labeling, write_labeling
 from stitchmesh.mesh import Mesh
 from stitchmesh.quality import PRESETS
+from stitchmesh.run import Checkpoints, Run
 from stitchmesh.yarnrelax import relax_yarns
-from stitchmesh.yarnrelax.checkpoint import Checkpoints
 from tests.app.pages.headless import Headless, face_middle, headless
 from tests.app.project.projects import relaxed_project
 from tests.gallery import tube
@@ -396,7 +396,7 @@ def test_the_newest_checkpoint_of_a_job_is_shown(view, tmp_path):
     yarns, quality = yarn_tube(4, 6), replace(PRESETS["draft"], max_iterations=20)
     write_yarns(tmp_path / "yarns.h5", yarns)
     stage = tmp_path / "stages" / "relax_yarns-0"
-    relaxed = relax_yarns(yarns, quality=quality, device="cpu", checkpoint=Checkpoints(stage, 20), progress=False)
+    relaxed = relax_yarns(yarns, quality=quality, device="cpu", run=Run(False, checkpoints=Checkpoints(stage, 20)))
     opened(view, tmp_path)
     # a checkpoint holds positions in float32, from the middle of the yarns
     moved = yarns_drawn(view).points - relaxed.yarns.points

@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How a relaxation shows its progress, hands out and keeps its states, and is paused, stopped and continued.
+
+A function with an argument ``run`` leaves all of this to one value, which its callers pass on as they got it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic, Literal, TypeVar
+
+from stitchmesh.errors import ParameterError
+from stitchmesh.io.contents import FilePath
+from stitchmesh.progress import Progress, relaxing_progress, shown_progress
+from stitchmesh.run_control import RunControl
+
+S = TypeVar("S")
+CHECKPOINT = "checkpoint.smc"
+"""Name of the newest checkpoint in its folder."""
+
+
+@dataclass(frozen=True)
+class Checkpoints:
+    """Where and how often checkpoints of a relaxation are written.
+
+    Raises:
+        ParameterError: ``every`` is below 1.
+    """
+
+    folder: FilePath
+    """Folder of ``checkpoint.smc`` and of the previous one, ``checkpoint.previous.smc``; created if it is missing."""
+    every: int
+    """Least number of iterations between two checkpoints; a checkpoint is written after the next assessment."""
+
+    def __post_init__(self) -> None:
+        if self.every < 1:
+            raise ParameterError(f"checkpoint: got one every {self.every} iterations; expected at least 1")
+
+    @property
+    def path(self) -> Path:
+        """The newest checkpoint."""
+        return Path(self.folder) / CHECKPOINT
+
+
+@dataclass(frozen=True, eq=False)
+class Run(Generic[S]):
+    """What happens around a relaxation whose states are of one kind: yarns, or a stitch mesh."""
+
+    progress: Progress | Literal[False] | None = None
+    """Called with the stage, its completed part and a line of text, for yarns about every half second. By default they
+    are shown in a line on a terminal or in a notebook; False shows nothing."""
+    on_state: Callable[[S], None] | None = None
+    """Called every few seconds, and when a relaxation of yarns ends early, with the last accepted state."""
+    checkpoints: Checkpoints | None = None
+    """Where and how often to write what is needed to resume; also written at the start and at any end."""
+    resume: FilePath | None = None
+    """A checkpoint to continue from; all other inputs must be the same as when it was written."""
+    control: RunControl[S] | None = None
+    """Watches, pauses, steps and stops the relaxation from another thread. A pause writes a checkpoint, and a stopped
+    relaxation returns its last accepted state."""
+
+    @contextmanager
+    def assessments_shown(
+        self, stage: str, goal: float, max_iterations: float = math.inf
+    ) -> Iterator[Callable[..., None] | None]:
+        """Provide the function to which a solver reports its iteration and its residual; None if nothing is shown.
+
+        Args:
+            stage: name of the stage.
+            goal: residual near which the stage is complete.
+            max_iterations: iterations at which the stage is complete.
+        """
+        with shown_progress(self.progress, lambda line: line) as report:
+            yield None if report is None else relaxing_progress(stage, goal, report, max_iterations=max_iterations)
+
+
+SHOWN: Run[Any] = Run()
+"""A run that shows a line of progress."""
+QUIET: Run[Any] = Run(progress=False)
+"""A run that shows nothing, for relaxations that are parts of another work."""
