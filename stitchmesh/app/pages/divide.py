@@ -9,15 +9,23 @@ from typing import TYPE_CHECKING
 
 from stitchmesh.app.controls.legend import legend
 from stitchmesh.app.pages.divide_text import edge_text, estimate_table, no_edge_text, refusal
-from stitchmesh.app.pages.division_draft import DivisionDraft, with_count, with_edges, with_mark
 from stitchmesh.app.pages.division_view import DivisionView
-from stitchmesh.app.pages.gauge_panel import GaugePanel, yarn_of
+from stitchmesh.app.pages.gauge_panel import GaugePanel, drawn_height, yarn_of
 from stitchmesh.app.pages.increase_choice import WORDS, increase_choice
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.project.division import Division, with_known_edges
+from stitchmesh.app.project.division import (
+    Division,
+    division_of,
+    division_table,
+    with_count,
+    with_edges,
+    with_known_edges,
+    with_mark,
+)
 from stitchmesh.app.scene.scene import Pick
 from stitchmesh.app.scene.vertex_numbers import VertexNumbers
 from stitchmesh.app.task import TaskControl
+from stitchmesh.editing.undo_history import UndoHistory
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import StitchMesh
@@ -48,12 +56,17 @@ class DividePage(Page):
     def __init__(self, app: App) -> None:
         """Make the page."""
         super().__init__(app)
-        self._draft = DivisionDraft(Division())
+        self._history = UndoHistory(Division())
         self._labeled: StitchMesh | None = None
         self._numbers: VertexNumbers | None = None
         self._side: int | None = None
         self._shown = MESH
         self._typing = False
+
+    @property
+    def _division(self) -> Division:
+        """The division that the user prepares."""
+        return self._history.present
 
     def unavailable(self) -> str | None:
         """Say what is missing."""
@@ -69,8 +82,9 @@ class DividePage(Page):
         """Make the controls, and draw the mesh."""
         kept = self.app.project.settings(self.name)
         self._settings: dict[str, str] = {"quality": kept.get("quality", DEFAULT_QUALITY)}
-        if kept.get("draft") != self._draft.table:
-            self._draft = DivisionDraft.of_settings(kept, self.app.project.division or Division())
+        if kept.get("draft") != division_table(self._division):
+            division = division_of(kept["draft"]) if "draft" in kept else self.app.project.division
+            self._history = UndoHistory(division or Division())
         controls = self.app.controls
         self._divide_button = controls.button(
             "Divide into stitches", "Divide the mesh into stitches of this size.", self._divide, main=True
@@ -96,8 +110,7 @@ class DividePage(Page):
 
     def _make_size_controls(self) -> None:
         """Make the controls of the sizes."""
-        controls, draft = self.app.controls, self._draft
-        division = draft.division
+        controls, division = self.app.controls, self._division
         self._gauge = GaugePanel(
             self.app.project, controls, division.stitch_width, division.stitch_height, self._take_size
         )  # fmt: skip
@@ -137,7 +150,7 @@ class DividePage(Page):
             return
         if labeled is not self._labeled:
             self._take_mesh(labeled)
-        if self.app.project.fabric is None or self.app.project.division != self._draft.division:
+        if self.app.project.fabric is None or self.app.project.division != self._division:
             self._shown = MESH
         self._show_all()
 
@@ -169,37 +182,38 @@ class DividePage(Page):
         self._view = DivisionView(self.app.scene, labeled)
         self._numbers = VertexNumbers(self.app.scene, labeled)
         self._numbers.show(self._numbered.value)
-        fitting = with_known_edges(self._draft.division, labeled)
-        if fitting != self._draft.division:
+        fitting = with_known_edges(self._division, labeled)
+        if fitting != self._division:
             self.app.notice("Numbers and marks of edges that this mesh does not have were left out.", "warning")
-            self._draft = DivisionDraft(fitting)
+            self._history = UndoHistory(fitting)
 
     def _keep(self) -> None:
         """Save what was chosen, and show it."""
-        self.app.project.set_settings(self.name, {**self._settings, "draft": self._draft.table})
+        self.app.project.set_settings(self.name, {**self._settings, "draft": division_table(self._division)})
         self.refresh()
 
     def _change(self, division: Division, what: str = "") -> None:
         """Take another division; it can be undone, together with changes of the same thing just before."""
-        self._draft.change(division, what)
+        if division != self._division:
+            self._history = self._history.do(division, what)
         self._keep()
 
     def _step(self, option: str) -> None:
         {"Undo": self._undo, "Redo": self._redo}[option]()
 
     def _undo(self) -> None:
-        self._draft.undo()
+        self._history = self._history.undo("undo: there is no change of the division to undo")
         self._keep()
 
     def _redo(self) -> None:
-        self._draft.redo()
+        self._history = self._history.redo("redo: there is no change of the division to redo")
         self._keep()
 
     def _take_size(self, width: float, height: float | None, what: str) -> None:
-        self._change(replace(self._draft.division, stitch_width=width, stitch_height=height), what)
+        self._change(replace(self._division, stitch_width=width, stitch_height=height), what)
 
     def _set_increase(self, increase: Increase) -> None:
-        self._change(replace(self._draft.division, increase=increase))
+        self._change(replace(self._division, increase=increase))
 
     def _set_quality(self, name: str) -> None:
         self._settings["quality"] = name
@@ -208,22 +222,22 @@ class DividePage(Page):
     def _set_count(self, count: float) -> None:
         """Give the chosen edge a number."""
         labeled, _, edge = self._chosen()
-        self._change(with_count(self._draft.division, labeled, edge, int(count)), f"number {edge}")
+        self._change(with_count(self._division, labeled, edge, int(count)), f"number {edge}")
 
     def _clear_count(self) -> None:
         labeled, _, edge = self._chosen()
-        self._change(with_count(self._draft.division, labeled, edge, None))
+        self._change(with_count(self._division, labeled, edge, None))
 
     def _set_mark(self, marked: bool) -> None:
         """Mark the chosen edge, or remove its mark."""
-        self._change(with_mark(self._draft.division, self._chosen()[2], marked))
+        self._change(with_mark(self._division, self._chosen()[2], marked))
 
     def _set_text(self, text: str) -> None:
         """Take the numbers and marks of a text; a text with an error changes nothing."""
         assert self._labeled is not None
         try:
             settings = parse_edge_settings(text.splitlines(), "line")
-            division = with_edges(self._draft.division, settings, self._labeled)
+            division = with_edges(self._division, settings, self._labeled)
         except StitchMeshError as error:
             self._text_error.content = refusal(str(error))
             return
@@ -252,14 +266,14 @@ class DividePage(Page):
     def _show_all(self) -> None:
         """Show the estimate, the buttons, the edges and the drawing."""
         project, estimate = self.app.project, self._estimated()
-        ready = project.fabric is not None and project.division == self._draft.division
+        ready = project.fabric is not None and project.division == self._division
         self._go_on.visible, self._divide_button.visible = ready, not ready
         self._divide_button.disabled = estimate is None or self.app.tasks.running
         self._show_choice.visible, self._show_choice.value = ready, self._shown
-        self._gauge.show(self._draft.division.stitch_width, self._draft.division.stitch_height)
-        self._increase.value = WORDS[self._draft.division.increase]
+        self._gauge.show(self._division.stitch_width, self._division.stitch_height)
+        self._increase.value = WORDS[self._division.increase]
         self._show_chosen(estimate)
-        division = self._draft.division
+        division = self._division
         if not self._typing:  # The text under the user's hands stays as it is.
             self._text.value = edge_settings_text(EdgeSettings(dict(division.counts), division.marked))
         self._text_error.content = Markup()
@@ -271,7 +285,7 @@ class DividePage(Page):
     def _estimated(self) -> GarmentEstimate | None:
         """Estimate what the garment costs, and show it; None if such stitches are not possible."""
         assert self._labeled is not None
-        division = self._draft.division
+        division = self._division
         try:
             estimate = estimate_garment(
                 self._labeled, stitch_width=division.stitch_width, stitch_height=division.stitch_height,
@@ -280,8 +294,9 @@ class DividePage(Page):
         except StitchMeshError as error:
             self._estimate.content = refusal(str(error))
             return None
+        height = drawn_height(division.stitch_width, division.stitch_height)
         self._estimate.content = estimate_table(
-            estimate, division.stitch_width, self._draft.height, yarn_of(self.app.project)
+            estimate, division.stitch_width, height, yarn_of(self.app.project)
         )  # fmt: skip
         return estimate
 
@@ -294,7 +309,7 @@ class DividePage(Page):
             self._edge.content = no_edge_text()
             return
         labeled, side, edge = self._chosen()
-        number, division = edge_named(labeled, edge), self._draft.division
+        number, division = edge_named(labeled, edge), self._division
         same = edges_with_one_count(labeled, number).tolist()
         by_hand = [count for one, count in division.counts.items() if edge_named(labeled, one) in same]
         marked = any(edge_named(labeled, one) == number for one in division.marked)
@@ -306,7 +321,7 @@ class DividePage(Page):
 
     def _divide(self) -> None:
         """Divide the mesh in a worker thread."""
-        labeled, division = self._labeled, self._draft.division
+        labeled, division = self._labeled, self._division
         assert labeled is not None
 
         def work(control: TaskControl) -> StitchMesh:

@@ -8,9 +8,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from stitchmesh.app.pages.draft import Draft
 from stitchmesh.app.pages.rows.mark_edits import Marks, with_line
 from stitchmesh.app.project.shaping import Point, Shaping, shaping_of, shaping_table
+from stitchmesh.editing.undo_history import UndoHistory
 from stitchmesh.errors import ParameterError
 from stitchmesh.shaping.marks import TimeMark
 
@@ -20,7 +20,7 @@ class RowsSession:
 
     def __init__(self, shaping: Shaping) -> None:
         """Start with a shaping, in which nothing is chosen."""
-        self._draft = Draft(shaping, "the rows")
+        self._history = UndoHistory(shaping)
         self.chosen: int | None = None
         """Number of the chosen mark; None if none is chosen."""
         self.point = 0
@@ -40,7 +40,7 @@ class RowsSession:
     @property
     def shaping(self) -> Shaping:
         """The sizes and marks."""
-        return self._draft.value
+        return self._history.present
 
     @property
     def table(self) -> dict[str, Any]:
@@ -64,7 +64,9 @@ class RowsSession:
 
     def change(self, what: str = "", **values: Any) -> None:
         """Take other sizes or marks; changes of the same thing that follow each other are undone together."""
-        self._draft.change(replace(self.shaping, **values), what)
+        shaping = replace(self.shaping, **values)
+        if shaping != self.shaping:
+            self._history = self._history.do(shaping, what)
         self._changed()
 
     def set_marks(self, marks: Marks, chosen: int | None = None, what: str = "") -> None:
@@ -105,7 +107,7 @@ class RowsSession:
             self.line = self.line[:-1]
             self.on_choice()
             return
-        self._draft.undo()
+        self._history = self._history.undo("undo: there is no change of the rows to undo")
         self._changed()
 
     def redo(self) -> None:
@@ -114,7 +116,7 @@ class RowsSession:
         Raises:
             ParameterError: there is none.
         """
-        self._draft.redo()
+        self._history = self._history.redo("redo: there is no change of the rows to redo")
         self._changed()
 
     def _changed(self) -> None:
