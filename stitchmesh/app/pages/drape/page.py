@@ -22,9 +22,9 @@ from stitchmesh.app.pages.run_panel import RunPanel
 from stitchmesh.app.pages.view.draped_sketch import LARGE, WORDS, DrapedSketch
 from stitchmesh.app.pages.view.draped_view import DrapedView
 from stitchmesh.app.pages.view.frame_panel import FramePanel
-from stitchmesh.app.pages.view.pieces import legend_of as legend_of_colours
-from stitchmesh.app.pages.view.run_figures import report_html
-from stitchmesh.app.pages.view.settings import DRAPED_COLOURS
+from stitchmesh.app.pages.view.state import DRAPED_COLOURS
+from stitchmesh.app.pages.view.view_html import legend_of as legend_of_colours
+from stitchmesh.app.pages.view.view_html import report_html
 from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke
 from stitchmesh.markup import Markup
 from stitchmesh.mixed.drape import Draped

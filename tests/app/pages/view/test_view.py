@@ -18,8 +18,7 @@ import pytest
 
 from stitchmesh.app.application import App
 from stitchmesh.app.front import NullFront
-from stitchmesh.app.pages.view.folder_watch import FolderWatch
-from stitchmesh.app.pages.view.job_folder import job_files
+from stitchmesh.app.pages.view.job_folder import FolderWatch, job_files
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.drawing import Colours, Surface, YarnTubes
 from stitchmesh.errors import ParameterError
