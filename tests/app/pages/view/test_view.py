@@ -466,7 +466,7 @@ def test_settings_that_nobody_knows_are_those_at_first(tmp_path):
     with headless(tmp_path, None, "Label") as page:
         page.project.set_settings("View", {"yarn colour": "tartan", "path": 7, "more": True})
         page.app.open_page("View")
-        assert page.app.page._settings["yarn colour"] == "Rows" and page.app.page._settings["path"] == ""
+        assert page.app.page._state.yarn_colour == "Rows" and page.app.page._state.path == ""
 
 
 def test_every_control_has_a_hint(view):
