@@ -4,8 +4,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 from stitchmesh.app.controls.legend import legend
 from stitchmesh.app.pages.divide_text import edge_text, estimate_table, no_edge_text, refusal
@@ -46,6 +46,30 @@ MESH, STITCHES = "mesh", "stitches"
 """What can be shown."""
 
 
+@dataclass(frozen=True)
+class DivideState:
+    """What the user has chosen on the page."""
+
+    history: UndoHistory[Division]
+    """The division that the user prepares, with undo."""
+    quality: str = DEFAULT_QUALITY
+    """Quality of the yarns for which time and memory are estimated."""
+    side: int | None = None
+    """A side of the chosen edge; None if none is chosen."""
+    shown: str = MESH
+    """Whether the mesh or the stitches are shown, where there are stitches."""
+
+    @property
+    def division(self) -> Division:
+        """The division."""
+        return self.history.present
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """What a project keeps."""
+        return {"quality": self.quality, "draft": division_table(self.division)}
+
+
 class DividePage(Page):
     """Divides the labeled mesh of the project into stitches."""
 
@@ -56,17 +80,10 @@ class DividePage(Page):
     def __init__(self, app: App) -> None:
         """Make the page."""
         super().__init__(app)
-        self._history = UndoHistory(Division())
+        self._state = DivideState(UndoHistory(Division()))
         self._labeled: StitchMesh | None = None
         self._numbers: VertexNumbers | None = None
-        self._side: int | None = None
-        self._shown = MESH
         self._typing = False
-
-    @property
-    def _division(self) -> Division:
-        """The division that the user prepares."""
-        return self._history.present
 
     def unavailable(self) -> str | None:
         """Say what is missing."""
@@ -81,10 +98,10 @@ class DividePage(Page):
     def build(self) -> None:
         """Make the controls, and draw the mesh."""
         kept = self.app.project.settings(self.name)
-        self._settings: dict[str, str] = {"quality": kept.get("quality", DEFAULT_QUALITY)}
-        if kept.get("draft") != division_table(self._division):
+        self._state = replace(self._state, quality=kept.get("quality", DEFAULT_QUALITY))
+        if kept.get("draft") != self._state.table["draft"]:
             division = division_of(kept["draft"]) if "draft" in kept else self.app.project.division
-            self._history = UndoHistory(division or Division())
+            self._state = replace(self._state, history=UndoHistory(division or Division()))
         controls = self.app.controls
         self._divide_button = controls.button(
             "Divide into stitches", "Divide the mesh into stitches of this size.", self._divide, main=True
@@ -99,7 +116,7 @@ class DividePage(Page):
             "Changes", "One change back (Ctrl+Z), one change forward (Ctrl+Y).", ("Undo", "Redo"), self._step
         )
         self._show_choice = controls.choice(
-            "Show", "Whether the mesh or the stitches are shown.", (MESH, STITCHES), self._shown, self._show
+            "Show", "Whether the mesh or the stitches are shown.", (MESH, STITCHES), self._state.shown, self._show
         )
         self._legend = controls.html(Markup())
         controls.key("Undo the last change", "Undo the last change of the division.", "Z", "ctrl", self._undo)
@@ -110,14 +127,14 @@ class DividePage(Page):
 
     def _make_size_controls(self) -> None:
         """Make the controls of the sizes."""
-        controls, division = self.app.controls, self._division
+        controls, division = self.app.controls, self._state.division
         self._gauge = GaugePanel(
             self.app.project, controls, division.stitch_width, division.stitch_height, self._take_size
         )  # fmt: skip
         self._increase = increase_choice(controls, division.increase, self._set_increase)
         self._quality = controls.choice(
             "Quality", "Quality of the yarns for which time and memory are estimated.", tuple(PRESETS),
-            self._settings["quality"], self._set_quality,
+            self._state.quality, self._set_quality,
         )  # fmt: skip
 
     def _make_edge_controls(self) -> None:
@@ -150,8 +167,8 @@ class DividePage(Page):
             return
         if labeled is not self._labeled:
             self._take_mesh(labeled)
-        if self.app.project.fabric is None or self.app.project.division != self._division:
-            self._shown = MESH
+        if self.app.project.fabric is None or self.app.project.division != self._state.division:
+            self._state = replace(self._state, shown=MESH)
         self._show_all()
 
     def picked(self, pick: Pick) -> None:
@@ -159,7 +176,7 @@ class DividePage(Page):
         if self.unavailable() is not None:
             return
         place = pick_place(self._table, pick.ray_origin, pick.ray_direction)
-        self._side = None if place is None else place.side
+        self._state = replace(self._state, side=None if place is None else place.side)
         self._show_all()
 
     def camera_moved(self) -> None:
@@ -173,71 +190,69 @@ class DividePage(Page):
 
     def leave(self) -> None:
         """Forget the chosen edge and the drawing."""
-        self._side = self._numbers = None
+        self._state = replace(self._state, side=None)
+        self._numbers = None
 
     def _take_mesh(self, labeled: StitchMesh) -> None:
         """Prepare the drawing and the picking of a mesh."""
-        self._labeled, self._side = labeled, None
+        self._labeled, self._state = labeled, replace(self._state, side=None)
         self._table = picking_table(labeled)
         self._view = DivisionView(self.app.scene, labeled)
         self._numbers = VertexNumbers(self.app.scene, labeled)
         self._numbers.show(self._numbered.value)
-        fitting = with_known_edges(self._division, labeled)
-        if fitting != self._division:
+        fitting = with_known_edges(self._state.division, labeled)
+        if fitting != self._state.division:
             self.app.notice("Numbers and marks of edges that this mesh does not have were left out.", "warning")
-            self._history = UndoHistory(fitting)
+            self._state = replace(self._state, history=UndoHistory(fitting))
 
-    def _keep(self) -> None:
-        """Save what was chosen, and show it."""
-        self.app.project.set_settings(self.name, {**self._settings, "draft": division_table(self._division)})
+    def _keep(self, **values: Any) -> None:
+        """Take what was chosen, save it and show it."""
+        self._state = replace(self._state, **values)
+        self.app.project.set_settings(self.name, self._state.table)
         self.refresh()
 
     def _change(self, division: Division, what: str = "") -> None:
         """Take another division; it can be undone, together with changes of the same thing just before."""
-        if division != self._division:
-            self._history = self._history.do(division, what)
-        self._keep()
+        history = self._state.history
+        self._keep(history=history if division == history.present else history.do(division, what))
 
     def _step(self, option: str) -> None:
         {"Undo": self._undo, "Redo": self._redo}[option]()
 
     def _undo(self) -> None:
-        self._history = self._history.undo("undo: there is no change of the division to undo")
-        self._keep()
+        self._keep(history=self._state.history.undo("undo: there is no change of the division to undo"))
 
     def _redo(self) -> None:
-        self._history = self._history.redo("redo: there is no change of the division to redo")
-        self._keep()
+        self._keep(history=self._state.history.redo("redo: there is no change of the division to redo"))
 
     def _take_size(self, width: float, height: float | None, what: str) -> None:
-        self._change(replace(self._division, stitch_width=width, stitch_height=height), what)
+        self._change(replace(self._state.division, stitch_width=width, stitch_height=height), what)
 
     def _set_increase(self, increase: Increase) -> None:
-        self._change(replace(self._division, increase=increase))
+        self._change(replace(self._state.division, increase=increase))
 
     def _set_quality(self, name: str) -> None:
-        self._settings["quality"] = name
-        self._keep()
+        self._keep(quality=name)
 
     def _set_count(self, count: float) -> None:
         """Give the chosen edge a number."""
         labeled, _, edge = self._chosen()
-        self._change(with_count(self._division, labeled, edge, int(count)), f"number {edge}")
+        self._change(with_count(self._state.division, labeled, edge, int(count)), f"number {edge}")
 
     def _clear_count(self) -> None:
         labeled, _, edge = self._chosen()
-        self._change(with_count(self._division, labeled, edge, None))
+        self._change(with_count(self._state.division, labeled, edge, None))
 
     def _set_mark(self, marked: bool) -> None:
         """Mark the chosen edge, or remove its mark."""
-        self._change(with_mark(self._division, self._chosen()[2], marked))
+        self._change(with_mark(self._state.division, self._chosen()[2], marked))
 
     def _set_text(self, text: str) -> None:
         """Take the numbers and marks of a text; a text with an error changes nothing."""
         assert self._labeled is not None
         try:
             settings = parse_edge_settings(text.splitlines(), "line")
-            division = with_edges(self._division, settings, self._labeled)
+            division = with_edges(self._state.division, settings, self._labeled)
         except StitchMeshError as error:
             self._text_error.content = refusal(str(error))
             return
@@ -253,43 +268,43 @@ class DividePage(Page):
         Raises:
             ParameterError: no edge is chosen.
         """
-        labeled, side = self._labeled, self._side
+        labeled, side = self._labeled, self._state.side
         if side is None or labeled is None:
             raise ParameterError("edge: none is chosen; click one first")
         return labeled, side, (int(labeled.face_vertex[side]), int(labeled.face_vertex[labeled.side_next[side]]))
 
     def _show(self, shown: str) -> None:
         """Show the mesh or the stitches."""
-        self._shown = shown
+        self._state = replace(self._state, shown=shown)
         self._show_all()
 
     def _show_all(self) -> None:
         """Show the estimate, the buttons, the edges and the drawing."""
-        project, estimate = self.app.project, self._estimated()
-        ready = project.fabric is not None and project.division == self._division
+        project, state, estimate = self.app.project, self._state, self._estimated()
+        division = state.division
+        ready = project.fabric is not None and project.division == division
         self._go_on.visible, self._divide_button.visible = ready, not ready
         self._divide_button.disabled = estimate is None or self.app.tasks.running
-        self._show_choice.visible, self._show_choice.value = ready, self._shown
-        self._gauge.show(self._division.stitch_width, self._division.stitch_height)
-        self._increase.value = WORDS[self._division.increase]
+        self._show_choice.visible, self._show_choice.value = ready, state.shown
+        self._gauge.show(division.stitch_width, division.stitch_height)
+        self._increase.value = WORDS[division.increase]
         self._show_chosen(estimate)
-        division = self._division
         if not self._typing:  # The text under the user's hands stays as it is.
             self._text.value = edge_settings_text(EdgeSettings(dict(division.counts), division.marked))
         self._text_error.content = Markup()
-        fabric = project.fabric if self._shown == STITCHES else None
+        fabric = project.fabric if state.shown == STITCHES else None
         entries = self._view.show_mesh() if fabric is None else self._view.show_stitches(fabric)
         along = None if estimate is None else estimate.planned.along
-        self._legend.content = legend([*entries, *self._view.show_edges(division, self._side, along)])
+        self._legend.content = legend([*entries, *self._view.show_edges(division, state.side, along)])
 
     def _estimated(self) -> GarmentEstimate | None:
         """Estimate what the garment costs, and show it; None if such stitches are not possible."""
         assert self._labeled is not None
-        division = self._division
+        division = self._state.division
         try:
             estimate = estimate_garment(
                 self._labeled, stitch_width=division.stitch_width, stitch_height=division.stitch_height,
-                counts=dict(division.counts), marked=division.marked, quality=self._settings["quality"],
+                counts=dict(division.counts), marked=division.marked, quality=self._state.quality,
             )  # fmt: skip
         except StitchMeshError as error:
             self._estimate.content = refusal(str(error))
@@ -302,14 +317,14 @@ class DividePage(Page):
 
     def _show_chosen(self, estimate: GarmentEstimate | None) -> None:
         """Show the chosen edge and its controls."""
-        chosen = self._side is not None
+        chosen = self._state.side is not None
         for control in (self._count, self._by_length, self._mark):
             control.visible = chosen
         if not chosen:
             self._edge.content = no_edge_text()
             return
         labeled, side, edge = self._chosen()
-        number, division = edge_named(labeled, edge), self._division
+        number, division = edge_named(labeled, edge), self._state.division
         same = edges_with_one_count(labeled, number).tolist()
         by_hand = [count for one, count in division.counts.items() if edge_named(labeled, one) in same]
         marked = any(edge_named(labeled, one) == number for one in division.marked)
@@ -321,7 +336,7 @@ class DividePage(Page):
 
     def _divide(self) -> None:
         """Divide the mesh in a worker thread."""
-        labeled, division = self._labeled, self._division
+        labeled, division = self._labeled, self._state.division
         assert labeled is not None
 
         def work(control: TaskControl) -> StitchMesh:
@@ -340,7 +355,7 @@ class DividePage(Page):
             lost = self.app.project.divide(division, fabric)
             if lost:
                 self.app.notice(f"Other stitches need other edits and yarns. Removed: {', '.join(lost)}.")
-            self._shown = STITCHES
+            self._state = replace(self._state, shown=STITCHES)
         self.app.refresh()
 
     def _edit(self) -> None:
