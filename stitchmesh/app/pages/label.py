@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stitchmesh.app.controls.html_pieces import PLAIN_TEXT
 from stitchmesh.app.controls.legend import legend
 from stitchmesh.app.pages.label_text import (
     INK,
@@ -232,7 +233,7 @@ class LabelPage(Page):
             self._meaning = self._choice.value = FLIP if done else ROWS
         self._go_on.visible, self._label_all.visible = done, not done
         self._status.content = labeling_status(labeling, self._inside_out)
-        self._meaning_hint.content = markup('<p style="margin:0;font-size:.86em">{}</p>', MEANINGS[self._meaning])
+        self._meaning_hint.content = markup('<p style="{}">{}</p>', PLAIN_TEXT, MEANINGS[self._meaning])
         self._legend.content = legend(legend_entries(labeling))
         self._faults.content = fault_list(labeling.faults)
 

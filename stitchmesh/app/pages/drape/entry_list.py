@@ -6,13 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from stitchmesh.app.controls.html_pieces import SMALL_BUTTON, action_button
 from stitchmesh.markup import Markup, joined, markup
 
 STYLE = "list-style:none;margin:0;padding:0;font-size:.82em"
-BUTTON = (
-    "font:inherit;cursor:pointer;border-radius:6px;padding:.15em .5em;color:var(--mantine-color-text);"
-    "border:1px solid var(--mantine-color-default-border);background:var(--mantine-color-default)"
-)
 CHOSEN = "border-left:4px solid #1f5673;padding-left:.4em;"
 
 
@@ -33,16 +30,12 @@ def entry_list(
     items = []
     for number, text in enumerate(entries):
         is_chosen = number == chosen
-        button = markup('<button type="button" data-value="{}" style="{}" ', number, BUTTON)
-        buttons = markup(
-            '{} data-action="drop-{}" aria-label="Remove the {}">Remove</button>',
-            button, kind, text,
-        )
+        buttons = action_button(f"drop-{kind}", number, "Remove", name=f"Remove the {text}", style=SMALL_BUTTON)
         if choose:
-            buttons = markup(
-                '{} data-action="choose-{}" aria-pressed="{}" aria-label="Change the {}">Change</button>{}',
-                button, kind, str(is_chosen).lower(), text, buttons,
+            change = action_button(
+                f"choose-{kind}", number, "Change", name=f"Change the {text}", pressed=is_chosen, style=SMALL_BUTTON
             )
+            buttons = change + buttons
         items.append(
             markup(
                 '<li style="display:flex;gap:4px;align-items:center;margin:.2em 0;{}">'

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from stitchmesh.app.controls.html_pieces import action_button
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.palette import LAST_YARN, colour_text, colours_of
@@ -39,8 +40,5 @@ def _button(fabric: StitchMesh, yarn: int, used: int, chosen: bool) -> Markup:
         f"padding:2px;border:{border};border-radius:6px;background:none;cursor:pointer;font:inherit;font-size:.75em;"
         "color:var(--mantine-color-text)"
     )
-    return markup(
-        '<button type="button" data-action="yarn" data-value="{}" aria-label="{}" title="{}" '
-        'aria-pressed="{}" style="{}">{}{}</button>',
-        yarn, words, words, "true" if chosen else "false", style, swatch, yarn,
-    )
+    content = markup("{}{}", swatch, yarn)
+    return action_button("yarn", yarn, content, name=words, hint=words, pressed=chosen, style=style)

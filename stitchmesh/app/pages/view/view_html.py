@@ -8,7 +8,7 @@ import base64
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from stitchmesh.app.controls.html_pieces import SMALL, colour_bar, figures
+from stitchmesh.app.controls.html_pieces import SMALL, action_button, colour_bar, figures
 from stitchmesh.app.controls.legend import legend_of_key
 from stitchmesh.app.pages.view.viewed import Viewed
 from stitchmesh.io.history import HistoryEntry
@@ -33,10 +33,7 @@ def list_of_results(names: Sequence[str], chosen: str) -> Markup:
     if not names:
         return markup('<p style="font-size:.86em;margin:.2em 0">{}</p>', NOTHING)
     buttons = joined(
-        markup(
-            '<button type="button" data-action="show" data-value="{}"{}>{}</button>',
-            name, " aria-current=true" if name == chosen else "", name,
-        )
+        action_button("show", name, name, current="true" if name == chosen else "")
         for name in names
     )
     return markup(
