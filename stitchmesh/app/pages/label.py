@@ -131,7 +131,7 @@ class LabelPage(Page):
                 self._show_numbers,
             )  # fmt: skip
             self._place = controls.text(
-                "Edge", "Two vertices, such as 4,7: the face is on the left from 4 to 7.", "", lambda _: None
+                "Edge", "Two vertices, such as 4,7: the face is on the left from 4 to 7.", ""
             )
             controls.button("Act at this edge", "Do there what a click does.", self._act_at_edge)
         with controls.group("Whole mesh", opened=False):

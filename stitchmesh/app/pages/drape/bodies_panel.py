@@ -43,9 +43,9 @@ class BodiesPanel:
         with controls.group("Bodies", opened=False) as self._group:
             self._list = controls.html(Markup(), self._act)
             self._unit = controls.choice("Unit of meshes", "Unit of the mesh that is added next.", tuple(CENTIMETRES),
-                                         DEFAULT_UNIT, lambda _: None)  # fmt: skip
+                                         DEFAULT_UNIT)  # fmt: skip
             controls.upload("Add a mesh", "A closed mesh that the cloth cannot enter.", SUFFIXES, self._receive)
-            self._path = controls.text("Path of a body", "A mesh on the computer of StitchMesh.", "", lambda _: None)
+            self._path = controls.text("Path of a body", "A mesh on the computer of StitchMesh.", "")
             controls.buttons("Add a body", "The mesh of the path, or a shape in front of or below the cloth.",
                              ("Mesh", "Ball", "Box"), self._add)  # fmt: skip
             self._around = controls.toggle(
@@ -82,12 +82,10 @@ class BodiesPanel:
                                          least=0.0, most=MOST_FRICTION, step=0.05)  # fmt: skip
         self._distance = controls.number("Distance", "Layer on the body that the cloth stays out of [cm].", 0.0,
                                          self._set_distance, least=0.0, most=MOST_DISTANCE, step=0.01)  # fmt: skip
-        self._centre = controls.text("Centre", "x, y, z of its middle [cm].", "", lambda _: None)
-        self._size = controls.text("Size", "Radius of a ball; the sides of a box [cm].", "", lambda _: None)
-        self._moved = controls.text("Body moved by", "x, y, z from the start to the end of the scene [cm].", "",
-                                    lambda _: None)  # fmt: skip
-        self._turned = controls.text("Body turned by", "Angles about x, y and z [degrees], around its centre.", "",
-                                     lambda _: None)  # fmt: skip
+        self._centre = controls.text("Centre", "x, y, z of its middle [cm].", "")
+        self._size = controls.text("Size", "Radius of a ball; the sides of a box [cm].", "")
+        self._moved = controls.text("Body moved by", "x, y, z from the start to the end of the scene [cm].", "")
+        self._turned = controls.text("Body turned by", "Angles about x, y and z [degrees], around its centre.", "")
         self._apply = controls.buttons("The body", "Take the numbers above, or let the body rest.",
                                        ("Take numbers", "Rests"), self._take)  # fmt: skip
 

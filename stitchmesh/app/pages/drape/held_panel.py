@@ -48,13 +48,11 @@ class HeldPanel:
                 lambda: self._choose(None),
             )  # fmt: skip
             self._moved = controls.text(
-                "Part moved by", "x, y, z from the start to the end of the scene [cm]; y points up.", STILL_TEXT,
-                lambda _: None,
-            )  # fmt: skip
+                "Part moved by", "x, y, z from the start to the end of the scene [cm]; y points up.", STILL_TEXT
+            )
             self._turned = controls.text(
-                "Part turned by", "Angles about x, y and z [degrees], around the middle of the part.", STILL_TEXT,
-                lambda _: None,
-            )  # fmt: skip
+                "Part turned by", "Angles about x, y and z [degrees], around the middle of the part.", STILL_TEXT
+            )
             self._motion = controls.buttons(
                 "The part", "Let it move by these numbers, or hold it where it is.", ("Moves", "Stays"), self._move
             )

@@ -102,7 +102,7 @@ class RegionPanel:
             self._high = controls.text("Box to", "Largest x, y, z [cm].", "", lambda _: self._draw_box())
             controls.buttons("Box", "Add or take out its triangles, hold what lies in it, or hide it.",
                              ("Add box", "Take out", "Hold", "Hide"), self._use_box)  # fmt: skip
-            self._words = controls.text("By words", WORDS, "", lambda _: None)
+            self._words = controls.text("By words", WORDS, "")
             controls.buttons("These", "The triangles that the words name.", ("Add", "Remove", "Only"), self._use_words)
             self._list = controls.html(Markup(), self._drop_box)
 

@@ -36,8 +36,7 @@ class Palettes:
         self._stitches = controls.html(stitch_palette_html(), lambda _, name: self._stitch_taken(name))
         self._yarns = controls.html(Markup(), lambda _, number: self._yarn_taken(number))
         colour = yarn_colour(session.fabric, session.yarn)
-        self._colour = controls.colour("Colour of the yarn", "Colour that the chosen yarn gets", colour,
-                                       lambda chosen: None)  # fmt: skip
+        self._colour = controls.colour("Colour of the yarn", "Colour that the chosen yarn gets", colour)
         self._recolour = controls.button("Set the colour", "Give the chosen yarn this colour everywhere",
                                          self._set_colour)  # fmt: skip
         assert isinstance(laying, LayPatterns)

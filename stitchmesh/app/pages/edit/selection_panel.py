@@ -22,11 +22,11 @@ class SelectionPanel:
         self._session = session
         with controls.group("Selection"):
             self._count = controls.html(Markup())
-            self._text = controls.text("Select by words", WORDS_HINT, "", lambda text: None)
+            self._text = controls.text("Select by words", WORDS_HINT, "")
             controls.button("Select these", "Select the stitches that the words name", self._by_words)
             controls.buttons("Choose", "All stitches, none, or all that are not selected", ("All", "None", "Others"),
                              self._simple)  # fmt: skip
-            self._name = controls.text("Name", "Name under which the selection is saved", "", lambda text: None)
+            self._name = controls.text("Name", "Name under which the selection is saved", "")
             controls.button("Save the selection", "Keep the selection under the name", self._save)
             self._list = controls.html(session.saved.html(), self._act)
         self.show()

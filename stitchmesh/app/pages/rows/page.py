@@ -120,7 +120,7 @@ class RowsPage(Page):
         controls = self.app.controls
         with controls.group("Without the mouse", opened=False):
             self._borders_list = controls.html(Markup(), self._clicked_border)
-            self._place = controls.text("Place", "A place on the mesh, such as 3, 20.5, 8 [cm].", "", lambda _: None)
+            self._place = controls.text("Place", "A place on the mesh, such as 3, 20.5, 8 [cm].", "")
             controls.button("Act at this place", "Do there what a click does.", self._act_at_typed_place)
         for label, key, modifier, run in (
             ("Finish the line", "F", None, self._finish_line),

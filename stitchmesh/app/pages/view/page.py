@@ -142,7 +142,7 @@ class ViewPage(Page):
             controls.upload("Open a file", "Open a file that StitchMesh wrote, or any mesh.", SUFFIXES, self._uploaded)
             self._path = controls.text(
                 "Path", "A file, or the output folder of a job that runs, on the computer of StitchMesh.",
-                self._state.path, lambda _: None,
+                self._state.path,
             )  # fmt: skip
             controls.button("Open path", "Open the file, or follow the job in the folder.", self._open_typed)
             controls.upload(
@@ -188,7 +188,7 @@ class ViewPage(Page):
                 )  # fmt: skip
         with controls.group("Without the mouse", opened=False):
             self._numbers = [
-                controls.number(label, hint, 0, _nothing, least=0, most=MOST_STITCHES, step=1)
+                controls.number(label, hint, 0, least=0, most=MOST_STITCHES, step=1)
                 for label, hint in (("Stitch", "Number of a stitch, or of a face of a mesh."),
                                     ("Other stitch", "Number of the stitch up to which is measured."))
             ]  # fmt: skip
@@ -197,7 +197,7 @@ class ViewPage(Page):
         with controls.group("Picture", opened=False):
             self._picture_size = [
                 controls.number(
-                    label, f"{label} of the picture [pixels].", start, _nothing, least=64, most=LARGEST_PICTURE, step=1
+                    label, f"{label} of the picture [pixels].", start, least=64, most=LARGEST_PICTURE, step=1
                 )
                 for label, start in (("Width", 1600), ("Height", 1000))
             ]  # fmt: skip
@@ -460,7 +460,3 @@ class ViewPage(Page):
         """Take another state, in the project too."""
         self._state = replace(self._state, **values)
         self.app.project.set_settings(self.name, self._state.table)
-
-
-def _nothing(value: float) -> None:
-    """Do nothing; the value is read when it is needed."""
