@@ -62,6 +62,16 @@ class DrapeSession:
         """Folder of the scenes to which undo and redo lead."""
         return self.folder / HISTORY
 
+    def opened_for(self, what: str) -> OpenedScene:
+        """Return the scene.
+
+        Raises:
+            ParameterError: there is none; ``what`` needs it, and begins the message.
+        """
+        if self.opened is None:
+            raise ParameterError(f"{what}: there is no cloth yet; open a scene first")
+        return self.opened
+
     def open_path(self, path: Path) -> None:
         """Open a scene, or a cloth as a new one; it replaces the scene of the project.
 

@@ -205,9 +205,7 @@ class RegionPanel:
             self._drawing.show_box(None)
             return
         box = self._box()
-        opened = self._session.opened
-        if opened is None:
-            raise ParameterError("box: there is no cloth yet; open a scene first")
+        opened = self._session.opened_for("box")
         self._draw_box()
         if which == "Hold":
             self._session.change(with_held_box(opened.scene, box))
@@ -225,9 +223,7 @@ class RegionPanel:
         self._session.change_region(add)
 
     def _use_words(self, which: str) -> None:
-        opened = self._session.opened
-        if opened is None:
-            raise ParameterError("selection: there is no cloth yet; open a scene first")
+        opened = self._session.opened_for("selection")
         found: IntArray = triangles_named(opened, str(self._words.value))
         if which == "Remove":
             self._session.change_region(lambda section, cloth: without_triangles(section, cloth, found))
