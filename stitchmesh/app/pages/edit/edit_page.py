@@ -212,12 +212,12 @@ class EditPage(Page):
 
     def _take_stitch(self, stitch: Stitch) -> None:
         """Take a stitch of the palette, and the tool that paints it."""
-        self.session.stitch = stitch
+        self.session.take(stitch=stitch)
         self.take_up(PaintStitches.name)
 
     def _take_yarn(self, yarn: int) -> None:
         """Take a yarn of the palette, and the tool that paints it."""
-        self.session.yarn = yarn
+        self.session.take(yarn=yarn)
         self.take_up(PaintYarns.name)
 
     def _set_edges(self, edges: bool) -> None:

@@ -41,7 +41,7 @@ class Palettes:
         self._stitch = controls.html(Markup())
         self._stitches = controls.html(stitch_palette_html(), lambda _, name: self._stitch_taken(name))
         self._yarns = controls.html(Markup(), lambda _, number: self._yarn_taken(number))
-        colour = yarn_colour(session.fabric, session.yarn)
+        colour = yarn_colour(session.fabric, session.state.yarn)
         self._colour = controls.colour("Colour of the yarn", "Colour that the chosen yarn gets", colour)
         self._recolour = controls.button("Set the colour", "Give the chosen yarn this colour everywhere",
                                          self._set_colour)  # fmt: skip
@@ -63,8 +63,8 @@ class Palettes:
     def refresh(self) -> None:
         """Show what is chosen, and the yarns of the fabric."""
         session = self._session
-        self._stitch.content = chosen_stitch_html(session.stitch)
-        self._yarns.content = yarn_palette_html(session.fabric, session.yarn)
+        self._stitch.content = chosen_stitch_html(session.state.stitch)
+        self._yarns.content = yarn_palette_html(session.fabric, session.state.yarn)
         self._patterns.show_chosen(self._laying.pattern if "\n" not in self._laying.pattern else "")
 
     def close(self) -> None:
@@ -79,7 +79,7 @@ class Palettes:
         if not number.isdecimal():
             raise ParameterError(f"yarn: got {number[:40]!r}; expected the number of a yarn")
         self._take_yarn(check_yarn_number(int(number)))
-        self._colour.value = yarn_colour(self._session.fabric, self._session.yarn)
+        self._colour.value = yarn_colour(self._session.fabric, self._session.state.yarn)
         self.refresh()
 
     def _pattern_taken(self, name: str) -> None:
@@ -91,7 +91,7 @@ class Palettes:
         self.refresh()
 
     def _set_colour(self) -> None:
-        self._session.edit("recolour", {"yarn": self._session.yarn, "colour": str(self._colour.value)})
+        self._session.edit("recolour", {"yarn": self._session.state.yarn, "colour": str(self._colour.value)})
 
 
 def yarn_colour(fabric: StitchMesh, yarn: int) -> str:

@@ -148,7 +148,7 @@ class PlaceTool(Tool):
     def on_selection(self) -> None:
         """Make the edit at each place of the selection."""
         arguments = {**self.session.on_selection(), **self._arguments()}
-        self.session.edit(self.chosen.edit, arguments, self.session.selection.faces)
+        self.session.edit(self.chosen.edit, arguments, self.session.state.selection.faces)
 
     def _arguments(self) -> dict[str, object]:
         values = {each.argument: _value_of(each, self._values[each]) for each in self.chosen.settings}
