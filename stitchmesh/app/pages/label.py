@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -66,6 +67,16 @@ MEANINGS = {
 """What a click means, and the hint for it."""
 
 
+@dataclass(frozen=True)
+class LabelState:
+    """What the user has chosen on the page."""
+
+    meaning: str = ROWS
+    """What a click means."""
+    flips_when_done: bool = True
+    """Whether a click flips a row once all faces have rows, and makes a row before."""
+
+
 class LabelPage(Page):
     """Labels the mesh of the project."""
 
@@ -75,8 +86,7 @@ class LabelPage(Page):
     def __init__(self, app: App) -> None:
         """Make the page."""
         super().__init__(app)
-        self._meaning = ROWS
-        self._flips_when_done = True
+        self._state = LabelState()
         self._mesh: Mesh | None = None
         self._numbers: VertexNumbers | None = None
 
@@ -107,7 +117,7 @@ class LabelPage(Page):
             ("Next row", "Undo", "Redo"), self._pressed,
         )  # fmt: skip
         self._choice = controls.choice(
-            "A click", "What a click on the mesh does.", tuple(MEANINGS), self._meaning, self._mean
+            "A click", "What a click on the mesh does.", tuple(MEANINGS), self._state.meaning, self._mean
         )
         self._meaning_hint = controls.html(Markup())
         self._legend = controls.html(Markup())
@@ -229,11 +239,12 @@ class LabelPage(Page):
     def _describe(self, labeling: PartialLabeling) -> None:
         """Show the numbers, the legend and the faults as text."""
         done = bool(labeling.labeled.all())
-        if self._flips_when_done:
-            self._meaning = self._choice.value = FLIP if done else ROWS
+        if self._state.flips_when_done:
+            self._state = replace(self._state, meaning=FLIP if done else ROWS)
+            self._choice.value = self._state.meaning
         self._go_on.visible, self._label_all.visible = done, not done
         self._status.content = labeling_status(labeling, self._inside_out)
-        self._meaning_hint.content = markup('<p style="{}">{}</p>', PLAIN_TEXT, MEANINGS[self._meaning])
+        self._meaning_hint.content = markup('<p style="{}">{}</p>', PLAIN_TEXT, MEANINGS[self._state.meaning])
         self._legend.content = legend(legend_entries(labeling))
         self._faults.content = fault_list(labeling.faults)
 
@@ -242,7 +253,7 @@ class LabelPage(Page):
         labeling = self.app.project.labeling
         assert labeling is not None
         ray = pick.ray_origin, pick.ray_direction
-        if self._meaning == ROWS:
+        if self._state.meaning == ROWS:
             border = side_near_ray(self._table, free_border_sides(labeling), *ray, REACH)
             if border is not None:
                 whole = pick.modifier == "shift"
@@ -261,7 +272,7 @@ class LabelPage(Page):
             COURSE_EDGE: lambda: LabelStep("set_edge", {"edge": side, "label": "course"}),
             CLEAR: lambda: LabelStep("set_edge", {"edge": side, "label": None}),
         }
-        return steps[self._meaning]()
+        return steps[self._state.meaning]()
 
     def _take(self, step: LabelStep) -> None:
         """Take a step, and say what it has removed."""
@@ -287,7 +298,7 @@ class LabelPage(Page):
 
     def _mean(self, meaning: str) -> None:
         """Take what the user wants a click to mean; with rows, a click flips a row once all faces have rows."""
-        self._meaning, self._flips_when_done = meaning, meaning in (ROWS, FLIP)
+        self._state = LabelState(meaning, flips_when_done=meaning in (ROWS, FLIP))
         self.refresh()
 
     def _flip_row(self) -> None:
