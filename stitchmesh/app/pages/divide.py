@@ -31,7 +31,6 @@ from stitchmesh.markup import Markup
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.picking import pick as pick_place
 from stitchmesh.mesh.picking import picking_table
-from stitchmesh.mesh.shaping_stitches import Increase
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS
 from stitchmesh.recipe.estimate import GarmentEstimate, estimate_garment
 from stitchmesh.tessellate.counts import edge_named, edges_with_one_count
@@ -107,8 +106,9 @@ class DividePage(Page):
             "Divide into stitches", "Divide the mesh into stitches of this size.", self._divide, main=True
         )
         self._go_on = controls.button(
-            "Go on: edit the stitches", "The mesh is divided so. Open the page Edit.", self._edit, main=True
-        )
+            "Go on: edit the stitches", "The mesh is divided so. Open the page Edit.",
+            lambda: self.app.open_page("Edit"), main=True,
+        )  # fmt: skip
         self._estimate = controls.html(Markup())
         self._make_size_controls()
         self._make_edge_controls()
@@ -131,10 +131,13 @@ class DividePage(Page):
         self._gauge = GaugePanel(
             self.app.project, controls, division.stitch_width, division.stitch_height, self._take_size
         )  # fmt: skip
-        self._increase = increase_choice(controls, division.increase, self._set_increase)
+        self._increase = increase_choice(
+            controls, division.increase,
+            lambda increase: self._change(replace(self._state.division, increase=increase)),
+        )  # fmt: skip
         self._quality = controls.choice(
             "Quality", "Quality of the yarns for which time and memory are estimated.", tuple(PRESETS),
-            self._state.quality, self._set_quality,
+            self._state.quality, lambda name: self._keep(quality=name),
         )  # fmt: skip
 
     def _make_edge_controls(self) -> None:
@@ -227,12 +230,6 @@ class DividePage(Page):
 
     def _take_size(self, width: float, height: float | None, what: str) -> None:
         self._change(replace(self._state.division, stitch_width=width, stitch_height=height), what)
-
-    def _set_increase(self, increase: Increase) -> None:
-        self._change(replace(self._state.division, increase=increase))
-
-    def _set_quality(self, name: str) -> None:
-        self._keep(quality=name)
 
     def _set_count(self, count: float) -> None:
         """Give the chosen edge a number."""
@@ -357,6 +354,3 @@ class DividePage(Page):
                 self.app.notice(f"Other stitches need other edits and yarns. Removed: {', '.join(lost)}.")
             self._state = replace(self._state, shown=STITCHES)
         self.app.refresh()
-
-    def _edit(self) -> None:
-        self.app.open_page("Edit")

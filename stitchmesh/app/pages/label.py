@@ -103,11 +103,12 @@ class LabelPage(Page):
         controls = self.app.controls
         self._status = controls.html(Markup())
         self._go_on = controls.button(
-            "Go on: divide into stitches", "All faces have rows. Open the page Divide.", self._divide, main=True
-        )
+            "Go on: divide into stitches", "All faces have rows. Open the page Divide.",
+            lambda: self.app.open_page("Divide"), main=True,
+        )  # fmt: skip
         self._to_rows = controls.button(
             "Go to Rows", "This mesh consists of triangles, in which no rows are modelled; the page Rows finds them.",
-            self._open_rows, main=True,
+            lambda: self.app.open_page("Rows"), main=True,
         )  # fmt: skip
         self._label_all = controls.button(
             "Label all", "Label all rows that can be labeled (L).", self._step("label_all"), main=True
@@ -328,12 +329,6 @@ class LabelPage(Page):
         points = mesh.corner_position[mesh.sides_of(faces)]
         middle, size = points.mean(axis=0), 2.0 * np.ptp(points, axis=0).max()
         self.app.scene.look_at(middle - size, middle + size, _view_of(mesh.face_vector_area[faces].sum(axis=0)))
-
-    def _divide(self) -> None:
-        self.app.open_page("Divide")
-
-    def _open_rows(self) -> None:
-        self.app.open_page("Rows")
 
 
 def _centre(mesh: Mesh, fault: LabelingFault) -> FloatArray:

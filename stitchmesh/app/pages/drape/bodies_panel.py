@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.pages.drape.drape_session import FILES, DrapeSession
@@ -52,11 +53,12 @@ class BodiesPanel:
                              ("Mesh", "Ball", "Box"), self._add)  # fmt: skip
             self._around = controls.toggle(
                 "Put the cloth around", "A cloth that cuts a body at the start is moved out of it.", False,
-                self._set_around,
+                lambda around: self._set_contact(start_outside=around),
             )
             self._touches = controls.toggle(
-                "Cloth touches itself", "Whether layers of the cloth keep apart.", False, self._set_touches
-            )
+                "Cloth touches itself", "Whether layers of the cloth keep apart.", False,
+                lambda touches: self._set_contact(self_collision=touches),
+            )  # fmt: skip
             self._make_fields(controls)
 
     def refresh(self) -> None:
@@ -76,10 +78,12 @@ class BodiesPanel:
 
     def _make_fields(self, controls: Controls) -> None:
         """Make the controls of the chosen body."""
-        self._friction = controls.number("Friction", "Coefficient of friction with the cloth.", 0.3, self._set_friction,
-                                         least=0.0, most=MOST_FRICTION, step=0.05)  # fmt: skip
+        self._friction = controls.number("Friction", "Coefficient of friction with the cloth.", 0.3,
+                                         lambda friction: self._set(friction=float(friction)), least=0.0,
+                                         most=MOST_FRICTION, step=0.05)  # fmt: skip
         self._distance = controls.number("Distance", "Layer on the body that the cloth stays out of [cm].", 0.0,
-                                         self._set_distance, least=0.0, most=MOST_DISTANCE, step=0.01)  # fmt: skip
+                                         lambda distance: self._set(thickness=float(distance)), least=0.0,
+                                         most=MOST_DISTANCE, step=0.01)  # fmt: skip
         self._centre = controls.text("Centre", "x, y, z of its middle [cm].", "")
         self._size = controls.text("Size", "Radius of a ball; the sides of a box [cm].", "")
         self._moved = controls.text("Body moved by", "x, y, z from the start to the end of the scene [cm].", "")
@@ -136,19 +140,14 @@ class BodiesPanel:
         same = body.keyframes and (body.keyframes[-1].displacement, body.keyframes[-1].rotation) == (moved, turned)
         self._change(body if same else replace(body, keyframes=keyframes_to(scene, moved, turned)))
 
-    def _set_friction(self, friction: float) -> None:
-        self._change(replace(self._list.chosen_entry()[1], friction=float(friction)))
+    def _set(self, **values: Any) -> None:
+        """Change values of the chosen body."""
+        self._change(replace(self._list.chosen_entry()[1], **values))
 
-    def _set_distance(self, distance: float) -> None:
-        self._change(replace(self._list.chosen_entry()[1], thickness=float(distance)))
-
-    def _set_around(self, around: bool) -> None:
+    def _set_contact(self, **values: Any) -> None:
+        """Change how the cloth touches."""
         scene = self._session.opened_for(WHAT).scene
-        self._session.change(replace(scene, contact=replace(scene.contact, start_outside=around)))
-
-    def _set_touches(self, touches: bool) -> None:
-        scene = self._session.opened_for(WHAT).scene
-        self._session.change(replace(scene, contact=replace(scene.contact, self_collision=touches)))
+        self._session.change(replace(scene, contact=replace(scene.contact, **values)))
 
     def _change(self, body: BodySection) -> None:
         number, _ = self._list.chosen_entry()

@@ -95,14 +95,16 @@ class RowsPage(Page):
             "Knit these rows", "Take these stitches into the project.", self._knit_rows, main=True
         )
         self._go_on = controls.button(
-            "Go on: edit the stitches", "The stitches are in the project. Open the page Edit.", self._edit, main=True
-        )
+            "Go on: edit the stitches", "The stitches are in the project. Open the page Edit.",
+            lambda: self.app.open_page("Edit"), main=True,
+        )  # fmt: skip
         self._stop = controls.button("Stop", "End the search for stitches.", self._finder.stop)
         self._again = controls.button("Find the rows", "Find the rows, now that nothing else runs.", self._find_rows)
         self._status = controls.html(Markup())
         self._choice = controls.choice(
-            "Show", "Whether the rows or the stitches are shown.", (ROWS, STITCHES), self._state.shown, self._show
-        )
+            "Show", "Whether the rows or the stitches are shown.", (ROWS, STITCHES), self._state.shown,
+            lambda shown: self._take(replace(self._state, shown=shown)),
+        )  # fmt: skip
         self._legend = controls.html(Markup())
         self._click = controls.choice(
             "A click", "What a click on the mesh does.", tuple(MEANINGS), self._state.meaning, self._mean
@@ -239,9 +241,6 @@ class RowsPage(Page):
         """Take what a click means; a line that is begun is given up."""
         self._take(replace(self._state, meaning=meaning, line=()))
 
-    def _show(self, shown: str) -> None:
-        self._take(replace(self._state, shown=shown))
-
     def _find_rows(self) -> None:
         self._finder.find_rows(self._state.shaping)
         self._show_all()
@@ -265,9 +264,6 @@ class RowsPage(Page):
         if lost:
             self.app.notice(f"Other stitches need other edits and yarns. Removed: {', '.join(lost)}.")
         self.app.refresh()
-
-    def _edit(self) -> None:
-        self.app.open_page("Edit")
 
     def _fabric(self) -> StitchMesh | None:
         """The stitches of the present marks; None if there are none yet."""
