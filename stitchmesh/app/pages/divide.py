@@ -12,6 +12,7 @@ from stitchmesh.app.pages.divide_text import edge_text, estimate_table, no_edge_
 from stitchmesh.app.pages.division_view import DivisionView
 from stitchmesh.app.pages.gauge_panel import GaugePanel, drawn_height, yarn_of
 from stitchmesh.app.pages.increase_choice import WORDS, increase_choice
+from stitchmesh.app.pages.not_yet import HAS_STITCHES, NO_MESH
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.project.division import (
     Division,
@@ -89,9 +90,9 @@ class DividePage(Page):
         if self.app.project.labeled is not None:
             return None
         if self.app.project.labeling is None and self.app.project.fabric is not None:
-            return "The imported file holds stitches already. Go on with Edit."
+            return HAS_STITCHES
         if self.app.project.labeling is None:
-            return "There is no mesh yet. Open the page Project and import one, or choose an example."
+            return NO_MESH
         return "Not all faces have rows yet. Go back to Label, and label all rows."
 
     def build(self) -> None:

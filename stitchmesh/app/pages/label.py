@@ -21,6 +21,7 @@ from stitchmesh.app.pages.label_text import (
     legend_entries,
     start_list,
 )
+from stitchmesh.app.pages.not_yet import NO_MESH
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.scene.drawing import Labels
 from stitchmesh.app.scene.mesh_drawing import MeshDrawing
@@ -96,7 +97,7 @@ class LabelPage(Page):
             return None
         if self.app.project.fabric is not None:
             return "The imported file holds stitches, which are labeled already. Go on with Edit."
-        return "There is no mesh yet. Open the page Project and import one, or choose an example."
+        return NO_MESH
 
     def build(self) -> None:
         """Make the controls, and draw the mesh."""

@@ -12,6 +12,7 @@ import numpy as np
 from stitchmesh.app.controls.legend import legend
 from stitchmesh.app.pages.divide_text import legend_of_stitches, refusal
 from stitchmesh.app.pages.gauge_panel import GaugePanel
+from stitchmesh.app.pages.not_yet import HAS_STITCHES, NO_MESH
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.rows.handle_drag import HandleDrag, as_point
 from stitchmesh.app.pages.rows.mark_edits import with_next_role, with_point, with_tip
@@ -62,8 +63,8 @@ class RowsPage(Page):
         if self.app.project.mesh is not None:
             return None
         if self.app.project.fabric is not None:
-            return "The imported file holds stitches already. Go on with Edit."
-        return "There is no mesh yet. Open the page Project and import one, or choose an example."
+            return HAS_STITCHES
+        return NO_MESH
 
     def build(self) -> None:
         """Make the controls, and draw the mesh."""
