@@ -7,12 +7,24 @@ The history stores only the changes of each edit, so that the history of a large
 
 from __future__ import annotations
 
-from stitchmesh.editing.edit import Edit, Edited, apply_changes, apply_edit
+from dataclasses import dataclass
+
+from stitchmesh.editing.edit import Edit, apply_changes, apply_edit
 from stitchmesh.editing.log import write_log
-from stitchmesh.errors import ParameterError, check_kind
+from stitchmesh.editing.undo_history import history_of_steps, steps_done, steps_undone
+from stitchmesh.errors import check_kind
 from stitchmesh.io.contents import FilePath
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.change import Change
+
+
+@dataclass(frozen=True)
+class _Step:
+    """An edit with the changes that make it and that undo it."""
+
+    edit: Edit
+    changes: tuple[Change, ...]
+    inverse: tuple[Change, ...]
 
 
 class History:
@@ -22,8 +34,7 @@ class History:
         """Start with a stitch mesh; the given mesh is never modified."""
         check_kind("History", fabric, StitchMesh)
         self._fabric = fabric
-        self._done: list[_Step] = []
-        self._undone: list[_Step] = []
+        self._steps = history_of_steps(list[_Step]())
 
     @property
     def fabric(self) -> StitchMesh:
@@ -33,12 +44,12 @@ class History:
     @property
     def edits(self) -> tuple[Edit, ...]:
         """The edits that lead to the current mesh; edits that were undone are not included."""
-        return tuple(edit for edit, _, _ in self._done)
+        return tuple(step.edit for step in steps_done(self._steps))
 
     @property
     def undone(self) -> tuple[Edit, ...]:
         """The edits that ``redo`` can apply, the next one first."""
-        return tuple(edit for edit, _, _ in reversed(self._undone))
+        return tuple(step.edit for step in steps_undone(self._steps))
 
     def apply(self, edit: Edit) -> StitchMesh:
         """Apply an edit and return the new mesh; edits that were undone can then no longer be redone.
@@ -47,9 +58,9 @@ class History:
             StitchMeshError: as for ``apply_edit``; the mesh stays unchanged.
         """
         edited = apply_edit(self._fabric, edit)
-        self._done.append((edit, edited.changes, edited.inverse))
-        self._undone.clear()
-        return self._set_fabric(edited)
+        self._steps = self._steps.do(_Step(edit, edited.changes, edited.inverse))
+        self._fabric = edited.fabric
+        return self._fabric
 
     def undo(self) -> StitchMesh:
         """Undo the last edit and return the mesh.
@@ -57,9 +68,12 @@ class History:
         Raises:
             ParameterError: there is no edit to undo.
         """
-        step = _last(self._done, "undo")
-        self._undone.append(step)
-        return self._set_fabric(apply_changes(self._fabric, step[2]))
+        before = self._steps.undo("undo: there is no edit to undo")
+        undone = self._steps.present
+        assert undone is not None
+        self._fabric = apply_changes(self._fabric, undone.inverse).fabric
+        self._steps = before
+        return self._fabric
 
     def redo(self) -> StitchMesh:
         """Apply again the edit that was undone last, and return the mesh.
@@ -67,9 +81,12 @@ class History:
         Raises:
             ParameterError: there is no edit to redo.
         """
-        step = _last(self._undone, "redo")
-        self._done.append(step)
-        return self._set_fabric(apply_changes(self._fabric, step[1]))
+        after = self._steps.redo("redo: there is no edit to redo")
+        redone = after.present
+        assert redone is not None
+        self._fabric = apply_changes(self._fabric, redone.changes).fabric
+        self._steps = after
+        return self._fabric
 
     def save(self, path: FilePath) -> None:
         """Write the edits as a log for ``replay_edits``.
@@ -78,16 +95,3 @@ class History:
             FileError: the file cannot be written.
         """
         write_log(path, self.edits)
-
-    def _set_fabric(self, edited: Edited) -> StitchMesh:
-        self._fabric = edited.fabric
-        return self._fabric
-
-
-_Step = tuple[Edit, tuple[Change, ...], tuple[Change, ...]]
-
-
-def _last(steps: list[_Step], action: str) -> _Step:
-    if not steps:
-        raise ParameterError(f"{action}: there is no edit to {action}")
-    return steps.pop()

@@ -226,14 +226,15 @@ def _project(folder: Path) -> list[bytes]:
     from stitchmesh.app.project.source import Source
     from stitchmesh.app.project.state import ProjectState, Results
     from stitchmesh.editing.edit import Edit
+    from stitchmesh.editing.undo_history import history_of_steps
     from stitchmesh.labeling.steps import LabelStep
 
     mesh = written(write_mesh, cube, suffix=".obj")(folder)[0]
     history = [{"iteration": 1, "seconds": 0.1, "residual": 0.5, "energies": {"stretch": 1.0}}]
     work: dict[str, Any] = {
-        "source": Source("cube.obj", mesh), "label_steps": (LabelStep("flip_row", {"face": 1}),),
+        "source": Source("cube.obj", mesh), "label_steps": history_of_steps([LabelStep("flip_row", {"face": 1})]),
         "division": Division(stitch_width=0.5, counts={(0, 1): 4}, marked=((1, 3),)),
-        "edits": (Edit("insert_row", {"face": 3}),),
+        "edits": history_of_steps([Edit("insert_row", {"face": 3})]),
         "results": Results(yarns=small_yarns(), yarn_settings={"radius": 0.1}, report={"a": 1}, history=history),
     }  # fmt: skip
     state = ProjectState(name="cube", kept=(ProjectState(name="cube", **work),), **work,

@@ -10,11 +10,11 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from stitchmesh.editing.undo_history import UndoHistory
 from stitchmesh.errors import ParameterError, PatternError, StitchMeshError
 from stitchmesh.mesh.palette import LAST_YARN, parse_colour, recolour_palette
 from stitchmesh.patterns import Pattern, check_closes
 from stitchmesh.patterns.charts import chart_operations as operations
-from stitchmesh.patterns.charts.chart_history import MOST_STEPS, ChartHistory
 from stitchmesh.patterns.charts.grid import Box, Brush, check_chart_shape
 from stitchmesh.patterns.charts.knit_chart import PLAIN, KnitChart, read_square
 from stitchmesh.periodic.charts.chart_files import Chart, ChartText, chart_of, parse_chart, write_chart
@@ -23,7 +23,8 @@ from stitchmesh.periodic.weave.weave_chart import Threads, WeaveChart
 
 MOST_SQUARES = 5_000_000
 """Number of squares that the steps of a chart hold; with it a large chart has fewer steps, and about 100 MB."""
-LEAST_STEPS = 10
+LEAST_STEPS, MOST_STEPS = 10, 200
+"""Bounds of the number of steps that can be undone."""
 Operation = Callable[[Chart], Chart]
 NewChart = Literal["Knit", "Colours", "Weave"]
 NEW_CHARTS: tuple[NewChart, ...] = get_args(NewChart)
@@ -34,7 +35,7 @@ class ChartBoard:
 
     def __init__(self, written: ChartText) -> None:
         """Start with a chart and its text."""
-        self.history: ChartHistory[ChartText] = ChartHistory(written)
+        self.history: UndoHistory[ChartText] = UndoHistory(written)
         self.text = written.text
         """The text as the user sees it; it may be unreadable, and then the chart is that of the last readable text."""
         self.source: Source | None = None
@@ -51,18 +52,18 @@ class ChartBoard:
         self.layer: int | None = None
         """Layer of a weave that is shown alone; None for all."""
         self._clipboard: Chart | None = None
-        self._stroke_began = False
+        self._stroke = 0  # The parts of one stroke are one step.
         self._settle()
 
     @property
     def chart(self) -> Chart:
         """The whole chart."""
-        return self.history.value.chart
+        return self.history.present.chart
 
     @property
     def can_undo(self) -> bool:
         """Whether there is a step to undo, or a text that could not be read."""
-        return bool(self.history.past) or self.text != self.history.value.text
+        return bool(self.history.past) or self.text != self.history.present.text
 
     @property
     def view(self) -> Chart:
@@ -73,8 +74,8 @@ class ChartBoard:
     @property
     def fault_row(self) -> int | None:
         """Row of the chart at fault, from 0."""
-        lines = [place.line for place in self.history.value.places]
-        readable = self.text == self.history.value.text and self.layer is None
+        lines = [place.line for place in self.history.present.places]
+        readable = self.text == self.history.present.text and self.layer is None
         return lines.index(self.fault_line) if readable and self.fault_line in lines else None
 
     def edit(self, operation: Operation, *, merge: bool = False) -> None:
@@ -92,11 +93,10 @@ class ChartBoard:
         if isinstance(whole, WeaveChart) and isinstance(edited, WeaveChart) and self.layer is not None:
             edited = self._with_layer(whole, edited)
         written = write_chart(edited)
-        merge = merge and self._stroke_began
-        self._stroke_began = merge
+        if not merge:
+            self._stroke += 1
         if written.text != write_chart(whole).text:
-            self._step(written, merge=merge)
-            self._stroke_began = True
+            self._step(written, f"stroke {self._stroke}")
 
     def paint(self, places: Sequence[Sequence[int]], brush: Brush, *, merge: bool = False) -> None:
         """Paint squares one after another; rows and columns are those of the chart that is shown."""
@@ -258,7 +258,7 @@ class ChartBoard:
     def restore(self, text: str) -> None:
         """Return to the text of an earlier board, readable or not; this is the first state, and no step."""
         self.edit_text(text)
-        self.history = ChartHistory(self.history.value)
+        self.history = UndoHistory(self.history.present)
         self.brush = Brush()
         self._settle_brush()
 
@@ -304,23 +304,23 @@ class ChartBoard:
 
     def undo(self) -> None:
         """Return to the chart and the text before the last step; a text that could not be read is dropped first."""
-        if self.text == self.history.value.text:
-            self.history = self.history.undone()
+        if self.text == self.history.present.text:
+            self.history = self.history.undo("chart: there is no step to undo; this is its first state")
         self._return()
 
     def redo(self) -> None:
         """Return to the chart and the text after the step that was undone last."""
-        self.history = self.history.redone()
+        self.history = self.history.redo("chart: there is no step to redo; this is its last state")
         self._return()
 
     def _return(self) -> None:
-        self.text = self.history.value.text
-        self._stroke_began = False
+        self.text = self.history.present.text
+        self._stroke += 1
         self._settle()
 
-    def _step(self, written: ChartText, *, merge: bool = False) -> None:
+    def _step(self, written: ChartText, what: str = "") -> None:
         most = min(max(MOST_SQUARES // written.chart.squares.size, LEAST_STEPS), MOST_STEPS)
-        self.history = self.history.with_value(written) if merge else self.history.step(written, most)
+        self.history = self.history.do(written, what, most)
         self.text = written.text
         self._settle()
 
@@ -332,7 +332,7 @@ class ChartBoard:
         if self.selection is not None and (self.selection.row_end > shape[0] or self.selection.column_end > shape[1]):
             self.selection = None
         self._settle_brush()
-        self._check(self.history.value)
+        self._check(self.history.present)
 
     def _settle_brush(self) -> None:
         woven = isinstance(self.chart, WeaveChart)

@@ -400,7 +400,7 @@ def _fault_message(fault: str) -> Markup:
 
 def _size(controls: Controls, label: str, value: int) -> Control:
     hint = f"Number of {label.lower()} after Resize, 1 to {LONGEST_SIDE}"
-    return controls.number(label, hint, value, lambda _: None, least=1, most=LONGEST_SIDE, step=1)
+    return controls.number(label, hint, value, least=1, most=LONGEST_SIDE, step=1)
 
 
 def _file_name(name: str) -> str:

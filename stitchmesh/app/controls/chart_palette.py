@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stitchmesh.app.controls.chart_data import symbol_svg
+from stitchmesh.app.controls.html_pieces import action_button
 from stitchmesh.hand_knitting.words import NAMED
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh.stitch import CODES
@@ -106,11 +107,9 @@ def _button(
     style = _STYLE.format(edge="#1f6fd1" if pressed else "#8b9097", more=look)
     style += "outline:2px solid #f2b134;" if pressed else ""
     style += "opacity:0.5;cursor:default;" if disabled else ""
-    named = Markup() if look == _WORD else markup(' aria-label="{}"', hint)  # a visible word is the name already
-    state = Markup() if pressed is None else markup(' aria-pressed="{}"', str(pressed).lower())
-    return markup(
-        '<button type="button" data-action="{}" data-value="{}" title="{}"{}{}{} style="{}">{}</button>',
-        action, value, hint, named, state, " disabled" if disabled else "", style, content,
+    name = "" if look == _WORD else hint  # A visible word is the name already.
+    return action_button(
+        action, value, content, name=name, hint=hint, pressed=pressed, disabled=disabled, style=style
     )
 
 

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
 
 
+def do_nothing(*_: object) -> None:
+    """Do nothing; the function of an input whose value a page reads when it needs it."""
+
+
 class Control(Protocol):
     """A control that stands in a panel. Setting a property shows it, and calls no function of the page."""
 
@@ -43,11 +47,11 @@ class Controls(Protocol):
     def button(self, label: str, hint: str, run: Callable[[], object], *, main: bool = False) -> Control:
         """Add a button; ``main`` marks the one that users press next."""
 
-    def toggle(self, label: str, hint: str, value: bool, changed: Callable[[bool], object]) -> Control:
+    def toggle(self, label: str, hint: str, value: bool, changed: Callable[[bool], object] = do_nothing) -> Control:
         """Add a box to tick."""
 
     def number(
-        self, label: str, hint: str, value: float, changed: Callable[[float], object], *,
+        self, label: str, hint: str, value: float, changed: Callable[[float], object] = do_nothing, *,
         least: float, most: float, step: float,
     ) -> Control:  # fmt: skip
         """Add a number, whole if the value and the step are.
@@ -62,17 +66,19 @@ class Controls(Protocol):
         """Add a slider; it refuses the same values as a number."""
 
     def choice(
-        self, label: str, hint: str, options: Sequence[str], value: str, changed: Callable[[str], object]
+        self, label: str, hint: str, options: Sequence[str], value: str, changed: Callable[[str], object] = do_nothing
     ) -> Control:
         """Add a list of options, one of which is chosen."""
 
     def buttons(self, label: str, hint: str, options: Sequence[str], pressed: Callable[[str], object]) -> Control:
         """Add buttons in one row."""
 
-    def text(self, label: str, hint: str, value: str, changed: Callable[[str], object], *, lines: int = 1) -> Control:
+    def text(
+        self, label: str, hint: str, value: str, changed: Callable[[str], object] = do_nothing, *, lines: int = 1
+    ) -> Control:
         """Add a text; ``changed`` is called while the user types."""
 
-    def colour(self, label: str, hint: str, value: str, changed: Callable[[str], object]) -> Control:
+    def colour(self, label: str, hint: str, value: str, changed: Callable[[str], object] = do_nothing) -> Control:
         """Add a colour, ``#rrggbb``."""
 
     def html(self, content: Markup, action: Callable[[str, str], object] | None = None) -> Control:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pieces of HTML that pages show: colour bars, tables of figures and boxes with a message.
+"""Pieces of HTML that pages show: buttons, colour bars, tables of figures and boxes with a message.
 
 Colours come from the theme of the browser, so that the pieces suit light and dark panels. A message has a mark besides
 its colour, for users who do not see the colour.
@@ -30,6 +30,40 @@ BOX = (
 )
 """Style of a box."""
 SMALL = "font-size:.84em;line-height:1.45"
+SMALL_BUTTON = (
+    "font:inherit;cursor:pointer;border-radius:6px;padding:.15em .5em;color:var(--mantine-color-text);"
+    "border:1px solid var(--mantine-color-default-border);background:var(--mantine-color-default)"
+)
+"""Style of a button in a line of a list."""
+PLAIN_TEXT = "margin:0;font-size:.86em"
+"""Style of a line of text."""
+
+
+def action_button(
+    action: str, value: object, content: object, *, name: object = "", hint: object = "", pressed: bool | None = None,
+    disabled: bool = False, current: str = "", wide: bool = False, style: str = "",
+) -> Markup:  # fmt: skip
+    """Return a button that calls the action of its piece of HTML with a value.
+
+    Args:
+        action: name of the action.
+        value: value with which the action is called.
+        content: what the button shows.
+        name: what a screen reader reads, if the content does not say it.
+        hint: a line that is shown beside the pointer.
+        pressed: whether it is the chosen one of several; None for a button that does something once.
+        disabled: whether it does nothing.
+        current: ``page`` or ``true`` for the button of what is shown now.
+        wide: whether it is as wide as its panel.
+        style: its style.
+    """
+    attributes = {
+        "aria-label": name, "title": hint, "aria-pressed": "" if pressed is None else str(pressed).lower(),
+        "aria-current": current, "class": "wide" if wide else "", "style": style,
+    }  # fmt: skip
+    given = joined(markup(' {}="{}"', key, text) for key, text in attributes.items() if text)
+    frame = '<button type="button" data-action="{}" data-value="{}"{}{}>{}</button>'
+    return markup(frame, action, value, given, " disabled" if disabled else "", content)
 
 
 def colour_bar(colours: ArrayLike, marks: Iterable[str], title: str = "") -> Markup:

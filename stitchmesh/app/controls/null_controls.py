@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from stitchmesh.app.controls.bounds import Bounds
+from stitchmesh.app.controls.controls import do_nothing
 from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup, checked
 
@@ -23,7 +24,7 @@ class NullControl:
     label: str
     hint: str = ""
     value: Any = None
-    changed: Callable[..., object] = field(default=lambda *_: None)
+    changed: Callable[..., object] = field(default=do_nothing)
     content: Markup = field(default_factory=Markup)
     figure: Any = None
     visible: bool = True
@@ -109,12 +110,12 @@ class NullControls:
         """Add a button."""
         return self._add("button", label, hint, changed=run)
 
-    def toggle(self, label: str, hint: str, value: bool, changed: Callable[[bool], object]) -> NullControl:
+    def toggle(self, label: str, hint: str, value: bool, changed: Callable[[bool], object] = do_nothing) -> NullControl:
         """Add a box to tick."""
         return self._add("toggle", label, hint, value=value, changed=changed)
 
     def number(
-        self, label: str, hint: str, value: float, changed: Callable[[float], object], *,
+        self, label: str, hint: str, value: float, changed: Callable[[float], object] = do_nothing, *,
         least: float, most: float, step: float,
     ) -> NullControl:  # fmt: skip
         """Add a number."""
@@ -128,7 +129,7 @@ class NullControls:
         return self._add("slider", label, hint, value=value, changed=changed, bounds=Bounds(label, least, most))
 
     def choice(
-        self, label: str, hint: str, options: Sequence[str], value: str, changed: Callable[[str], object]
+        self, label: str, hint: str, options: Sequence[str], value: str, changed: Callable[[str], object] = do_nothing
     ) -> NullControl:
         """Add a list of options."""
         return self._add("choice", label, hint, value=value, changed=changed, options=tuple(options))
@@ -138,18 +139,18 @@ class NullControls:
         return self._add("buttons", label, hint, changed=pressed, options=tuple(options))
 
     def text(
-        self, label: str, hint: str, value: str, changed: Callable[[str], object], *, lines: int = 1
+        self, label: str, hint: str, value: str, changed: Callable[[str], object] = do_nothing, *, lines: int = 1
     ) -> NullControl:
         """Add a text."""
         return self._add("text", label, hint, value=value, changed=changed)
 
-    def colour(self, label: str, hint: str, value: str, changed: Callable[[str], object]) -> NullControl:
+    def colour(self, label: str, hint: str, value: str, changed: Callable[[str], object] = do_nothing) -> NullControl:
         """Add a colour."""
         return self._add("colour", label, hint, value=value, changed=changed)
 
     def html(self, content: Markup, action: Callable[[str, str], object] | None = None) -> NullControl:
         """Add a piece of HTML."""
-        return self._add("html", content=content, changed=action or (lambda *_: None))
+        return self._add("html", content=content, changed=action or do_nothing)
 
     def plot(self, figure: Any = None, aspect: float = 1.6) -> NullControl:
         """Add a plot."""

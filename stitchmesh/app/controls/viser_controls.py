@@ -14,6 +14,7 @@ import viser
 
 from stitchmesh.app.browser.bridge import Bridge
 from stitchmesh.app.controls.bounds import Bounds
+from stitchmesh.app.controls.controls import do_nothing
 from stitchmesh.app.controls.value_guard import ValueGuard
 from stitchmesh.app.event_queue import EventQueue
 from stitchmesh.app.uploads import NO_FILE
@@ -182,13 +183,15 @@ class ViserControls:
         self._bridge.set_hint(handle._impl.uuid, hint)
         return self._keep(handle)
 
-    def toggle(self, label: str, hint: str, value: bool, changed: Callable[[bool], object]) -> ViserControl:
+    def toggle(
+        self, label: str, hint: str, value: bool, changed: Callable[[bool], object] = do_nothing
+    ) -> ViserControl:
         """Add a box to tick."""
         with self._place():
             return self._input(self._server.gui.add_checkbox(label, value, hint=hint), changed)
 
     def number(
-        self, label: str, hint: str, value: float, changed: Callable[[float], object], *,
+        self, label: str, hint: str, value: float, changed: Callable[[float], object] = do_nothing, *,
         least: float, most: float, step: float,
     ) -> ViserControl:  # fmt: skip
         """Add a number."""
@@ -206,7 +209,7 @@ class ViserControls:
         return self._bounded(handle, Bounds(label, least, most), changed)
 
     def choice(
-        self, label: str, hint: str, options: Sequence[str], value: str, changed: Callable[[str], object]
+        self, label: str, hint: str, options: Sequence[str], value: str, changed: Callable[[str], object] = do_nothing
     ) -> ViserControl:
         """Add a list of options."""
         with self._place():
@@ -221,14 +224,14 @@ class ViserControls:
         return self._keep(handle)
 
     def text(
-        self, label: str, hint: str, value: str, changed: Callable[[str], object], *, lines: int = 1
+        self, label: str, hint: str, value: str, changed: Callable[[str], object] = do_nothing, *, lines: int = 1
     ) -> ViserControl:
         """Add a text."""
         with self._place():
             handle = self._server.gui.add_text(label, value, multiline=lines > 1, hint=hint)
         return self._input(handle, changed)
 
-    def colour(self, label: str, hint: str, value: str, changed: Callable[[str], object]) -> ViserControl:
+    def colour(self, label: str, hint: str, value: str, changed: Callable[[str], object] = do_nothing) -> ViserControl:
         """Add a colour."""
         with self._place():
             handle = self._server.gui.add_rgb(label, tuple(parse_colour(value).tolist()), hint=hint)

@@ -4,26 +4,34 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 from stitchmesh.app.controls.legend import legend
 from stitchmesh.app.pages.divide_text import edge_text, estimate_table, no_edge_text, refusal
-from stitchmesh.app.pages.division_draft import DivisionDraft, with_count, with_edges, with_mark
 from stitchmesh.app.pages.division_view import DivisionView
-from stitchmesh.app.pages.gauge_panel import GaugePanel, yarn_of
+from stitchmesh.app.pages.gauge_panel import GaugePanel, drawn_height, yarn_of
 from stitchmesh.app.pages.increase_choice import WORDS, increase_choice
+from stitchmesh.app.pages.not_yet import HAS_STITCHES, NO_MESH
 from stitchmesh.app.pages.page import Page
-from stitchmesh.app.project.division import Division, with_known_edges
+from stitchmesh.app.project.division import (
+    Division,
+    division_of,
+    division_table,
+    with_count,
+    with_edges,
+    with_known_edges,
+    with_mark,
+)
 from stitchmesh.app.scene.scene import Pick
 from stitchmesh.app.scene.vertex_numbers import VertexNumbers
 from stitchmesh.app.task import TaskControl
+from stitchmesh.editing.undo_history import UndoHistory
 from stitchmesh.errors import ParameterError, StitchMeshError
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.picking import pick as pick_place
 from stitchmesh.mesh.picking import picking_table
-from stitchmesh.mesh.shaping_stitches import Increase
 from stitchmesh.quality import DEFAULT_QUALITY, PRESETS
 from stitchmesh.recipe.estimate import GarmentEstimate, estimate_garment
 from stitchmesh.tessellate.counts import edge_named, edges_with_one_count
@@ -38,6 +46,30 @@ MESH, STITCHES = "mesh", "stitches"
 """What can be shown."""
 
 
+@dataclass(frozen=True)
+class DivideState:
+    """What the user has chosen on the page."""
+
+    history: UndoHistory[Division]
+    """The division that the user prepares, with undo."""
+    quality: str = DEFAULT_QUALITY
+    """Quality of the yarns for which time and memory are estimated."""
+    side: int | None = None
+    """A side of the chosen edge; None if none is chosen."""
+    shown: str = MESH
+    """Whether the mesh or the stitches are shown, where there are stitches."""
+
+    @property
+    def division(self) -> Division:
+        """The division."""
+        return self.history.present
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """What a project keeps."""
+        return {"quality": self.quality, "draft": division_table(self.division)}
+
+
 class DividePage(Page):
     """Divides the labeled mesh of the project into stitches."""
 
@@ -48,11 +80,9 @@ class DividePage(Page):
     def __init__(self, app: App) -> None:
         """Make the page."""
         super().__init__(app)
-        self._draft = DivisionDraft(Division())
+        self._state = DivideState(UndoHistory(Division()))
         self._labeled: StitchMesh | None = None
         self._numbers: VertexNumbers | None = None
-        self._side: int | None = None
-        self._shown = MESH
         self._typing = False
 
     def unavailable(self) -> str | None:
@@ -60,24 +90,26 @@ class DividePage(Page):
         if self.app.project.labeled is not None:
             return None
         if self.app.project.labeling is None and self.app.project.fabric is not None:
-            return "The imported file holds stitches already. Go on with Edit."
+            return HAS_STITCHES
         if self.app.project.labeling is None:
-            return "There is no mesh yet. Open the page Project and import one, or choose an example."
+            return NO_MESH
         return "Not all faces have rows yet. Go back to Label, and label all rows."
 
     def build(self) -> None:
         """Make the controls, and draw the mesh."""
         kept = self.app.project.settings(self.name)
-        self._settings: dict[str, str] = {"quality": kept.get("quality", DEFAULT_QUALITY)}
-        if kept.get("draft") != self._draft.table:
-            self._draft = DivisionDraft.of_settings(kept, self.app.project.division or Division())
+        self._state = replace(self._state, quality=kept.get("quality", DEFAULT_QUALITY))
+        if kept.get("draft") != self._state.table["draft"]:
+            division = division_of(kept["draft"]) if "draft" in kept else self.app.project.division
+            self._state = replace(self._state, history=UndoHistory(division or Division()))
         controls = self.app.controls
         self._divide_button = controls.button(
             "Divide into stitches", "Divide the mesh into stitches of this size.", self._divide, main=True
         )
         self._go_on = controls.button(
-            "Go on: edit the stitches", "The mesh is divided so. Open the page Edit.", self._edit, main=True
-        )
+            "Go on: edit the stitches", "The mesh is divided so. Open the page Edit.",
+            lambda: self.app.open_page("Edit"), main=True,
+        )  # fmt: skip
         self._estimate = controls.html(Markup())
         self._make_size_controls()
         self._make_edge_controls()
@@ -85,7 +117,7 @@ class DividePage(Page):
             "Changes", "One change back (Ctrl+Z), one change forward (Ctrl+Y).", ("Undo", "Redo"), self._step
         )
         self._show_choice = controls.choice(
-            "Show", "Whether the mesh or the stitches are shown.", (MESH, STITCHES), self._shown, self._show
+            "Show", "Whether the mesh or the stitches are shown.", (MESH, STITCHES), self._state.shown, self._show
         )
         self._legend = controls.html(Markup())
         controls.key("Undo the last change", "Undo the last change of the division.", "Z", "ctrl", self._undo)
@@ -96,15 +128,17 @@ class DividePage(Page):
 
     def _make_size_controls(self) -> None:
         """Make the controls of the sizes."""
-        controls, draft = self.app.controls, self._draft
-        division = draft.division
+        controls, division = self.app.controls, self._state.division
         self._gauge = GaugePanel(
             self.app.project, controls, division.stitch_width, division.stitch_height, self._take_size
         )  # fmt: skip
-        self._increase = increase_choice(controls, division.increase, self._set_increase)
+        self._increase = increase_choice(
+            controls, division.increase,
+            lambda increase: self._change(replace(self._state.division, increase=increase)),
+        )  # fmt: skip
         self._quality = controls.choice(
             "Quality", "Quality of the yarns for which time and memory are estimated.", tuple(PRESETS),
-            self._settings["quality"], self._set_quality,
+            self._state.quality, lambda name: self._keep(quality=name),
         )  # fmt: skip
 
     def _make_edge_controls(self) -> None:
@@ -137,8 +171,8 @@ class DividePage(Page):
             return
         if labeled is not self._labeled:
             self._take_mesh(labeled)
-        if self.app.project.fabric is None or self.app.project.division != self._draft.division:
-            self._shown = MESH
+        if self.app.project.fabric is None or self.app.project.division != self._state.division:
+            self._state = replace(self._state, shown=MESH)
         self._show_all()
 
     def picked(self, pick: Pick) -> None:
@@ -146,7 +180,7 @@ class DividePage(Page):
         if self.unavailable() is not None:
             return
         place = pick_place(self._table, pick.ray_origin, pick.ray_direction)
-        self._side = None if place is None else place.side
+        self._state = replace(self._state, side=None if place is None else place.side)
         self._show_all()
 
     def camera_moved(self) -> None:
@@ -160,70 +194,63 @@ class DividePage(Page):
 
     def leave(self) -> None:
         """Forget the chosen edge and the drawing."""
-        self._side = self._numbers = None
+        self._state = replace(self._state, side=None)
+        self._numbers = None
 
     def _take_mesh(self, labeled: StitchMesh) -> None:
         """Prepare the drawing and the picking of a mesh."""
-        self._labeled, self._side = labeled, None
+        self._labeled, self._state = labeled, replace(self._state, side=None)
         self._table = picking_table(labeled)
         self._view = DivisionView(self.app.scene, labeled)
         self._numbers = VertexNumbers(self.app.scene, labeled)
         self._numbers.show(self._numbered.value)
-        fitting = with_known_edges(self._draft.division, labeled)
-        if fitting != self._draft.division:
+        fitting = with_known_edges(self._state.division, labeled)
+        if fitting != self._state.division:
             self.app.notice("Numbers and marks of edges that this mesh does not have were left out.", "warning")
-            self._draft = DivisionDraft(fitting)
+            self._state = replace(self._state, history=UndoHistory(fitting))
 
-    def _keep(self) -> None:
-        """Save what was chosen, and show it."""
-        self.app.project.set_settings(self.name, {**self._settings, "draft": self._draft.table})
+    def _keep(self, **values: Any) -> None:
+        """Take what was chosen, save it and show it."""
+        self._state = replace(self._state, **values)
+        self.app.project.set_settings(self.name, self._state.table)
         self.refresh()
 
     def _change(self, division: Division, what: str = "") -> None:
         """Take another division; it can be undone, together with changes of the same thing just before."""
-        self._draft.change(division, what)
-        self._keep()
+        history = self._state.history
+        self._keep(history=history if division == history.present else history.do(division, what))
 
     def _step(self, option: str) -> None:
         {"Undo": self._undo, "Redo": self._redo}[option]()
 
     def _undo(self) -> None:
-        self._draft.undo()
-        self._keep()
+        self._keep(history=self._state.history.undo("undo: there is no change of the division to undo"))
 
     def _redo(self) -> None:
-        self._draft.redo()
-        self._keep()
+        self._keep(history=self._state.history.redo("redo: there is no change of the division to redo"))
 
     def _take_size(self, width: float, height: float | None, what: str) -> None:
-        self._change(replace(self._draft.division, stitch_width=width, stitch_height=height), what)
-
-    def _set_increase(self, increase: Increase) -> None:
-        self._change(replace(self._draft.division, increase=increase))
-
-    def _set_quality(self, name: str) -> None:
-        self._settings["quality"] = name
-        self._keep()
+        self._change(replace(self._state.division, stitch_width=width, stitch_height=height), what)
 
     def _set_count(self, count: float) -> None:
         """Give the chosen edge a number."""
         labeled, _, edge = self._chosen()
-        self._change(with_count(self._draft.division, labeled, edge, int(count)), f"number {edge}")
+        self._change(with_count(self._state.division, labeled, edge, int(count)), f"number {edge}")
 
     def _clear_count(self) -> None:
         labeled, _, edge = self._chosen()
-        self._change(with_count(self._draft.division, labeled, edge, None))
+        self._change(with_count(self._state.division, labeled, edge, None))
 
     def _set_mark(self, marked: bool) -> None:
         """Mark the chosen edge, or remove its mark."""
-        self._change(with_mark(self._draft.division, self._chosen()[2], marked))
+        self._change(with_mark(self._state.division, self._chosen()[2], marked))
 
     def _set_text(self, text: str) -> None:
         """Take the numbers and marks of a text; a text with an error changes nothing."""
         assert self._labeled is not None
         try:
             settings = parse_edge_settings(text.splitlines(), "line")
-            division = with_edges(self._draft.division, settings, self._labeled)
+            division = with_edges(self._state.division, settings, self._labeled)
         except StitchMeshError as error:
             self._text_error.content = refusal(str(error))
             return
@@ -239,62 +266,63 @@ class DividePage(Page):
         Raises:
             ParameterError: no edge is chosen.
         """
-        labeled, side = self._labeled, self._side
+        labeled, side = self._labeled, self._state.side
         if side is None or labeled is None:
             raise ParameterError("edge: none is chosen; click one first")
         return labeled, side, (int(labeled.face_vertex[side]), int(labeled.face_vertex[labeled.side_next[side]]))
 
     def _show(self, shown: str) -> None:
         """Show the mesh or the stitches."""
-        self._shown = shown
+        self._state = replace(self._state, shown=shown)
         self._show_all()
 
     def _show_all(self) -> None:
         """Show the estimate, the buttons, the edges and the drawing."""
-        project, estimate = self.app.project, self._estimated()
-        ready = project.fabric is not None and project.division == self._draft.division
+        project, state, estimate = self.app.project, self._state, self._estimated()
+        division = state.division
+        ready = project.fabric is not None and project.division == division
         self._go_on.visible, self._divide_button.visible = ready, not ready
         self._divide_button.disabled = estimate is None or self.app.tasks.running
-        self._show_choice.visible, self._show_choice.value = ready, self._shown
-        self._gauge.show(self._draft.division.stitch_width, self._draft.division.stitch_height)
-        self._increase.value = WORDS[self._draft.division.increase]
+        self._show_choice.visible, self._show_choice.value = ready, state.shown
+        self._gauge.show(division.stitch_width, division.stitch_height)
+        self._increase.value = WORDS[division.increase]
         self._show_chosen(estimate)
-        division = self._draft.division
         if not self._typing:  # The text under the user's hands stays as it is.
             self._text.value = edge_settings_text(EdgeSettings(dict(division.counts), division.marked))
         self._text_error.content = Markup()
-        fabric = project.fabric if self._shown == STITCHES else None
+        fabric = project.fabric if state.shown == STITCHES else None
         entries = self._view.show_mesh() if fabric is None else self._view.show_stitches(fabric)
         along = None if estimate is None else estimate.planned.along
-        self._legend.content = legend([*entries, *self._view.show_edges(division, self._side, along)])
+        self._legend.content = legend([*entries, *self._view.show_edges(division, state.side, along)])
 
     def _estimated(self) -> GarmentEstimate | None:
         """Estimate what the garment costs, and show it; None if such stitches are not possible."""
         assert self._labeled is not None
-        division = self._draft.division
+        division = self._state.division
         try:
             estimate = estimate_garment(
                 self._labeled, stitch_width=division.stitch_width, stitch_height=division.stitch_height,
-                counts=dict(division.counts), marked=division.marked, quality=self._settings["quality"],
+                counts=dict(division.counts), marked=division.marked, quality=self._state.quality,
             )  # fmt: skip
         except StitchMeshError as error:
             self._estimate.content = refusal(str(error))
             return None
+        height = drawn_height(division.stitch_width, division.stitch_height)
         self._estimate.content = estimate_table(
-            estimate, division.stitch_width, self._draft.height, yarn_of(self.app.project)
+            estimate, division.stitch_width, height, yarn_of(self.app.project)
         )  # fmt: skip
         return estimate
 
     def _show_chosen(self, estimate: GarmentEstimate | None) -> None:
         """Show the chosen edge and its controls."""
-        chosen = self._side is not None
+        chosen = self._state.side is not None
         for control in (self._count, self._by_length, self._mark):
             control.visible = chosen
         if not chosen:
             self._edge.content = no_edge_text()
             return
         labeled, side, edge = self._chosen()
-        number, division = edge_named(labeled, edge), self._draft.division
+        number, division = edge_named(labeled, edge), self._state.division
         same = edges_with_one_count(labeled, number).tolist()
         by_hand = [count for one, count in division.counts.items() if edge_named(labeled, one) in same]
         marked = any(edge_named(labeled, one) == number for one in division.marked)
@@ -306,7 +334,7 @@ class DividePage(Page):
 
     def _divide(self) -> None:
         """Divide the mesh in a worker thread."""
-        labeled, division = self._labeled, self._draft.division
+        labeled, division = self._labeled, self._state.division
         assert labeled is not None
 
         def work(control: TaskControl) -> StitchMesh:
@@ -325,8 +353,5 @@ class DividePage(Page):
             lost = self.app.project.divide(division, fabric)
             if lost:
                 self.app.notice(f"Other stitches need other edits and yarns. Removed: {', '.join(lost)}.")
-            self._shown = STITCHES
+            self._state = replace(self._state, shown=STITCHES)
         self.app.refresh()
-
-    def _edit(self) -> None:
-        self.app.open_page("Edit")

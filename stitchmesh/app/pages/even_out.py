@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 import numpy as np
@@ -43,6 +43,16 @@ NEXT = "The sizes of the stitches are known after evening out. Start it above."
 """What stands in place of the verdict before the first mesh relaxation."""
 
 
+@dataclass(frozen=True)
+class EvenOutState:
+    """What the user looks at."""
+
+    measure: Measure = "size"
+    """What the map shows."""
+    marked: int | None = None
+    """Number of the finding whose rows are marked; None if none is."""
+
+
 class EvenOutPage(Page):
     """Mesh relaxation."""
 
@@ -54,10 +64,9 @@ class EvenOutPage(Page):
         """Make the page; nothing runs yet."""
         super().__init__(app)
         self._run: LiveRun[StitchMesh, Evened] | None = None
-        self._measure: Measure = "size"
+        self._state = EvenOutState()
         self._map: SizeMap | None = None
         self._shown: StitchMesh | None = None
-        self._marked: int | None = None
 
     def unavailable(self) -> str | None:
         """Return what to do first while there are no stitches."""
@@ -77,11 +86,12 @@ class EvenOutPage(Page):
         self._legend = controls.html(legend_html())
         self._choice = controls.choice(
             "Colours show", "The mean size of each stitch, its width, or its height", list(MEASURES),
-            self._measure.capitalize(), self._set_measure,
+            self._state.measure.capitalize(), self._set_measure,
         )  # fmt: skip
         self._build_settings()
         self._again = controls.button(AGAIN, START_HINT, self.start)
-        self._map = self._shown = self._marked = None
+        self._map = self._shown = None
+        self._state = replace(self._state, marked=None)
         if self._run is not None:
             self._run.on_snapshot = self._show_snapshot
         self.refresh()
@@ -151,7 +161,7 @@ class EvenOutPage(Page):
         self.app.project.set_settings(self.name, {**self.app.project.settings(self.name), **values})
 
     def _set_measure(self, measure: str) -> None:
-        self._measure = MEASURES[measure]
+        self._state = replace(self._state, measure=MEASURES[measure])
         if self._shown is not None:
             self._show_fabric(self._shown)
 
@@ -189,7 +199,7 @@ class EvenOutPage(Page):
             self._map = SizeMap(fabric)
         self._shown = fabric
         self._legend.visible = self._choice.visible = fabric.stretch is not None
-        self.app.scene.show("fabric", self._map.surface(fabric, self._measure))
+        self.app.scene.show("fabric", self._map.surface(fabric, self._state.measure))
         self.app.scene.show("sides", edges(fabric))
 
     def _verdict_content(self) -> Markup:
@@ -203,11 +213,11 @@ class EvenOutPage(Page):
     def _act(self, action: str, value: str) -> None:
         if action == "rows":
             number = int(value)
-            self._mark(None if number == self._marked else number)
+            self._mark(None if number == self._state.marked else number)
 
     def _mark(self, number: int | None) -> None:
         """Draw a line around the rows of a finding; None removes the line."""
-        self._marked = number
+        self._state = replace(self._state, marked=number)
         evened = self.app.project.evened
         if number is None or evened is None:
             self.app.scene.remove("rows")

@@ -5,10 +5,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stitchmesh.app.controls.html_pieces import PLAIN_TEXT
 from stitchmesh.app.controls.legend import legend
 from stitchmesh.app.pages.label_text import (
     INK,
@@ -19,6 +21,7 @@ from stitchmesh.app.pages.label_text import (
     legend_entries,
     start_list,
 )
+from stitchmesh.app.pages.not_yet import NO_MESH
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.scene.drawing import Labels
 from stitchmesh.app.scene.mesh_drawing import MeshDrawing
@@ -65,6 +68,16 @@ MEANINGS = {
 """What a click means, and the hint for it."""
 
 
+@dataclass(frozen=True)
+class LabelState:
+    """What the user has chosen on the page."""
+
+    meaning: str = ROWS
+    """What a click means."""
+    flips_when_done: bool = True
+    """Whether a click flips a row once all faces have rows, and makes a row before."""
+
+
 class LabelPage(Page):
     """Labels the mesh of the project."""
 
@@ -74,8 +87,7 @@ class LabelPage(Page):
     def __init__(self, app: App) -> None:
         """Make the page."""
         super().__init__(app)
-        self._meaning = ROWS
-        self._flips_when_done = True
+        self._state = LabelState()
         self._mesh: Mesh | None = None
         self._numbers: VertexNumbers | None = None
 
@@ -85,18 +97,19 @@ class LabelPage(Page):
             return None
         if self.app.project.fabric is not None:
             return "The imported file holds stitches, which are labeled already. Go on with Edit."
-        return "There is no mesh yet. Open the page Project and import one, or choose an example."
+        return NO_MESH
 
     def build(self) -> None:
         """Make the controls, and draw the mesh."""
         controls = self.app.controls
         self._status = controls.html(Markup())
         self._go_on = controls.button(
-            "Go on: divide into stitches", "All faces have rows. Open the page Divide.", self._divide, main=True
-        )
+            "Go on: divide into stitches", "All faces have rows. Open the page Divide.",
+            lambda: self.app.open_page("Divide"), main=True,
+        )  # fmt: skip
         self._to_rows = controls.button(
             "Go to Rows", "This mesh consists of triangles, in which no rows are modelled; the page Rows finds them.",
-            self._open_rows, main=True,
+            lambda: self.app.open_page("Rows"), main=True,
         )  # fmt: skip
         self._label_all = controls.button(
             "Label all", "Label all rows that can be labeled (L).", self._step("label_all"), main=True
@@ -106,7 +119,7 @@ class LabelPage(Page):
             ("Next row", "Undo", "Redo"), self._pressed,
         )  # fmt: skip
         self._choice = controls.choice(
-            "A click", "What a click on the mesh does.", tuple(MEANINGS), self._meaning, self._mean
+            "A click", "What a click on the mesh does.", tuple(MEANINGS), self._state.meaning, self._mean
         )
         self._meaning_hint = controls.html(Markup())
         self._legend = controls.html(Markup())
@@ -130,7 +143,7 @@ class LabelPage(Page):
                 self._show_numbers,
             )  # fmt: skip
             self._place = controls.text(
-                "Edge", "Two vertices, such as 4,7: the face is on the left from 4 to 7.", "", lambda _: None
+                "Edge", "Two vertices, such as 4,7: the face is on the left from 4 to 7.", ""
             )
             controls.button("Act at this edge", "Do there what a click does.", self._act_at_edge)
         with controls.group("Whole mesh", opened=False):
@@ -228,11 +241,12 @@ class LabelPage(Page):
     def _describe(self, labeling: PartialLabeling) -> None:
         """Show the numbers, the legend and the faults as text."""
         done = bool(labeling.labeled.all())
-        if self._flips_when_done:
-            self._meaning = self._choice.value = FLIP if done else ROWS
+        if self._state.flips_when_done:
+            self._state = replace(self._state, meaning=FLIP if done else ROWS)
+            self._choice.value = self._state.meaning
         self._go_on.visible, self._label_all.visible = done, not done
         self._status.content = labeling_status(labeling, self._inside_out)
-        self._meaning_hint.content = markup('<p style="margin:0;font-size:.86em">{}</p>', MEANINGS[self._meaning])
+        self._meaning_hint.content = markup('<p style="{}">{}</p>', PLAIN_TEXT, MEANINGS[self._state.meaning])
         self._legend.content = legend(legend_entries(labeling))
         self._faults.content = fault_list(labeling.faults)
 
@@ -241,7 +255,7 @@ class LabelPage(Page):
         labeling = self.app.project.labeling
         assert labeling is not None
         ray = pick.ray_origin, pick.ray_direction
-        if self._meaning == ROWS:
+        if self._state.meaning == ROWS:
             border = side_near_ray(self._table, free_border_sides(labeling), *ray, REACH)
             if border is not None:
                 whole = pick.modifier == "shift"
@@ -260,7 +274,7 @@ class LabelPage(Page):
             COURSE_EDGE: lambda: LabelStep("set_edge", {"edge": side, "label": "course"}),
             CLEAR: lambda: LabelStep("set_edge", {"edge": side, "label": None}),
         }
-        return steps[self._meaning]()
+        return steps[self._state.meaning]()
 
     def _take(self, step: LabelStep) -> None:
         """Take a step, and say what it has removed."""
@@ -286,7 +300,7 @@ class LabelPage(Page):
 
     def _mean(self, meaning: str) -> None:
         """Take what the user wants a click to mean; with rows, a click flips a row once all faces have rows."""
-        self._meaning, self._flips_when_done = meaning, meaning in (ROWS, FLIP)
+        self._state = LabelState(meaning, flips_when_done=meaning in (ROWS, FLIP))
         self.refresh()
 
     def _flip_row(self) -> None:
@@ -316,12 +330,6 @@ class LabelPage(Page):
         points = mesh.corner_position[mesh.sides_of(faces)]
         middle, size = points.mean(axis=0), 2.0 * np.ptp(points, axis=0).max()
         self.app.scene.look_at(middle - size, middle + size, _view_of(mesh.face_vector_area[faces].sum(axis=0)))
-
-    def _divide(self) -> None:
-        self.app.open_page("Divide")
-
-    def _open_rows(self) -> None:
-        self.app.open_page("Rows")
 
 
 def _centre(mesh: Mesh, fault: LabelingFault) -> FloatArray:

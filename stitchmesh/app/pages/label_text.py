@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from stitchmesh.app.controls.html_pieces import PLAIN_TEXT, action_button
 from stitchmesh.app.controls.legend import LegendEntry
 from stitchmesh.app.scene.drawing import Colour
 from stitchmesh.labeling import LabelingFault, PartialLabeling
@@ -30,6 +31,14 @@ BUTTON = (
     "border-radius:6px;cursor:pointer;background:transparent;color:inherit;border:1px solid"
 )
 """Style of a button of a list, up to the colour of its border."""
+
+
+def list_button(
+    action: str, value: object, words: str, border: str = "var(--mantine-color-default-border)", *, hint: str = "",
+    pressed: bool | None = None,
+) -> Markup:  # fmt: skip
+    """Return a button as wide as its list, with a border of a colour; the other arguments are of ``action_button``."""
+    return action_button(action, value, words, hint=hint, pressed=pressed, style=f"{BUTTON} {border}")
 
 
 def labeling_status(labeling: PartialLabeling, inside_out: bool) -> Markup:
@@ -76,15 +85,11 @@ def fault_list(faults: tuple[LabelingFault, ...]) -> Markup:
     if not faults:
         return Markup()
     items = joined(
-        markup(
-            '<li><button type="button" data-action="fault" data-value="{}" title="Show the faces" '
-            'style="{} rgb{}">{}</button></li>',
-            number, BUTTON, f"{FAULT_COLOUR!r}", fault.reason,
-        )
+        markup("<li>{}</li>", list_button("fault", number, fault.reason, f"rgb{FAULT_COLOUR!r}", hint="Show the faces"))
         for number, fault in enumerate(faults[:MOST_FAULTS])
     )
     more = len(faults) - MOST_FAULTS
-    rest = markup('<p style="margin:0;font-size:.86em">and {} more</p>', more) if more > 0 else Markup()
+    rest = markup('<p style="{}">and {} more</p>', PLAIN_TEXT, more) if more > 0 else Markup()
     return (
         markup(
             '<p style="margin:.3em 0 0;font-size:.92em"><strong>Faces that cannot be labeled</strong></p>'
@@ -100,14 +105,8 @@ def start_list(mesh: Mesh) -> Markup:
     for chain in candidate_seeds(mesh)[:MOST_STARTS]:
         length = float(mesh.side_length[chain].sum())
         height = float(mesh.corner_position[chain, 1].mean() - mesh.vertices[:, 1].min())
-        buttons.append(
-            markup(
-                '<button type="button" data-action="start" data-value="{}" '
-                'style="{} var(--mantine-color-default-border)">'
-                "Border of {} cm at height {} cm</button>",
-                chain[0], BUTTON, f"{length:.0f}", f"{height:.0f}",
-            )
-        )
-    heading = markup('<p style="margin:0;font-size:.86em">Start the next row at a border:</p>')
+        words = f"Border of {length:.0f} cm at height {height:.0f} cm"
+        buttons.append(list_button("start", chain[0], words))
+    heading = markup('<p style="{}">Start the next row at a border:</p>', PLAIN_TEXT)
     without = markup("<p>The mesh has no border. Choose that a click starts at an inner edge.</p>")
     return heading + joined(buttons) if buttons else without

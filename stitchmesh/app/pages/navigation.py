@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.controls.html_pieces import action_button
 from stitchmesh.app.pages.help_text import help_html
 from stitchmesh.markup import Markup, joined, markup
 
@@ -100,12 +101,7 @@ def _button(action: str, value: str, label: str, *, expanded: bool | None = None
 def _row(title: str, action: str, names: object, current: str, mark: str) -> Markup:
     """Return a row of buttons."""
     assert isinstance(names, dict | tuple)
-    present = markup(' aria-current="{}"', mark)
     buttons = joined(
-        markup(
-            '<button type="button" data-action="{}" data-value="{}"{}>{}</button>',
-            action, name, present if name == current else "", name,
-        )
-        for name in names
+        action_button(action, name, name, current=mark if name == current else "") for name in names
     )
     return markup('<nav class="sm-nav" aria-label="{}">{}</nav>', title, buttons)

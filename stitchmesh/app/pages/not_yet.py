@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from stitchmesh.app.pages.all_pages import MakePage
     from stitchmesh.app.pages.page import Page
 
+NO_MESH = "There is no mesh yet. Open the page Project and import one, or choose an example."
+HAS_STITCHES = "The imported file holds stitches already. Go on with Edit."
+"""Why pages that work on a mesh are not available."""
 FABRIC_COLOUR = (206, 200, 186)
 EDGE_COLOUR = (96, 96, 104)
 GARMENT, EDGES = "garment", "edges"

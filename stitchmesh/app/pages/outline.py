@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 import numpy as np
 
+from stitchmesh.app.controls.controls import do_nothing
 from stitchmesh.app.controls.html_pieces import message
 from stitchmesh.app.live_run import LiveRun
 from stitchmesh.app.pages.page import Page
@@ -80,7 +81,7 @@ class OutlinePage(Page):
         """Make the controls, and start the relaxation."""
         self.state = self._saved_state()
         self._map = self._shown = None
-        ChartPanel(self.app, parse_pattern(self.state.pattern), "", self._take_pattern, lambda text: None)
+        ChartPanel(self.app, parse_pattern(self.state.pattern), "", self._take_pattern, do_nothing)
         controls, state = self.app.controls, self.state
         controls.choice("Form", "A piece with borders, a tube in rounds, or one repeat without borders", list(FORMS),
                         next(name for name, form in FORMS.items() if form == state.form),

@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 class Page:
     """A page of the application. All methods run in the event thread.
 
-    A page holds what the user has chosen on it; what lasts stands in the project.
+    A page is a state and a view of it. The state is one frozen value: what the user has chosen. An action of the user
+    makes the next state, by ``dataclasses.replace`` or by a method of the state, and the page shows it. A value with
+    undo is an ``UndoHistory`` in the state. What lasts of the state stands in the settings of the project. Beside its
+    state, a page keeps only its controls, its drawings and what runs.
     """
 
     name: ClassVar[str]

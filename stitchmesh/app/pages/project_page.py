@@ -4,10 +4,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, cast, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, cast, get_args
 
 from stitchmesh.app.pages.downloads import send_file
 from stitchmesh.app.pages.not_yet import draw_plainly
@@ -44,6 +44,20 @@ PREVIEW_OPACITY = 0.5
 """Opacity of an example that is only looked at."""
 
 
+@dataclass(frozen=True)
+class ProjectPageState:
+    """What the user has chosen on the page."""
+
+    example: str
+    """Name of the chosen example; empty if the program has none."""
+    unit: str = DEFAULT_UNIT
+    """Unit of the next file."""
+    new_name: str = "Garment"
+    """Name of the next project."""
+    doomed: Path | None = None
+    """Folder of the project of which the user is asked whether it shall be deleted."""
+
+
 class ProjectPage(Page):
     """Shows the project, and changes to other ones."""
 
@@ -53,14 +67,10 @@ class ProjectPage(Page):
     def __init__(self, app: App) -> None:
         """Make the page."""
         super().__init__(app)
-        self._unit = DEFAULT_UNIT
-        self._new_name = "Garment"
-        self._doomed: Path | None = None
-        """Folder of the project of which the user is asked whether it shall be deleted."""
+        names = example_names()
+        self._state = ProjectPageState("hat" if "hat" in names else "".join(names[:1]))
         self._drawn: Mesh | None = None
         self._files: list[Export] = []
-        names = example_names()
-        self._example = "hat" if "hat" in names else "".join(names[:1])
 
     def build(self) -> None:
         """Make the controls, and draw what the project holds."""
@@ -76,7 +86,8 @@ class ProjectPage(Page):
             self._downloads = controls.html(Markup(), self._clicked)
         with controls.group("Projects", opened=False):
             controls.text("Name", "Name of this project.", self.app.project.name, self._rename)
-            controls.text("New name", "Name of the new project.", self._new_name, self._set_new_name)
+            controls.text("New name", "Name of the new project.", self._state.new_name,
+                          lambda name: self._choose(new_name=name))  # fmt: skip
             controls.button("New project", "Start an empty project; this one stays saved.", self._new_project)
             self._recent = controls.html(Markup(), self._clicked)
         self._drawn = None
@@ -95,7 +106,7 @@ class ProjectPage(Page):
         self._restore.label = f"Bring back: {restored}"
         self._files = exports(project)
         self._downloads.content = download_list(self._files)
-        self._recent.content = recent_list(recent_projects(), project.folder, self._doomed)
+        self._recent.content = recent_list(recent_projects(), project.folder, self._state.doomed)
         self._draw()
 
     def import_file(self, name: str, content: bytes) -> None:
@@ -122,7 +133,7 @@ class ProjectPage(Page):
         controls = self.app.controls
         self._unit_choice = controls.choice(
             "Unit", "Unit of the coordinates in the file, this one and the next; glTF is always in metres.",
-            tuple(CENTIMETRES), self._unit, self._set_unit,
+            tuple(CENTIMETRES), self._state.unit, self._set_unit,
         )  # fmt: skip
         self._make_parts()
         self._up_choice = controls.choice(
@@ -133,7 +144,7 @@ class ProjectPage(Page):
                         self.import_file)  # fmt: skip
         names = example_names()
         if names:
-            controls.choice("Example", "A garment that comes with the program.", names, self._example,
+            controls.choice("Example", "A garment that comes with the program.", names, self._state.example,
                             self._set_example)  # fmt: skip
             controls.button("Take the example", "Start from the chosen garment.", self._take_example)
 
@@ -156,22 +167,23 @@ class ProjectPage(Page):
         self.app.open_page(self.name if unit_offer(project) else next_page(project))
 
     def _take_example(self) -> None:
-        unit, self._unit = self._unit, DEFAULT_UNIT
+        unit = self._state.unit
+        self._choose(unit=DEFAULT_UNIT)
         try:
-            self.import_file(*read_example(self._example))
+            self.import_file(*read_example(self._state.example))
         finally:
-            self._unit = unit
+            self._choose(unit=unit)
 
     def _unit_of(self, name: str) -> str:
         """Return the unit in which a file is read: the chosen one, unless its format fixes its unit."""
-        return DEFAULT_UNIT if stated_unit(name) else self._unit
+        return DEFAULT_UNIT if stated_unit(name) else self._state.unit
 
     def _set_unit(self, unit: str) -> None:
         """Choose the unit of the next file, and read the present mesh in it.
 
         The same project holds it as long as nothing was made of it, otherwise a new project.
         """
-        self._unit = unit
+        self._choose(unit=unit)
         source = self.app.project.source
         if source is not None:
             self._read_again(replace(source, unit=self._unit_of(source.name)))
@@ -226,22 +238,24 @@ class ProjectPage(Page):
         if source is None or self.app.project.mesh is None:
             return
         if not stated_unit(source.name):
-            self._unit = self._unit_choice.value = source.unit
+            self._choose(unit=source.unit)
+            self._unit_choice.value = source.unit
         self._up_choice.value = next((axis for axis, up in AXES.items() if up == self.app.project.up), "+y")
 
     def _set_example(self, name: str) -> None:
-        self._example = name
+        self._choose(example=name)
         self._draw()
 
-    def _set_new_name(self, name: str) -> None:
-        self._new_name = name
+    def _choose(self, **values: Any) -> None:
+        """Take other values of the state."""
+        self._state = replace(self._state, **values)
 
     def _rename(self, name: str) -> None:
         self.app.project.rename(name)
         remember(self.app.project)
 
     def _new_project(self) -> None:
-        self._change_to(Project.create(new_project_folder(self._new_name), self._new_name.strip()))
+        self._change_to(Project.create(new_project_folder(self._state.new_name), self._state.new_name.strip()))
 
     def _change_to(self, project: Project) -> None:
         self.app.set_project(project)
@@ -260,12 +274,13 @@ class ProjectPage(Page):
         elif action == "open":
             self._change_to(Project.open(_recent_folder(value)))
         elif action == "delete-now":
-            folder, self._doomed = self._doomed, None
+            folder = self._state.doomed
+            self._choose(doomed=None)
             if folder is not None and folder != self.app.project.folder:
                 Project.delete(folder)
             self.refresh()
         elif action in ("delete", "keep"):
-            self._doomed = _recent_folder(value) if action == "delete" else None
+            self._choose(doomed=_recent_folder(value) if action == "delete" else None)
             self.refresh()
         elif action == "unit" and value in CENTIMETRES:
             self._set_unit(value)
@@ -275,8 +290,8 @@ class ProjectPage(Page):
         project = self.app.project
         mesh = project.evened or project.fabric or project.mesh
         opacity = 1.0
-        if mesh is None and self._example:
-            mesh, opacity = _example_mesh(self._example), PREVIEW_OPACITY
+        if mesh is None and self._state.example:
+            mesh, opacity = _example_mesh(self._state.example), PREVIEW_OPACITY
         if mesh is None or mesh is self._drawn:
             return
         self._drawn = mesh

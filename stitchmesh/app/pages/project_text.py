@@ -7,6 +7,7 @@ from __future__ import annotations
 from itertools import groupby
 from pathlib import Path
 
+from stitchmesh.app.controls.html_pieces import action_button
 from stitchmesh.app.project.exports import Export
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.project.recent import RecentProject
@@ -81,10 +82,8 @@ def unit_offer(project: Project) -> Markup:
         return Markup()
     others = {} if stated_unit(source.name) else other_units(mesh.vertices, source.unit)
     buttons = joined(
-        markup('<button type="button" class="wide" data-action="unit" data-value="{}">Read it in {}: {}</button>',
-               unit, unit, size)
-        for unit, size in others.items()
-    )  # fmt: skip
+        action_button("unit", unit, f"Read it in {unit}: {size}", wide=True) for unit, size in others.items()
+    )
     # The sentence names the option of the command line for each unit, for which there is a button here.
     said = doubt.partition(";")[0] if others else doubt
     return markup('{}<div class="sm-project"><p class="trouble">{}.</p>{}</div>', STYLE, _sentence(said), buttons)
@@ -95,11 +94,8 @@ def download_list(files: list[Export]) -> Markup:
     rows = []
     for what, group in groupby(files, key=lambda file: file.what):
         buttons = joined(
-            markup(
-                '<button type="button" data-action="download" data-value="{}"'
-                ' aria-label="Download {} as {}" title="{}">'
-                "{}</button>",
-                file.name, what.lower(), file.suffix, file.name, file.suffix,
+            action_button(
+                "download", file.name, file.suffix, name=f"Download {what.lower()} as {file.suffix}", hint=file.name
             )
             for file in group
         )
@@ -132,22 +128,22 @@ def _recent(number: int, one: RecentProject) -> Markup:
         '<path d="{}" stroke="currentColor" stroke-width="2" fill="none"/></svg>',
         one.outline,
     )
+    content = markup(
+        "{}<span>{}<br><small>{}<br>{}</small></span>",
+        picture, one.name, f"{one.changed:%d %b %Y, %H:%M}", _short(one.folder),
+    )
     return markup(
-        '<div class="one"><button type="button" class="wide" data-action="open" data-value="{}"'
-        ' aria-label="Open the project {}">{}<span>{}<br><small>{}<br>{}</small></span></button>'
-        '<button type="button" data-action="delete" data-value="{}" aria-label="Delete the project {}">Delete</button>'
-        "</div>",
-        number, one.name, picture, one.name, f"{one.changed:%d %b %Y, %H:%M}", _short(one.folder), number, one.name,
+        '<div class="one">{}{}</div>',
+        action_button("open", number, content, name=f"Open the project {one.name}", wide=True),
+        action_button("delete", number, "Delete", name=f"Delete the project {one.name}"),
     )
 
 
 def _question(number: int, one: RecentProject) -> Markup:
     """Return the question whether a project shall be deleted."""
     return markup(
-        '<div class="one" role="alert"><span>Delete <b>{}</b> for ever? </span>'
-        '<button type="button" data-action="delete-now" data-value="{}">Delete it</button>'
-        '<button type="button" data-action="keep" data-value="{}">Keep it</button></div>',
-        one.name, number, number,
+        '<div class="one" role="alert"><span>Delete <b>{}</b> for ever? </span>{}{}</div>',
+        one.name, action_button("delete-now", number, "Delete it"), action_button("keep", number, "Keep it"),
     )
 
 

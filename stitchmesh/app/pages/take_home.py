@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from stitchmesh.app.controls.html_pieces import action_button
 from stitchmesh.app.pages.downloads import send_file
 from stitchmesh.app.pages.not_yet import draw_plainly
 from stitchmesh.app.pages.page import Page
@@ -99,11 +100,11 @@ def _first_held(names: Sequence[str], files: Sequence[Export]) -> str:
 def _kinds_html(kinds: Sequence[tuple[str, str, str]]) -> Markup:
     """Return a button for each kind; those whose yarns are not made yet are greyed out."""
     buttons = joined(
-        markup(
-            '<button type="button" class="wide" data-action="download" data-value="{}"{}><b>{}</b><br>'
-            "<small>{}</small></button>",
-            name, Markup() if name else markup(" disabled"), title, what if name else f"{what}: make the yarns first",
-        )
+        action_button("download", name, _kind_words(title, what, name), disabled=not name, wide=True)
         for title, what, name in kinds
     )
     return markup('{}<div class="sm-project">{}</div>', STYLE, buttons)
+
+
+def _kind_words(title: str, what: str, name: str) -> Markup:
+    return markup("<b>{}</b><br><small>{}</small>", title, what if name else f"{what}: make the yarns first")

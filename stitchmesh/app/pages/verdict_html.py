@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stitchmesh.app.controls.html_pieces import BOX, DOUBTFUL, message
+from stitchmesh.app.controls.html_pieces import BOX, DOUBTFUL, action_button, message
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.reporting.figures import Figure
 from stitchmesh.reporting.verdict import Verdict
@@ -65,6 +65,4 @@ def _mark(figure: Figure) -> Markup:
 def _clickable(text: str, number: int, action: str | None) -> Markup:
     if action is None:
         return markup("{}", text)
-    return markup(
-        '<button type="button" data-action="{}" data-value="{}" style="{}">{}</button>', action, number, LINK, text
-    )
+    return action_button(action, number, text, style=LINK)

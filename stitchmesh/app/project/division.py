@@ -13,8 +13,8 @@ from stitchmesh.io.checked import check_table
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.shaping_stitches import DEFAULT_INCREASE, Increase
 from stitchmesh.tessellate import STITCH_WIDTH, tessellate
-from stitchmesh.tessellate.counts import edge_named
-from stitchmesh.tessellate.edge_file import VertexPair, parse_edge_counts
+from stitchmesh.tessellate.counts import edge_named, edges_with_one_count
+from stitchmesh.tessellate.edge_file import EdgeSettings, VertexPair, parse_edge_counts
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,6 +52,34 @@ def with_known_edges(division: Division, labeled: StitchMesh) -> Division:
     counts = {edge: count for edge, count in division.counts.items() if _known(labeled, edge)}
     marked = tuple(edge for edge in division.marked if _known(labeled, edge, wale=True))
     return replace(division, counts=counts, marked=marked)
+
+
+def with_count(division: Division, labeled: StitchMesh, edge: VertexPair, count: int | None) -> Division:
+    """Return the division with another number of stitches on an edge; None for the number that follows from its length.
+
+    On a wale edge, the number replaces those of the other wale edges of its row.
+    """
+    same = edges_with_one_count(labeled, edge_named(labeled, edge)).tolist()
+    counts = {one: given for one, given in division.counts.items() if edge_named(labeled, one) not in same}
+    return replace(division, counts=counts if count is None else {**counts, edge: count})
+
+
+def with_mark(division: Division, edge: VertexPair, marked: bool) -> Division:
+    """Return the division with an edge marked, or without its mark."""
+    others = tuple(one for one in division.marked if set(one) != set(edge))
+    return replace(division, marked=(*others, edge) if marked else others)
+
+
+def with_edges(division: Division, settings: EdgeSettings, labeled: StitchMesh) -> Division:
+    """Return the division with the numbers and marks of some settings in the place of its own.
+
+    Raises:
+        ParameterError: an edge does not exist.
+    """
+    counts = {edge: count for edge, count in settings.counts.items() if isinstance(edge, tuple)}
+    for edge in (*counts, *settings.marked):
+        edge_named(labeled, edge)
+    return replace(division, counts=counts, marked=settings.marked)
 
 
 def _known(labeled: StitchMesh, edge: VertexPair, *, wale: bool = False) -> bool:

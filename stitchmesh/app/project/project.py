@@ -35,6 +35,7 @@ from stitchmesh.app.project.state import (
     with_shaped,
 )
 from stitchmesh.editing.edit import Edit
+from stitchmesh.editing.undo_history import UndoHistory, steps_done
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.checked import check_value, parse_json
 from stitchmesh.io.folder_lock import FolderLock
@@ -197,7 +198,7 @@ class Project:
     @property
     def label_steps(self) -> tuple[LabelStep, ...]:
         """The steps that led to the labeling."""
-        return self._state.label_steps
+        return steps_done(self._state.label_steps)
 
     @property
     def labeled(self) -> StitchMesh | None:
@@ -222,7 +223,7 @@ class Project:
     @property
     def edits(self) -> tuple[Edit, ...]:
         """The edits that led to the fabric."""
-        return self._state.edits
+        return steps_done(self._state.edits)
 
     @property
     def last_changes(self) -> tuple[Change, ...]:
@@ -292,17 +293,17 @@ class Project:
         Raises:
             StitchMeshError: there is no mesh, or the step is not possible.
         """
-        return self._label((*self.label_steps, step), (), self._values.with_label_step(step))
+        return self._label(self._state.label_steps.do(step), self._values.with_label_step(step))
 
     @property
     def can_undo_label(self) -> bool:
         """Whether there is a step of the labeling to undo."""
-        return bool(self._state.label_steps)
+        return bool(self._state.label_steps.past)
 
     @property
     def can_redo_label(self) -> bool:
         """Whether there is a step of the labeling to take again."""
-        return bool(self._state.undone_label_steps)
+        return bool(self._state.label_steps.future)
 
     def undo_label(self) -> tuple[str, ...]:
         """Undo the last step of the labeling.
@@ -310,10 +311,8 @@ class Project:
         Raises:
             ParameterError: there is none.
         """
-        if not self.can_undo_label:
-            raise ParameterError("undo: no step of the labeling is left to undo")
-        undone = (self.label_steps[-1], *self._state.undone_label_steps)
-        return self._label(self.label_steps[:-1], undone, self._values.without_label_step())
+        before = self._state.label_steps.undo("undo: no step of the labeling is left to undo")
+        return self._label(before, self._values.without_label_step())
 
     def redo_label(self) -> tuple[str, ...]:
         """Take again the step of the labeling that was undone last.
@@ -321,10 +320,9 @@ class Project:
         Raises:
             ParameterError: there is none.
         """
-        if not self.can_redo_label:
-            raise ParameterError("redo: no step of the labeling is left to redo")
-        step, *rest = self._state.undone_label_steps
-        return self._label((*self.label_steps, step), tuple(rest), self._values.with_label_step(step))
+        after = self._state.label_steps.redo("redo: no step of the labeling is left to redo")
+        assert after.present is not None
+        return self._label(after, self._values.with_label_step(after.present))
 
     def divide(self, division: Division, fabric: StitchMesh | None = None) -> tuple[str, ...]:
         """Divide the labeled mesh into stitches.
@@ -362,17 +360,17 @@ class Project:
         Raises:
             StitchMeshError: there is no fabric, or the edit is not possible.
         """
-        return self._edit((*self.edits, edit), (), self._values.edited(edit))
+        return self._edit(self._state.edits.do(edit), self._values.edited(edit))
 
     @property
     def can_undo(self) -> bool:
         """Whether there is an edit to undo."""
-        return bool(self._state.edits)
+        return bool(self._state.edits.past)
 
     @property
     def can_redo(self) -> bool:
         """Whether there is an edit to apply again."""
-        return bool(self._state.undone_edits)
+        return bool(self._state.edits.future)
 
     def undo(self) -> tuple[str, ...]:
         """Undo the last edit.
@@ -380,10 +378,7 @@ class Project:
         Raises:
             ParameterError: there is none.
         """
-        if not self.can_undo:
-            raise ParameterError("undo: no edit is left to undo")
-        undone = (self.edits[-1], *self._state.undone_edits)
-        return self._edit(self.edits[:-1], undone, self._values.undone())
+        return self._edit(self._state.edits.undo("undo: no edit is left to undo"), self._values.undone())
 
     def redo(self) -> tuple[str, ...]:
         """Apply again the edit that was undone last.
@@ -391,10 +386,9 @@ class Project:
         Raises:
             ParameterError: there is none.
         """
-        if not self.can_redo:
-            raise ParameterError("redo: no edit is left to redo")
-        edit, *rest = self._state.undone_edits
-        return self._edit((*self.edits, edit), tuple(rest), self._values.edited(edit))
+        after = self._state.edits.redo("redo: no edit is left to redo")
+        assert after.present is not None
+        return self._edit(after, self._values.edited(after.present))
 
     @property
     def can_restore(self) -> tuple[str, ...]:
@@ -485,13 +479,11 @@ class Project:
     def _trouble(self, message: str | None) -> None:
         self.on_trouble(message)
 
-    def _label(
-        self, steps: tuple[LabelStep, ...], undone: tuple[LabelStep, ...], values: StageValues
-    ) -> tuple[str, ...]:
-        state = with_label_steps(self._state, steps, undone)
+    def _label(self, steps: UndoHistory[LabelStep | None], values: StageValues) -> tuple[str, ...]:
+        state = with_label_steps(self._state, steps)
         return self._change(state, values.divided_as(state))
 
-    def _edit(self, edits: tuple[Edit, ...], undone: tuple[Edit, ...], values: StageValues) -> tuple[str, ...]:
+    def _edit(self, edits: UndoHistory[Edit | None], values: StageValues) -> tuple[str, ...]:
         """Take a change of the edits; results stay if only colours change, because colours move no yarn."""
         before, after, results = self.fabric, values.fabric, self._state.results
         assert before is not None and after is not None
@@ -499,7 +491,7 @@ class Project:
             results = NO_RESULTS
         elif results is not NO_RESULTS:
             results = recoloured(results, before, after)
-        return self._change(with_edits(self._state, edits, undone, results), values)
+        return self._change(with_edits(self._state, edits, results), values)
 
     def _change(self, state: ProjectState, values: StageValues) -> tuple[str, ...]:
         lost = dropped(self._state, state)

@@ -20,7 +20,7 @@ from typing import Any
 
 from stitchmesh.app.project.shaping import ShapedStitches, shaping_of
 from stitchmesh.app.project.source import Source
-from stitchmesh.app.project.state import NO_RESULTS, ProjectState, Results
+from stitchmesh.app.project.state import NO_EDITS, NO_RESULTS, ProjectState, Results
 from stitchmesh.app.project.tables import FORMAT, VERSION, ProjectTable, SourceTable, WorkTable, work_fields, work_table
 from stitchmesh.errors import FileError, ParameterError, StitchMeshError
 from stitchmesh.io.atomic import write_bytes, write_text
@@ -204,7 +204,7 @@ class ProjectFolder:
             values["yarn_settings"] = table.yarn_settings
         fabric = values.pop(SHAPED, None)
         if table.shaping is not None and fabric is None:  # Nothing that follows from the lost stitches is left.
-            return {**work_fields(table), "edits": (), "undone_edits": ()}
+            return {**work_fields(table), "edits": NO_EDITS}
         shaped = None if table.shaping is None else ShapedStitches(shaping_of(table.shaping), fabric)
         return {**work_fields(table), "shaped": shaped, "results": Results(**values) if values else NO_RESULTS}
 

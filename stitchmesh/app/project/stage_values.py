@@ -14,6 +14,7 @@ from stitchmesh.app.project.division import Division
 from stitchmesh.app.project.source import Start, read_source
 from stitchmesh.app.project.state import ProjectState
 from stitchmesh.editing.edit import Edit, Edited, apply_changes, apply_edit
+from stitchmesh.editing.undo_history import steps_done
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.garments import GarmentMesh
 from stitchmesh.labeling import PartialLabeling
@@ -54,7 +55,7 @@ class StageValues:
         if state.source is None:
             return cls()
         values = cls.start(read_source(state.source))
-        for step in state.label_steps:
+        for step in steps_done(state.label_steps):
             values = values.with_label_step(step)
         return values.divided_as(state)
 
@@ -97,7 +98,7 @@ class StageValues:
         values = self if state.division is None else self.divided(state.division)
         if state.shaped is not None:
             values = self.shaped(state.shaped.fabric)
-        for edit in state.edits:
+        for edit in steps_done(state.edits):
             values = values.edited(edit)
         return values
 

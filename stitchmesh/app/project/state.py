@@ -15,6 +15,7 @@ from stitchmesh.app.project.division import Division
 from stitchmesh.app.project.shaping import ShapedStitches
 from stitchmesh.app.project.source import Source
 from stitchmesh.editing.edit import Edit
+from stitchmesh.editing.undo_history import UndoHistory, history_of_steps, steps_done
 from stitchmesh.io.history import HistoryEntry
 from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.mesh import StitchMesh
@@ -41,6 +42,8 @@ class Results:
 
 
 NO_RESULTS = Results()
+NO_LABEL_STEPS: UndoHistory[LabelStep | None] = history_of_steps()
+NO_EDITS: UndoHistory[Edit | None] = history_of_steps()
 MOST_KEPT = 3
 """Number of earlier states that a project keeps, because each can hold large results."""
 
@@ -53,18 +56,14 @@ class ProjectState:
     """Name of the project."""
     source: Source | None = None
     """The imported file; None until one is imported."""
-    label_steps: tuple[LabelStep, ...] = ()
-    """The steps of the labeling, in order."""
-    undone_label_steps: tuple[LabelStep, ...] = ()
-    """The steps that can be taken again, the next one first."""
+    label_steps: UndoHistory[LabelStep | None] = NO_LABEL_STEPS
+    """The steps of the labeling."""
     division: Division | None = None
     """How the labeled mesh is divided; None until it is divided."""
     shaped: ShapedStitches | None = None
     """The stitches that were found on the mesh without labels; None if the stitches come from elsewhere."""
-    edits: tuple[Edit, ...] = ()
-    """The edits of the stitches, in order."""
-    undone_edits: tuple[Edit, ...] = ()
-    """The edits that can be applied again, the next one first."""
+    edits: UndoHistory[Edit | None] = NO_EDITS
+    """The edits of the stitches."""
     results: Results = NO_RESULTS
     """The results of the later stages."""
     kept: tuple[ProjectState, ...] = ()
@@ -79,7 +78,7 @@ class ProjectState:
         results = self.results
         parts = {
             "stitches": self.division or self.shaped,
-            "edits": self.edits or self.undone_edits or None,
+            "edits": self.edits.present or self.edits.future or None,
             "evened stitches": results.evened,
             "yarns": results.yarns,
             "relaxed yarns": results.relaxed,
@@ -89,36 +88,36 @@ class ProjectState:
     @property
     def stitches_from(self) -> tuple[object, ...]:
         """What the stitches before the edits follow from; it is equal for states with the same ones."""
-        return self.label_steps, self.division, None if self.shaped is None else id(self.shaped.fabric)
+        return steps_done(self.label_steps), self.division, None if self.shaped is None else id(self.shaped.fabric)
 
 
-def with_label_steps(state: ProjectState, steps: tuple[LabelStep, ...], undone: tuple[LabelStep, ...]) -> ProjectState:
+def with_label_steps(state: ProjectState, steps: UndoHistory[LabelStep | None]) -> ProjectState:
     """Return the state after a change of the labeling; stitches, edits and results are dropped.
 
     Where the labeling is again that of a kept state, its stitches, edits and results come back.
     """
     changed = replace(
-        state, label_steps=steps, undone_label_steps=undone, division=None, shaped=None, edits=(), undone_edits=(),
-        results=NO_RESULTS, kept=_kept(state, bool(state.made)),
+        state, label_steps=steps, division=None, shaped=None, edits=NO_EDITS, results=NO_RESULTS,
+        kept=_kept(state, bool(state.made)),
     )  # fmt: skip
     for kept in changed.kept:
-        if kept.label_steps == steps and (kept.division is not None or kept.shaped is not None):
+        same = steps_done(kept.label_steps) == steps_done(steps)
+        if same and (kept.division is not None or kept.shaped is not None):
             return replace(
-                changed, division=kept.division, shaped=kept.shaped, edits=kept.edits, undone_edits=kept.undone_edits,
-                results=kept.results,
+                changed, division=kept.division, shaped=kept.shaped, edits=kept.edits, results=kept.results
             )  # fmt: skip
     return changed
 
 
 def with_division(state: ProjectState, division: Division) -> ProjectState:
     """Return the state after a division of the labeled mesh; edits and results are dropped."""
-    lost = bool(state.edits) or state.results is not NO_RESULTS or state.shaped is not None
+    lost = _has_edits_or_results(state) or state.shaped is not None
     return _with_other_stitches(state, division, None, lost)
 
 
 def with_shaped(state: ProjectState, shaped: ShapedStitches) -> ProjectState:
     """Return the state with stitches that were found on the mesh; edits and results are dropped."""
-    lost = bool(state.edits) or state.results is not NO_RESULTS or state.division is not None
+    lost = _has_edits_or_results(state) or state.division is not None
     return _with_other_stitches(state, None, shaped, lost)
 
 
@@ -127,23 +126,23 @@ def _with_other_stitches(
 ) -> ProjectState:
     """Return the state with other stitches; the present state is kept if something is lost with it."""
     return replace(
-        state, division=division, shaped=shaped, edits=(), undone_edits=(), results=NO_RESULTS, kept=_kept(state, lost)
+        state, division=division, shaped=shaped, edits=NO_EDITS, results=NO_RESULTS, kept=_kept(state, lost)
     )
 
 
 def with_edits(
-    state: ProjectState, edits: tuple[Edit, ...], undone: tuple[Edit, ...], results: Results = NO_RESULTS
+    state: ProjectState, edits: UndoHistory[Edit | None], results: Results = NO_RESULTS
 ) -> ProjectState:
     """Return the state after a change of the edits with the results that it leaves; the others are dropped.
 
     Where the stitches are again those of a kept state, its results come back.
     """
     if results is not NO_RESULTS:
-        return replace(state, edits=edits, undone_edits=undone, results=results)
+        return replace(state, edits=edits, results=results)
     kept = _kept(state, state.results is not NO_RESULTS)
-    changed = replace(state, edits=edits, undone_edits=undone, results=NO_RESULTS, kept=kept)
-    wanted = state.stitches_from, edits
-    same = [one for one in kept if (one.stitches_from, one.edits) == wanted]
+    changed = replace(state, edits=edits, results=NO_RESULTS, kept=kept)
+    wanted = state.stitches_from, steps_done(edits)
+    same = [one for one in kept if (one.stitches_from, steps_done(one.edits)) == wanted]
     return replace(changed, results=same[0].results) if same else changed
 
 
@@ -156,6 +155,10 @@ def recoloured(results: Results, before: StitchMesh, after: StitchMesh) -> Resul
         yarns=None if yarns is None else recoloured_yarns(yarns, before, after),
         relaxed=None if relaxed is None else recoloured_yarns(relaxed, before, after),
     )
+
+
+def _has_edits_or_results(state: ProjectState) -> bool:
+    return state.edits.present is not None or state.results is not NO_RESULTS
 
 
 def with_results(state: ProjectState, **values: Any) -> ProjectState:

@@ -15,6 +15,7 @@ from stitchmesh.app.project.division import division_of, division_table
 from stitchmesh.app.project.shaping import shaping_table
 from stitchmesh.app.project.state import ProjectState
 from stitchmesh.editing.edit import Edit
+from stitchmesh.editing.undo_history import history_of_steps, steps_done, steps_undone
 from stitchmesh.labeling.steps import LabelStep
 from stitchmesh.mesh.layers import Layer
 from stitchmesh.mesh.upright import Y
@@ -75,12 +76,12 @@ def work_table(state: ProjectState, files: Mapping[str, str]) -> WorkTable:
     """Return the table of what the user has made; ``files`` holds the names of the files that go with it."""
     settings = state.results.yarn_settings
     return WorkTable(
-        label_steps=_steps(state.label_steps),
-        undone_label_steps=_steps(state.undone_label_steps),
+        label_steps=_steps(steps_done(state.label_steps)),
+        undone_label_steps=_steps(steps_undone(state.label_steps)),
         division=None if state.division is None else division_table(state.division),
         shaping=None if state.shaped is None else shaping_table(state.shaped.shaping),
-        edits=_steps(state.edits),
-        undone_edits=_steps(state.undone_edits),
+        edits=_steps(steps_done(state.edits)),
+        undone_edits=_steps(steps_undone(state.edits)),
         files=dict(files),
         yarn_settings=None if settings is None else dict(settings),
     )
@@ -93,11 +94,13 @@ def work_fields(table: WorkTable) -> dict[str, Any]:
         ParameterError: the division has another form.
     """
     return {
-        "label_steps": tuple(LabelStep(*step) for step in table.label_steps),
-        "undone_label_steps": tuple(LabelStep(*step) for step in table.undone_label_steps),
+        "label_steps": history_of_steps(
+            [LabelStep(*step) for step in table.label_steps], [LabelStep(*step) for step in table.undone_label_steps]
+        ),
         "division": None if table.division is None else division_of(table.division),
-        "edits": tuple(Edit(*edit) for edit in table.edits),
-        "undone_edits": tuple(Edit(*edit) for edit in table.undone_edits),
+        "edits": history_of_steps(
+            [Edit(*edit) for edit in table.edits], [Edit(*edit) for edit in table.undone_edits]
+        ),
     }
 
 

@@ -9,7 +9,6 @@ import pytest
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.patterns.charts import chart_operations as operations
-from stitchmesh.patterns.charts.chart_history import MOST_STEPS, ChartHistory
 from stitchmesh.patterns.charts.grid import Box, Brush
 from stitchmesh.patterns.charts.knit_chart import COVERED
 from stitchmesh.patterns.charts.knit_chart_text import parse_knit_chart
@@ -155,24 +154,3 @@ def test_no_sequence_of_operations_leaves_half_a_cable(seed):
                 assert (chart.squares[row, column + 1 : column + width] == COVERED).all()
                 column += width
             assert column == chart.shape[1]
-
-
-def test_undo_and_redo_return_each_state():
-    states = [ChartHistory(0)]
-    for value in range(1, 5):
-        states.append(states[-1].step(value))
-    back = states[-1]
-    for value in (3, 2, 1, 0):
-        back = back.undone()
-        assert back.value == value
-    assert back.redone().redone().value == 2
-    assert not back.step(9).future
-    with pytest.raises(ParameterError, match="no step to undo"):
-        back.undone()
-    with pytest.raises(ParameterError, match="no step to redo"):
-        states[-1].redone()
-    assert states[-1].with_value(7).undone().value == 3
-    long = ChartHistory(0)
-    for value in range(MOST_STEPS + 50):
-        long = long.step(value)
-    assert len(long.past) == MOST_STEPS

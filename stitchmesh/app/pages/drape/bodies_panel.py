@@ -6,12 +6,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.pages.drape.drape_session import FILES, DrapeSession
-from stitchmesh.app.pages.drape.entry_list import entry_list
+from stitchmesh.app.pages.drape.entry_list import EntryList
 from stitchmesh.app.pages.drape.held_parts import keyframes_to
-from stitchmesh.app.pages.drape.opened_scene import OpenedScene
 from stitchmesh.app.pages.drape.scene_bodies import (
     SIZE_WORDS,
     body_of_file,
@@ -24,11 +24,12 @@ from stitchmesh.app.pages.drape.typed_numbers import as_text, three_numbers, typ
 from stitchmesh.errors import ParameterError
 from stitchmesh.io.atomic import write_bytes
 from stitchmesh.io.units import CENTIMETRES, DEFAULT_UNIT
-from stitchmesh.markup import Markup
 from stitchmesh.mixed.scene.motion_section import STILL, BodySection
 
 SUFFIXES = (".obj", ".ply", ".off", ".stl")
 """Suffixes of the meshes of bodies."""
+WHAT = "bodies"
+"""Beginning of messages."""
 MOST_FRICTION, MOST_DISTANCE = 10.0, 100.0
 """Largest coefficient of friction, and largest distance from a body [cm]."""
 
@@ -39,22 +40,25 @@ class BodiesPanel:
     def __init__(self, session: DrapeSession, controls: Controls) -> None:
         """Make the controls."""
         self._session = session
-        self._chosen: int | None = None
         with controls.group("Bodies", opened=False) as self._group:
-            self._list = controls.html(Markup(), self._act)
+            self._list = EntryList(
+                session, controls, "body", WHAT, lambda scene: scene.bodies,
+                lambda scene, number: with_changed_body(scene, number, None), self.refresh,
+            )  # fmt: skip
             self._unit = controls.choice("Unit of meshes", "Unit of the mesh that is added next.", tuple(CENTIMETRES),
-                                         DEFAULT_UNIT, lambda _: None)  # fmt: skip
+                                         DEFAULT_UNIT)  # fmt: skip
             controls.upload("Add a mesh", "A closed mesh that the cloth cannot enter.", SUFFIXES, self._receive)
-            self._path = controls.text("Path of a body", "A mesh on the computer of StitchMesh.", "", lambda _: None)
+            self._path = controls.text("Path of a body", "A mesh on the computer of StitchMesh.", "")
             controls.buttons("Add a body", "The mesh of the path, or a shape in front of or below the cloth.",
                              ("Mesh", "Ball", "Box"), self._add)  # fmt: skip
             self._around = controls.toggle(
                 "Put the cloth around", "A cloth that cuts a body at the start is moved out of it.", False,
-                self._set_around,
+                lambda around: self._set_contact(start_outside=around),
             )
             self._touches = controls.toggle(
-                "Cloth touches itself", "Whether layers of the cloth keep apart.", False, self._set_touches
-            )
+                "Cloth touches itself", "Whether layers of the cloth keep apart.", False,
+                lambda touches: self._set_contact(self_collision=touches),
+            )  # fmt: skip
             self._make_fields(controls)
 
     def refresh(self) -> None:
@@ -63,13 +67,9 @@ class BodiesPanel:
         self._group.visible = opened is not None
         if opened is None:
             return
-        bodies, contact = opened.scene.bodies, opened.scene.contact
-        if self._chosen is not None and self._chosen >= len(bodies) and not self._session.app.tasks.running:
-            self._chosen = None
-        self._list.content = entry_list("body", body_words(opened.scene), chosen=self._chosen, choose=True)
+        body, contact = self._list.show(opened.scene, body_words(opened.scene)), opened.scene.contact
         self._around.value, self._touches.value = contact.start_outside, contact.self_collision
-        self._around.visible = bool(bodies)
-        body = bodies[self._chosen] if self._chosen is not None and self._chosen < len(bodies) else None
+        self._around.visible = bool(opened.scene.bodies)
         for control in (self._friction, self._distance, self._moved, self._turned, self._apply):
             control.visible = body is not None
         self._centre.visible = self._size.visible = body is not None and body.shape is not None
@@ -78,16 +78,16 @@ class BodiesPanel:
 
     def _make_fields(self, controls: Controls) -> None:
         """Make the controls of the chosen body."""
-        self._friction = controls.number("Friction", "Coefficient of friction with the cloth.", 0.3, self._set_friction,
-                                         least=0.0, most=MOST_FRICTION, step=0.05)  # fmt: skip
+        self._friction = controls.number("Friction", "Coefficient of friction with the cloth.", 0.3,
+                                         lambda friction: self._set(friction=float(friction)), least=0.0,
+                                         most=MOST_FRICTION, step=0.05)  # fmt: skip
         self._distance = controls.number("Distance", "Layer on the body that the cloth stays out of [cm].", 0.0,
-                                         self._set_distance, least=0.0, most=MOST_DISTANCE, step=0.01)  # fmt: skip
-        self._centre = controls.text("Centre", "x, y, z of its middle [cm].", "", lambda _: None)
-        self._size = controls.text("Size", "Radius of a ball; the sides of a box [cm].", "", lambda _: None)
-        self._moved = controls.text("Body moved by", "x, y, z from the start to the end of the scene [cm].", "",
-                                    lambda _: None)  # fmt: skip
-        self._turned = controls.text("Body turned by", "Angles about x, y and z [degrees], around its centre.", "",
-                                     lambda _: None)  # fmt: skip
+                                         lambda distance: self._set(thickness=float(distance)), least=0.0,
+                                         most=MOST_DISTANCE, step=0.01)  # fmt: skip
+        self._centre = controls.text("Centre", "x, y, z of its middle [cm].", "")
+        self._size = controls.text("Size", "Radius of a ball; the sides of a box [cm].", "")
+        self._moved = controls.text("Body moved by", "x, y, z from the start to the end of the scene [cm].", "")
+        self._turned = controls.text("Body turned by", "Angles about x, y and z [degrees], around its centre.", "")
         self._apply = controls.buttons("The body", "Take the numbers above, or let the body rest.",
                                        ("Take numbers", "Rests"), self._take)  # fmt: skip
 
@@ -100,7 +100,7 @@ class BodiesPanel:
 
     def _receive(self, name: str, content: bytes) -> None:
         path = self._session.folder / FILES / Path(name.replace("\\", "/")).name
-        self._opened()
+        self._session.opened_for(WHAT)
         write_bytes(path, content)
         self._add_mesh(path)
 
@@ -112,32 +112,20 @@ class BodiesPanel:
                 raise ParameterError("path of a body: got nothing; expected a closed mesh")
             self._add_mesh(Path(text).expanduser())
             return
-        opened = self._opened()
+        opened = self._session.opened_for(WHAT)
         self._add_body(new_shape(opened, "ball" if which == "Ball" else "box"))
 
     def _add_mesh(self, path: Path) -> None:
         self._add_body(body_of_file(path, str(self._unit.value)))
 
     def _add_body(self, body: BodySection) -> None:
-        scene = self._opened().scene
+        scene = self._session.opened_for(WHAT).scene
         self._session.change(with_body(scene, body))
-        self._chosen = len(scene.bodies)
-
-    def _act(self, action: str, value: str) -> None:
-        """Choose or remove a body of the list."""
-        scene = self._opened().scene
-        if action not in ("choose-body", "drop-body") or not value.isdecimal() or int(value) >= len(scene.bodies):
-            raise ParameterError("bodies: the list has changed; look at it again")
-        if action == "choose-body":
-            self._chosen = int(value)
-            self.refresh()
-            return
-        self._chosen = None
-        self._session.change(with_changed_body(scene, int(value), None))
+        self._list.chosen = len(scene.bodies)
 
     def _take(self, which: str) -> None:
         """Take the typed numbers of the chosen body, or let it rest."""
-        scene, body = self._opened().scene, self._body()
+        scene, (_, body) = self._session.opened_for(WHAT).scene, self._list.chosen_entry()
         if which == "Rests":
             self._change(replace(body, keyframes=()))
             return
@@ -152,38 +140,15 @@ class BodiesPanel:
         same = body.keyframes and (body.keyframes[-1].displacement, body.keyframes[-1].rotation) == (moved, turned)
         self._change(body if same else replace(body, keyframes=keyframes_to(scene, moved, turned)))
 
-    def _set_friction(self, friction: float) -> None:
-        self._change(replace(self._body(), friction=float(friction)))
+    def _set(self, **values: Any) -> None:
+        """Change values of the chosen body."""
+        self._change(replace(self._list.chosen_entry()[1], **values))
 
-    def _set_distance(self, distance: float) -> None:
-        self._change(replace(self._body(), thickness=float(distance)))
-
-    def _set_around(self, around: bool) -> None:
-        scene = self._opened().scene
-        self._session.change(replace(scene, contact=replace(scene.contact, start_outside=around)))
-
-    def _set_touches(self, touches: bool) -> None:
-        scene = self._opened().scene
-        self._session.change(replace(scene, contact=replace(scene.contact, self_collision=touches)))
+    def _set_contact(self, **values: Any) -> None:
+        """Change how the cloth touches."""
+        scene = self._session.opened_for(WHAT).scene
+        self._session.change(replace(scene, contact=replace(scene.contact, **values)))
 
     def _change(self, body: BodySection) -> None:
-        self._body()
-        assert self._chosen is not None
-        self._session.change(with_changed_body(self._opened().scene, self._chosen, body))
-
-    def _opened(self) -> OpenedScene:
-        opened = self._session.opened
-        if opened is None:
-            raise ParameterError("bodies: there is no cloth yet; open a scene first")
-        return opened
-
-    def _body(self) -> BodySection:
-        """The chosen body.
-
-        Raises:
-            ParameterError: it is not there any more.
-        """
-        bodies = self._opened().scene.bodies
-        if self._chosen is None or self._chosen >= len(bodies):
-            raise ParameterError("bodies: none is chosen; choose one in the list")
-        return bodies[self._chosen]
+        number, _ = self._list.chosen_entry()
+        self._session.change(with_changed_body(self._session.opened_for(WHAT).scene, number, body))

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 from stitchmesh.app.pages.drape.kept_history import read_history, write_history
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene, open_scene, with_region, with_scene
-from stitchmesh.app.pages.drape.scene_history import SceneHistory
 from stitchmesh.app.pages.drape.scene_opening import scene_of_file
 from stitchmesh.compute.device import alone
+from stitchmesh.editing.undo_history import UndoHistory
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.drape import SCENE_FILE
@@ -29,6 +29,8 @@ FOLDER, RUN, FILES, HISTORY = "drape", "run", "files", "history"
 """Folder in the project, and the folders in it: of the run, of files that were uploaded, and of earlier scenes."""
 OPENING = "opening the scene"
 """Name of the task that makes what a scene describes."""
+MOST_KEPT = 100
+"""Largest number of earlier scenes that are kept for undo."""
 
 
 class DrapeSession:
@@ -38,7 +40,7 @@ class DrapeSession:
         """Start without a scene; ``shown`` is called after each change."""
         self.app, self.show = app, shown
         self.opened: OpenedScene | None = None
-        self.history: SceneHistory | None = None
+        self.history: UndoHistory[Scene] | None = None
 
     @property
     def folder(self) -> Path:
@@ -60,6 +62,16 @@ class DrapeSession:
         """Folder of the scenes to which undo and redo lead."""
         return self.folder / HISTORY
 
+    def opened_for(self, what: str) -> OpenedScene:
+        """Return the scene.
+
+        Raises:
+            ParameterError: there is none; ``what`` needs it, and begins the message.
+        """
+        if self.opened is None:
+            raise ParameterError(f"{what}: there is no cloth yet; open a scene first")
+        return self.opened
+
     def open_path(self, path: Path) -> None:
         """Open a scene, or a cloth as a new one; it replaces the scene of the project.
 
@@ -68,7 +80,7 @@ class DrapeSession:
         """
 
         def done(opened: OpenedScene) -> None:
-            self._take(opened, SceneHistory(opened.scene))
+            self._take(opened, UndoHistory(opened.scene))
 
         folder = self.run_folder
         self._open(lambda progress: open_scene(scene_of_file(path), folder, progress), done)
@@ -85,28 +97,30 @@ class DrapeSession:
         Raises:
             ParameterError: another task runs.
         """
-        history = self._history().changed(scene)
-        if history is not self.history:
-            self._go_to(history)
+        history = self._history()
+        if scene != history.present:
+            self._go_to(history.do(scene, most=MOST_KEPT))
 
     def change_region(self, change: Callable[[RegionSection, Cloth], RegionSection]) -> None:
         """Change the region: the function gets the region and the cloth."""
-        scene = self._history().scene
+        scene = self._history().present
         assert self.opened is not None
         self.change(replace(scene, region=change(scene.region, self.opened.cloth)))
 
     def undo(self) -> None:
-        """Return to the scene before the last change."""
-        self._go_to(self._history().undone())
+        """Return to the scene before the last change; without a change, the scene stays."""
+        history = self._history()
+        self._go_to(history.undo("") if history.past else history)
 
     def redo(self) -> None:
-        """Make the change again that was undone last."""
-        self._go_to(self._history().redone())
+        """Make the change again that was undone last; without one, the scene stays."""
+        history = self._history()
+        self._go_to(history.redo("") if history.future else history)
 
-    def _go_to(self, history: SceneHistory) -> None:
+    def _go_to(self, history: UndoHistory[Scene]) -> None:
         """Show the present scene of a history; a change of the region alone is shown at once."""
         self._check_idle()
-        opened, scene = self.opened, history.scene
+        opened, scene = self.opened, history.present
         assert opened is not None
         if replace(scene, region=opened.scene.region) == opened.scene:
             self._take(with_region(opened, scene.region), history)
@@ -136,14 +150,14 @@ class DrapeSession:
         self.history, self.opened = read_history(self.history_folder, opened.scene), opened
         self.show()
 
-    def _take(self, opened: OpenedScene, history: SceneHistory) -> None:
+    def _take(self, opened: OpenedScene, history: UndoHistory[Scene]) -> None:
         """Keep a scene and its history, in the project too, and show it."""
         self.opened, self.history = opened, history
         write_scene(self.scene_path, opened.scene)
         write_history(self.history_folder, history)
         self.show()
 
-    def _history(self) -> SceneHistory:
+    def _history(self) -> UndoHistory[Scene]:
         if self.history is None or self.opened is None:
             raise ParameterError("scene: there is none yet; open one first")
         return self.history

@@ -1,18 +1,21 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A list of what a scene has, as HTML: each entry can be chosen, and removed."""
+"""Lists of what a scene has: each entry can be removed, and one can be chosen to be changed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
+from typing import Generic, TypeVar
 
+from stitchmesh.app.controls.controls import Controls
+from stitchmesh.app.controls.html_pieces import SMALL_BUTTON, action_button
+from stitchmesh.app.pages.drape.drape_session import DrapeSession
+from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup, joined, markup
+from stitchmesh.mixed.scene.scene import Scene
 
+T = TypeVar("T")
 STYLE = "list-style:none;margin:0;padding:0;font-size:.82em"
-BUTTON = (
-    "font:inherit;cursor:pointer;border-radius:6px;padding:.15em .5em;color:var(--mantine-color-text);"
-    "border:1px solid var(--mantine-color-default-border);background:var(--mantine-color-default)"
-)
 CHOSEN = "border-left:4px solid #1f5673;padding-left:.4em;"
 
 
@@ -33,16 +36,12 @@ def entry_list(
     items = []
     for number, text in enumerate(entries):
         is_chosen = number == chosen
-        button = markup('<button type="button" data-value="{}" style="{}" ', number, BUTTON)
-        buttons = markup(
-            '{} data-action="drop-{}" aria-label="Remove the {}">Remove</button>',
-            button, kind, text,
-        )
+        buttons = action_button(f"drop-{kind}", number, "Remove", name=f"Remove the {text}", style=SMALL_BUTTON)
         if choose:
-            buttons = markup(
-                '{} data-action="choose-{}" aria-pressed="{}" aria-label="Change the {}">Change</button>{}',
-                button, kind, str(is_chosen).lower(), text, buttons,
+            change = action_button(
+                f"choose-{kind}", number, "Change", name=f"Change the {text}", pressed=is_chosen, style=SMALL_BUTTON
             )
+            buttons = change + buttons
         items.append(
             markup(
                 '<li style="display:flex;gap:4px;align-items:center;margin:.2em 0;{}">'
@@ -53,3 +52,70 @@ def entry_list(
     if rest:
         items.append(markup("<li>{}</li>", rest))
     return markup('<ul style="{}">{}</ul>', STYLE, joined(items)) if items else Markup()
+
+
+class EntryList(Generic[T]):
+    """The parts or the bodies of a scene as a list, one of which can be chosen to be changed."""
+
+    def __init__(
+        self, session: DrapeSession, controls: Controls, kind: str, what: str, entries: Callable[[Scene], Sequence[T]],
+        without: Callable[[Scene, int], Scene], changed: Callable[[], object],
+    ) -> None:  # fmt: skip
+        """Make the list.
+
+        Args:
+            session: the scene.
+            controls: where the list stands.
+            kind: word for an entry.
+            what: beginning of messages.
+            entries: returns the entries of a scene.
+            without: returns a scene without the entry of a number.
+            changed: called after another entry is chosen.
+        """
+        self._session, self._kind, self._what = session, kind, what
+        self._entries, self._without, self._changed = entries, without, changed
+        self.chosen: int | None = None
+        """Number of the chosen entry; the entry may not be there yet, because the worker thread makes the scene."""
+        self._html = controls.html(Markup(), self._act)
+
+    def show(self, scene: Scene, words: Iterable[str]) -> T | None:
+        """Show the entries of a scene with their words; return the chosen one, None if it is not there."""
+        entries = self._entries(scene)
+        if self.chosen is not None and self.chosen >= len(entries) and not self._session.app.tasks.running:
+            self.chosen = None
+        self._html.content = entry_list(self._kind, words, chosen=self.chosen, choose=True)
+        return entries[self.chosen] if self.chosen is not None and self.chosen < len(entries) else None
+
+    def choose(self, number: int | None) -> None:
+        """Choose an entry, or none."""
+        self.chosen = number
+        self._changed()
+
+    def chosen_entry(self) -> tuple[int, T]:
+        """Return the number of the chosen entry, and the entry.
+
+        Raises:
+            ParameterError: none is chosen, or it is not there any more.
+        """
+        entries = self._entries(self._session.opened_for(self._what).scene)
+        if self.chosen is None or self.chosen >= len(entries):
+            raise ParameterError(f"{self._what}: no {self._kind} is chosen; choose one in the list")
+        return self.chosen, entries[self.chosen]
+
+    def _act(self, action: str, value: str) -> None:
+        """Choose or remove an entry of the list."""
+        scene = self._session.opened_for(self._what).scene
+        choose, drop = f"choose-{self._kind}", f"drop-{self._kind}"
+        if action not in (choose, drop) or not value.isdecimal() or int(value) >= len(self._entries(scene)):
+            raise ParameterError(f"{self._what}: the list has changed; look at it again")
+        if action == choose:
+            self.choose(int(value))
+            return
+        self.chosen = None
+        self._session.change(self._without(scene, int(value)))
+
+
+def with_entry(entries: tuple[T, ...], number: int, entry: T | None) -> tuple[T, ...]:
+    """Return entries with another one in the place of one; None removes it."""
+    changed = () if entry is None else (entry,)
+    return (*entries[:number], *changed, *entries[number + 1 :])

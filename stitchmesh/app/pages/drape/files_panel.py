@@ -37,7 +37,7 @@ class FilesPanel:
         with controls.group("Open", opened=session.opened is None):
             controls.upload("Open a scene or a cloth", "A scene, panels (.toml), a mesh with texture coordinates, or "
                             "stitches.", SUFFIXES, self._receive)  # fmt: skip
-            self._path = controls.text("Path", "A scene or a cloth on the computer of StitchMesh.", "", lambda _: None)
+            self._path = controls.text("Path", "A scene or a cloth on the computer of StitchMesh.", "")
             controls.button("Open path", "Open it; files that a scene names stand beside it.", self._open_typed)
             controls.button("Take the example", "Open a small scene that comes with the program.", self._take_example)
             if session.app.project.fabric is not None:
@@ -47,7 +47,7 @@ class FilesPanel:
     def build_save(self, controls: Controls) -> None:
         """Make the controls of the group Save and download."""
         with controls.group("Save and download", opened=False) as self._save_group:
-            self._folder = controls.text("Folder", "A folder on the computer of StitchMesh.", "", lambda _: None)
+            self._folder = controls.text("Folder", "A folder on the computer of StitchMesh.", "")
             controls.button("Save there", "Write the scene, and the result if there is one, into the folder.",
                             self._save)  # fmt: skip
             self._downloads = controls.html(Markup(), self._send)

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stitchmesh.app.pages.drape.entry_list import with_entry
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
 from stitchmesh.mesh import IntArray
 from stitchmesh.mixed.scene.motion_section import STILL, AttachmentSection, Keyframe, Triple
@@ -48,8 +49,7 @@ def without_held_triangles(opened: OpenedScene, triangles: IntArray) -> Scene:
 
 def with_part(scene: Scene, part: int, section: AttachmentSection | None) -> Scene:
     """Return a scene with another part in the place of one; None removes it."""
-    changed = () if section is None else (section,)
-    return replace(scene, attachments=(*scene.attachments[:part], *changed, *scene.attachments[part + 1 :]))
+    return replace(scene, attachments=with_entry(scene.attachments, part, section))
 
 
 def moved_part(opened: OpenedScene, part: int, displacement: Triple, rotation: Triple) -> AttachmentSection:

@@ -12,7 +12,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from stitchmesh.app.pages.drape.scene_history import SceneHistory
+from stitchmesh.editing.undo_history import UndoHistory
 from stitchmesh.errors import FileError, ParameterError
 from stitchmesh.io.atomic import write_json
 from stitchmesh.io.checked import check_value
@@ -30,27 +30,29 @@ SCENE_NAME = re.compile(rf"[0-9a-f]{{{DIGITS}}}\.toml")
 
 @dataclass(frozen=True)
 class _Order:
-    """Names of the scenes, as in ``SceneHistory``."""
+    """Names of the scenes of a history."""
 
     scene: str
     before: tuple[str, ...]
+    """Earlier scenes, the newest last."""
     after: tuple[str, ...]
+    """Scenes that were undone, the one to come back next last."""
 
 
-def write_history(folder: Path, history: SceneHistory) -> None:
+def write_history(folder: Path, history: UndoHistory[Scene]) -> None:
     """Write a history into a folder, and delete the scenes that it no longer has.
 
     Raises:
         FileError: a file cannot be written.
     """
-    names = {name_of(scene): scene for scene in (*history.before, *history.after)}
+    names = {name_of(scene): scene for scene in (*history.past, *history.future)}
     for name, scene in names.items():
         if not (folder / name).exists():
             write_scene(folder / name, scene)
     order = {
-        "scene": name_of(history.scene),
-        "before": [name_of(scene) for scene in history.before],
-        "after": [name_of(scene) for scene in history.after],
+        "scene": name_of(history.present),
+        "before": [name_of(scene) for scene in history.past],
+        "after": [name_of(scene) for scene in reversed(history.future)],
     }
     write_json(folder / ORDER, order)
     for path in folder.glob("*.toml"):
@@ -58,7 +60,7 @@ def write_history(folder: Path, history: SceneHistory) -> None:
             path.unlink(missing_ok=True)
 
 
-def read_history(folder: Path, scene: Scene) -> SceneHistory:
+def read_history(folder: Path, scene: Scene) -> UndoHistory[Scene]:
     """Return the history of a scene that a folder holds; one without changes if there is none, or if it is damaged.
 
     A scene that was changed otherwise since, for example by hand, can be undone, and what was undone is forgotten.
@@ -66,10 +68,10 @@ def read_history(folder: Path, scene: Scene) -> SceneHistory:
     try:
         order = check_value(read_json(folder / ORDER), _Order)
         before = tuple(read_scene(folder / Path(name).name) for name in order.before)
-        after = tuple(read_scene(folder / Path(name).name) for name in order.after)
+        after = tuple(read_scene(folder / Path(name).name) for name in reversed(order.after))
     except (FileError, ParameterError, ValueError):
-        return SceneHistory(scene)
-    return SceneHistory(scene, before, after if order.scene == name_of(scene) else ())
+        return UndoHistory(scene)
+    return UndoHistory(scene, before, after if order.scene == name_of(scene) else ())
 
 
 def name_of(scene: Scene) -> str:

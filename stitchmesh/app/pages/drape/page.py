@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from stitchmesh.app.controls.html_pieces import figures, message
 from stitchmesh.app.pages.drape.bodies_panel import BodiesPanel
@@ -22,9 +23,9 @@ from stitchmesh.app.pages.run_panel import RunPanel
 from stitchmesh.app.pages.view.draped_sketch import LARGE, WORDS, DrapedSketch
 from stitchmesh.app.pages.view.draped_view import DrapedView
 from stitchmesh.app.pages.view.frame_panel import FramePanel
-from stitchmesh.app.pages.view.pieces import legend_of as legend_of_colours
-from stitchmesh.app.pages.view.run_figures import report_html
-from stitchmesh.app.pages.view.settings import DRAPED_COLOURS
+from stitchmesh.app.pages.view.state import DRAPED_COLOURS
+from stitchmesh.app.pages.view.view_html import legend_of as legend_of_colours
+from stitchmesh.app.pages.view.view_html import report_html
 from stitchmesh.app.scene.scene import Pick, ScreenBox, Stroke
 from stitchmesh.markup import Markup
 from stitchmesh.mixed.drape import Draped
@@ -40,6 +41,18 @@ SCENE, RESULT = "Scene", "Run"
 """What the page can show."""
 
 
+@dataclass(frozen=True)
+class DrapeState:
+    """What the page shows of its scene and its run."""
+
+    shows: str = SCENE
+    """Whether the scene or the run is shown."""
+    colour: ClothColour = COLOURS[0]
+    """What the colours of the scene mean."""
+    run_colour: str = next(iter(DRAPED_COLOURS))
+    """What decides the colours of the run, a word of ``DRAPED_COLOURS``."""
+
+
 class DrapePage(Page):
     """Scenes of mixed yarns and triangles."""
 
@@ -53,9 +66,7 @@ class DrapePage(Page):
         self.run = SceneRun(self.session, self._ended)
         self._drawing = ClothDrawing(app.scene)
         self._paint = PaintTool(self.session, self._drawing)
-        self._shows = SCENE
-        self._colour: ClothColour = COLOURS[0]
-        self._run_colour = next(iter(DRAPED_COLOURS))
+        self._state = DrapeState()
         self._view: DrapedView | None = None
         self._sketch: DrapedSketch | None = None
         self._built_for: tuple[object, ...] | None = None
@@ -125,30 +136,33 @@ class DrapePage(Page):
 
     def picked(self, pick: Pick) -> None:
         """Paint at a click, or say what of the run is there."""
-        if self._shows == SCENE:
+        if self._state.shows == SCENE:
             self._paint.clicked(pick)
 
     def stroked(self, stroke: Stroke) -> None:
         """Paint along a drag."""
-        if self._shows == SCENE:
+        if self._state.shows == SCENE:
             self._paint.stroked(stroke)
 
     def boxed(self, box: ScreenBox) -> None:
         """Paint a rectangle of the screen."""
-        if self._shows == SCENE:
+        if self._state.shows == SCENE:
             self._paint.boxed(box)
 
     def _make_look(self) -> None:
         """Make the controls of what is shown."""
         controls = self.app.controls
-        self._show_choice = controls.choice("Show", "The scene at its start, or the run.", (SCENE, RESULT), self._shows,
-                                            self._set_shows)  # fmt: skip
+        self._show_choice = controls.choice(
+            "Show", "The scene at its start, or the run.", (SCENE, RESULT), self._state.shows,
+            lambda shows: self._show(shows=shows),
+        )  # fmt: skip
         self._colour_choice = controls.choice(
-            "Colours", "What is simulated where, or the weight of the yarns.", COLOURS, self._colour, self._set_colour
-        )
+            "Colours", "What is simulated where, or the weight of the yarns.", COLOURS, self._state.colour,
+            lambda colour: self._show(colour=next(known for known in COLOURS if known == colour)),
+        )  # fmt: skip
         self._run_colour_choice = controls.choice(
             "Colour the run by", "What decides the colours of yarns and triangles.", tuple(DRAPED_COLOURS),
-            self._run_colour, self._set_run_colour,
+            self._state.run_colour, lambda colour: self._show(run_colour=colour),
         )  # fmt: skip
         self._frames = FramePanel(controls, self._frame_chosen)
         self._legend = controls.html(Markup())
@@ -158,7 +172,8 @@ class DrapePage(Page):
         self.run.start(resume=resume)
         assert self.run.live is not None
         self.run.live.on_snapshot = self._show_snapshot
-        self._shows = self._show_choice.value = RESULT
+        self._state = replace(self._state, shows=RESULT)
+        self._show_choice.value = RESULT
         self._view = None
         self.refresh()
 
@@ -197,7 +212,7 @@ class DrapePage(Page):
 
     def _draw(self) -> None:
         draped, opened = self._newest(), self.session.opened
-        shows_run = self._shows == RESULT and (draped is not None or self.run.live is not None)
+        shows_run = self._state.shows == RESULT and (draped is not None or self.run.live is not None)
         self._show_choice.visible = self._follow.visible = draped is not None or self.run.live is not None
         self._colour_choice.visible = not shows_run and opened is not None
         self._run_colour_choice.visible = shows_run
@@ -211,8 +226,8 @@ class DrapePage(Page):
             self._view.clear(self.app.scene)
             self._view = None
         if opened is not None:
-            self._drawing.show(opened, self._colour, takes_strokes=self._paint.paints and not shows_run)
-            self._legend.content = legend_of(opened, self._colour)
+            self._drawing.show(opened, self._state.colour, takes_strokes=self._paint.paints and not shows_run)
+            self._legend.content = legend_of(opened, self._state.colour)
 
     def _draw_run(self, draped: Draped) -> None:
         """Draw the chosen frame of a run."""
@@ -223,7 +238,7 @@ class DrapePage(Page):
         first = self._view is None and self._sketch is None
         self._end_sketch()
         self._view = self._frames.view(draped, self._view)
-        word = DRAPED_COLOURS[self._run_colour] or "#c9b89a"
+        word = DRAPED_COLOURS[self._state.run_colour] or "#c9b89a"
         coloured = self._view.coloured(word, None, None)
         self._view.draw(self.app.scene, coloured.points, None)
         self._legend.content = legend_of_colours(coloured)
@@ -243,7 +258,7 @@ class DrapePage(Page):
             self._view.clear(self.app.scene)
             self._view = None
         self._sketch = DrapedSketch(draped, self._sketch)
-        self._sketch.draw(self.app.scene, alpha=DRAPED_COLOURS[self._run_colour] == "alpha")
+        self._sketch.draw(self.app.scene, alpha=DRAPED_COLOURS[self._state.run_colour] == "alpha")
         self._frames.show(None)
         self._legend.content = message(WORDS, "info")
         if first:
@@ -258,7 +273,7 @@ class DrapePage(Page):
     def _show_snapshot(self, snapshot: Snapshot[Draped]) -> None:
         """Show a state of the run."""
         self._panel.update()
-        if self._shows == RESULT:
+        if self._state.shows == RESULT:
             self._draw()
 
     def _frame_chosen(self) -> None:
@@ -268,16 +283,9 @@ class DrapePage(Page):
         if self.app.page is self and self._built_for is not None:
             self._draw()
 
-    def _set_shows(self, shows: str) -> None:
-        self._shows = shows
-        self._draw()
-
-    def _set_colour(self, colour: str) -> None:
-        self._colour = next(known for known in COLOURS if known == colour)
-        self._draw()
-
-    def _set_run_colour(self, colour: str) -> None:
-        self._run_colour = colour
+    def _show(self, **values: Any) -> None:
+        """Show something else, or in other colours."""
+        self._state = replace(self._state, **values)
         self._draw()
 
     def _to_view(self) -> None:

@@ -49,9 +49,8 @@ class PaintTool:
             BRUSHES, self._brush, self._set_brush,
         )  # fmt: skip
         self._radius = controls.number(
-            "Radius", "Radius of the brush Circle [cm].", 1.0, lambda _: None, least=0.01, most=1000.0,
-            step=0.1,
-        )  # fmt: skip
+            "Radius", "Radius of the brush Circle [cm].", 1.0, least=0.01, most=1000.0, step=0.1
+        )
         self._show_controls()
 
     @property

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -75,23 +75,24 @@ class RegionPanel:
                 NODES, self._set_budget,
             )  # fmt: skip
             self._nodes = controls.number(
-                "Most nodes", "Largest number of yarn nodes that are simulated.", BUDGET, self._set_nodes, least=1,
-                most=MOST_NODES, step=1,
+                "Most nodes", "Largest number of yarn nodes that are simulated.", BUDGET,
+                lambda nodes: self._set(nodes=int(nodes)), least=1, most=MOST_NODES, step=1,
             )  # fmt: skip
             self._seconds = controls.number(
                 "Seconds", "Time of a step, or of an equilibrium [s]; how many nodes it pays for is measured.",
-                STEP_SECONDS, self._set_seconds, least=1e-3, most=MOST_SECONDS, step=0.05,
+                STEP_SECONDS, lambda seconds: self._set(seconds=float(seconds)), least=1e-3, most=MOST_SECONDS,
+                step=0.05,
             )  # fmt: skip
             self._find = controls.button(
                 "Find the region now", "Run the triangles alone, and take the triangles with the largest errors.", find
             )
             self._changes = controls.number(
                 "Change every", "Steps after which the region may grow, shrink or move; 0 keeps it as it is.", 0,
-                self._set_changes, least=0, most=MOST_STEPS, step=1,
+                lambda steps: self._set(adapt_every=int(steps) or None), least=0, most=MOST_STEPS, step=1,
             )  # fmt: skip
             self._rings = controls.number(
                 "Hybrid rings", "Width of the region in which yarns and triangles overlap, in rings of triangles.", 1,
-                self._set_rings, least=1, most=MOST_RINGS, step=1,
+                lambda rings: self._set(rings=int(rings)), least=1, most=MOST_RINGS, step=1,
             )  # fmt: skip
             controls.button("Clear the region", "No yarns anywhere, and no boxes.", self._clear)
         with controls.group("Brush and changes") as self._brush_group:
@@ -102,7 +103,7 @@ class RegionPanel:
             self._high = controls.text("Box to", "Largest x, y, z [cm].", "", lambda _: self._draw_box())
             controls.buttons("Box", "Add or take out its triangles, hold what lies in it, or hide it.",
                              ("Add box", "Take out", "Hold", "Hide"), self._use_box)  # fmt: skip
-            self._words = controls.text("By words", WORDS, "", lambda _: None)
+            self._words = controls.text("By words", WORDS, "")
             controls.buttons("These", "The triangles that the words name.", ("Add", "Remove", "Only"), self._use_words)
             self._list = controls.html(Markup(), self._drop_box)
 
@@ -139,24 +140,16 @@ class RegionPanel:
 
         self._change(change)
 
-    def _set_changes(self, steps: float) -> None:
-        self._change(lambda section: replace(section, adapt_every=int(steps) or None))
-
-    def _set_nodes(self, nodes: float) -> None:
-        self._change(lambda section: replace(section, nodes=int(nodes)))
-
     def _set_budget(self, which: str) -> None:
         nodes, seconds = int(self._nodes.value), float(self._seconds.value)
         if which == NODES:
-            self._change(lambda section: replace(section, nodes=nodes, seconds=None))
+            self._set(nodes=nodes, seconds=None)
         else:
-            self._change(lambda section: replace(section, nodes=None, seconds=seconds))
+            self._set(nodes=None, seconds=seconds)
 
-    def _set_seconds(self, seconds: float) -> None:
-        self._change(lambda section: replace(section, seconds=float(seconds)))
-
-    def _set_rings(self, rings: float) -> None:
-        self._change(lambda section: replace(section, rings=int(rings)))
+    def _set(self, **values: Any) -> None:
+        """Change values of the region."""
+        self._change(lambda section: replace(section, **values))
 
     def _change(self, change: Callable[[RegionSection], RegionSection]) -> None:
         try:
@@ -168,9 +161,7 @@ class RegionPanel:
         self._session.undo() if which == "Undo" else self._session.redo()
 
     def _clear(self) -> None:
-        self._change(
-            lambda section: replace(section, yarns="chosen", nodes=None, seconds=None, boxes=(), faces=())
-        )  # fmt: skip
+        self._set(yarns="chosen", nodes=None, seconds=None, boxes=(), faces=())
 
     def _propose_box(self) -> None:
         """Fill in a box around the middle of the front of the cloth."""
@@ -205,9 +196,7 @@ class RegionPanel:
             self._drawing.show_box(None)
             return
         box = self._box()
-        opened = self._session.opened
-        if opened is None:
-            raise ParameterError("box: there is no cloth yet; open a scene first")
+        opened = self._session.opened_for("box")
         self._draw_box()
         if which == "Hold":
             self._session.change(with_held_box(opened.scene, box))
@@ -225,9 +214,7 @@ class RegionPanel:
         self._session.change_region(add)
 
     def _use_words(self, which: str) -> None:
-        opened = self._session.opened
-        if opened is None:
-            raise ParameterError("selection: there is no cloth yet; open a scene first")
+        opened = self._session.opened_for("selection")
         found: IntArray = triangles_named(opened, str(self._words.value))
         if which == "Remove":
             self._session.change_region(lambda section, cloth: without_triangles(section, cloth, found))
@@ -246,7 +233,7 @@ class RegionPanel:
         if action != "drop-box" or not value.isdecimal() or int(value) >= len(boxes):
             raise ParameterError("box: the list of boxes has changed; look at it again")
         kept = tuple(box for number, box in enumerate(boxes) if number != int(value))
-        self._change(lambda section: replace(section, boxes=kept))
+        self._set(boxes=kept)
 
 
 def box_list(section: RegionSection) -> Markup:

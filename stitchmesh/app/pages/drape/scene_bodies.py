@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from stitchmesh.app.pages.drape.entry_list import with_entry
 from stitchmesh.app.pages.drape.held_parts import motion_words
 from stitchmesh.app.pages.drape.opened_scene import OpenedScene
 from stitchmesh.app.pages.drape.typed_numbers import as_text
@@ -51,8 +52,7 @@ def with_body(scene: Scene, body: BodySection) -> Scene:
 
 def with_changed_body(scene: Scene, number: int, body: BodySection | None) -> Scene:
     """Return a scene with another body in the place of one; None removes it."""
-    changed = () if body is None else (body,)
-    return replace(scene, bodies=(*scene.bodies[:number], *changed, *scene.bodies[number + 1 :]))
+    return replace(scene, bodies=with_entry(scene.bodies, number, body))
 
 
 def body_words(scene: Scene) -> list[str]:

@@ -40,11 +40,11 @@ class BrushTool(Tool):
     def build(self, controls: Controls) -> None:
         """Make the choice of the brush."""
         hint = "What one click covers; drag for more, or from corner to corner of a rectangle"
-        self._brush = controls.choice(self.brush_label, hint, BRUSHES, self.session.brush, self._set_brush)
+        self._brush = controls.choice(self.brush_label, hint, BRUSHES, self.session.state.brush, self._set_brush)
 
     def taken_up(self) -> None:
         """Show the brush that the tools share."""
-        self._brush.value = self.session.brush
+        self._brush.value = self.session.state.brush
 
     def refresh(self) -> None:
         """Forget a drag over a fabric that has changed."""
@@ -52,7 +52,7 @@ class BrushTool(Tool):
 
     def clicked(self, place: PickedPlace, pick: Pick) -> None:
         """Take what the brush covers."""
-        if self.session.brush == "Rectangle":
+        if self.session.state.brush == "Rectangle":
             raise ParameterError("rectangle: got one click; drag from one corner of the rectangle to the opposite one")
         self.take([place.face], pick)
 
@@ -73,7 +73,7 @@ class BrushTool(Tool):
         Raises:
             ParameterError: no rectangle has the first and the last face as its corners.
         """
-        return covered_faces(self.session.fabric, self.session.brush, path)
+        return covered_faces(self.session.fabric, self.session.state.brush, path)
 
     def _set_brush(self, brush: str) -> None:
-        self.session.brush = next(known for known in BRUSHES if known == brush)
+        self.session.take(brush=next(known for known in BRUSHES if known == brush))

@@ -94,11 +94,11 @@ class CrossCables(Tool):
     def on_selection(self) -> None:
         """Cross cables side by side along each row of the selection."""
         name, arguments = self._edit_of(len(self.order) or self.left + self.right)
-        self.session.edit(name, {**self.session.on_selection(), **arguments}, self.session.selection.faces)
+        self.session.edit(name, {**self.session.on_selection(), **arguments}, self.session.state.selection.faces)
 
     def clear_selection(self) -> None:
         """Clear the cables that lie within the selection."""
-        self.session.edit("clear_cable", self.session.on_selection(), self.session.selection.faces)
+        self.session.edit("clear_cable", self.session.on_selection(), self.session.state.selection.faces)
 
     def _cross(self, side: int, count: int) -> None:
         name, arguments = self._edit_of(count)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stitchmesh.app.controls.controls import Control
-from stitchmesh.app.controls.html_pieces import paragraph
+from stitchmesh.app.controls.html_pieces import action_button, paragraph
 from stitchmesh.app.pages.edit.crossing import CrossCables
 from stitchmesh.app.pages.edit.edit_session import NO_FACES, EditSession
 from stitchmesh.app.pages.edit.laying import LayPatterns
@@ -212,12 +212,12 @@ class EditPage(Page):
 
     def _take_stitch(self, stitch: Stitch) -> None:
         """Take a stitch of the palette, and the tool that paints it."""
-        self.session.stitch = stitch
+        self.session.take(stitch=stitch)
         self.take_up(PaintStitches.name)
 
     def _take_yarn(self, yarn: int) -> None:
         """Take a yarn of the palette, and the tool that paints it."""
-        self.session.yarn = yarn
+        self.session.take(yarn=yarn)
         self.take_up(PaintYarns.name)
 
     def _set_edges(self, edges: bool) -> None:
@@ -269,10 +269,7 @@ def _face_words(fabric: StitchMesh, face: int) -> Markup:
 
 def _history_row(can_undo: bool, can_redo: bool) -> Markup:
     buttons = joined(
-        markup(
-            '<button type="button" data-action="{}" data-value="" title="{}"{}>{}</button>',
-            action, hint, "" if possible else " disabled", words,
-        )
+        action_button(action, "", words, hint=hint, disabled=not possible)
         for action, words, hint, possible in (
             ("undo", "Undo", "Undo the last edit: Ctrl+Z", can_undo),
             ("redo", "Redo", "Make the edit again that was undone last: Ctrl+Y", can_redo),
@@ -287,9 +284,8 @@ def _history_row(can_undo: bool, can_redo: bool) -> Markup:
 
 def _tool_bar(chosen: str) -> Markup:
     buttons = joined(
-        markup(
-            '<button type="button" data-action="tool" data-value="{}" aria-pressed="{}" title="{} Key {}.">{}</button>',
-            tool.name, "true" if tool.name == chosen else "false", tool.hint, tool.key, tool.name,
+        action_button(
+            "tool", tool.name, tool.name, hint=f"{tool.hint} Key {tool.key}.", pressed=tool.name == chosen
         )
         for tool in TOOLS
     )

@@ -5,8 +5,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -47,15 +47,30 @@ class Chosen:
         return self.text or (str(selection_of_faces(self.faces)) if len(self.faces) else "")
 
 
+NOTHING = Chosen(NO_FACES)
+
+
+@dataclass(frozen=True, eq=False)
+class EditState:
+    """What the user has chosen on the page, for all tools."""
+
+    selection: Chosen = NOTHING
+    """The selected faces."""
+    stitch: Stitch = Stitch.PURL
+    """The stitch that is painted."""
+    yarn: int = 1
+    """Number of the yarn that is painted."""
+    brush: Brush = "Stitch"
+    """What one click paints or selects."""
+
+
 class EditSession:
-    """The state of the page, which all tools use."""
+    """The fabric of the page with its state, which all tools use."""
 
     def __init__(self, app: App) -> None:
         """Start without a selection."""
         self.app, self.view = app, FabricView(app.scene)
-        self.selection = Chosen(NO_FACES)
-        self.stitch, self.yarn = Stitch.PURL, 1
-        self.brush: Brush = "Stitch"
+        self.state = EditState()
         self.saved = SavedSelections(app)
         self.patterns = OwnPatterns(app)
         self.on_colours: Callable[[ColourBy], object] = lambda by: None
@@ -118,12 +133,16 @@ class EditSession:
             self._follow(self._seen)
         self._seen = fabric
         self.view.show(fabric)
-        self.view.select(fabric, self.selection.faces)
+        self.view.select(fabric, self.state.selection.faces)
+
+    def take(self, **values: Any) -> None:
+        """Take other values of the state."""
+        self.state = replace(self.state, **values)
 
     def choose(self, faces: IntArray, text: str = "") -> None:
         """Select faces."""
-        self.selection = Chosen(np.unique(faces), text)
-        self.view.select(self.fabric, self.selection.faces)
+        self.take(selection=Chosen(np.unique(faces), text))
+        self.view.select(self.fabric, self.state.selection.faces)
 
     def choose_by_text(self, text: str) -> None:
         """Select the faces that a text names.
@@ -140,9 +159,9 @@ class EditSession:
         Raises:
             ParameterError: nothing is selected.
         """
-        if not len(self.selection.faces):
+        if not len(self.state.selection.faces):
             raise ParameterError("selection: nothing is selected; select stitches first, or use the tool on the fabric")
-        return {"on": self.selection.as_text}
+        return {"on": self.state.selection.as_text}
 
     def colour_by(self, by: ColourBy) -> None:
         """Show the fabric in other colours."""
@@ -155,13 +174,13 @@ class EditSession:
         """Let all selections follow the last change; faces that are gone are no longer selected."""
         numbers = places_after(np.arange(before.face_count), before.face_count, self.app.project.last_changes)
         if not _leads_to(before, self.fabric, numbers):
-            self.selection = Chosen(NO_FACES)
+            self.take(selection=NOTHING)
             return
         self.saved.follow(before, numbers)
-        faces = self.selection.faces
+        faces = self.state.selection.faces
         after = faces_after(faces, numbers)
         if not np.array_equal(after, faces):
-            self.selection = Chosen(after)
+            self.take(selection=Chosen(after))
 
 
 def _refuse_file(path: str) -> str:

@@ -104,7 +104,7 @@ class LayPatterns(Tool):
     def taken_up(self) -> None:
         """Show the pattern where it would go."""
         self._on = True
-        if len(self.session.selection.faces) and self._face is None:
+        if len(self.session.state.selection.faces) and self._face is None:
             self.area = self._area.value = "Selection"
         self._preview()
 
@@ -143,7 +143,7 @@ class LayPatterns(Tool):
         Raises:
             ParameterError: nothing is selected.
         """
-        faces = self.session.selection.faces
+        faces = self.session.state.selection.faces
         self.session.on_selection()
         try:
             pattern = smallest_repeat(capture_pattern(self.session.fabric, faces))
@@ -194,11 +194,11 @@ class LayPatterns(Tool):
             return {}
         if self.area == "Around a click":
             return None if self._face is None else {"face": self._face}
-        return self.session.on_selection() if len(self.session.selection.faces) else None
+        return self.session.on_selection() if len(self.session.state.selection.faces) else None
 
     def _at(self) -> IntArray:
         if self.area == "Selection":
-            return self.session.selection.faces
+            return self.session.state.selection.faces
         return NO_FACES if self._face is None or self.area == "Whole fabric" else np.array([self._face])
 
     def _missing(self) -> str:

@@ -46,7 +46,7 @@ class Painting(BrushTool):
 
     def fill_selection(self) -> None:
         """Paint the selected faces."""
-        self.paint(self.session.on_selection(), self.session.selection.faces)
+        self.paint(self.session.on_selection(), self.session.state.selection.faces)
 
     def boxed(self, faces: IntArray) -> None:
         """Paint the faces in a rectangle on the screen."""
@@ -90,15 +90,15 @@ class PaintStitches(Painting):
 
     def number(self) -> int:
         """Return the code of the chosen stitch."""
-        return int(self.session.stitch)
+        return int(self.session.state.stitch)
 
     def can_take(self, faces: IntArray) -> IntArray:
         """Return the faces with the loops that the stitch needs."""
-        return faces_for_stitch(self.session.fabric, faces, name_of(self.session.stitch))
+        return faces_for_stitch(self.session.fabric, faces, name_of(self.session.state.stitch))
 
     def paint(self, arguments: dict[str, object], at: IntArray) -> bool:
         """Make the edit."""
-        return self.session.edit("change_stitch", {**arguments, "stitch": name_of(self.session.stitch)}, at)
+        return self.session.edit("change_stitch", {**arguments, "stitch": name_of(self.session.state.stitch)}, at)
 
 
 class PaintYarns(Painting):
@@ -117,7 +117,7 @@ class PaintYarns(Painting):
 
     def knit_stripes(self) -> None:
         """Knit the selected stitches, or all, in stripes."""
-        faces = self.session.selection.faces
+        faces = self.session.state.selection.faces
         where = self.session.on_selection() if len(faces) else {}
         self.session.edit("stripes", {"bands": str(self._bands.value), **where}, faces)
 
@@ -128,7 +128,7 @@ class PaintYarns(Painting):
 
     def number(self) -> int:
         """Return the number of the chosen yarn."""
-        return self.session.yarn
+        return self.session.state.yarn
 
     def can_take(self, faces: IntArray) -> IntArray:
         """Return all faces: every stitch can be knitted with every yarn."""
@@ -136,4 +136,4 @@ class PaintYarns(Painting):
 
     def paint(self, arguments: dict[str, object], at: IntArray) -> bool:
         """Make the edit."""
-        return self.session.edit("stripe", {**arguments, "yarn": self.session.yarn}, at)
+        return self.session.edit("stripe", {**arguments, "yarn": self.session.state.yarn}, at)

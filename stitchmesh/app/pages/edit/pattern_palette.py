@@ -15,6 +15,7 @@ from collections.abc import Callable, Mapping
 from functools import cache
 
 from stitchmesh.app.controls.controls import Control, Controls
+from stitchmesh.app.controls.html_pieces import action_button
 from stitchmesh.markup import Markup, css_text, joined, markup
 from stitchmesh.patterns.families import FAMILIES, family_of
 from stitchmesh.patterns.library import pattern_names, read_pattern
@@ -136,11 +137,9 @@ class PatternPalette:
             else markup('<span class="sm-picture"></span>')
         )
         words = f"{pattern.name}, {pattern.width} stitches by {pattern.height} rows"
-        return markup(
-            '<button type="button" data-action="pattern" data-value="{}" aria-label="{}" title="{}">{}{}<br>{}'
-            "</button>",
-            name, words, words, picture, name.replace("-", " "), f"{pattern.width} x {pattern.height}",
-        )
+        size = f"{pattern.width} x {pattern.height}"
+        content = markup("{}{}<br>{}", picture, name.replace("-", " "), size)
+        return action_button("pattern", name, content, name=words, hint=words)
 
 
 @cache

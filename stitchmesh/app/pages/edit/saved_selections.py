@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stitchmesh.app.controls.html_pieces import SMALL_BUTTON, action_button
 from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup, joined, markup
 from stitchmesh.mesh import IntArray, StitchMesh
@@ -113,14 +114,8 @@ def _followed(text: str, before: StitchMesh, numbers: IntArray) -> str:
 
 def _row(name: str, text: str) -> Markup:
     shown = text if len(text) <= LONGEST_SHOWN else f"{text[: LONGEST_SHOWN - 3]}..."
-    style = "font:inherit;cursor:pointer;border-radius:6px;padding:.15em .5em;color:var(--mantine-color-text);"
-    frame = "border:1px solid var(--mantine-color-default-border);background:var(--mantine-color-default)"
     buttons = joined(
-        markup(
-            '<button type="button" data-action="{}" data-value="{}" style="{}{}" '
-            'aria-label="{} {}">{}</button>',
-            action, name, style, frame, words, name, words,
-        )
+        action_button(action, name, words, name=f"{words} {name}", style=SMALL_BUTTON)
         for action, words in (("use", "Use"), ("delete", "Delete"))
     )
     words = markup('<span style="flex:1 1 auto;overflow-wrap:anywhere"><b>{}</b><br>{}</span>', name, shown)

@@ -26,7 +26,7 @@ class SelectStitches(BrushTool):
         if pick.modifier != "ctrl":
             self.session.choose(faces)
         elif isinstance(pick, Stroke):
-            self.session.choose(np.union1d(self.session.selection.faces, faces))
+            self.session.choose(np.union1d(self.session.state.selection.faces, faces))
         else:
             self._toggle(faces)
 
@@ -40,6 +40,6 @@ class SelectStitches(BrushTool):
 
     def _toggle(self, faces: IntArray) -> None:
         """Add faces to the selection; take them away if all of them are selected."""
-        selected = self.session.selection.faces
+        selected = self.session.state.selection.faces
         inside = np.isin(faces, selected).all()
         self.session.choose(np.setdiff1d(selected, faces) if inside else np.union1d(selected, faces))

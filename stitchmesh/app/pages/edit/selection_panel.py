@@ -22,18 +22,18 @@ class SelectionPanel:
         self._session = session
         with controls.group("Selection"):
             self._count = controls.html(Markup())
-            self._text = controls.text("Select by words", WORDS_HINT, "", lambda text: None)
+            self._text = controls.text("Select by words", WORDS_HINT, "")
             controls.button("Select these", "Select the stitches that the words name", self._by_words)
             controls.buttons("Choose", "All stitches, none, or all that are not selected", ("All", "None", "Others"),
                              self._simple)  # fmt: skip
-            self._name = controls.text("Name", "Name under which the selection is saved", "", lambda text: None)
+            self._name = controls.text("Name", "Name under which the selection is saved", "")
             controls.button("Save the selection", "Keep the selection under the name", self._save)
             self._list = controls.html(session.saved.html(), self._act)
         self.show()
 
     def show(self) -> None:
         """Show how many stitches are selected, and what is saved."""
-        count = len(self._session.selection.faces)
+        count = len(self._session.state.selection.faces)
         verb = "stitch is" if count == 1 else "stitches are"
         selected = markup("<b>{}</b> {} selected.", count, verb) if count else "Nothing is selected."
         self._count.content = paragraph(selected)
@@ -50,11 +50,11 @@ class SelectionPanel:
         elif which == "None":
             self._session.choose(NO_FACES)
         else:
-            self._session.choose(np.setdiff1d(every, self._session.selection.faces))
+            self._session.choose(np.setdiff1d(every, self._session.state.selection.faces))
         self.show()
 
     def _save(self) -> None:
-        self._session.saved.save(str(self._name.value), self._session.selection.as_text)
+        self._session.saved.save(str(self._name.value), self._session.state.selection.as_text)
         self.show()
 
     def _act(self, action: str, name: str) -> None:

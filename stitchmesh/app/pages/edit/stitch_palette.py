@@ -7,6 +7,7 @@ from __future__ import annotations
 from functools import cache
 from urllib.parse import quote
 
+from stitchmesh.app.controls.html_pieces import action_button
 from stitchmesh.hand_knitting.words import stitch_name, stitch_named, stitch_word
 from stitchmesh.markup import Markup, css_text, joined, markup
 from stitchmesh.mesh.own_stitch import OwnStitch, StitchType
@@ -87,7 +88,5 @@ def _button(name: str) -> Markup:
     stitch = stitch_named(name)
     word = stitch_word(stitch, right_side=True)
     words = f"{word}: {described(stitch)}"
-    return markup(
-        '<button type="button" data-action="stitch" data-value="{}" aria-label="{}" title="{}">{}{}</button>',
-        name, words, words, picture_of(stitch, SIZE), _short(word),
-    )
+    content = markup("{}{}", picture_of(stitch, SIZE), _short(word))
+    return action_button("stitch", name, content, name=words, hint=words)

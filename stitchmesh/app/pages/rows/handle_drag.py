@@ -4,8 +4,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from stitchmesh.app.pages.rows.mark_edits import Marks, with_point
-from stitchmesh.app.pages.rows.rows_session import RowsSession
+from stitchmesh.app.pages.rows.rows_state import RowsState
 from stitchmesh.app.pages.rows.rows_view import RowsView
 from stitchmesh.app.project.shaping import Point
 from stitchmesh.app.scene.pointer import Pointer
@@ -16,14 +18,14 @@ from stitchmesh.mesh import FloatArray
 class HandleDrag:
     """Shows the point where it is dragged, and moves it at the end of the drag."""
 
-    def __init__(self, session: RowsSession, view: RowsView, pointer: Pointer) -> None:
-        """Drag nothing yet."""
-        self._session, self._view, self._pointer = session, view, pointer
+    def __init__(self, view: RowsView, pointer: Pointer, take: Callable[[RowsState], object]) -> None:
+        """Drag nothing yet; ``take`` is called with the state after each drag."""
+        self._view, self._pointer, self._take = view, pointer, take
         self._held: tuple[int, int] | None = None
         self._client = -1
         self._moved: Marks | None = None
 
-    def stroked(self, stroke: Stroke) -> None:
+    def stroked(self, stroke: Stroke, state: RowsState) -> None:
         """Handle one moment of a drag; only the browser that began the drag moves the point."""
         place = self._pointer.place(stroke)
         if stroke.phase == "start":
@@ -33,17 +35,13 @@ class HandleDrag:
         if self._held is None or stroke.client != self._client:
             return
         number, point = self._held
-        if place is not None and number < len(self._session.marks):
-            self._moved = with_point(self._session.marks, number, point, as_point(place.point))
-            self._view.show_marks(self._moved, self._held, self._session.line)
+        if place is not None and number < len(state.marks):
+            self._moved = with_point(state.marks, number, point, as_point(place.point))
+            self._view.show_marks(self._moved, self._held, state.line)
         if stroke.phase == "end":
-            self._end(number, point)
-
-    def _end(self, number: int, point: int) -> None:
-        moved, self._held, self._moved = self._moved, None, None
-        if moved is not None:
-            self._session.point = point
-            self._session.set_marks(moved, number)
+            moved, self._held, self._moved = self._moved, None, None
+            if moved is not None:
+                self._take(state.choosing(number, point).with_marks(moved, number))
 
 
 def as_point(position: FloatArray) -> Point:

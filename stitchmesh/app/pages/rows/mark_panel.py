@@ -4,9 +4,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.pages.rows.found_rows import FoundRows
 from stitchmesh.app.pages.rows.mark_edits import (
+    Marks,
     with_border_role,
     with_radius,
     with_role,
@@ -15,7 +18,7 @@ from stitchmesh.app.pages.rows.mark_edits import (
     without_point,
 )
 from stitchmesh.app.pages.rows.mesh_borders import AUTOMATIC, MeshBorders
-from stitchmesh.app.pages.rows.rows_session import RowsSession
+from stitchmesh.app.pages.rows.rows_state import RowsState
 from stitchmesh.app.pages.rows.rows_text import mark_list
 from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup
@@ -32,9 +35,9 @@ LONGEST = 10_000.0
 class MarkPanel:
     """The marks as a list, with the controls of the chosen one below it."""
 
-    def __init__(self, session: RowsSession, controls: Controls) -> None:
-        """Make the controls."""
-        self._session = session
+    def __init__(self, state: RowsState, controls: Controls, take: Callable[[RowsState], object]) -> None:
+        """Make the controls; ``take`` is called with the state after each action."""
+        self._state, self._take = state, take
         self._borders: MeshBorders | None = None
         self._found: FoundRows | None = None
         self._list = controls.html(Markup(), self._clicked)
@@ -65,17 +68,17 @@ class MarkPanel:
         )
         controls.key("Remove the mark", "Remove the chosen mark.", "X", None, self._remove_mark)
 
-    def show(self, borders: MeshBorders, found: FoundRows | None) -> None:
-        """Show the marks of the session.
+    def show(self, state: RowsState, borders: MeshBorders, found: FoundRows | None) -> None:
+        """Show the marks of a state.
 
         Args:
+            state: the state.
             borders: the borders of the mesh.
             found: the rows, from which a mark without a time gets one; None if there are none.
         """
-        self._borders, self._found = borders, found
-        session = self._session
-        self._list.content = mark_list(session.marks, session.chosen, borders)
-        mark = None if session.chosen is None else session.marks[session.chosen]
+        self._state, self._borders, self._found = state, borders, found
+        self._list.content = mark_list(state.marks, state.chosen, borders)
+        mark = None if state.chosen is None else state.marks[state.chosen]
         is_border, is_line = mark is not None and mark.kind == "border", mark is not None and mark.kind == "stroke"
         self._border_role.visible, self._role.visible = is_border, mark is not None and not is_border
         self._timed.visible = mark is not None and mark.role not in UNTIMED
@@ -86,7 +89,7 @@ class MarkPanel:
         if mark is not None:
             (self._border_role if is_border else self._role).value = mark.role
             self._timed.value, self._time.value = mark.time is not None, mark.time or 0.0
-            self._point.value, self._radius.value = session.point + 1, mark.radius or 0.0
+            self._point.value, self._radius.value = state.point + 1, mark.radius or 0.0
 
     def _clicked(self, action: str, value: str) -> None:
         """Choose or remove a mark of the list.
@@ -94,46 +97,49 @@ class MarkPanel:
         Raises:
             ParameterError: the list has changed.
         """
-        if not value.isdecimal() or int(value) >= len(self._session.marks):
+        if not value.isdecimal() or int(value) >= len(self._state.marks):
             raise ParameterError("mark: the list has changed; look at it again")
         if action == "choose":
-            self._session.choose(int(value))
+            self._take(self._state.choosing(int(value)))
         else:
-            self._session.set_marks(without_mark(self._session.marks, int(value)))
+            self._take_marks(without_mark(self._state.marks, int(value)))
+
+    def _take_marks(self, marks: Marks, chosen: int | None = None, what: str = "") -> None:
+        self._take(self._state.with_marks(marks, chosen, what))
 
     def _set_border_role(self, role: str) -> None:
-        number, mark = self._session.chosen_mark()
+        number, mark = self._state.chosen_mark()
         assert self._borders is not None
         border = self._borders.nearest(mark.points[0])
         if border is not None:
-            marks = with_border_role(self._session.marks, self._borders, border, role)
-            self._session.set_marks(marks, None if role == AUTOMATIC else number)
+            marks = with_border_role(self._state.marks, self._borders, border, role)
+            self._take_marks(marks, None if role == AUTOMATIC else number)
 
     def _set_role(self, role: str) -> None:
-        number, _ = self._session.chosen_mark()
-        self._session.set_marks(with_role(self._session.marks, number, role), number)
+        number, _ = self._state.chosen_mark()
+        self._take_marks(with_role(self._state.marks, number, role), number)
 
     def _set_timed(self, timed: bool) -> None:
         """Give the chosen mark the time that its place has now, or none."""
-        number, mark = self._session.chosen_mark()
+        number, mark = self._state.chosen_mark()
         now = 0.0 if self._found is None else round(self._found.time_at(mark.points[0]), 1)
-        self._session.set_marks(with_time(self._session.marks, number, now if timed else None), number)
+        self._take_marks(with_time(self._state.marks, number, now if timed else None), number)
 
     def _set_time(self, time: float) -> None:
-        number, _ = self._session.chosen_mark()
-        self._session.set_marks(with_time(self._session.marks, number, float(time)), number, f"time of {number}")
+        number, _ = self._state.chosen_mark()
+        self._take_marks(with_time(self._state.marks, number, float(time)), number, f"time of {number}")
 
     def _set_radius(self, radius: float) -> None:
-        number, _ = self._session.chosen_mark()
-        self._session.set_marks(with_radius(self._session.marks, number, float(radius)), number, f"radius of {number}")
+        number, _ = self._state.chosen_mark()
+        self._take_marks(with_radius(self._state.marks, number, float(radius)), number, f"radius of {number}")
 
     def _set_point(self, point: float) -> None:
-        self._session.choose(self._session.chosen, int(point) - 1)
+        self._take(self._state.choosing(self._state.chosen, int(point) - 1))
 
     def _remove_chosen_point(self) -> None:
-        number, _ = self._session.chosen_mark()
-        self._session.set_marks(without_point(self._session.marks, number, self._session.point), number)
+        number, _ = self._state.chosen_mark()
+        self._take_marks(without_point(self._state.marks, number, self._state.point), number)
 
     def _remove_mark(self) -> None:
-        number, _ = self._session.chosen_mark()
-        self._session.set_marks(without_mark(self._session.marks, number))
+        number, _ = self._state.chosen_mark()
+        self._take_marks(without_mark(self._state.marks, number))

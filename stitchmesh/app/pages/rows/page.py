@@ -4,26 +4,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stitchmesh.app.controls.legend import legend
 from stitchmesh.app.pages.divide_text import legend_of_stitches, refusal
 from stitchmesh.app.pages.gauge_panel import GaugePanel
+from stitchmesh.app.pages.not_yet import HAS_STITCHES, NO_MESH
 from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.rows.handle_drag import HandleDrag, as_point
 from stitchmesh.app.pages.rows.mark_edits import with_next_role, with_point, with_tip
 from stitchmesh.app.pages.rows.mark_panel import MarkPanel
 from stitchmesh.app.pages.rows.mesh_borders import MeshBorders
 from stitchmesh.app.pages.rows.rows_finder import FINDING_ROWS, FINDING_STITCHES, RowsFinder
-from stitchmesh.app.pages.rows.rows_session import RowsSession
+from stitchmesh.app.pages.rows.rows_state import BORDER, LINE, MOVE, ROWS, STITCHES, TIP, RowsState
 from stitchmesh.app.pages.rows.rows_text import border_list, preview_figures, report_figures, text_line, time_legend
 from stitchmesh.app.pages.rows.rows_view import RowsView
 from stitchmesh.app.pages.rows.size_panel import SizePanel
 from stitchmesh.app.project.shaping import Point, Shaping
 from stitchmesh.app.scene.pointer import Pointer
 from stitchmesh.app.scene.scene import Pick, Stroke
+from stitchmesh.editing.undo_history import UndoHistory
 from stitchmesh.errors import ParameterError
 from stitchmesh.markup import Markup
 from stitchmesh.mesh import Mesh, StitchMesh
@@ -34,7 +37,6 @@ if TYPE_CHECKING:
 
 REACH = 0.008
 """Largest angle between a click and a border that it means [rad], about nine pixels."""
-BORDER, TIP, LINE, MOVE = "marks a border", "puts a tip", "draws a line", "moves the chosen point"
 MEANINGS = {
     BORDER: "Click a border: knitting begins there, ends there, rows end there, or it is automatic again.",
     TIP: "Click where a tip is: knitting ends there. Its role can be changed below.",
@@ -42,8 +44,6 @@ MEANINGS = {
     MOVE: "Click the place to which the chosen point of a tip or a line goes.",
 }
 """What a click means, and the hint for it."""
-ROWS, STITCHES = "rows", "stitches"
-"""What can be shown."""
 
 
 class RowsPage(Page):
@@ -55,33 +55,32 @@ class RowsPage(Page):
     def __init__(self, app: App) -> None:
         """Make the page."""
         super().__init__(app)
-        self._session = RowsSession(Shaping())
+        self._state = RowsState(UndoHistory(Shaping()))
         self._finder = RowsFinder(app.tasks, self._take_found)
-        self._meaning, self._shown = BORDER, ROWS
 
     def unavailable(self) -> str | None:
         """Say what is missing."""
         if self.app.project.mesh is not None:
             return None
         if self.app.project.fabric is not None:
-            return "The imported file holds stitches already. Go on with Edit."
-        return "There is no mesh yet. Open the page Project and import one, or choose an example."
+            return HAS_STITCHES
+        return NO_MESH
 
     def build(self) -> None:
         """Make the controls, and draw the mesh."""
         project = self.app.project
         kept = project.settings(self.name)
-        if kept.get("draft") != self._session.table:
-            self._session = RowsSession.of_settings(kept, project.shaping or Shaping())
-        self._session.on_change, self._session.on_choice = self._changed, self._show_all
+        if kept.get("draft") != self._state.table:
+            kept_state = RowsState.of_settings(kept, project.shaping or Shaping())
+            self._state = replace(kept_state, meaning=self._state.meaning, shown=self._state.shown)
         self._make_main_controls()
-        self._marks = MarkPanel(self._session, self.app.controls)
-        shaping = self._session.shaping
+        self._marks = MarkPanel(self._state, self.app.controls, self._take)
+        shaping = self._state.shaping
         self._gauge = GaugePanel(
             project, self.app.controls, shaping.stitch_width, shaping.stitch_height, self._take_size
         )  # fmt: skip
         with self.app.controls.group("How rows are found"):
-            self._sizes = SizePanel(self._session, self.app.controls)
+            self._sizes = SizePanel(shaping, self.app.controls, self._change)
         self._make_other_controls()
         self._drawn: Mesh | None = None
         self.refresh()
@@ -97,17 +96,19 @@ class RowsPage(Page):
             "Knit these rows", "Take these stitches into the project.", self._knit_rows, main=True
         )
         self._go_on = controls.button(
-            "Go on: edit the stitches", "The stitches are in the project. Open the page Edit.", self._edit, main=True
-        )
+            "Go on: edit the stitches", "The stitches are in the project. Open the page Edit.",
+            lambda: self.app.open_page("Edit"), main=True,
+        )  # fmt: skip
         self._stop = controls.button("Stop", "End the search for stitches.", self._finder.stop)
         self._again = controls.button("Find the rows", "Find the rows, now that nothing else runs.", self._find_rows)
         self._status = controls.html(Markup())
         self._choice = controls.choice(
-            "Show", "Whether the rows or the stitches are shown.", (ROWS, STITCHES), self._shown, self._show
-        )
+            "Show", "Whether the rows or the stitches are shown.", (ROWS, STITCHES), self._state.shown,
+            lambda shown: self._take(replace(self._state, shown=shown)),
+        )  # fmt: skip
         self._legend = controls.html(Markup())
         self._click = controls.choice(
-            "A click", "What a click on the mesh does.", tuple(MEANINGS), self._meaning, self._mean
+            "A click", "What a click on the mesh does.", tuple(MEANINGS), self._state.meaning, self._mean
         )
         self._click_hint = controls.html(Markup())
         self._finish = controls.button(
@@ -119,16 +120,16 @@ class RowsPage(Page):
 
     def _make_other_controls(self) -> None:
         """Make the controls that replace the mouse, and the keys."""
-        controls, session = self.app.controls, self._session
+        controls = self.app.controls
         with controls.group("Without the mouse", opened=False):
             self._borders_list = controls.html(Markup(), self._clicked_border)
-            self._place = controls.text("Place", "A place on the mesh, such as 3, 20.5, 8 [cm].", "", lambda _: None)
+            self._place = controls.text("Place", "A place on the mesh, such as 3, 20.5, 8 [cm].", "")
             controls.button("Act at this place", "Do there what a click does.", self._act_at_typed_place)
         for label, key, modifier, run in (
             ("Finish the line", "F", None, self._finish_line),
-            ("Undo the last change", "Z", "ctrl", session.undo),
-            ("Redo the change", "Y", "ctrl", session.redo),
-            ("Redo the change again", "Z", "ctrl+shift", session.redo),
+            ("Undo the last change", "Z", "ctrl", self._undo),
+            ("Redo the change", "Y", "ctrl", self._redo),
+            ("Redo the change again", "Z", "ctrl+shift", self._redo),
         ):
             controls.key(label, f"{label} of the marks and sizes.", key, modifier, run)
 
@@ -140,8 +141,8 @@ class RowsPage(Page):
         self._finder.take_mesh(mesh)
         if mesh is not self._drawn:
             self._take_mesh(mesh)
-        if not self._finder.knows(self._session.shaping) and self._finder.running is None:
-            self._finder.find_rows(self._session.shaping)
+        if not self._finder.knows(self._state.shaping) and self._finder.running is None:
+            self._finder.find_rows(self._state.shaping)
         self._show_all()
 
     def leave(self) -> None:
@@ -155,59 +156,61 @@ class RowsPage(Page):
             return
         place = self._pointer.place(pick)
         handle = self._view.handles.under(pick, None if place is None else place.depth)
-        if handle is not None and not self._aims:
-            self._session.choose(*handle)
-        elif self._meaning == BORDER:
+        if handle is not None and not self._state.aims:
+            self._take(self._state.choosing(*handle))
+        elif self._state.meaning == BORDER:
             side = side_near_ray(self._table, self._borders.sides, pick.ray_origin, pick.ray_direction, REACH)
             if side is not None:
                 self._next_role(self._borders.of_side(side))
         elif place is not None:
             self._act_at(as_point(place.point))
 
-    @property
-    def _aims(self) -> bool:
-        """Whether a click means a place, even where a point of a mark is."""
-        return bool(self._session.line) or (self._meaning == MOVE and self._session.chosen is not None)
-
     def stroked(self, stroke: Stroke) -> None:
         """Drag a point of a mark."""
-        self._drag.stroked(stroke)
+        self._drag.stroked(stroke, self._state)
 
     def _take_mesh(self, mesh: Mesh) -> None:
         """Prepare the drawing and the picking of a mesh."""
         self._drawn, self._table = mesh, picking_table(mesh)
         self._borders, self._pointer = MeshBorders(mesh), Pointer(mesh)
         self._view = RowsView(self.app.scene, self._borders, self._table)
-        self._drag = HandleDrag(self._session, self._view, self._pointer)
+        self._drag = HandleDrag(self._view, self._pointer, self._take)
 
-    def _changed(self) -> None:
-        """Save what was changed, show it, and find its rows."""
-        self.app.project.set_settings(self.name, {"draft": self._session.table})
-        self._shown = ROWS
-        self._find_rows()
+    def _take(self, state: RowsState) -> None:
+        """Take another state and show it; another shaping is saved, and its rows are found."""
+        changed = state.shaping != self._state.shaping
+        self._state = replace(state, shown=ROWS) if changed else state
+        if changed:
+            self.app.project.set_settings(self.name, {"draft": state.table})
+            self._finder.find_rows(state.shaping)
+        self._show_all()
+
+    def _change(self, what: str = "", **values: Any) -> None:
+        """Take other values of the shaping."""
+        self._take(self._state.with_sizes(what, **values))
 
     def _take_size(self, width: float, height: float | None, what: str) -> None:
-        self._session.change(what, stitch_width=width, stitch_height=height)
+        self._change(what, stitch_width=width, stitch_height=height)
 
     def _act_at(self, point: Point) -> None:
         """Do what a click at a place of the mesh means."""
-        session = self._session
-        if self._meaning == BORDER:
+        state = self._state
+        if state.meaning == BORDER:
             border = self._borders.nearest(point)
             if border is not None:
                 self._next_role(border)
-        elif self._meaning == TIP:
-            session.set_marks(with_tip(session.marks, point), len(session.marks))
-        elif self._meaning == LINE:
-            session.go_on(point)
+        elif state.meaning == TIP:
+            self._take(state.with_marks(with_tip(state.marks, point), len(state.marks)))
+        elif state.meaning == LINE:
+            self._take(state.with_line_point(point))
         else:
-            number, _ = session.chosen_mark()
-            session.set_marks(with_point(session.marks, number, session.point, point), number)
+            number, _ = state.chosen_mark()
+            self._take(state.with_marks(with_point(state.marks, number, state.point, point), number))
 
     def _next_role(self, border: int) -> None:
         """Give a border its next role, and choose its mark."""
-        marks = with_next_role(self._session.marks, self._borders, border)
-        self._session.set_marks(marks, self._borders.mark_of(marks, border))
+        marks = with_next_role(self._state.marks, self._borders, border)
+        self._take(self._state.with_marks(marks, self._borders.mark_of(marks, border)))
 
     def _clicked_border(self, action: str, value: str) -> None:
         if value.isdecimal() and int(value) < len(self._borders.loops):
@@ -224,37 +227,37 @@ class RowsPage(Page):
         return nearest
 
     def _finish_line(self) -> None:
-        self._session.finish_line()
+        self._take(self._state.with_finished_line())
+
+    def _undo(self) -> None:
+        self._take(self._state.undone())
+
+    def _redo(self) -> None:
+        self._take(self._state.redone())
 
     def _step(self, option: str) -> None:
-        {"Undo": self._session.undo, "Redo": self._session.redo}[option]()
+        {"Undo": self._undo, "Redo": self._redo}[option]()
 
     def _mean(self, meaning: str) -> None:
         """Take what a click means; a line that is begun is given up."""
-        self._meaning, self._session.line = meaning, ()
-        self._show_all()
-
-    def _show(self, shown: str) -> None:
-        self._shown = shown
-        self._show_all()
+        self._take(replace(self._state, meaning=meaning, line=()))
 
     def _find_rows(self) -> None:
-        self._finder.find_rows(self._session.shaping)
+        self._finder.find_rows(self._state.shaping)
         self._show_all()
 
     def _find_stitches(self) -> None:
-        self._finder.find_stitches(self._session.shaping)
+        self._finder.find_stitches(self._state.shaping)
         self._show_all()
 
     def _take_found(self, new_stitches: bool) -> None:
         """Show what was found, if the page is still open on its project."""
         if self.app.page is self and self.app.project.surface is self._finder.mesh:
-            self._shown = STITCHES if new_stitches else self._shown
-            self._show_all()
+            self._take(replace(self._state, shown=STITCHES) if new_stitches else self._state)
 
     def _knit_rows(self) -> None:
         """Take the stitches into the project."""
-        shaping = self._session.shaping
+        shaping = self._state.shaping
         shaped = self._finder.shaped(shaping)
         if shaped is None:
             raise ParameterError("knit: the marks have changed; find the stitches anew first")
@@ -263,12 +266,9 @@ class RowsPage(Page):
             self.app.notice(f"Other stitches need other edits and yarns. Removed: {', '.join(lost)}.")
         self.app.refresh()
 
-    def _edit(self) -> None:
-        self.app.open_page("Edit")
-
     def _fabric(self) -> StitchMesh | None:
         """The stitches of the present marks; None if there are none yet."""
-        project, shaping = self.app.project, self._session.shaping
+        project, shaping = self.app.project, self._state.shaping
         if project.shaping == shaping:
             return project.fabric
         shaped = self._finder.shaped(shaping)
@@ -276,25 +276,28 @@ class RowsPage(Page):
 
     def _show_all(self) -> None:
         """Show the buttons, the figures, the marks and the drawing."""
-        fabric, session = self._fabric(), self._session
-        knitted = fabric is not None and self.app.project.shaping == session.shaping
+        fabric = self._fabric()
+        if fabric is None:
+            self._state = replace(self._state, shown=ROWS)
+        state = self._state
+        knitted = fabric is not None and self.app.project.shaping == state.shaping
         self._go_on.visible, self._knit.visible = knitted, fabric is not None and not knitted
         self._find.visible = fabric is None
         self._choice.visible = fabric is not None
-        self._shown = self._choice.value = self._shown if fabric is not None else ROWS
-        self._finish.visible = bool(session.line)
+        self._choice.value = state.shown
+        self._finish.visible = bool(state.line)
         self._click_hint.content = text_line(self._words_of_click())
-        self._marks.show(self._borders, self._finder.found)
-        self._gauge.show(session.shaping.stitch_width, session.shaping.stitch_height)
-        self._sizes.show()
-        self._borders_list.content = border_list(self._borders, session.marks)
+        self._marks.show(state, self._borders, self._finder.found)
+        self._gauge.show(state.shaping.stitch_width, state.shaping.stitch_height)
+        self._sizes.show(state.shaping)
+        self._borders_list.content = border_list(self._borders, state.marks)
         self._show_status()
         self._draw(fabric)
 
     def _words_of_click(self) -> str:
-        points = len(self._session.line)
+        points = len(self._state.line)
         begun = f"The line has {points} point{'s' * (points != 1)}. " if points else ""
-        return begun + MEANINGS[LINE if points else self._meaning]
+        return begun + MEANINGS[LINE if points else self._state.meaning]
 
     def _show_status(self) -> None:
         """Show what runs, the figures, or why there are no rows."""
@@ -302,11 +305,11 @@ class RowsPage(Page):
         finds, blocked = finder.running == FINDING_STITCHES, finder.blocked_by is not None
         self._find.disabled = finds or blocked or bool(finder.error)
         self._stop.visible = finds
-        self._again.visible = finder.running is None and not blocked and not finder.knows(self._session.shaping)
+        self._again.visible = finder.running is None and not blocked and not finder.knows(self._state.shaping)
         self._status.content = self._status_html()
 
     def _status_html(self) -> Markup:
-        finder, shaping = self._finder, self._session.shaping
+        finder, shaping = self._finder, self._state.shaping
         if finder.blocked_by is not None:
             return text_line(f"The rows can be found when the program has ended {finder.blocked_by}.")
         if finder.running == FINDING_STITCHES:
@@ -320,8 +323,8 @@ class RowsPage(Page):
 
     def _draw(self, fabric: StitchMesh | None) -> None:
         """Draw the stitches, the rows, or the bare mesh, with the marks."""
-        session = self._session
-        if fabric is not None and self._shown == STITCHES:
+        state = self._state
+        if fabric is not None and state.shown == STITCHES:
             self._view.show_stitches(fabric)
             self._legend.content = legend(legend_of_stitches(fabric))
         elif self._finder.found is not None:
@@ -330,8 +333,7 @@ class RowsPage(Page):
         else:
             self._view.show_bare()
             self._legend.content = Markup()
-        chosen = None if session.chosen is None else (session.chosen, session.point)
-        self._view.show_marks(session.marks, chosen, session.line)
+        self._view.show_marks(state.marks, state.handle, state.line)
 
 
 def typed_point(text: str) -> Point:

@@ -4,9 +4,9 @@
 
 from __future__ import annotations
 
-from stitchmesh.app.controls.html_pieces import colour_bar, figures
+from stitchmesh.app.controls.html_pieces import PLAIN_TEXT, action_button, colour_bar, figures
 from stitchmesh.app.controls.legend import LegendEntry, legend
-from stitchmesh.app.pages.label_text import BUTTON, INK
+from stitchmesh.app.pages.label_text import BUTTON, INK, list_button
 from stitchmesh.app.pages.rows.found_rows import FoundRows
 from stitchmesh.app.pages.rows.mark_edits import Marks
 from stitchmesh.app.pages.rows.mesh_borders import MeshBorders
@@ -23,13 +23,11 @@ ROLE_WORDS = {
     "side": "rows end at this border", "plain": "no increases or decreases near here",
 }  # fmt: skip
 """What each role means."""
-PLAIN = "margin:0;font-size:.86em"
-"""Style of a line of text."""
 
 
 def text_line(text: str) -> Markup:
     """Return a line of text that a screen reader reads out when it changes."""
-    return markup('<p role="status" style="{}">{}</p>', PLAIN, text)
+    return markup('<p role="status" style="{}">{}</p>', PLAIN_TEXT, text)
 
 
 def preview_figures(found: FoundRows, shaping: Shaping) -> Markup:
@@ -78,14 +76,11 @@ def mark_list(marks: Marks, chosen: int | None, borders: MeshBorders) -> Markup:
 def _mark_item(number: int, mark: TimeMark, chosen: bool, borders: MeshBorders) -> Markup:
     words = f"{number}: {mark_words(mark, borders)}"
     colour = "rgb(232,140,20)" if chosen else "var(--mantine-color-default-border)"
+    narrow = f"{BUTTON} var(--mantine-color-default-border);width:2.2em;flex:none;text-align:center"
     return markup(
-        '<li style="display:flex;gap:4px;align-items:stretch">'
-        '<button type="button" data-action="choose" data-value="{}" aria-pressed="{}" '
-        'title="Choose this mark" style="{} {}">{}</button>'
-        '<button type="button" data-action="remove" data-value="{}" aria-label="Remove mark {}" '
-        'title="Remove this mark" style="{} var(--mantine-color-default-border);width:2.2em;flex:none;'
-        'text-align:center">✕</button></li>',
-        number, str(chosen).lower(), BUTTON, colour, words, number, number, BUTTON,
+        '<li style="display:flex;gap:4px;align-items:stretch">{}{}</li>',
+        list_button("choose", number, words, colour, hint="Choose this mark", pressed=chosen),
+        action_button("remove", number, "✕", name=f"Remove mark {number}", hint="Remove this mark", style=narrow),
     )
 
 
@@ -106,14 +101,9 @@ def border_list(borders: MeshBorders, marks: Marks) -> Markup:
     """Return a button for each border, which gives it the next role."""
     if not borders.loops:
         return text_line("The mesh has no border.")
-    heading = markup('<p style="{}">Give a border its next role:</p>', PLAIN)
+    heading = markup('<p style="{}">Give a border its next role:</p>', PLAIN_TEXT)
     buttons = joined(
-        markup(
-            '<button type="button" data-action="border" data-value="{}" '
-            'style="{} var(--mantine-color-default-border)">'
-            "{}: {}</button>",
-            number, BUTTON, borders.words(number), borders.role_of(marks, number),
-        )
+        list_button("border", number, f"{borders.words(number)}: {borders.role_of(marks, number)}")
         for number in range(len(borders.loops))
     )
     return heading + buttons

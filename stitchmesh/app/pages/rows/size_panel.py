@@ -4,10 +4,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from stitchmesh.app.controls.controls import Controls
 from stitchmesh.app.pages.increase_choice import WORDS, increase_choice
-from stitchmesh.app.pages.rows.rows_session import RowsSession
-from stitchmesh.app.project.shaping import Point
+from stitchmesh.app.project.shaping import Point, Shaping
 from stitchmesh.shaping.options import UP, Placement
 
 UPWARDS: dict[str, Point] = {
@@ -28,39 +29,37 @@ PLACEMENTS: dict[str, Placement] = {"spread over the row": "spread", "at seams a
 class SizePanel:
     """Controls of all that is neither a mark nor the size of a stitch."""
 
-    def __init__(self, session: RowsSession, controls: Controls) -> None:
-        """Make the controls."""
-        self._session = session
-        shaping = session.shaping
+    def __init__(self, shaping: Shaping, controls: Controls, change: Callable[..., object]) -> None:
+        """Make the controls; ``change`` takes values of the shaping by name, as ``RowsState.with_sizes`` does."""
+        self._change = change
         self._up = controls.choice(
-            "Knitted towards", "Direction in which the garment is knitted, where no mark says it.", self._directions(),
-            "+y", self._set_up,
+            "Knitted towards", "Direction in which the garment is knitted, where no mark says it.",
+            _directions(shaping), "+y", self._set_up,
         )  # fmt: skip
         self._multiple = controls.number(
             "Multiple of", "The stitches of each round are a multiple of this number, for a pattern that repeats.", 1,
-            lambda value: session.change("multiple", multiple=int(value)), least=1, most=1000, step=1,
+            lambda value: change("multiple", multiple=int(value)), least=1, most=1000, step=1,
         )  # fmt: skip
         self._short_rows = controls.toggle(
             "Short rows", "The yarn turns back and comes again where rows are far too high, as at a heel.",
-            shaping.short_rows, lambda value: session.change(short_rows=value),
+            shaping.short_rows, lambda value: change(short_rows=value),
         )  # fmt: skip
         self._most_shaping = controls.choice(
             "Increases in a row", "Largest part of the stitches of a row that are increases or decreases; rows that "
-            "would need more are stretched.", self._shaping_parts(), AS_ASKED, self._set_most_shaping,
+            "would need more are stretched.", _shaping_parts(shaping), AS_ASKED, self._set_most_shaping,
         )  # fmt: skip
         self._placement = controls.choice(
             "Shaping", "Increases and decreases are spread over the row, or stacked at the sides of a tube, at raglan "
             "lines and at both edges of flat rows, in a steady rhythm.", tuple(PLACEMENTS), next(iter(PLACEMENTS)),
-            lambda words: session.change(shaping=PLACEMENTS[words]),
+            lambda words: change(shaping=PLACEMENTS[words]),
         )  # fmt: skip
         self._increase = increase_choice(
-            controls, shaping.increase, lambda increase: session.change(increase=increase)
+            controls, shaping.increase, lambda increase: change(increase=increase)
         )  # fmt: skip
-        self.show()
+        self.show(shaping)
 
-    def show(self) -> None:
-        """Show the values of the session."""
-        shaping = self._session.shaping
+    def show(self, shaping: Shaping) -> None:
+        """Show the values of a shaping."""
         self._up.value = next((name for name, up in UPWARDS.items() if up == shaping.up), OTHER)
         self._multiple.value, self._short_rows.value = shaping.multiple, shaping.short_rows
         self._placement.value = next(words for words, where in PLACEMENTS.items() if where == shaping.shaping)
@@ -68,19 +67,21 @@ class SizePanel:
         parts = SHAPING_PARTS.items()
         self._most_shaping.value = next((name for name, part in parts if part == shaping.most_shaping), OTHER)
 
-    def _directions(self) -> tuple[str, ...]:
-        """The directions to choose from; one that a project has from elsewhere too."""
-        return tuple(UPWARDS) if self._session.shaping.up in UPWARDS.values() else (*UPWARDS, OTHER)
-
     def _set_up(self, name: str) -> None:
         if name in UPWARDS:
-            self._session.change(up=UPWARDS[name])
-
-    def _shaping_parts(self) -> tuple[str, ...]:
-        """The largest parts to choose from; one that a project has from elsewhere too."""
-        known = self._session.shaping.most_shaping in SHAPING_PARTS.values()
-        return tuple(SHAPING_PARTS) if known else (*SHAPING_PARTS, OTHER)
+            self._change(up=UPWARDS[name])
 
     def _set_most_shaping(self, name: str) -> None:
         if name in SHAPING_PARTS:
-            self._session.change(most_shaping=SHAPING_PARTS[name])
+            self._change(most_shaping=SHAPING_PARTS[name])
+
+
+def _directions(shaping: Shaping) -> tuple[str, ...]:
+    """The directions to choose from; one that a project has from elsewhere too."""
+    return tuple(UPWARDS) if shaping.up in UPWARDS.values() else (*UPWARDS, OTHER)
+
+
+def _shaping_parts(shaping: Shaping) -> tuple[str, ...]:
+    """The largest parts to choose from; one that a project has from elsewhere too."""
+    known = shaping.most_shaping in SHAPING_PARTS.values()
+    return tuple(SHAPING_PARTS) if known else (*SHAPING_PARTS, OTHER)

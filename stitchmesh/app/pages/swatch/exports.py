@@ -38,16 +38,19 @@ class ExportPanel:
     def __init__(self, app: App, shown: Callable[[], tuple[SwatchDesign, Frame | None, Look]]) -> None:
         """Make the controls; ``shown`` returns the edited design, its newest frame and the look."""
         self._app, self._shown = app, shown
-        self._format, self._pixels = next(iter(FORMATS)), 512
         controls = app.controls
         with controls.group("Download", opened=False):
             controls.button("Download the pattern (PDF)", "Picture, measures, yarn, chart and legend, to take home",
                             self.pattern)  # fmt: skip
-            controls.choice("Yarns as", "Format of the file of yarns; a piece has the repeats that are shown",
-                            tuple(FORMATS), self._format, self._set_format)  # fmt: skip
+            self._format = controls.choice(
+                "Yarns as", "Format of the file of yarns; a piece has the repeats that are shown", tuple(FORMATS),
+                next(iter(FORMATS)),
+            )  # fmt: skip
             controls.button("Download the yarns", "The yarns as they are now, for other programs", self.yarns)
-            controls.number("Width of the textures [pixels]", "The height follows from the shape of the repeat",
-                            self._pixels, self._set_pixels, least=16, most=4096, step=1)  # fmt: skip
+            self._pixels = controls.number(
+                "Width of the textures [pixels]", "The height follows from the shape of the repeat", 512, least=16,
+                most=4096, step=1,
+            )  # fmt: skip
             controls.button("Download the textures", "Colour, height, normals, opacity and direction of one repeat",
                             self.textures)  # fmt: skip
             controls.button("Download a picture", "The scene as it is seen now, 1600 x 1000 pixels", self.picture)
@@ -57,7 +60,7 @@ class ExportPanel:
         design, frame, look = self._shown()
         if frame is None:
             return self._app.notice("the yarns are not drawn yet; wait for the fabric", "warning")
-        suffix, tiled = FORMATS[self._format]
+        suffix, tiled = FORMATS[self._format.value]
         path = self._path(f"{file_stem(design)}.{suffix}")
         write_yarns(path, frame.yarns, tiles=(look.columns, look.rows) if tiled else None)
         self._app.download(path.name, path.read_bytes())
@@ -79,7 +82,7 @@ class ExportPanel:
         design, frame, _look = self._shown()
         if frame is None:
             return self._app.notice("the yarns are not drawn yet; wait for the fabric", "warning")
-        yarns, pixels, name = frame.yarns, self._pixels, f"{file_stem(design)}-textures.zip"
+        yarns, pixels, name = frame.yarns, int(self._pixels.value), f"{file_stem(design)}-textures.zip"
         client = self._app.front.acting_client
         self._app.notice(f"textures of {pixels} pixels are being made")
         self._app.tasks.start(
@@ -96,12 +99,6 @@ class ExportPanel:
         path = self._path(f"{file_stem(self._shown()[0])}-{name}-{curve.direction}.csv")
         write_stretch(path, curve)
         self._app.download(path.name, path.read_bytes())
-
-    def _set_format(self, name: str) -> None:
-        self._format = name
-
-    def _set_pixels(self, pixels: float) -> None:
-        self._pixels = int(pixels)
 
     def _path(self, name: str) -> Path:
         return self._app.project.folder / FOLDER / name

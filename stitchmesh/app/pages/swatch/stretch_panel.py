@@ -63,16 +63,19 @@ class StretchPanel:
             exported: called with the name of a variant and its curve when the user asks for the tables.
         """
         self._app, self._designs, self._exported = app, designs, exported
-        self._direction, self._strain = next(iter(DIRECTIONS)), 40.0
         self._curves: list[tuple[str, StretchCurve]] = []
         self._task: Task[Any] | None = None
         self._left = False
         controls = app.controls
         with controls.group("Stretch test", opened=False):
-            controls.choice("Direction", "Direction in which the fabric is pulled; it is free across",
-                            tuple(DIRECTIONS), self._direction, self._set_direction)  # fmt: skip
-            controls.number("Strain [%]", "Largest strain; the test begins at the free fabric", self._strain,
-                            self._set_strain, least=1.0, most=300.0, step=1.0)  # fmt: skip
+            self._direction = controls.choice(
+                "Direction", "Direction in which the fabric is pulled; it is free across", tuple(DIRECTIONS),
+                next(iter(DIRECTIONS)),
+            )  # fmt: skip
+            self._strain = controls.number(
+                "Strain [%]", "Largest strain; the test begins at the free fabric", 40.0, least=1.0, most=300.0,
+                step=1.0,
+            )  # fmt: skip
             self._run = controls.button("Run the stretch test", "Relax the fabric at growing strains; it takes a while",
                                         self.run)  # fmt: skip
             self._stop = controls.button("Stop the test", "End the test; its points stay in the plot", app.tasks.cancel)
@@ -86,8 +89,8 @@ class StretchPanel:
 
     def run(self) -> None:
         """Start the test of all variants."""
-        designs, direction = list(self._designs()), DIRECTIONS[self._direction]
-        strain = (0.0, self._strain / 100.0)
+        designs, direction = list(self._designs()), DIRECTIONS[self._direction.value]
+        strain = (0.0, self._strain.value / 100.0)
         self._task = self._app.tasks.start(
             "the stretch test", lambda control: _test(designs, direction, strain, control), self._done, self._failed
         )
@@ -100,12 +103,6 @@ class StretchPanel:
         self._left = True
         if self._task is not None and self._task is self._app.tasks.current:
             self._app.tasks.cancel()
-
-    def _set_direction(self, name: str) -> None:
-        self._direction = name
-
-    def _set_strain(self, percent: float) -> None:
-        self._strain = percent
 
     def _done(self, curves: list[tuple[str, StretchCurve]]) -> None:
         if self._left:

@@ -1,15 +1,17 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The output folder of a job that runs, was stopped or has finished."""
+"""The output folder of a job that runs, was stopped or has finished: its files, its newest state, and a watch of it."""
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from stitchmesh.app.pages.view.viewed import Viewed, read_viewed
-from stitchmesh.errors import FileError, ParameterError
+from stitchmesh.errors import FileError, ParameterError, StitchMeshError
 from stitchmesh.io.checkpoint_file import previous_path
 from stitchmesh.io.history import read_history
 from stitchmesh.io.path_kind import is_folder
@@ -43,6 +45,8 @@ class JobFiles:
 
 STATES = ("stitches.h5", "yarns.h5", "convergence.csv", "report.json", SCENE_FILE, FRAMES)
 """Files of a job that are looked at; the folder of the frames changes with each frame."""
+EVERY_SECONDS = 1.0
+"""Time between two looks at the folder."""
 WAITING = "Waiting for the first result: the folder holds no stitches.h5, no yarns.h5 and no frames yet."
 
 
@@ -94,6 +98,32 @@ def read_job(files: JobFiles, earlier: tuple[JobFiles, Viewed] | None = None) ->
     if files.status is not None:
         return Viewed(folder.name, text=WAITING, job=files.status)
     raise FileError(f"{folder}: holds no stitches.h5 and no yarns.h5 yet; wait until the job has written them")
+
+
+class FolderWatch:
+    """A thread that looks at a folder until it is stopped."""
+
+    def __init__(self, folder: Path, changed: Callable[[JobFiles], object], every: float = EVERY_SECONDS) -> None:
+        """Start; ``changed`` is called in the thread of the watch, with the files after each change."""
+        self.folder = folder
+        self._changed, self._every = changed, every
+        self._stopped = threading.Event()
+        self._seen = job_files(folder)
+        threading.Thread(target=self._run, name=f"watching {folder}", daemon=True).start()
+
+    def stop(self) -> None:
+        """End the thread."""
+        self._stopped.set()
+
+    def _run(self) -> None:
+        while not self._stopped.wait(self._every):
+            try:
+                files = job_files(self.folder)
+            except StitchMeshError:
+                continue  # The folder may come back, for example on a disk of another computer.
+            if files != self._seen and not self._stopped.is_set():
+                self._seen = files
+                self._changed(files)
 
 
 def _status(folder: Path) -> JobStatus | None:

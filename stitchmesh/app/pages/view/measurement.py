@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from stitchmesh.app.pages.view.thing_view import Place
@@ -18,20 +20,16 @@ LINE, LABEL = "measured line", "measured length"
 LINE_COLOUR = (224, 138, 30)
 
 
+@dataclass(frozen=True, eq=False)
 class Measurement:
     """Two places; a third click begins again."""
 
-    def __init__(self) -> None:
-        """Start without places."""
-        self.places: list[Place] = []
+    places: tuple[Place, ...] = ()
+    """The places that were clicked, at most two."""
 
-    def take(self, place: Place) -> None:
-        """Add a place."""
-        self.places = [place] if len(self.places) == 2 else [*self.places, place]
-
-    def clear(self) -> None:
-        """Forget the places."""
-        self.places = []
+    def with_place(self, place: Place) -> Measurement:
+        """Return the measurement after a click."""
+        return Measurement((place,) if len(self.places) == 2 else (*self.places, place))
 
     def text(self, thing: Thing | None) -> str:
         """Return what was measured, or what to do next."""

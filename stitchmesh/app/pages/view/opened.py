@@ -7,8 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from stitchmesh.app.pages.view.folder_watch import FolderWatch
-from stitchmesh.app.pages.view.job_folder import WAITING, JobFiles, job_files, read_job
+from stitchmesh.app.pages.view.job_folder import WAITING, FolderWatch, JobFiles, job_files, read_job
 from stitchmesh.app.pages.view.viewed import Viewed, read_viewed
 from stitchmesh.errors import FileError
 from stitchmesh.io.path_kind import is_folder, is_there

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,23 +17,20 @@ from stitchmesh.app.pages.page import Page
 from stitchmesh.app.pages.view.clip_box import SIDES, Box, box_of_shares
 from stitchmesh.app.pages.view.draped_view import DrapedView
 from stitchmesh.app.pages.view.frame_panel import FramePanel
-from stitchmesh.app.pages.view.job_progress import job_html
 from stitchmesh.app.pages.view.measurement import Measurement
 from stitchmesh.app.pages.view.opened import Opened, read_upload
-from stitchmesh.app.pages.view.picture_panel import PicturePanel
-from stitchmesh.app.pages.view.pieces import FRAMES, legend_of, list_of_results, shown_in_panel, status_line
-from stitchmesh.app.pages.view.residual_plot import residual_figure
-from stitchmesh.app.pages.view.run_figures import report_html
-from stitchmesh.app.pages.view.settings import (
-    DEFAULTS,
-    DRAPED_COLOURS,
-    FACE_COLOURS,
-    ONE_COLOUR,
-    YARN_COLOURS,
-    checked_settings,
-    colour_word,
-)
+from stitchmesh.app.pages.view.state import DRAPED_COLOURS, FACE_COLOURS, ONE_COLOUR, YARN_COLOURS, ViewState
 from stitchmesh.app.pages.view.thing_view import MeshView, Place, ThingView, YarnView
+from stitchmesh.app.pages.view.view_html import (
+    FRAMES,
+    job_html,
+    legend_of,
+    list_of_results,
+    report_html,
+    residual_figure,
+    shown_in_panel,
+    status_line,
+)
 from stitchmesh.app.pages.view.viewed import SUFFIXES, Thing, Viewed, project_results
 from stitchmesh.app.scene.drawing import Surface
 from stitchmesh.app.scene.scene import Pick, ViewName
@@ -52,6 +49,8 @@ if TYPE_CHECKING:
 OPENED = "Opened file"
 """Entry of the list for a file or a folder that was opened."""
 VIEWS: tuple[ViewName, ...] = ("front", "back", "left", "right", "top")
+LARGEST_PICTURE = 4096
+"""Largest side of a saved picture [pixels]."""
 MOST_STITCHES = 99_999_999
 """Largest number of a stitch that can be typed."""
 COLOURING = "finding the colours"
@@ -71,14 +70,11 @@ class ViewPage(Page):
     def __init__(self, app: App) -> None:
         """Make the page; what was opened last is opened again."""
         super().__init__(app)
+        self._state = ViewState.of_table(app.project.settings(self.name))
         self._viewed: Viewed | None = None
         self._view: ThingView | None = None
         self._coloured: Coloured | None = None
         self._opened = Opened(app.post, self._job_changed)
-        self._body: Mesh | None = None
-        self._measurement = Measurement()
-        self._shares: dict[str, float] = {}
-        self._settings = checked_settings({**DEFAULTS, **app.project.settings(self.name)})
 
     def build(self) -> None:
         """Make the controls, and draw."""
@@ -86,9 +82,9 @@ class ViewPage(Page):
         self._make_colours()
         self._make_tools()
         self._attempt(self._opened.follow_again)
-        if self._settings["path"] and self._opened.viewed is None:
-            shown = self._settings["show"] or OPENED
-            self._attempt(lambda: self.open_path(self._settings["path"]))
+        if self._state.path and self._opened.viewed is None:
+            shown = self._state.show or OPENED
+            self._attempt(lambda: self.open_path(self._state.path))
             self._keep(show=shown)
         self._look_again = True
         self.refresh()
@@ -96,7 +92,7 @@ class ViewPage(Page):
     def refresh(self) -> None:
         """Show the newest state of what is chosen."""
         found = self._sources()
-        chosen = self._settings["show"] if self._settings["show"] in found else next(iter(found), "")
+        chosen = self._state.show if self._state.show in found else next(iter(found), "")
         self._list.content = list_of_results(tuple(found), chosen)
         self._show(found.get(chosen))
 
@@ -112,8 +108,7 @@ class ViewPage(Page):
         if place is None:
             return
         if self._measures.value:
-            self._measurement.take(place)
-            self._draw_measurement()
+            self._measure_between(self._state.measurement.with_place(place))
         else:
             self._say(place.text)
 
@@ -147,7 +142,7 @@ class ViewPage(Page):
             controls.upload("Open a file", "Open a file that StitchMesh wrote, or any mesh.", SUFFIXES, self._uploaded)
             self._path = controls.text(
                 "Path", "A file, or the output folder of a job that runs, on the computer of StitchMesh.",
-                self._settings["path"], lambda _: None,
+                self._state.path,
             )  # fmt: skip
             controls.button("Open path", "Open the file, or follow the job in the folder.", self._open_typed)
             controls.upload(
@@ -158,28 +153,28 @@ class ViewPage(Page):
         self._picture = controls.html(Markup())
 
     def _make_colours(self) -> None:
-        controls, kept = self.app.controls, self._settings
+        controls, state = self.app.controls, self._state
         self._yarn_colour = controls.choice(
-            "Colour by", "What decides the colours of the yarns.", tuple(YARN_COLOURS), kept["yarn colour"],
-            lambda word: self._recolour("yarn colour", word),
+            "Colour by", "What decides the colours of the yarns.", tuple(YARN_COLOURS), state.yarn_colour,
+            lambda word: self._recolour(yarn_colour=word),
         )  # fmt: skip
         self._face_colour = controls.choice(
-            "Colour faces by", "What decides the colours of the faces.", tuple(FACE_COLOURS), kept["face colour"],
-            lambda word: self._recolour("face colour", word),
+            "Colour faces by", "What decides the colours of the faces.", tuple(FACE_COLOURS), state.face_colour,
+            lambda word: self._recolour(face_colour=word),
         )  # fmt: skip
         self._run_colour = controls.choice(
             "Colour the run by", "What decides the colours of yarns and triangles.", tuple(DRAPED_COLOURS),
-            kept["run colour"], lambda word: self._recolour("run colour", word),
+            state.run_colour, lambda word: self._recolour(run_colour=word),
         )  # fmt: skip
         self._one_colour = controls.colour(
-            "Colour", "The colour of everything.", kept["one colour"], lambda word: self._recolour("one colour", word)
+            "Colour", "The colour of everything.", state.one_colour, lambda word: self._recolour(one_colour=word)
         )
         self._frame_panel = FramePanel(controls, self._frame_chosen)
         self._legend = controls.html(Markup())
         self._status = controls.html(Markup())
 
     def _make_tools(self) -> None:
-        controls = self.app.controls
+        controls, state = self.app.controls, self._state
         controls.buttons("Side", "The side from which the camera looks.", [v.capitalize() for v in VIEWS], self._turn)
         self._measures = controls.toggle(
             "Measure", "Click two places: their distance, and the length of yarn between them.", False, self._measure
@@ -188,18 +183,25 @@ class ViewPage(Page):
             self._clips = controls.toggle("Clip", "Show only what lies in a box.", False, lambda _: self._draw())
             for side, (_, far) in SIDES.items():
                 controls.slider(
-                    side, f"Where the box ends at this side ({side.lower()}), in percent.", self._shares.get(side, far),
+                    side, f"Where the box ends at this side ({side.lower()}), in percent.", state.shares.get(side, far),
                     self._share_of(side), least=0.0, most=100.0, step=1.0,
                 )  # fmt: skip
         with controls.group("Without the mouse", opened=False):
             self._numbers = [
-                controls.number(label, hint, 0, _nothing, least=0, most=MOST_STITCHES, step=1)
+                controls.number(label, hint, 0, least=0, most=MOST_STITCHES, step=1)
                 for label, hint in (("Stitch", "Number of a stitch, or of a face of a mesh."),
                                     ("Other stitch", "Number of the stitch up to which is measured."))
             ]  # fmt: skip
             controls.button("Describe", "Say what the stitch is.", self._describe_stitch)
             controls.button("Measure between them", "Measure from one stitch to the other.", self._measure_stitches)
-        PicturePanel(self.app)
+        with controls.group("Picture", opened=False):
+            self._picture_size = [
+                controls.number(
+                    label, f"{label} of the picture [pixels].", start, least=64, most=LARGEST_PICTURE, step=1
+                )
+                for label, start in (("Width", 1600), ("Height", 1000))
+            ]  # fmt: skip
+            controls.button("Save picture", "Save what the scene shows as a PNG file.", self._save_picture)
         controls.toggle("Frame rate", "Show how fluently this browser draws.", False, self._show_frames)
         self._frames = controls.html(FRAMES)
         self._frames.visible = False
@@ -226,7 +228,7 @@ class ViewPage(Page):
             if self._coloured is not None and len(self._coloured.points) != self._view.coloured_count:
                 self._coloured = None
             if not isinstance(viewed.thing, YarnSet):
-                self._measurement.clear()
+                self._state = replace(self._state, measurement=Measurement())
         self._show_controls()
         self._describe()
         self._colour()
@@ -288,7 +290,7 @@ class ViewPage(Page):
         if self._view is None or self._viewed is None:
             self._legend.content = Markup()
             return
-        view, word, fabric, body = self._view, self._colour_word(), self._viewed.fabric, self._body
+        view, word, fabric, body = self._view, self._colour_word(), self._viewed.fabric, self._state.body
         if not view.is_slow(word):
             self._attempt(lambda: self._take_colours(view, view.coloured(word, fabric, body)))
             return
@@ -333,7 +335,7 @@ class ViewPage(Page):
 
     def _draw_body(self) -> None:
         """Draw the body while distances from it are shown."""
-        body = self._body
+        body = self._state.body
         if body is None or self._colour_word() != "body-distance":
             self.app.scene.remove(BODY)
             return
@@ -346,14 +348,13 @@ class ViewPage(Page):
         return self._view.coloured(ONE_COLOUR, None, None).points
 
     def _colour_word(self) -> str:
-        return colour_word(self._settings, None if self._viewed is None else self._viewed.thing)
+        return self._state.colour_word(None if self._viewed is None else self._viewed.thing)
 
     # ---- what the user does ------------------------------------------------------------------------------------------
 
     def _chosen(self, name: str) -> None:
-        self._keep(show=name)
+        self._keep(show=name, measurement=Measurement())
         self._look_again = True
-        self._measurement.clear()
         self.refresh()
 
     def _open_typed(self) -> None:
@@ -372,7 +373,7 @@ class ViewPage(Page):
         thing = read_upload(name, content).thing
         if not isinstance(thing, Mesh):
             raise ParameterError(f"{name}: holds no mesh; expected the mesh of a body")
-        self._body = thing
+        self._state = replace(self._state, body=thing)
         self._colour()
 
     def _job_changed(self) -> None:
@@ -386,8 +387,8 @@ class ViewPage(Page):
         else:
             self.refresh()
 
-    def _recolour(self, setting: str, word: str) -> None:
-        self._keep(**{setting: word})
+    def _recolour(self, **words: str) -> None:
+        self._keep(**words)
         self._show_controls()
         self._colour()
 
@@ -396,26 +397,31 @@ class ViewPage(Page):
         if self._view is not None:
             self.app.scene.look_at(*self._view.bounds(), view)
 
+    def _save_picture(self) -> None:
+        width, height = (int(control.value) for control in self._picture_size)
+        self.app.download("view.png", self.app.scene.screenshot(width, height))
+
     def _measure(self, on: bool) -> None:
-        self._measurement.clear()
-        self._draw_measurement()
+        self._measure_between(Measurement())
         if not on:
             self._say("")
 
+    def _measure_between(self, measurement: Measurement) -> None:
+        self._state = replace(self._state, measurement=measurement)
+        self._draw_measurement()
+
     def _draw_measurement(self) -> None:
-        self._measurement.draw(self.app.scene)
+        self._state.measurement.draw(self.app.scene)
         if self._measures.value:
-            self._say(self._measurement.text(None if self._viewed is None else self._viewed.thing))
+            self._say(self._state.measurement.text(None if self._viewed is None else self._viewed.thing))
 
     def _describe_stitch(self) -> None:
         self._say(self._stitch(int(self._numbers[0].value)).text)
 
     def _measure_stitches(self) -> None:
-        self._measurement.clear()
-        for control in self._numbers:
-            self._measurement.take(self._stitch(int(control.value)))
+        first, second = (self._stitch(int(control.value)) for control in self._numbers)
         self._measures.value = True
-        self._draw_measurement()
+        self._measure_between(Measurement((first, second)))
 
     def _stitch(self, number: int) -> Place:
         place = None
@@ -427,7 +433,7 @@ class ViewPage(Page):
 
     def _share_of(self, side: str) -> Callable[[float], None]:
         def changed(share: float) -> None:
-            self._shares[side] = share
+            self._state = replace(self._state, shares={**self._state.shares, side: share})
             if self._clips.value:
                 self.app.queue.post_newest((id(self), "clip"), self._draw)
 
@@ -436,7 +442,7 @@ class ViewPage(Page):
     def _box(self) -> Box | None:
         if not self._clips.value or self._view is None:
             return None
-        return box_of_shares(*self._view.bounds(), self._shares)
+        return box_of_shares(*self._view.bounds(), self._state.shares)
 
     def _show_frames(self, on: bool) -> None:
         self._frames.visible = on
@@ -450,10 +456,7 @@ class ViewPage(Page):
         except StitchMeshError as error:
             self.app.report(error)
 
-    def _keep(self, **values: str) -> None:
-        self._settings |= {name.replace("_", " "): value for name, value in values.items()}
-        self.app.project.set_settings(self.name, self._settings)
-
-
-def _nothing(value: float) -> None:
-    """Do nothing; the value is read when it is needed."""
+    def _keep(self, **values: Any) -> None:
+        """Take another state, in the project too."""
+        self._state = replace(self._state, **values)
+        self.app.project.set_settings(self.name, self._state.table)

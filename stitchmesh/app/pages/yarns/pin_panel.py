@@ -42,7 +42,7 @@ class PinPanel:
         controls = app.controls
         with controls.group("Pins", opened=False):
             self._text = controls.html(Markup())
-            self._by_click = controls.toggle("Pin by clicking", HINT, False, lambda pinning: None)
+            self._by_click = controls.toggle("Pin by clicking", HINT, False)
             self._remove = controls.button("Remove all pins", "No stitch is held", lambda: self._set([]))
         self._show()
 

@@ -12,11 +12,11 @@ import pytest
 from stitchmesh.app.pages.drape import page as drape_page
 from stitchmesh.app.pages.drape.kept_history import name_of, read_history, write_history
 from stitchmesh.app.pages.drape.page import CONTINUE, RUN, RUN_AGAIN
-from stitchmesh.app.pages.drape.scene_history import SceneHistory
 from stitchmesh.app.pages.view import draped_sketch
 from stitchmesh.app.pages.view.draped_sketch import DrapedSketch, SketchLines
 from stitchmesh.cli.main import main
 from stitchmesh.compute.device import alone
+from stitchmesh.editing.undo_history import UndoHistory
 from stitchmesh.mixed.drape import drape
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene_fabric import prepare
@@ -144,13 +144,13 @@ def test_a_project_comes_back_with_its_scene_its_result_and_its_history(swinging
 
 def test_a_damaged_history_is_forgotten_and_one_of_another_scene_is_not_redone(tmp_path):
     other = replace(SWINGING, duration=0.03)
-    history = SceneHistory(SWINGING).changed(other).changed(replace(SWINGING, duration=0.04)).undone()
+    history = UndoHistory(SWINGING).do(other).do(replace(SWINGING, duration=0.04)).undo("none")
     write_history(tmp_path, history)
     assert read_history(tmp_path, other) == history
     by_hand = replace(SWINGING, duration=0.05)
-    assert read_history(tmp_path, by_hand) == SceneHistory(by_hand, (SWINGING,))
+    assert read_history(tmp_path, by_hand) == UndoHistory(by_hand, (SWINGING,))
     (tmp_path / name_of(SWINGING)).write_text("[cloth]\n")
-    assert read_history(tmp_path, other) == SceneHistory(other)
+    assert read_history(tmp_path, other) == UndoHistory(other)
 
 
 def test_the_scene_does_not_change_while_it_runs(swinging):

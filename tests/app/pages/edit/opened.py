@@ -45,7 +45,7 @@ class OpenedEdit(Headless):
     @property
     def selected(self) -> list[int]:
         """The selected faces."""
-        return self.page.session.selection.faces.tolist()
+        return self.page.session.state.selection.faces.tolist()
 
     def click_stitch(self, face: int, modifier: Modifier = "") -> None:
         """Click at the middle of a face, from outside."""

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from stitchmesh.app.pages.view.draped_view import DrapedView
-from stitchmesh.app.pages.view.settings import DRAPED_COLOURS
+from stitchmesh.app.pages.view.state import DRAPED_COLOURS
 from stitchmesh.app.scene.drawing import Surface, YarnTubes
 from stitchmesh.mixed.drape import Draped, drape
 from stitchmesh.mixed.enrichment.region import YARNS

@@ -18,8 +18,7 @@ import pytest
 
 from stitchmesh.app.application import App
 from stitchmesh.app.front import NullFront
-from stitchmesh.app.pages.view.folder_watch import FolderWatch
-from stitchmesh.app.pages.view.job_folder import job_files
+from stitchmesh.app.pages.view.job_folder import FolderWatch, job_files
 from stitchmesh.app.project.project import Project
 from stitchmesh.app.scene.drawing import Colours, Surface, YarnTubes
 from stitchmesh.errors import ParameterError
@@ -467,7 +466,7 @@ def test_settings_that_nobody_knows_are_those_at_first(tmp_path):
     with headless(tmp_path, None, "Label") as page:
         page.project.set_settings("View", {"yarn colour": "tartan", "path": 7, "more": True})
         page.app.open_page("View")
-        assert page.app.page._settings["yarn colour"] == "Rows" and page.app.page._settings["path"] == ""
+        assert page.app.page._state.yarn_colour == "Rows" and page.app.page._state.path == ""
 
 
 def test_every_control_has_a_hint(view):

@@ -1,0 +1,88 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the user has chosen on the page; the project keeps what is shown, and the colours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from stitchmesh.app.pages.view.measurement import Measurement
+from stitchmesh.app.pages.view.viewed import Thing
+from stitchmesh.mesh import Mesh, StitchMesh
+from stitchmesh.mixed.drape import Draped
+from stitchmesh.yarn import YarnSet
+
+YARN_COLOURS = {
+    "Colours of the yarns": "yarn", "Rows": "row", "Stitch types": "stitch", "Strain of the yarn": "strain",
+    "Stretch of the stitches": "stretch", "Contact force": "contact", "Distance between yarns": "distance",
+    "Distance from a body": "body-distance", "One colour": "",
+}  # fmt: skip
+"""Colours of yarns in the words of the page, and the words of ``colour_yarns``."""
+FACE_COLOURS = {
+    "Stitch types": "stitch", "Rows": "row", "Colours of the yarns": "yarn", "Stretch of the stitches": "stretch",
+    "One colour": "",
+}  # fmt: skip
+"""Colours of faces in the words of the page, and the words of ``colour_faces``."""
+DRAPED_COLOURS = {
+    "Colours of the yarns": "yarn", "Alpha": "alpha", "Tension of the cloth": "cloth-tension",
+    "Tension of the yarns": "yarn-tension", "One colour": "",
+}  # fmt: skip
+"""Colours of a run of mixed yarns and triangles in the words of the page, and the words of ``DrapedView``."""
+ONE_COLOUR = "#c9b89a"
+"""The one colour at first."""
+KEPT: Mapping[str, Mapping[str, str] | None] = {
+    "show": None, "path": None, "yarn colour": YARN_COLOURS, "face colour": FACE_COLOURS, "run colour": DRAPED_COLOURS,
+    "one colour": None,
+}  # fmt: skip
+"""What the project keeps, by its name there, with the words that it can be; None for any text."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewState:
+    """What is shown, and how."""
+
+    show: str = ""
+    """Name of what is shown, as in the list."""
+    path: str = ""
+    """Path of the file or the folder that was opened last."""
+    yarn_colour: str = "Rows"
+    """What decides the colours of yarns, a word of ``YARN_COLOURS``."""
+    face_colour: str = "Stitch types"
+    """What decides the colours of faces, a word of ``FACE_COLOURS``."""
+    run_colour: str = "Colours of the yarns"
+    """What decides the colours of a run, a word of ``DRAPED_COLOURS``."""
+    one_colour: str = ONE_COLOUR
+    """The one colour of everything."""
+    body: Mesh | None = None
+    """The body from which distances are measured."""
+    shares: Mapping[str, float] = field(default_factory=dict)
+    """Place of each side of the clip box that was moved [% of the thing]."""
+    measurement: Measurement = field(default_factory=Measurement)
+    """The places between which is measured."""
+
+    @classmethod
+    def of_table(cls, table: Mapping[str, Any]) -> ViewState:
+        """Return the state that a project keeps; a word that the page does not know is left out."""
+        known = {
+            name: table[name]
+            for name, words in KEPT.items()
+            if isinstance(table.get(name), str) and (words is None or table[name] in words)
+        }
+        return cls(**{name.replace(" ", "_"): value for name, value in known.items()})
+
+    @property
+    def table(self) -> dict[str, str]:
+        """What a project keeps."""
+        return {name: getattr(self, name.replace(" ", "_")) for name in KEPT}
+
+    def colour_word(self, thing: Thing | None) -> str:
+        """Return what decides the colours of a thing, as a word of the library, or one colour."""
+        if isinstance(thing, YarnSet):
+            return YARN_COLOURS[self.yarn_colour] or self.one_colour
+        if isinstance(thing, Draped):
+            return DRAPED_COLOURS[self.run_colour] or self.one_colour
+        if isinstance(thing, StitchMesh):
+            return FACE_COLOURS[self.face_colour] or self.one_colour
+        return self.one_colour
