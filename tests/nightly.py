@@ -1,0 +1,16 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Cases of a test that repeat what its other cases prove, and that only ``make test-nightly`` runs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+
+def at_night(*cases: Any) -> list[Any]:
+    """Mark cases of ``parametrize`` as ``nightly``; a tuple holds the values of several parameters."""
+    return [
+        pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=pytest.mark.nightly) for case in cases
+    ]
