@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable
 from typing import Any
 
 import pytest
@@ -14,3 +15,8 @@ def at_night(*cases: Any) -> list[Any]:
     return [
         pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=pytest.mark.nightly) for case in cases
     ]
+
+
+def mostly_at_night(cases: Iterable[Any], *, by_day: Collection[Any]) -> list[Any]:
+    """Mark all but the cases of ``by_day`` as ``nightly``."""
+    return [case if case in by_day else at_night(case)[0] for case in cases]
