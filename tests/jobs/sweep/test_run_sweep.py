@@ -124,6 +124,7 @@ def assert_same_results(first, second):
         assert np.array_equal(sm.read_yarns(first / name).points, sm.read_yarns(second / name).points)
 
 
+@pytest.mark.nightly
 def test_a_garment_goes_on_elsewhere_when_its_worker_is_killed_and_all_results_are_those_of_a_serial_run(
     serial, cluster, tmp_path
 ):
@@ -219,6 +220,7 @@ def test_jobs_of_which_workers_die_are_rows_with_an_error_and_the_jobs_beside_th
     assert run_sweep(sweep, target, workers=0).kept == 4
 
 
+@pytest.mark.nightly
 def test_a_killed_client_is_followed_by_one_that_does_what_is_left(quick, tmp_path):
     target, gammas = tmp_path / "sweep", harmless(40)
     target.mkdir()
@@ -239,6 +241,7 @@ def test_a_killed_client_is_followed_by_one_that_does_what_is_left(quick, tmp_pa
     assert set(begun(target).values()) == {1}
 
 
+@pytest.mark.nightly
 def test_a_scheduler_that_is_killed_and_started_again_gets_what_is_left(quick, tmp_path):
     target, gammas = tmp_path / "sweep", harmless(60)
     with started(quick_sweep(gammas), target, quick.address) as ended:
