@@ -191,6 +191,7 @@ def test_the_processes_of_a_sweep_speak_to_nobody_without_its_certificate():
     assert set(secrets.values()) == {False}
 
 
+@pytest.mark.nightly
 def test_a_standing_scheduler_with_certificates_is_reached_by_those_of_the_configuration(tmp_path, caplog):
     settings = certificates(tmp_path)
     cluster = Cluster(tmp_path, preload=QUICK, settings=settings)
@@ -271,6 +272,7 @@ def test_a_sweep_without_workers_says_so_until_it_is_stopped(cluster, tmp_path):
     assert "0 of 1 jobs; no worker yet" in notes
 
 
+@pytest.mark.nightly
 def test_a_full_disk_ends_a_sweep_in_one_line_and_the_next_run_does_what_is_left(quick, tmp_path):
     target, sweep = tmp_path / "sweep", quick_sweep([2.0, 2.5, FILLS, 3.0])
     target.mkdir()
@@ -316,6 +318,7 @@ def test_a_wish_to_stop_ends_a_sweep_between_two_tasks(tmp_path):
     assert json.loads((tmp_path / "status.json").read_text())["state"] == "stopped"
 
 
+@pytest.mark.nightly
 def test_a_wish_to_stop_ends_a_sweep_whose_tasks_end_all_the_time(quick, tmp_path):
     stop = StopRequest()
 
