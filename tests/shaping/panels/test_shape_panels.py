@@ -107,6 +107,7 @@ def test_a_bag_is_knitted_in_rounds_and_grafted_below(tmp_path):
     assert report.mean_angle < 1.0 and report.largest_angle < 5.0
 
 
+@pytest.mark.nightly
 def test_yarns_of_a_relaxed_bag_hold_each_other(tmp_path):
     shaped = knit_panels(bag().read(tmp_path), stitch_width=WIDTH)
     fabric, report = relax_mesh_with_report(shaped.fabric, surface=shaped.surface, progress=False)
