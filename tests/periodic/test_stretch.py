@@ -178,7 +178,7 @@ def test_strains_include_both_ends() -> None:
     assert choose_strains((0.0, 0.5), None, 2, 2)[1].tolist() == [0.0, 0.5, 0.0, 0.5, 0.0]
 
 
-def test_the_table_holds_every_point(curves: dict[tuple[str, str], StretchCurve], tmp_path: Path) -> None:
+def test_the_table_holds_every_point(tmp_path: Path) -> None:
     curve = curve_of("wale", "held")
     write_stretch(tmp_path / "stretch.csv", curve)
     with open(tmp_path / "stretch.csv", newline="") as file:
@@ -191,8 +191,8 @@ def test_the_table_holds_every_point(curves: dict[tuple[str, str], StretchCurve]
 
 
 @pytest.mark.parametrize("case", [("course", "free"), ("wale", "held")])
-def test_the_plot_is_drawn(curves: dict[tuple[str, str], StretchCurve], case: tuple[str, str], tmp_path: Path) -> None:
-    plot_stretch(curves[case], tmp_path / "stretch.png")
+def test_the_plot_is_drawn(case: tuple[str, str], tmp_path: Path) -> None:
+    plot_stretch(curve_of(*case), tmp_path / "stretch.png")
     with Image.open(tmp_path / "stretch.png") as picture:
         assert len(np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0)) > 10
 

@@ -208,6 +208,7 @@ def test_yarns_of_shirts_and_dresses_hold_each_other(tmp_path, pattern):
     check_loops(fabric, generate_yarns(fabric, quality="draft"))
 
 
+@pytest.mark.nightly
 def test_loops_of_two_layers_that_hang_in_each_other_are_moved_apart(tmp_path):
     # At the flat foot of the bag, the stitches at the ends of the rows of both sides lie on each other.
     panels = bag().read(tmp_path)
