@@ -236,6 +236,7 @@ def test_convert_takes_the_yarn_radius(far_ring, tmp_path, capsys):
     assert read_yarns(output).radius.tolist() == [0.25]
 
 
+@pytest.mark.nightly
 def test_render_takes_the_yarn_radius(far_ring, tmp_path, capsys):
     """A ring that is eight times as thick covers more of the background."""
     assert "give it (--yarn-radius)" in refused(capsys, "render", far_ring, "-o", tmp_path / "ring.png")
