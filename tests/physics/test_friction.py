@@ -346,12 +346,14 @@ def test_capstan(angle: float, expected: float) -> None:
     assert tensions[-1] == pytest.approx(expected, rel=0.05)
 
 
+@pytest.mark.nightly
 def test_capstan_without_friction() -> None:
     capstan = Capstan(np.pi, 0.0)
     tensions = [capstan.pull(distance) for distance in (0.0, 0.03)]
     assert tensions[-1] == pytest.approx(1.0, rel=0.01)  # a few control points contribute BALANCE each
 
 
+@pytest.mark.nightly
 def test_the_tension_of_a_held_capstan_does_not_decrease() -> None:
     """Twenty renewals at rest do not change the tension: the anchors keep the slip that causes the friction."""
     capstan = Capstan(np.pi / 2, 0.3)
