@@ -469,6 +469,7 @@ def test_an_interrupt_before_the_first_state_writes_the_generated_yarns(tube_obj
     np.testing.assert_array_equal(read_yarns(tmp_path / "yarns.h5").points, made.points)
 
 
+@pytest.mark.nightly
 def test_knit_makes_flat_pieces(tmp_path):
     write_mesh(tmp_path / "flat.obj", grid(2, 2, width=2.0, height=2.0))
     options = ["--stitch-width", "1", "--quality", "draft", "--device", "cpu", "--no-picture"]

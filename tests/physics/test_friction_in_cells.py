@@ -312,6 +312,7 @@ def test_a_resumed_relaxation_with_friction_ends_in_the_same_bits(tmp_path) -> N
     np.testing.assert_array_equal(rest.yarns.lattice.periods, whole.yarns.lattice.periods)
 
 
+@pytest.mark.nightly
 def test_capstan_on_a_lattice() -> None:
     """The cylinder lies in another image than the yarn that is wound around it."""
     capstan = Capstan(np.pi / 2, 0.3, lattice=Lattice([[12.0, 0.0, 0.0], [0.0, 11.0, 0.0]]))

@@ -351,6 +351,7 @@ def test_yarn_on_the_wrong_side_of_a_slipped_loop_is_caught(
         check_loops(fabric, generate_yarns(fabric, quality="draft"))
 
 
+@pytest.mark.nightly
 def test_a_pull_through_by_hand_is_caught() -> None:
     """One loop of a relaxed tube is lifted out of the loop that passes through it."""
     fabric = fabric_of("tube")
