@@ -3,8 +3,9 @@
 PYTHON ?= python3
 VENV := .venv
 RUN := $(VENV)/bin/python
-# linear algebra kernels of OpenBLAS for `make test-kernels`: one with AVX2, and one with AVX-512 or without AVX
-KERNELS ?= Haswell $(if $(shell grep -m 1 avx512f /proc/cpuinfo 2>/dev/null),SkylakeX,Prescott)
+# linear algebra kernels of OpenBLAS for `make test-kernels`, other ones than those with which `make test` runs: with AVX2 on
+# a processor that has AVX-512, and without AVX elsewhere
+KERNELS ?= $(if $(shell grep -m 1 avx512f /proc/cpuinfo 2>/dev/null),Haswell,Prescott)
 export WARP_CACHE_PATH ?= $(CURDIR)/.cache/warp
 
 .PHONY: knit test test-kernels test-nightly lint docs setup lock clean
@@ -15,15 +16,17 @@ knit: setup
 test: setup lint
 	$(RUN) -m pytest -n auto --dist worksteal
 
-# what tests decide must not follow from rounding, which differs from kernel to kernel
+# what tests decide must not follow from rounding, which differs from kernel to kernel; only the files that hold such tests
+# are collected, because the imports of the others take longer than many a test
 test-kernels: setup
 	@for kernel in $(KERNELS); do \
 		echo "tests that decide something discrete, with the linear algebra kernels of $$kernel"; \
-		OPENBLAS_CORETYPE=$$kernel $(RUN) -m pytest -m decides -n auto --dist worksteal || exit 1; \
+		OPENBLAS_CORETYPE=$$kernel $(RUN) -m pytest -m 'decides and not nightly' -n auto --dist worksteal \
+			$$(grep -rl --include='test_*.py' 'pytest\.mark\.decides' tests) || exit 1; \
 	done
 
-# what takes minutes: the fuzzers of all readers (20 minutes on two cores, with another seed each day), and every command in
-# a folder of traps and with hostile words
+# what takes minutes: the fuzzers of all readers (20 minutes on two cores, with another seed each day), every command in a
+# folder of traps and with hostile words, and the long cases of tests of which `make test` runs the telling ones
 SEED ?= $(shell date +%Y%m%d)
 test-nightly: setup
 	STITCHMESH_SEED=$(SEED) $(RUN) -m pytest -m nightly -n 2 --dist worksteal

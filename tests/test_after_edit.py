@@ -17,6 +17,7 @@ from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarn import YarnSet
 from tests.editing.random_edits import _ARGUMENTS
 from tests.gallery import GARMENTS
+from tests.nightly import mostly_at_night
 
 pytestmark = pytest.mark.decides
 
@@ -27,6 +28,10 @@ COARSE, FINE = 2.2, 1.6
 """Stitch widths [cm]. The coarse hat takes a third of the time."""
 NEEDS_FINE = ("bobble", "set_cable", "ungraft")
 """On the coarse hat yarns of the others start too close, and the cable starts warm: here it is relaxed anew."""
+POSSIBLE = tuple(name for name in _ARGUMENTS if name not in ("clear_cable", "graft"))
+"""A hat has one border and no cable."""
+TELLING = ("twist_loop", "split_course_edge", "insert_row", "short_rows", "paste_pattern", "spiral")
+"""Edits that change a loop, a stitch, a row, a part of a row, a region and all rows; all of them on the coarse hat."""
 
 
 @cache
@@ -54,9 +59,8 @@ def first_possible(name: str, before: StitchMesh) -> StitchMesh | None:
     return None
 
 
-@pytest.mark.parametrize("name", [name for name in _ARGUMENTS if name not in ("clear_cable", "graft")])
+@pytest.mark.parametrize("name", mostly_at_night(POSSIBLE, by_day=TELLING))
 def test_every_edit_and_relaxing_again_leads_to_yarns(name):
-    """A hat has one border and no cable, so that ``graft`` and ``clear_cable`` are not possible."""
     width = FINE if name in NEEDS_FINE else COARSE
     after = first_possible(name, fabric(width))
     assert after is not None
@@ -68,6 +72,7 @@ def test_every_edit_and_relaxing_again_leads_to_yarns(name):
     assert made.report["warm"] > 0.3 or name in ("spiral", "set_cable", "paste_pattern")
 
 
+@pytest.mark.nightly
 def test_a_row_and_a_bobble_in_it_are_evened_out_and_start_warm():
     """The stitches of the new rows are a quarter as high as others, too crowded for a bobble."""
     middle = int(np.flatnonzero(fabric(FINE).row == fabric(FINE).row.max() // 2)[3])

@@ -16,14 +16,17 @@ from stitchmesh.recipe.knit_recipe import knit_recipe
 from stitchmesh.recipe.recipe_file import read_recipe
 from stitchmesh.yarn import YarnSet
 from tests.gallery import ROOT
+from tests.nightly import mostly_at_night
 
 IN_BLENDER = ROOT / "examples" / "blender_render.py"
 """The example that Blender's own Python runs."""
 EXAMPLES = sorted(set((ROOT / "examples").glob("*.py")) - {IN_BLENDER})
+BY_DAY = ROOT / "examples" / "purl_a_band.py"
+"""An example that makes stitches, edits them and relaxes their yarns, as most of the others do."""
 RECIPES = sorted((ROOT / "examples").glob("*.toml"))
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", mostly_at_night(EXAMPLES, by_day=[BY_DAY]), ids=lambda path: path.stem)
 def test_example_runs(path, tmp_path):
     spec = importlib.util.spec_from_file_location(path.stem, path)
     module = importlib.util.module_from_spec(spec)
@@ -63,7 +66,7 @@ def test_blender_gets_colours_in_linear_light(blender_example):
     assert blender_example.linear("808080") == pytest.approx((0.2158605,) * 3, abs=1e-6)
 
 
-@pytest.mark.parametrize("path", RECIPES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", mostly_at_night(RECIPES, by_day=RECIPES[:1]), ids=lambda path: path.stem)
 def test_recipe_is_knitted(path, tmp_path):
     """A few iterations are enough for all stages to run; the colours and the patterns are those of the recipe."""
     recipe = read_recipe(path)

@@ -19,7 +19,7 @@ from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 from tests.gallery import tube
 
 PALETTE = make_palette(["#aa2233", "cream", "navy"])
-QUICK = replace(quality_named("draft"), tolerance=0.5)
+QUICK = replace(quality_named("draft"), tolerance=0.5, max_iterations=20)
 
 
 @cache

@@ -13,6 +13,7 @@ from axe_playwright_python.sync_playwright import Axe
 from stitchmesh.app.pages.all_pages import PAGES
 from stitchmesh.meshrelax import relax_mesh
 from tests.app.project.projects import divided_project
+from tests.nightly import mostly_at_night
 
 if TYPE_CHECKING:
     from tests.app.browser import Rig
@@ -45,7 +46,7 @@ def evened_folder(tmp_path_factory):
     return project.folder
 
 
-@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize("name", mostly_at_night(PAGES, by_day=("Edit", "Swatch")))
 def test_axe_finds_no_fault_of_ours(app_in_browser, evened_folder, tmp_path, name):
     copytree(evened_folder, tmp_path / "project")
     with app_in_browser(page=name) as rig:

@@ -235,6 +235,7 @@ def front_of(rig):
     return float(away[2] / np.linalg.norm(away))
 
 
+@pytest.mark.nightly
 def test_settings_that_serve_no_user_are_hidden(app_in_browser):
     with app_in_browser(page="Project") as rig:
         rig.browser_page.locator("svg.tabler-icon-adjustments").first.click()

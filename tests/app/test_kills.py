@@ -68,6 +68,7 @@ def test_a_killed_server_comes_back_where_it_was(browser, tmp_path, tube_file):
     project.close()
 
 
+@pytest.mark.nightly
 def test_a_killed_browser_loses_nothing(browser, tmp_path, tube_file):
     folder = tmp_path / "project"
     with app_process(folder, str(tube_file)) as running:
@@ -85,6 +86,7 @@ def test_a_killed_browser_loses_nothing(browser, tmp_path, tube_file):
         assert "Traceback" not in running.output()
 
 
+@pytest.mark.nightly
 def test_a_relaxation_that_was_killed_goes_on_from_its_checkpoint(browser, tmp_path, tube_file):
     folder = tmp_path / "project"
     project = Project.create(folder)
@@ -113,6 +115,7 @@ def test_a_relaxation_that_was_killed_goes_on_from_its_checkpoint(browser, tmp_p
     relaxed.close()
 
 
+@pytest.mark.nightly
 def test_what_is_done_last_is_saved_at_the_end(browser, tmp_path, tube_file):
     folder = tmp_path / "project"
     with app_process(folder, str(tube_file)) as running:
@@ -133,6 +136,7 @@ def test_a_second_program_on_a_project_is_refused_and_told_why(tmp_path, tube_fi
         assert running.terminate() == 0
 
 
+@pytest.mark.nightly
 def test_a_port_in_use_is_said(tmp_path):
     with app_process(tmp_path / "one") as first:
         with app_process(tmp_path / "two", port=first.port) as second:

@@ -16,6 +16,8 @@ from functools import partial
 from importlib import import_module
 from pathlib import Path
 
+import pytest
+
 from tests.gallery import ROOT
 from tests.killing import killed
 
@@ -42,6 +44,7 @@ def kill_convert() -> tuple[int, list[str]]:
     return tally.kills, tally.faults
 
 
+@pytest.mark.nightly
 def test_files_of_every_format_are_whole_after_kills_and_the_next_run_succeeds():
     code = "import json; from tests.benchmarks.test_crash_safety import kill_convert as k; print(json.dumps(k()))"
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}

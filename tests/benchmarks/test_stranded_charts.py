@@ -56,6 +56,7 @@ def own_log_level():
     logger.setLevel(level)
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("own_log_level")
 def test_an_interrupted_run_continues_and_ends_as_a_whole_run(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(benchmark, "LARGEST", 3)

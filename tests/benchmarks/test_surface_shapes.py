@@ -132,6 +132,7 @@ def test_a_symmetric_shape_has_a_symmetric_box(name):
     assert abs(x.min() + x.max()) < 0.05
 
 
+@pytest.mark.nightly
 def test_worn_garments_have_the_sizes_of_adults():
     # Half a centimetre is what a tailor reads from a tape.
     assert border_lengths(shape("t_shirt")) == pytest.approx([100.0, 50.0, 40.3, 40.3], abs=0.5)
@@ -195,6 +196,7 @@ def test_a_moebius_strip_has_edges_of_about_a_centimetre():
     assert np.median(lengths_of_edges(*shapes.moebius_polygons())) == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.nightly
 def test_rows_of_the_vest_end_at_its_armholes_also_beside_a_decrease_of_which_one_loop_is_cast_on():
     fabric = sm.shape_fabric(shape("vest"), stitch_width=1.2, progress=False).fabric
     finished = finish_row_ends(fabric)

@@ -18,6 +18,7 @@ from stitchmesh.cli.budget_options import OUT_OF_TIME
 from stitchmesh.io import read_yarns
 from stitchmesh.quality import PRESETS
 from stitchmesh.time_limit import TimeLimit
+from tests.nightly import at_night
 
 PLAIN = ["--device", "cpu", "--no-picture"]
 FREE = ["swatch", "stockinette", "--relax-cell"]
@@ -62,6 +63,7 @@ def report_of(folder: Path) -> dict:
     return json.loads((folder / "report.json").read_text())
 
 
+@pytest.mark.nightly
 def test_an_hour_gives_the_bits_of_the_quality_that_is_chosen(tmp_path):
     assert cli.main([*FREE, "--within", "1h", *PLAIN, "-o", str(tmp_path / "a")]) == 0
     chosen = report_of(tmp_path / "a")
@@ -85,7 +87,7 @@ def test_an_error_tightens_the_rule_and_is_expected_to_be_kept(tmp_path):
 
 @pytest.mark.parametrize(
     ("more", "shares"),
-    [([], (0.3, 0.7)), (["--relax-cell", "--relaxation", "frictionless"], (0.1, 0.5, 0.9))],
+    [([], (0.3, 0.7)), *at_night((["--relax-cell", "--relaxation", "frictionless"], (0.1, 0.5, 0.9)))],
     ids=["given size", "free size"],
 )
 def test_the_end_by_time_is_said_and_has_the_bits_of_the_end_by_iterations(tmp_path, counted, capsys, more, shares):
@@ -111,6 +113,7 @@ def check_end_by_time(words: list[str], time: str, folder: Path, capsys) -> None
     np.testing.assert_array_equal(one.points, other.points)
 
 
+@pytest.mark.nightly
 def test_a_garment_that_its_time_ends_is_made_again_by_its_recipe(tmp_path, counted):
     mesh = tmp_path / "square.obj"
     mesh.write_text("v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nf 1 2 3 4\n")
@@ -138,6 +141,7 @@ def test_yarns_are_relaxed_within_a_time(tmp_path, counted):
     assert report["out_of_time"] and f"{report['budget']['within']:g}s" == time
 
 
+@pytest.mark.nightly
 def test_a_stretch_curve_ends_with_the_last_state_at_rest(tmp_path, counted, capsys):
     words = ["stretch", "stockinette", "--course", "0:20%", "--steps", "7", "--quality", "draft", "--device", "cpu"]
     time = share_of_looks(counted, 0.9, *words, "-o", tmp_path / "whole")
@@ -178,6 +182,7 @@ def test_budgets_that_cannot_be_kept_are_refused_in_one_line(tmp_path, capsys, w
     assert not (tmp_path / "no").exists()
 
 
+@pytest.mark.nightly
 def test_the_library_takes_the_same_budgets():
     made = sm.swatch("stockinette", budget=Budget.of("1h", "3%"), relax_cell=True, device="cpu", progress=False)
     assert made.report["budget"]["expected"]["error"] <= 0.03

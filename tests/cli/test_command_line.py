@@ -236,6 +236,7 @@ def test_convert_takes_the_yarn_radius(far_ring, tmp_path, capsys):
     assert read_yarns(output).radius.tolist() == [0.25]
 
 
+@pytest.mark.nightly
 def test_render_takes_the_yarn_radius(far_ring, tmp_path, capsys):
     """A ring that is eight times as thick covers more of the background."""
     assert "give it (--yarn-radius)" in refused(capsys, "render", far_ring, "-o", tmp_path / "ring.png")
@@ -468,6 +469,7 @@ def test_an_interrupt_before_the_first_state_writes_the_generated_yarns(tube_obj
     np.testing.assert_array_equal(read_yarns(tmp_path / "yarns.h5").points, made.points)
 
 
+@pytest.mark.nightly
 def test_knit_makes_flat_pieces(tmp_path):
     write_mesh(tmp_path / "flat.obj", grid(2, 2, width=2.0, height=2.0))
     options = ["--stitch-width", "1", "--quality", "draft", "--device", "cpu", "--no-picture"]

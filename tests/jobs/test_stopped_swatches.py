@@ -108,6 +108,7 @@ def test_a_kill_and_sigterm_in_a_swatch_change_no_bit():
     assert outcome["same"]
 
 
+@pytest.mark.nightly
 def test_a_release_off_the_needles_that_is_stopped_twice_changes_no_bit(tmp_path, monkeypatch):
     monkeypatch.setattr(observer, "PROGRESS_SECONDS", 0.0)
     table = SwatchTable(pattern="stockinette", relaxation="dry", checkpoint_every=200)

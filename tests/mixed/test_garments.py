@@ -18,6 +18,7 @@ from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.scene.region_section import BoxSection
 from stitchmesh.mixed.scene.scene_file import read_scene
 from tests.gallery import ROOT
+from tests.nightly import at_night
 
 EXAMPLES = ROOT / "examples" / "mixed"
 REGIONS = {
@@ -27,7 +28,7 @@ REGIONS = {
 """Corners of boxes in the front and in the back, at both sides of a side seam [cm]."""
 
 
-@pytest.fixture(scope="module", params=sorted(REGIONS))
+@pytest.fixture(scope="module", params=["shirt", *at_night("dress")])
 def worn(request) -> Draped:
     """A garment at rest on the body, with yarns on both sides of a seam."""
     scene = read_scene(EXAMPLES / f"{request.param}.toml")

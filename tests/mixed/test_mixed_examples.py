@@ -62,6 +62,7 @@ def scaled(key: Keyframe, part: float) -> tuple[float, ...]:
     return tuple(part * length for length in key.displacement)
 
 
+@pytest.mark.nightly
 def test_snags_stay_after_release_and_elastic_marks_do_not():
     """A pull by 0.01 cm neither lets yarns slip through friction nor bends them beyond their yield curvature."""
     held, left = pulled(1.0)

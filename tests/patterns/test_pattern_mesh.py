@@ -14,6 +14,7 @@ from stitchmesh.patterns import Loop, pattern_mesh, pattern_names, read_pattern
 from stitchmesh.patterns.placement.course_points import NARROWEST, course_points
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
+from tests.chosen_patterns import CHOSEN_PATTERNS
 from tests.patterns.fabrics import checked, pattern
 
 SIZE = {"stitch_width": 0.8, "stitch_height": 0.6}
@@ -26,7 +27,7 @@ def row_stitches(fabric, row):
     return fabric.stitch[faces[np.argsort(across[faces])]].tolist()
 
 
-@pytest.mark.parametrize("name", pattern_names())
+@pytest.mark.parametrize("name", CHOSEN_PATTERNS)
 def test_the_rows_of_a_flat_piece_equal_the_rows_of_its_pattern(name):
     chosen = read_pattern(name)
     piece = checked(pattern_mesh(chosen, 2, 2, **SIZE))

@@ -15,13 +15,13 @@ from stitchmesh.errors import YarnError
 from stitchmesh.periodic.sampling.sampling import refined
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarn import YarnSet
+from tests.nightly import at_night
 from tests.periodic.free_cells import FREE
 
 pytestmark = [pytest.mark.decides, pytest.mark.usefixtures("first_state")]
 
-KNITS = ["stockinette", "garter", "rib1x1", "linen-stitch", "cartridge-belt-rib", "slip-stitch-rib", "half-cardigan",
-         "jacquard2", "rope-cable"]  # fmt: skip
-"""Patterns with knit and purl stitches, stitches slipped in front and behind, tucks, floats and cables."""
+OTHERS = ["garter", "rib1x1", "cartridge-belt-rib", "slip-stitch-rib", "jacquard2", "rope-cable"]
+"""Patterns whose stitches occur in plain knit, a slipped stitch or a tuck too, and a cable, which takes long."""
 
 
 @cache
@@ -31,7 +31,7 @@ def at_rest(name: str) -> tuple[sm.StitchMesh, YarnSet]:
     return swatch.fabric, swatch.yarns
 
 
-@pytest.mark.parametrize("name", KNITS)
+@pytest.mark.parametrize("name", ["stockinette", "linen-stitch", "half-cardigan", *at_night(*OTHERS)])
 def test_loops_of_a_relaxed_swatch_are_linked_as_its_stitches_require(name: str) -> None:
     fabric, yarns = at_rest(name)
     # twice the smallest initial clearance: some yarn has moved far enough to pass through another yarn
@@ -40,7 +40,7 @@ def test_loops_of_a_relaxed_swatch_are_linked_as_its_stitches_require(name: str)
     sm.check_loops(fabric, yarns)
 
 
-@pytest.mark.parametrize("name", ["stockinette", "linen-stitch", "rope-cable"])
+@pytest.mark.parametrize("name", ["linen-stitch", *at_night("stockinette", "rope-cable")])
 def test_a_loop_lifted_out_of_another_is_found(name: str) -> None:
     """The upper part of a loop moves eight radii to the front, through the loop worked into it and all its images."""
     fabric, yarns = at_rest(name)

@@ -21,6 +21,7 @@ from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax.energies.confinement import Confinement
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.rest_derivatives import polished
+from tests.nightly import at_night, mostly_at_night
 from tests.periodic.first_state import from_generated_yarns
 from tests.periodic.free_cells import FREE
 
@@ -37,6 +38,8 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "plain weave": ("plain", {}),
 }
 """Patterns, and options of their swatches."""
+FEW = ("stockinette whose yarn slides along itself", "leaning rib", "rib of held width")
+"""The cases that need more than the other ones: a soft motion, a lean, and a held size."""
 STIFFNESSES = ("k_len", "k_length", "k_bend", "k_contact")
 
 
@@ -86,7 +89,7 @@ def measures(lattice: Lattice | None) -> np.ndarray:
     return np.array([np.log(width), np.log(height), first @ second / (width * height)])
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", mostly_at_night(CASES, by_day=FEW))
 def test_they_are_the_changes_of_size_of_relaxations_with_changed_inputs(case: str) -> None:
     rest = rest_of(case)
     for row in found(case).table():
@@ -117,7 +120,7 @@ def test_the_size_does_not_change_with_all_stiffnesses_and_changes_like_all_leng
         assert lengths - 2.0 * values["k_contact"] == pytest.approx(by_lengths, abs=1e-8)
 
 
-@pytest.mark.parametrize("case", ["tight stockinette", "rib", "plain weave"])
+@pytest.mark.parametrize("case", ["rib", *at_night("tight stockinette", "plain weave")])
 def test_the_stiffness_is_the_second_difference_of_the_energy_at_held_strains(case: str) -> None:
     rest = replace(rest_of(case), cell=sm.RelaxCell(None, None, shear=False))
     directions = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1]], dtype=np.float64)
@@ -145,8 +148,7 @@ def energy_at(rest: CellAtRest, strain: np.ndarray) -> float:
     return float(at_rest(replace(rest, yarns=moved)).last.energy[0])
 
 
-@pytest.mark.parametrize("other", ["free", "held"])
-@pytest.mark.parametrize("direction", ["course", "wale"])
+@pytest.mark.parametrize(("direction", "other"), [("course", "free"), ("wale", "held")])
 @pytest.mark.usefixtures("first_state")
 def test_a_stretch_test_begins_with_their_slope_of_the_tension(direction: Any, other: Any) -> None:
     exact = replace(PRESETS["draft"], precision="float64", tolerance=1e-9, largest_change=1e-9)

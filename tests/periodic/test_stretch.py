@@ -7,6 +7,7 @@ from __future__ import annotations
 import csv
 import itertools
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from stitchmesh.periodic.stretch_table import write_stretch
 from stitchmesh.quality import PRESETS
 from stitchmesh.render.plots.stretch_plot import plot_stretch
 from stitchmesh.yarnrelax import YarnMaterial
+from tests.nightly import at_night
 from tests.periodic.first_state import from_generated_yarns
 
 pytestmark = pytest.mark.usefixtures("first_state")
@@ -30,25 +32,20 @@ KALDOR = YarnMaterial.named("kaldor-simulation")
 EXACT = replace(PRESETS["reference"], quadrature_points=5, tolerance=3e-5, largest_change=1e-5)
 """With fewer contact samples, contact spheres interlock, and the tension varies by the force of one sphere."""
 MOST, STEPS = 0.2, 11
-CASES = [("course", "free"), ("course", "held"), ("wale", "free"), ("wale", "held")]
+CASES = [("course", "free"), ("wale", "held"), *at_night(("course", "held"), ("wale", "free"))]
 
 
-@pytest.fixture(scope="module")
-def curves() -> dict[tuple[str, str], StretchCurve]:
-    """Return the stretch curves of stockinette in both directions, with the other size free and held."""
+@cache
+def curve_of(direction: str, other: str) -> StretchCurve:
+    """The stretch curve of stockinette in a direction, with the other size free or held."""
     given: dict[str, Any] = {"steps": STEPS, "material": KALDOR, "quality": EXACT, "device": "cpu"}
     with from_generated_yarns():
-        return {
-            (direction, other): stretch_test("stockinette", **{direction: (0.0, MOST)}, other=other, **given)
-            for direction, other in CASES
-        }
+        return stretch_test("stockinette", **{direction: (0.0, MOST)}, other=other, **given)
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_the_cell_has_the_sizes_of_the_given_strains(
-    curves: dict[tuple[str, str], StretchCurve], case: tuple[str, str]
-) -> None:
-    curve, (direction, other) = curves[case], case
+@pytest.mark.parametrize(("direction", "other"), CASES)
+def test_the_cell_has_the_sizes_of_the_given_strains(direction: str, other: str) -> None:
+    curve = curve_of(direction, other)
     assert all(point.converged for point in curve.points)
     rest = dict(zip(("course", "wale"), size_of(curve.free.lattice), strict=True))
     sizes = {"course": curve.column("width"), "wale": curve.column("height")}
@@ -63,12 +60,10 @@ def test_the_cell_has_the_sizes_of_the_given_strains(
         assert np.abs(curve.column(f"{across}_tension")).max() < 0.01 * curve.tension.max()  # the residual is 1e-5
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_tension_rises_and_is_the_slope_of_the_energy(
-    curves: dict[tuple[str, str], StretchCurve], case: tuple[str, str]
-) -> None:
+@pytest.mark.parametrize(("direction", "other"), CASES)
+def test_tension_rises_and_is_the_slope_of_the_energy(direction: str, other: str) -> None:
     """Virtual work: the change of energy between two strains equals the integral of the tension (Simpson's rule)."""
-    curve = curves[case]
+    curve = curve_of(direction, other)
     strain, energy, tension = curve.column("strain"), curve.column("energy"), curve.tension
     assert abs(tension[0]) < 0.01 * tension[-1] and (np.diff(tension) > 0.0).all()
     work = (tension[:-2:2] + 4 * tension[1:-1:2] + tension[2::2]) / 3 * (strain[1] - strain[0])
@@ -78,28 +73,31 @@ def test_tension_rises_and_is_the_slope_of_the_energy(
     assert curve.snaps == []
 
 
-def test_holding_the_other_direction_makes_fabric_stiffer(curves: dict[tuple[str, str], StretchCurve]) -> None:
+@pytest.mark.nightly
+def test_holding_the_other_direction_makes_fabric_stiffer() -> None:
     for direction in ("course", "wale"):
-        assert (curves[direction, "held"].tension[1:] > curves[direction, "free"].tension[1:]).all()
+        assert (curve_of(direction, "held").tension[1:] > curve_of(direction, "free").tension[1:]).all()
 
 
-def test_every_preset_gives_the_correct_tension(curves: dict[tuple[str, str], StretchCurve]) -> None:
+@pytest.mark.nightly
+def test_every_preset_gives_the_correct_tension() -> None:
     """The preset is refined: with the control points of ``draft`` the tensions would be 65 and 81 % too high."""
     for case, quality in (("course", "held"), "draft"), (("wale", "free"), "standard"):
         given: Any = {case[0]: (0.0, MOST), "other": case[1]}
         curve = stretch_test("stockinette", steps=3, material=KALDOR, quality=quality, device="cpu", **given)
         # five contact samples for each segment, and longer steps, which may end in another state of rest of the loops
-        np.testing.assert_allclose(curve.tension[1:], curves[case].tension[[5, 10]], rtol=0.1)
+        np.testing.assert_allclose(curve.tension[1:], curve_of(*case).tension[[5, 10]], rtol=0.1)
 
 
-def test_a_curve_is_the_same_for_a_larger_repeat(curves: dict[tuple[str, str], StretchCurve]) -> None:
+def test_a_curve_is_the_same_for_a_larger_repeat() -> None:
     """Tension is a force per width, and energy is given per area, so both are independent of the number of repeats."""
     wide = stretch_test("stockinette", wale=(0.0, MOST), other="held", steps=3, material=KALDOR, quality=EXACT,
                    device="cpu", columns=2)  # fmt: skip
     # the paths of relaxation differ; the tolerance leaves differences of some tenths of a percent in a free cell
-    np.testing.assert_allclose(wide.tension, curves["wale", "held"].tension[[0, 5, 10]], rtol=0.02, atol=0.5)
+    np.testing.assert_allclose(wide.tension, curve_of("wale", "held").tension[[0, 5, 10]], rtol=0.02, atol=0.5)
 
 
+@pytest.mark.nightly
 def test_knits_have_the_published_order_of_stiffness_except_garter_along_the_wales() -> None:
     """Loops of 15 yarn diameters stretched by 45 % (Singal et al. 2024).
 
@@ -180,8 +178,8 @@ def test_strains_include_both_ends() -> None:
     assert choose_strains((0.0, 0.5), None, 2, 2)[1].tolist() == [0.0, 0.5, 0.0, 0.5, 0.0]
 
 
-def test_the_table_holds_every_point(curves: dict[tuple[str, str], StretchCurve], tmp_path: Path) -> None:
-    curve = curves["wale", "held"]
+def test_the_table_holds_every_point(tmp_path: Path) -> None:
+    curve = curve_of("wale", "held")
     write_stretch(tmp_path / "stretch.csv", curve)
     with open(tmp_path / "stretch.csv", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -193,8 +191,8 @@ def test_the_table_holds_every_point(curves: dict[tuple[str, str], StretchCurve]
 
 
 @pytest.mark.parametrize("case", [("course", "free"), ("wale", "held")])
-def test_the_plot_is_drawn(curves: dict[tuple[str, str], StretchCurve], case: tuple[str, str], tmp_path: Path) -> None:
-    plot_stretch(curves[case], tmp_path / "stretch.png")
+def test_the_plot_is_drawn(case: tuple[str, str], tmp_path: Path) -> None:
+    plot_stretch(curve_of(*case), tmp_path / "stretch.png")
     with Image.open(tmp_path / "stretch.png") as picture:
         assert len(np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0)) > 10
 

@@ -28,6 +28,7 @@ from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarn.rest_length import RestLengths, apply_rest_lengths, parse_rest_lengths, segment_faces
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies
+from tests.nightly import at_night
 from tests.periodic.free_cells import FREE
 
 pytestmark = pytest.mark.usefixtures("first_state")
@@ -129,9 +130,11 @@ def test_a_loop_length_among_the_rest_lengths_is_refused():
 @pytest.mark.parametrize(
     ("name", "asked"),
     [
-        ("stockinette", {"factor": 2.0}), ("rib1x1", {"factor": 0.5}), (SLIPS, {"floats": 0.1}),
-        (SLIPS, {"floats": 2.0}), (SLIPS, {"held": 0.1}), (SLIPS, {"held": 2.0}), ("plain", {"warp": 0.1}),
-        ("plain", {"weft": 2.0}), ("plain", {"factor": 0.1}),
+        ("stockinette", {"factor": 2.0}), (SLIPS, {"floats": 0.1}), (SLIPS, {"held": 2.0}), ("plain", {"warp": 0.1}),
+        *at_night(
+            ("rib1x1", {"factor": 0.5}), (SLIPS, {"floats": 2.0}), (SLIPS, {"held": 0.1}), ("plain", {"weft": 2.0}),
+            ("plain", {"factor": 0.1}),
+        ),
     ],
 )  # fmt: skip
 def test_the_largest_changes_of_rest_lengths_converge(name, asked):
@@ -162,8 +165,8 @@ def test_length_factors_of_a_weave_are_applied_in_steps():
 
 @pytest.mark.parametrize(
     ("name", "gamma", "tolerance"),
-    [("stockinette", 1.3, 1e-2), ("stockinette", 2.0, 1e-12), ("plain", 1.3, 1e-2), ("plain", 2.0, 1e-12),
-     ("seed", 2.0, 1e-12)],
+    [("stockinette", 1.3, 1e-2), ("plain", 2.0, 1e-12),
+     *at_night(("stockinette", 2.0, 1e-12), ("plain", 1.3, 1e-2), ("seed", 2.0, 1e-12))],
 )  # fmt: skip
 def test_gamma_is_an_exact_similarity(name, gamma, tolerance):
     """A fabric that is simulated gamma times as large and scaled back has the same energies as one of its final size
@@ -221,8 +224,8 @@ def test_gamma_out_of_bounds_is_refused(gamma):
         swatch("stockinette", gamma=gamma, **DRAFT)
 
 
-@pytest.mark.parametrize("share", [(0.5, 1.0), (1.0, 0.5), (0.5, 0.5), (2.0, 1.0)])
-@pytest.mark.parametrize("name", ["stockinette", "twill-2x1"])
+@pytest.mark.parametrize("share", [(0.5, 0.5), (2.0, 1.0), *at_night(((0.5, 1.0),), ((1.0, 0.5),))])
+@pytest.mark.parametrize("name", ["stockinette", *at_night("twill-2x1")])
 def test_a_repeat_of_half_or_twice_its_free_size_is_valid(name, share):
     own = size_of(swatch(name, **FREE, **DRAFT).lattice)
     made = swatch(name, period=(share[0] * own[0], share[1] * own[1]), **DRAFT)

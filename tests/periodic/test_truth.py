@@ -27,6 +27,7 @@ from stitchmesh.yarn.tiling import tile_yarns
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial, relax_yarns, yarn_energies, yarn_forces
 from stitchmesh.yarnrelax.cell_stress import cell_stress
 from tests.gallery import ROOT
+from tests.nightly import at_night
 from tests.periodic.free_cells import FREE
 
 sys.path.insert(0, str(ROOT / "benchmarks"))
@@ -66,6 +67,7 @@ def test_stockinette_has_the_gauge_of_relaxed_plain_knit(quality: str) -> None:
     assert report["loop_length"] == pytest.approx(16.67 * 0.25, rel=0.01)
 
 
+@pytest.mark.nightly
 def test_loose_loops_have_the_same_size_in_the_qualities_standard_and_reference() -> None:
     """In loops of 24 yarn diameters, contact samples would be further apart than in a compact loop."""
     sizes = []
@@ -93,13 +95,16 @@ def test_stockinette_curls_towards_the_right_side_along_the_wales_and_to_the_wro
     np.testing.assert_allclose(moments("reverse-stockinette"), [-course, -wale], rtol=0.02)
 
 
-@pytest.mark.parametrize(("pattern", "largest"), [("garter", 0.01), ("seed", 0.01), ("rib1x1", 0.01), ("rib2x2", 0.1)])
+@pytest.mark.parametrize(
+    ("pattern", "largest"), [("garter", 0.01), *at_night(("seed", 0.01), ("rib1x1", 0.01), ("rib2x2", 0.1))]
+)
 def test_fabrics_with_equal_sides_lie_flat(pattern: str, largest: float) -> None:
     # moments of stockinette are bending forces times the thickness; a residual of 0.0003 leaves a tenth of these; the
     # ridges of a rib of two stitches lean a little to one side, which lowers the energy
     assert np.abs(moments(pattern)).max() < largest * np.abs(moments("stockinette")).min()
 
 
+@pytest.mark.nightly
 def test_ribs_are_narrower_than_stockinette_and_garter_is_shorter() -> None:
     plain, garter = relaxed("stockinette").report, relaxed("garter").report
     # knitted ribs are about 30 % narrower; this rib of one stitch leaves the balance in which its columns stand

@@ -29,6 +29,7 @@ from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.spline import place_contact_samples
 from stitchmesh.yarnrelax.model.state import State, make_state
 from stitchmesh.yarnrelax.model.upload import put_model
+from tests.nightly import at_night
 
 RADIUS = 0.125
 MATERIAL = YarnMaterial.named("kaldor-simulation")
@@ -133,9 +134,12 @@ def slip(yarns: YarnSet, size: float) -> np.ndarray:
     return size * np.random.default_rng(5).normal(size=yarns.points.shape)
 
 
-@pytest.mark.parametrize("mu", [0.3, (0.5, 0.2), (0.0, 0.4)])
-@pytest.mark.parametrize("size", [0.003, 0.1])
-@pytest.mark.parametrize("yarns", [heap(), repeated()], ids=["heap", "lattice"])
+@pytest.mark.parametrize(
+    ("yarns", "size", "mu"),
+    [(heap(), 0.003, 0.3), (repeated(), 0.1, (0.5, 0.2)),
+     *at_night((heap(), 0.1, (0.0, 0.4)), (heap(), 0.003, (0.5, 0.2)), (repeated(), 0.003, 0.3))],
+    ids=["heap, sticking", "lattice, sliding", "heap, sliding", "heap, two coefficients", "lattice, sticking"],
+)  # fmt: skip
 def test_force_is_minus_the_gradient(yarns: YarnSet, size: float, mu: float | tuple[float, float]) -> None:
     """The slip of 0.003 radii makes sticking contacts, that of 0.1 sliding contacts; the slip length is 0.05 radii."""
     scene = FrictionScene.of(yarns, Friction(mu))
@@ -329,8 +333,9 @@ class Capstan:
 
 
 @pytest.mark.parametrize(
-    ("angle", "expected"), [(np.pi / 2, 1.602), (np.pi, 2.566), (2 * np.pi, 6.586)], ids=["quarter", "half", "full"]
-)
+    ("angle", "expected"), [(np.pi / 2, 1.602), *at_night((np.pi, 2.566), (2 * np.pi, 6.586))],
+    ids=["quarter", "half", "full"],
+)  # fmt: skip
 def test_capstan(angle: float, expected: float) -> None:
     """T1 / T2 = e^(0.3 phi). The normal forces follow the tension from pull to pull.
 
@@ -341,12 +346,14 @@ def test_capstan(angle: float, expected: float) -> None:
     assert tensions[-1] == pytest.approx(expected, rel=0.05)
 
 
+@pytest.mark.nightly
 def test_capstan_without_friction() -> None:
     capstan = Capstan(np.pi, 0.0)
     tensions = [capstan.pull(distance) for distance in (0.0, 0.03)]
     assert tensions[-1] == pytest.approx(1.0, rel=0.01)  # a few control points contribute BALANCE each
 
 
+@pytest.mark.nightly
 def test_the_tension_of_a_held_capstan_does_not_decrease() -> None:
     """Twenty renewals at rest do not change the tension: the anchors keep the slip that causes the friction."""
     capstan = Capstan(np.pi / 2, 0.3)

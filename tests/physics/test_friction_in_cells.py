@@ -25,6 +25,7 @@ from stitchmesh.yarnrelax.model.image_table import renew_images
 from stitchmesh.yarnrelax.model.state import make_state
 from stitchmesh.yarnrelax.relax import Relaxation
 from stitchmesh.yarnrelax.solvers.cell_strain import RelaxCell
+from tests.nightly import at_night
 from tests.physics.test_friction import Capstan, FrictionScene, repeated, slip
 from tests.yarnrelax.stockinette import periodic_patch
 
@@ -65,9 +66,9 @@ def strain(a: float, b: float, c: float) -> np.ndarray:
     return np.array([[1.0 + a, c, 0.0], [0.0, 1.0 + b, 0.0], [0.0, 0.0, 1.0]])
 
 
-@pytest.mark.parametrize("mu", [0.3, (0.5, 0.2)])
+@pytest.mark.parametrize("mu", [(0.5, 0.2), *at_night(0.3)])
 @pytest.mark.parametrize("size", [0.003, 0.1], ids=["sticking", "sliding"])
-@pytest.mark.parametrize("yarns", [repeated(), periodic_patch(1, 1)], ids=["lines", "stockinette"])
+@pytest.mark.parametrize("yarns", [periodic_patch(1, 1), *at_night(repeated())], ids=["stockinette", "lines"])
 def test_the_virial_is_minus_the_gradient_by_the_strains(
     yarns: YarnSet, size: float, mu: float | tuple[float, float]
 ) -> None:
@@ -311,6 +312,7 @@ def test_a_resumed_relaxation_with_friction_ends_in_the_same_bits(tmp_path) -> N
     np.testing.assert_array_equal(rest.yarns.lattice.periods, whole.yarns.lattice.periods)
 
 
+@pytest.mark.nightly
 def test_capstan_on_a_lattice() -> None:
     """The cylinder lies in another image than the yarn that is wound around it."""
     capstan = Capstan(np.pi / 2, 0.3, lattice=Lattice([[12.0, 0.0, 0.0], [0.0, 11.0, 0.0]]))

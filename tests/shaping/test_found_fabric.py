@@ -13,6 +13,7 @@ from stitchmesh.machine_knitting.knitting import machine_program
 from stitchmesh.mesh import BORDER, BOTTOM
 from stitchmesh.selection.parts import Parts
 from tests.gallery import ROOT
+from tests.nightly import at_night
 from tests.shaping.surfaces import in_triangles
 
 
@@ -34,7 +35,7 @@ def sweater() -> sm.StitchMesh:
 
 
 @pytest.mark.parametrize("pattern", ["rib2x2", "rope-cable", "eyelet-lace", "lice"])
-@pytest.mark.parametrize("name", ["hat", "sweater"])
+@pytest.mark.parametrize("name", ["hat", *at_night("sweater")])
 def test_patterns_and_charts_are_laid_and_have_yarns(request, name, pattern):
     fabric = request.getfixturevalue(name)
     laid = sm.apply_pattern(fabric, pattern)

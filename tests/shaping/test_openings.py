@@ -14,6 +14,7 @@ from stitchmesh.mesh.courses import find_courses
 from stitchmesh.shaping.ends import automatic_ends
 from stitchmesh.shaping.report import shaping_report
 from stitchmesh.shaping.summits import smooth_out
+from tests.nightly import at_night
 from tests.shaping.surfaces import closed_ball, in_triangles, surface_of
 
 UP = np.array([0.0, 1.0, 0.0])
@@ -84,7 +85,7 @@ def test_fronts_that_pass_smoothly_into_the_neck_or_the_hem_end_where_these_face
     assert np.unique(surface.vertices[straight.vertices, 1]).tolist() == [0.0]
 
 
-@pytest.mark.decides
+@pytest.mark.nightly
 @pytest.mark.parametrize("width", [0.55, 0.65, 0.9])
 def test_a_last_row_that_ends_on_a_straight_border_gets_room_and_its_loops_hold(width):
     shaped = sm.shape_fabric(with_round_neck(7.0), stitch_width=width, progress=False)
@@ -96,7 +97,7 @@ def test_a_last_row_that_ends_on_a_straight_border_gets_room_and_its_loops_hold(
 
 
 @pytest.mark.decides
-@pytest.mark.parametrize("opening", [0.0, 0.3])
+@pytest.mark.parametrize("opening", [0.0, *at_night(0.3)])
 def test_rows_end_at_an_armhole_and_their_loops_hold(opening):
     shaped = sm.shape_fabric(vest(opening), stitch_width=0.7, progress=False)
     fabric = sm.relax_mesh(shaped.fabric, surface=shaped.surface.mesh)

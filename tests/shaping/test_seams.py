@@ -120,6 +120,7 @@ def test_a_flat_piece_is_shaped_at_both_edges_in_rows_on_the_right_side(top):
     Comparison(fabric).check()
 
 
+@pytest.mark.nightly
 def test_a_sweater_has_raglan_lines_and_sleeves_with_an_underarm_seam():
     """A knitter who follows the text, with its markers, makes the stitches of the mesh from the same loops."""
     mesh = in_triangles(sm.read_mesh(ROOT / "assets" / "meshes" / "sweater.obj"))

@@ -20,6 +20,7 @@ from stitchmesh.tessellate.courses import loops_per_course, stitch_widths
 from stitchmesh.tessellate.reached_size import reached_sizes
 from tests.gallery import FLAT_AND_ROUND, GARMENTS, closed_cone, grid, pentagon_row, shared, tube
 from tests.meshrelax.fabrics import rotation
+from tests.nightly import at_night
 from tests.shaking import shaken
 
 pytestmark = pytest.mark.decides
@@ -197,7 +198,7 @@ def test_stitches_are_not_divided_again():
 
 
 @pytest.mark.parametrize("name", FLAT_AND_ROUND)
-@pytest.mark.parametrize("halves", [1.0, 2.5, 3.5])
+@pytest.mark.parametrize("halves", [2.5, *at_night(1.0, 3.5)])
 def test_shaken_meshes_have_the_same_stitches(name: str, halves: float) -> None:
     """Wherever they lie in space, with edges of so many stitches and a half as well."""
     labeled = label(FLAT_AND_ROUND[name]())

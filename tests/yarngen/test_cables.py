@@ -284,6 +284,7 @@ def test_rows_that_meet_head_to_head_take_no_cable():
         cable_groups(replace(fabric, cable_shift=shifts, cable_layer=layers))
 
 
+@pytest.mark.nightly
 def test_a_relaxed_rope_keeps_its_front():
     """Two loops cross two others on a purl ground: the right ones lie in front, from lower right to upper left."""
     fabric = crossed(plain(8, 7, purled=2), 4, 2, turned(2, 2, "right"))

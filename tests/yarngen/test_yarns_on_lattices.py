@@ -14,7 +14,7 @@ from stitchmesh.lattice import Lattice
 from stitchmesh.mesh import BORDER, StitchMesh
 from stitchmesh.mesh.cable_groups import cable_groups
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.patterns import Cell, Loop, Pattern, Row, pattern_names, read_pattern
+from stitchmesh.patterns import Cell, Loop, Pattern, Row, read_pattern
 from stitchmesh.patterns.swatch_mesh import plain_piece
 from stitchmesh.periodic.repeat.torus import torus_mesh
 from stitchmesh.yarn import YarnSet, segment_points
@@ -23,6 +23,7 @@ from stitchmesh.yarngen.clearance import smallest_distance
 from stitchmesh.yarngen.loop_check.loop_linking import check_loops
 from stitchmesh.yarngen.loop_check.supercell import supercell
 from stitchmesh.yarngen.splines import control_points_through
+from tests.chosen_patterns import CHOSEN_PATTERNS
 
 pytestmark = pytest.mark.decides
 
@@ -178,8 +179,8 @@ def test_loops_on_a_lattice_are_linked_as_defined(name: str) -> None:
     check_loops(FABRICS[name], generate_yarns(FABRICS[name], quality="draft"))
 
 
-@pytest.mark.parametrize("pattern", [name for name in pattern_names() if read_pattern(name).height <= 8])
-def test_loops_of_every_small_pattern_are_linked_as_defined(pattern: str) -> None:
+@pytest.mark.parametrize("pattern", CHOSEN_PATTERNS)
+def test_loops_of_a_pattern_are_linked_as_defined(pattern: str) -> None:
     fabric = torus_mesh(read_pattern(pattern), stitch_width=WIDTH, stitch_height=HEIGHT)
     check_loops(fabric, generate_yarns(fabric, quality="draft"))
 

@@ -118,6 +118,7 @@ def test_a_balance_that_only_leads_down_by_tiny_moves_counts_as_rest(monkeypatch
     assert SHORTER * tried[-1] < SMALLEST_MOVE <= tried[-1]
 
 
+@pytest.mark.nightly
 def test_moss_stitch_leaves_the_balance_in_which_it_stands_upright(monkeypatch: pytest.MonkeyPatch) -> None:
     """With three contact samples in double precision, rounding does not take it out of its balance."""
     start = prepare_swatch("moss", material=None, quality="draft", device="cpu", **FREE, smallest=False)

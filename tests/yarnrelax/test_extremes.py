@@ -18,6 +18,7 @@ from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax.assessment import Assessment
 from stitchmesh.yarnrelax.collision import broad_phase
 from stitchmesh.yarnrelax.simulation import YarnSimulation
+from tests.nightly import at_night
 
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
 from extremes import (
@@ -53,7 +54,7 @@ QUICK = {
 PLACE_IN_YARN = re.compile(r"yarn \d+ \(control point \d+\)")
 
 
-@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("precision", ["float32", *at_night("float64")])
 @pytest.mark.parametrize("case", SMALL.values(), ids=lambda case: case.name)
 def test_an_extreme_case_ends_in_a_defined_outcome(case: Case, precision: str) -> None:
     limit = LONG if case.name in QUICK else SHORT

@@ -204,6 +204,7 @@ def test_the_table_of_images_has_room_for_a_cell_until_its_yarns_spread() -> Non
     assert has_room(simulation.model, points, np.array([True, True, False, True]))
 
 
+@pytest.mark.nightly
 def test_large_and_small_cells_relax_in_one_batch() -> None:
     one = periodic_patch(1, 1)
     many = tile_yarns(one, 10, 9, periodic=True)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pytest
 
 from stitchmesh.app.pages.even_out import START
 from stitchmesh.app.project.project import Project
@@ -32,6 +33,7 @@ def write_project(folder: Path) -> None:
     project.close()
 
 
+@pytest.mark.nightly
 def test_one_button_evens_the_stitches_out(tmp_path: Path, app_in_browser: Callable[..., AbstractContextManager[Rig]]):
     write_project(tmp_path / "project")
     with app_in_browser("Even out") as rig:

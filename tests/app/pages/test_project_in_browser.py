@@ -46,6 +46,7 @@ def test_a_mesh_is_uploaded_and_the_next_page_opens(app_in_browser, tmp_path):
         assert rig.app.project.mesh.face_count == 48 and rig.app.page.name == "Label"
 
 
+@pytest.mark.nightly
 def test_a_file_is_dropped_on_the_scene(app_in_browser, tmp_path):
     with app_in_browser(page="Project") as rig:
         drop(rig, "tube.obj", mesh_bytes(tmp_path))
@@ -53,6 +54,7 @@ def test_a_file_is_dropped_on_the_scene(app_in_browser, tmp_path):
         assert rig.app.project.source.name == "tube.obj"
 
 
+@pytest.mark.nightly
 def test_a_file_that_no_upload_takes_is_refused_in_words(app_in_browser):
     with app_in_browser(page="Project") as rig:
         drop(rig, "letter.doc", b"Dear")
@@ -89,6 +91,7 @@ def test_a_file_that_is_too_large_is_not_sent(app_in_browser):
         rig.browser_page.evaluate(f"() => {{ window.stitchmeshDrop.largest = {LARGEST_UPLOAD}; }}")
 
 
+@pytest.mark.nightly
 def test_the_stitches_are_downloaded_as_the_library_writes_them(app_in_browser, tmp_path):
     divided_project(tmp_path / "project").close()
     with app_in_browser(page="Project") as rig:
@@ -99,6 +102,7 @@ def test_the_stitches_are_downloaded_as_the_library_writes_them(app_in_browser, 
         assert name == "stitches.h5" and same(read_stitches(tmp_path / name), rig.app.project.fabric)
 
 
+@pytest.mark.nightly
 def test_a_download_goes_to_the_browser_that_asked_for_it(app_in_browser, tmp_path):
     divided_project(tmp_path / "project").close()
     with app_in_browser(page="Project") as rig, closing(rig.another_window()) as other:
@@ -130,6 +134,7 @@ def test_a_second_browser_sees_the_same_state(app_in_browser, tmp_path):
         assert other.faults == []
 
 
+@pytest.mark.nightly
 def test_a_page_that_is_loaded_again_shows_the_same(app_in_browser, tmp_path):
     project = divided_project(tmp_path / "project")
     project.close()

@@ -19,6 +19,7 @@ from stitchmesh.errors import FileError
 from stitchmesh.io.part_folder import PARTS
 from tests.app.project.projects import HISTORY, PURL, REPORT, YARNS, relaxed_project, same_project
 from tests.killing import killed, leave_part
+from tests.nightly import mostly_at_night
 
 
 def test_files_that_nothing_names_are_removed_and_kept_values_are_written_once(tmp_path):
@@ -39,7 +40,7 @@ def test_files_that_nothing_names_are_removed_and_kept_values_are_written_once(t
     project.close()
 
 
-@pytest.mark.parametrize("calls", range(0, 40, 3))
+@pytest.mark.parametrize("calls", mostly_at_night(range(0, 40, 3), by_day=(0, 12, 24, 39)))
 def test_a_write_that_is_killed_leaves_the_state_before_or_after_it(tmp_path, calls):
     project = relaxed_project(tmp_path)
     project.close()  # The thread of autosave ends, so that the process may be divided.

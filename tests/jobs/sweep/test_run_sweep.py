@@ -124,6 +124,7 @@ def assert_same_results(first, second):
         assert np.array_equal(sm.read_yarns(first / name).points, sm.read_yarns(second / name).points)
 
 
+@pytest.mark.nightly
 def test_a_garment_goes_on_elsewhere_when_its_worker_is_killed_and_all_results_are_those_of_a_serial_run(
     serial, cluster, tmp_path
 ):
@@ -190,6 +191,7 @@ def test_the_processes_of_a_sweep_speak_to_nobody_without_its_certificate():
     assert set(secrets.values()) == {False}
 
 
+@pytest.mark.nightly
 def test_a_standing_scheduler_with_certificates_is_reached_by_those_of_the_configuration(tmp_path, caplog):
     settings = certificates(tmp_path)
     cluster = Cluster(tmp_path, preload=QUICK, settings=settings)
@@ -219,6 +221,7 @@ def test_jobs_of_which_workers_die_are_rows_with_an_error_and_the_jobs_beside_th
     assert run_sweep(sweep, target, workers=0).kept == 4
 
 
+@pytest.mark.nightly
 def test_a_killed_client_is_followed_by_one_that_does_what_is_left(quick, tmp_path):
     target, gammas = tmp_path / "sweep", harmless(40)
     target.mkdir()
@@ -239,6 +242,7 @@ def test_a_killed_client_is_followed_by_one_that_does_what_is_left(quick, tmp_pa
     assert set(begun(target).values()) == {1}
 
 
+@pytest.mark.nightly
 def test_a_scheduler_that_is_killed_and_started_again_gets_what_is_left(quick, tmp_path):
     target, gammas = tmp_path / "sweep", harmless(60)
     with started(quick_sweep(gammas), target, quick.address) as ended:
@@ -268,6 +272,7 @@ def test_a_sweep_without_workers_says_so_until_it_is_stopped(cluster, tmp_path):
     assert "0 of 1 jobs; no worker yet" in notes
 
 
+@pytest.mark.nightly
 def test_a_full_disk_ends_a_sweep_in_one_line_and_the_next_run_does_what_is_left(quick, tmp_path):
     target, sweep = tmp_path / "sweep", quick_sweep([2.0, 2.5, FILLS, 3.0])
     target.mkdir()
@@ -313,6 +318,7 @@ def test_a_wish_to_stop_ends_a_sweep_between_two_tasks(tmp_path):
     assert json.loads((tmp_path / "status.json").read_text())["state"] == "stopped"
 
 
+@pytest.mark.nightly
 def test_a_wish_to_stop_ends_a_sweep_whose_tasks_end_all_the_time(quick, tmp_path):
     stop = StopRequest()
 

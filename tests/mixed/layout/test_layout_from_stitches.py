@@ -23,6 +23,7 @@ from stitchmesh.tessellate import tessellate
 from tests.gallery import grid, tube
 from tests.mixed.cloth.panel_shapes import rectangle
 from tests.mixed.cloth.test_cloth_from_stitches import garment
+from tests.nightly import at_night
 
 SIZE = {"stitch_width": 1.6, "course_height": 1.2}
 
@@ -50,7 +51,7 @@ def test_a_flat_piece_has_the_yarns_of_a_chart_of_the_same_size():
     np.testing.assert_array_equal(yarns.stitch_left, chart.stitch_left)
 
 
-@pytest.mark.parametrize("name", ["sweater", "hat", "sock"])
+@pytest.mark.parametrize("name", ["hat", *at_night("sweater", "sock")])
 @pytest.mark.parametrize("divisions", [1, 3])
 def test_garments(name, divisions):
     fabric = garment(name)

@@ -16,9 +16,10 @@ from stitchmesh.yarngen import generate_yarns
 from tests.mixed.cloth.test_cloth_from_stitches import garment
 from tests.mixed.splines.jersey import RADIUS, jersey
 from tests.mixed.triangles.derivatives import rotation
+from tests.nightly import at_night
 
 
-@pytest.mark.parametrize("name", ["hat", "sweater"])
+@pytest.mark.parametrize("name", ["hat", *at_night("sweater")])
 def test_control_points_of_a_garment_have_feet_and_heights(name):
     fabric = garment(name)
     cloth = cloth_from_stitches(fabric, stitch_width=1.6, course_height=1.2)

@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,6 +20,7 @@ from stitchmesh.mixed.drape import drape
 from stitchmesh.mixed.enrichment.region import TRIANGLES
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.output.files import MAPS, read_maps
+from stitchmesh.mixed.scene import spline_layout
 from stitchmesh.mixed.scene.cloth_section import ClothSection
 from stitchmesh.mixed.scene.motion_section import AttachmentSection, Keyframe
 from stitchmesh.mixed.scene.region_section import BoxSection, RegionSection
@@ -27,12 +30,31 @@ from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
 from stitchmesh.mixed.scene.yarns_section import YarnsSection
 from stitchmesh.mixed.simulation import StaticSimulation
 from stitchmesh.tessellate import tessellate
+from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import check_loops
+from stitchmesh.yarnrelax import relax_yarns
+from stitchmesh.yarnrelax.relaxation_result import Relaxation
 from tests.gallery import ROOT, grid
 from tests.mixed.splines.jersey import HEIGHT, LOOP, RADIUS, WIDTH
 
 YARNS = YarnsSection(model="splines", knit="stitches", radius=RADIUS, loop_length=LOOP)
 MATERIAL = str(ROOT / "examples" / "mixed" / "jersey" / "cloth.toml")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def yarns_relaxed_once() -> Iterator[None]:
+    """All scenes lay the same yarns, whose relaxation takes longer than what is tested here."""
+    known: dict[bytes, Relaxation] = {}
+
+    def relax_once(yarns: YarnSet, **options: Any) -> Relaxation:
+        start = yarns.points.tobytes()
+        if start not in known:
+            known[start] = relax_yarns(yarns, **options)
+        return known[start]
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(spline_layout, "relax_yarns", relax_once)
+        yield
 
 
 def patch(tmp_path, columns: int = 7, rows: int = 6, pull: float = 0.0) -> Scene:
@@ -62,6 +84,7 @@ def patch(tmp_path, columns: int = 7, rows: int = 6, pull: float = 0.0) -> Scene
     )
 
 
+@pytest.mark.nightly
 def test_a_pulled_patch_keeps_its_loops_and_comes_out_the_same_again(tmp_path):
     scene = patch(tmp_path, pull=0.03 * 7 * WIDTH)
     run = drape(scene, tmp_path / "out")

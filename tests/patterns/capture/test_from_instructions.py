@@ -13,8 +13,9 @@ from stitchmesh.errors import PatternError
 from stitchmesh.hand_knitting import knitting_instructions, parse_instructions
 from stitchmesh.hand_knitting.words import without_yarn_overs
 from stitchmesh.mesh.stitch import Stitch
-from stitchmesh.patterns import pattern_mesh, pattern_names, read_pattern, smallest_repeat
+from stitchmesh.patterns import pattern_mesh, read_pattern, smallest_repeat
 from stitchmesh.patterns.pattern import Cell, Row
+from tests.chosen_patterns import CHOSEN_PATTERNS
 from tests.patterns.fabrics import flat
 
 
@@ -29,7 +30,7 @@ def apart(row: Row) -> Row:
     return replace(row, cells=tuple(cells))
 
 
-@pytest.mark.parametrize("name", pattern_names())
+@pytest.mark.parametrize("name", CHOSEN_PATTERNS)
 def test_the_instructions_of_a_pattern_are_the_pattern(tmp_path, name):
     piece = pattern_mesh(read_pattern(name), 2, 1, stitch_width=1.0, stitch_height=1.0)
     (tmp_path / "words.txt").write_text(knitting_instructions(piece))

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
@@ -22,11 +23,14 @@ from stitchmesh.patterns.placement.plain_ground import plain_ground
 from stitchmesh.tessellate import tessellate
 from stitchmesh.yarngen import check_loops, generate_yarns
 from tests.gallery import ROOT
+from tests.nightly import mostly_at_night
 from tests.patterns.fabrics import checked, codes, differing, flat, pattern, tube
 
 NAMES = ("rib2x2", "twisted-rib", "linen-stitch", "rope-cable", "eyelet-lace", "feather-and-fan", "half-cardigan",
          "mrs-montagues")  # fmt: skip
 """Patterns of every kind: loops twisted, slipped, crossed, and tucks; units of one row and of two."""
+PAIRS = tuple(zip(NAMES, (*NAMES[1:], NAMES[0]), strict=True))
+"""Each pattern once below and once above."""
 
 
 @cache
@@ -55,8 +59,7 @@ def numbers_after(fabric: StitchMesh, laid: LaidPattern) -> np.ndarray:
     return numbers
 
 
-@pytest.mark.parametrize("second", NAMES)
-@pytest.mark.parametrize("first", NAMES)
+@pytest.mark.parametrize(("first", "second"), mostly_at_night(product(NAMES, NAMES), by_day=PAIRS))
 def test_a_pattern_over_a_pattern_covers_what_it_covers_of_a_plain_piece(first, second):
     below = apply_pattern(fabric_of("flat"), first)
     laid = lay_pattern(below, second)

@@ -7,14 +7,15 @@ from __future__ import annotations
 import pytest
 
 from stitchmesh.errors import FileError
-from stitchmesh.patterns import pattern_names, read_pattern
+from stitchmesh.patterns import read_pattern
 from stitchmesh.periodic.charts.pattern_file import write_pattern
+from tests.chosen_patterns import CHOSEN_PATTERNS
 
 DRAWN = ("feather-and-fan", "half-cardigan", "horseshoe-cable", "jacquard3", "twisted-rib")
 """Patterns with each kind of mark: increases, tucks, cables, colours and twists."""
 
 
-@pytest.mark.parametrize("name", pattern_names())
+@pytest.mark.parametrize("name", CHOSEN_PATTERNS)
 def test_a_pattern_is_read_from_its_text(tmp_path, name):
     write_pattern(tmp_path / "own.knit", read_pattern(name))
     assert read_pattern(tmp_path / "own.knit") == read_pattern(name)

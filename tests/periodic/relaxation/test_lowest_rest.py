@@ -21,6 +21,7 @@ from stitchmesh.time_limit import TimeLimit, limited_to
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
 from stitchmesh.yarnrelax.relaxation_result import Relaxation
+from tests.nightly import at_night
 from tests.periodic.free_cells import FREE
 
 DRAFT: dict[str, Any] = {"quality": "draft", "device": "cpu"} | FREE
@@ -39,7 +40,7 @@ def minimum(start: PreparedSwatch, yarns: YarnSet, done: int = 0) -> Asking[Rela
     return relaxed
 
 
-@pytest.mark.parametrize("pattern", ["rib1x1", "rib2x2"])
+@pytest.mark.parametrize("pattern", ["rib1x1", *at_night("rib2x2")])
 def test_noise_on_the_yarns_does_not_change_the_state(pattern: str) -> None:
     """From the generated yarns alone, noise takes both ribs to sizes that differ by a tenth."""
     start = prepared(pattern)

@@ -25,6 +25,7 @@ from stitchmesh.periodic.swatch import swatch
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
 from stitchmesh.yarnrelax.load_steps import LoadStep, relax_through_steps
+from tests.nightly import at_night
 
 KALDOR = YarnMaterial.named("kaldor-simulation")
 STATES = ("dry", "wet", "full")
@@ -42,7 +43,7 @@ def density(report: dict[str, Any]) -> float:
     return float(report["loop_length"] ** 2 / (report["course_spacing"] * report["wale_spacing"]))
 
 
-@pytest.mark.parametrize("loop_length", [None, 5.0], ids=["compact", "loose"])
+@pytest.mark.parametrize("loop_length", [None, *at_night(5.0)], ids=["compact", "loose"])
 def test_a_knit_becomes_denser_from_dry_to_wet_to_full(loop_length: float | None) -> None:
     found = [let_go("stockinette", state, 0.2, loop_length=loop_length) for state in STATES]
     assert all(report["converged"] for report in found)
@@ -59,17 +60,20 @@ def test_a_full_relaxation_forgets_the_needles() -> None:
         assert full[name] == pytest.approx(free[name], rel=0.01)
 
 
+@pytest.mark.nightly
 def test_more_friction_holds_more_of_the_height_of_the_needles() -> None:
     heights = [let_go("stockinette", "dry", mu)["course_spacing"] for mu in (0.05, 0.1, 0.2)]
     assert np.all(np.diff(heights) > 0.005)  # ten times what the tolerance of 1e-3 leaves
 
 
+@pytest.mark.nightly
 def test_a_dry_rib_is_narrower_than_stockinette_by_about_a_third() -> None:
     """A knitted 1x1 rib is reported to be some 30 % narrower; ribs have several states, so that the bound is wide."""
     rib, plain = (let_go(pattern, "dry")["wale_spacing"] for pattern in ("rib1x1", "stockinette"))
     assert 0.55 < rib / plain < 0.75
 
 
+@pytest.mark.nightly
 def test_noise_does_not_let_stitches_share_the_needles_unequally() -> None:
     """At a minimum of its energy a rib on the needles has wide and narrow stitches, and noise decides which.
 
@@ -108,6 +112,7 @@ def test_a_knit_that_finds_its_size_is_dry_and_all_else_has_no_friction() -> Non
         assert (report["relaxation"], report["friction"]) == ("frictionless", 0.0)
 
 
+@pytest.mark.nightly
 def test_gamma_is_a_similarity_with_friction_too() -> None:
     """Loops of l with gamma g are those of l / g, of the same yarn, up to the tolerance of both."""
     one = let_go("stockinette", "dry", 0.2, gamma=1.1, loop_length=5.0)
@@ -126,7 +131,7 @@ def test_steps_fall_in_equal_ratios_and_end_with_zero() -> None:
     assert friction_left("full")[-2:] == [pytest.approx(LAST_FRICTION), 0.0]
 
 
-@pytest.mark.parametrize("most", [60.0, 300.0], ids=["sticking", "sliding"])
+@pytest.mark.parametrize("most", [*at_night(60.0), 300.0], ids=["sticking", "sliding"])
 def test_work_is_dissipated_in_a_cycle_of_loads(most: float) -> None:
     """Drawn along the wales and let go again, twice: no cycle gives work, and the second one closes on itself.
 

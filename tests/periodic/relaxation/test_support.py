@@ -21,6 +21,7 @@ from stitchmesh.periodic.swatch import Swatch, scale_yarns, swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import RelaxCell, YarnMaterial
+from tests.nightly import at_night
 from tests.periodic.free_cells import FREE
 
 pytestmark = pytest.mark.usefixtures("first_state")
@@ -36,7 +37,7 @@ def draft(pattern: str) -> dict[str, Any]:
     return free(pattern, quality="draft").report
 
 
-@pytest.mark.parametrize("pattern", ["eyelet-lace", "checks", "rib3x3"])
+@pytest.mark.parametrize("pattern", ["checks", *at_night("eyelet-lace", "rib3x3")])
 def test_a_free_swatch_lies_flat(pattern: str) -> None:
     """Without support each of these patterns is soon thicker than ``THICK`` flat thicknesses."""
     report = draft(pattern)
@@ -88,6 +89,7 @@ def test_the_tension_of_a_blocked_swatch_is_that_over_its_size_as_generated(gamm
     assert made.report["shape"] == "flat"
 
 
+@pytest.mark.nightly
 def test_lace_has_courses_as_high_as_those_of_plain_knit() -> None:
     """Its decreases are thicker than its other stitches, which do not slide behind one another for that."""
     lace, plain = draft("eyelet-lace"), draft("stockinette")

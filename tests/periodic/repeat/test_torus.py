@@ -20,6 +20,7 @@ from stitchmesh.tessellate import COURSE_OVER_WALE_SPACING
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarngen import generate_yarns
 from stitchmesh.yarngen.clearance import smallest_distance
+from tests.chosen_patterns import CHOSEN_PATTERNS
 
 WIDTH = 0.5
 HEIGHT = COURSE_OVER_WALE_SPACING * WIDTH
@@ -67,7 +68,7 @@ def made(*rows: list[Cell], loops: dict[int, tuple[Loop, ...]] | None = None) ->
     return Pattern("made", "test", tuple(Row(tuple(row), (loops or {}).get(k, ())) for k, row in enumerate(rows)))
 
 
-@pytest.mark.parametrize("name", pattern_names())
+@pytest.mark.parametrize("name", CHOSEN_PATTERNS)
 def test_neighbours_meet_on_their_common_side(name):
     for fabric in (torus(name), torus(name, 2, 3)):
         position, twin = fabric.corner_position, fabric.twin
@@ -80,7 +81,7 @@ def test_neighbours_meet_on_their_common_side(name):
         assert len(fabric.vertices) - len(fabric.edge_side) + fabric.face_count == 0
 
 
-@pytest.mark.parametrize("name", pattern_names())
+@pytest.mark.parametrize("name", CHOSEN_PATTERNS)
 def test_the_faces_fill_the_cell_once(name):
     fabric = torus(name)
     assert (fabric.face_vector_area[:, 2] > 0).all()
@@ -100,7 +101,7 @@ def test_a_torus_of_few_stitches(columns, rows):
     assert distance.max() < ROUNDING
 
 
-@pytest.mark.parametrize("name", pattern_names())
+@pytest.mark.parametrize("name", CHOSEN_PATTERNS)
 def test_marks_of_the_last_row_agree_with_the_first_row(name):
     fabric, pattern = torus(name), read_pattern(name)
     for row in (0, pattern.height - 1):
@@ -113,7 +114,7 @@ def test_marks_of_the_last_row_agree_with_the_first_row(name):
         np.testing.assert_array_equal(found, [(loop.twist, loop.shift, loop.layer) for loop in loops])
 
 
-@pytest.mark.parametrize("name", pattern_names())
+@pytest.mark.parametrize("name", CHOSEN_PATTERNS)
 def test_each_yarn_goes_through_the_cell_once_without_a_gap(name):
     yarns = torus_yarns(name)
     assert yarns.closed.all()
@@ -126,20 +127,20 @@ def test_each_yarn_goes_through_the_cell_once_without_a_gap(name):
         assert gaps.max() < 4.0 * np.median(gaps)
 
 
-@pytest.mark.parametrize("name", pattern_names())
+@pytest.mark.parametrize("name", CHOSEN_PATTERNS)
 def test_rows_keep_separate_yarns(name):
     fabric, yarns = torus(name), torus_yarns(name)
     used = {(int(row), int(yarn)) for row, yarn in zip(fabric.row, fabric.yarn, strict=True)}
     assert yarns.yarn_count == len(used)
 
 
-@pytest.mark.parametrize("name", pattern_names())
+@pytest.mark.parametrize("name", CHOSEN_PATTERNS)
 def test_two_by_two_tiles_equal_four_copies_of_the_tile(name):
     tiled = generate_yarns(torus(name, 2, 2), yarn_radius=RADIUS, quality="draft")
     assert_same_in_cell(tiled.points, torus_yarns(name), torus(name), times=4)
 
 
-@pytest.mark.parametrize("name", pattern_names())
+@pytest.mark.parametrize("name", CHOSEN_PATTERNS)
 def test_the_torus_equals_a_tile_inside_a_flat_piece(name):
     pattern, fabric = read_pattern(name), torus(name)
     size = np.array([pattern.width, pattern.height])
@@ -157,7 +158,7 @@ def test_the_torus_equals_a_tile_inside_a_flat_piece(name):
     assert len(np.unique(nearest)) == len(torus_yarns(name).points)
 
 
-@pytest.mark.parametrize("name", pattern_names())
+@pytest.mark.parametrize("name", CHOSEN_PATTERNS)
 def test_yarns_do_not_depend_on_the_image_of_each_face(name):
     fabric, yarns = torus(name), torus_yarns(name)
     image = np.random.default_rng(0).integers(-2, 3, size=(fabric.face_count, 2))

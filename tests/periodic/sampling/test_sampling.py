@@ -14,6 +14,7 @@ from stitchmesh.periodic.sampling.sampling import path_to, refined
 from stitchmesh.periodic.swatch import swatch
 from stitchmesh.quality import PRESETS
 from stitchmesh.yarnrelax import RelaxCell
+from tests.nightly import at_night
 from tests.periodic.free_cells import FREE
 
 PROMISE = {"draft": 0.05, "standard": 0.01}
@@ -29,7 +30,7 @@ def sizes(pattern: str, quality: str) -> tuple[float, float]:
 
 @pytest.mark.usefixtures("first_state")
 @pytest.mark.parametrize("quality", ["draft", "standard"])
-@pytest.mark.parametrize("pattern", ["stockinette", "garter", "seed", "linen-stitch", "plain"])
+@pytest.mark.parametrize("pattern", ["stockinette", "linen-stitch", "plain", *at_night("garter", "seed")])
 def test_each_quality_keeps_its_promise(pattern: str, quality: str) -> None:
     np.testing.assert_allclose(sizes(pattern, quality), sizes(pattern, "reference"), rtol=PROMISE[quality])
 
@@ -51,12 +52,12 @@ def check_one_state(pattern: str, loop: float) -> None:
 
 @pytest.mark.decides
 @pytest.mark.usefixtures("first_state")
-@pytest.mark.parametrize("pattern, loop", SLACK)
+@pytest.mark.parametrize("pattern, loop", [SLACK[0], *at_night(*SLACK[1:])])
 def test_qualities_find_one_state_of_several(pattern: str, loop: float) -> None:
     check_one_state(pattern, loop)
 
 
-@pytest.mark.decides
+@pytest.mark.nightly
 def test_qualities_find_one_lowest_state() -> None:
     check_one_state("rib1x1", 20.0)
 

@@ -23,6 +23,7 @@ from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import Quality
 from stitchmesh.yarn.tiling import instances
 from stitchmesh.yarnrelax.linking.certificate import changed_pairs, doubled_linking
+from tests.nightly import at_night
 from tests.periodic.free_cells import FREE
 
 pytestmark = pytest.mark.usefixtures("first_state")
@@ -78,23 +79,26 @@ def assert_same_rest(frame: Frame, expected: sm.Swatch, close: float = CLOSE) ->
 @pytest.mark.parametrize(
     "pattern, before, change",
     [
+        # size of the yarn, size of the cell, load, rest length, chart
         (PLAIN, {}, {"gamma": 1.3}),
-        (PLAIN, {"gamma": 1.3}, {"gamma": 1.0}),
-        (PLAIN, {}, {"period": (0.94, None)}),
         (PLAIN, {"period": (0.94, None)}, {"period": (None, None)}),
-        (PLAIN, {}, {"yarn_radius": 0.1}),
-        (PLAIN, {}, {"yarn_radius": 0.1, "loop_length": 4.167}),
-        (PLAIN, {}, {"material": sm.YarnMaterial.named("kaldor-simulation")}),
-        (PLAIN, {}, {"relax_cell": False}),
-        (PLAIN, {}, {"unsupported": True}),
         (PLAIN, {}, {"blocked": 30.0}),
-        (PLAIN, {"blocked": 30.0}, {"blocked": None}),
-        (PLAIN, {}, {"rest_lengths": sm.RestLengths(factor=0.8)}),
         ("plain", {}, {"rest_lengths": sm.RestLengths(warp=0.85)}),
-        ("plain", {}, {"spacing": 0.5, "yarn_radius": 0.11}),
-        ("plain", {}, {"period": (1.1, None), "gamma": 1.1}),
-        ("plain", {"gamma": 1.1}, {"pattern": PLAIN}),
         ("garter", {}, {"pattern": "plain"}),
+        *at_night(
+            (PLAIN, {"gamma": 1.3}, {"gamma": 1.0}),
+            (PLAIN, {}, {"period": (0.94, None)}),
+            (PLAIN, {}, {"yarn_radius": 0.1}),
+            (PLAIN, {}, {"yarn_radius": 0.1, "loop_length": 4.167}),
+            (PLAIN, {}, {"material": sm.YarnMaterial.named("kaldor-simulation")}),
+            (PLAIN, {}, {"relax_cell": False}),
+            (PLAIN, {}, {"unsupported": True}),
+            (PLAIN, {"blocked": 30.0}, {"blocked": None}),
+            (PLAIN, {}, {"rest_lengths": sm.RestLengths(factor=0.8)}),
+            ("plain", {}, {"spacing": 0.5, "yarn_radius": 0.11}),
+            ("plain", {}, {"period": (1.1, None), "gamma": 1.1}),
+            ("plain", {"gamma": 1.1}, {"pattern": PLAIN}),
+        ),
     ],
 )
 def test_a_change_ends_in_the_state_of_a_swatch_with_the_same_options(pattern, before, change):
@@ -439,6 +443,7 @@ def test_a_knit_moves_without_friction_and_ends_off_the_needles_with_the_bits_of
     assert frames[3].size == pytest.approx((tight.report["width"], tight.report["height"]), rel=SLID)
 
 
+@pytest.mark.nightly
 def test_a_change_of_colour_keeps_a_knit_that_was_let_go():
     one, two = (sm.parse_pattern(f"rounds 1-2 yarn 0: k2\nrounds 3-4 yarn {colour}: k2") for colour in (1, 2))
     with session(one, relaxation=None) as running:

@@ -92,6 +92,7 @@ def test_stockinette_has_one_state_of_rest() -> None:
     assert (row["shape"], row["posture"], row["count"], row["usual"]) == ("flat", "upright", 5, True)
 
 
+@pytest.mark.nightly
 def test_dry_starts_take_one_path_and_their_sizes_have_a_spread() -> None:
     """Noise moves knits that friction holds too."""
     found = explore("stockinette", 2, relaxation="dry", **DRAFT)
@@ -101,6 +102,7 @@ def test_dry_starts_take_one_path_and_their_sizes_have_a_spread() -> None:
     assert 0.0 < min(found.spread) and max(found.spread) < SAME
 
 
+@pytest.mark.nightly
 def test_equal_seeds_find_equal_states_and_a_plain_swatch_is_among_the_starts(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.ERROR):
         one, same = (explore("moss", 1, seed=2, **DRAFT) for _ in range(2))

@@ -15,6 +15,7 @@ from stitchmesh.periodic.weave.weave import Thread, Weave
 from stitchmesh.periodic.weave.yarns import weave_yarns
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import relax_yarns
+from tests.nightly import at_night
 
 RADIUS = 0.1
 PLAIN = ((0, 1), (1, 0))
@@ -71,7 +72,7 @@ def test_generated_yarns_pass_as_in_the_matrix_and_do_not_overlap(name, quality)
     assert smallest_distance(yarns) > NEAREST.get(name, 0.9)
 
 
-@pytest.mark.parametrize("name", ["plain", "twill-4x1", "double-plain-stitched", "orthogonal-interlock"])
+@pytest.mark.parametrize("name", ["plain", *at_night("twill-4x1", "double-plain-stitched", "orthogonal-interlock")])
 def test_relaxed_yarns_pass_as_in_the_matrix(name):
     weave = read_weave(name)
     relaxed = relax_yarns(weave_yarns(weave, yarn_radius=RADIUS, quality="draft"), quality="draft", device="cpu")

@@ -159,6 +159,7 @@ def test_loops_of_whole_fabrics_are_linked_as_defined(name: str, quality: str) -
     check_loops(fabric, generate_yarns(fabric, quality=quality))
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", ["flat", "three around", "pentagons"])
 def test_loops_of_whole_fabrics_are_linked_as_defined_after_relaxation(name: str) -> None:
     fabric = fabric_of(name)
@@ -262,6 +263,7 @@ def test_flat_fabric_may_lie_anywhere_in_its_plane() -> None:
     check_loops(fabric, replace(yarns, points=yarns.points @ quarter + 5.0))
 
 
+@pytest.mark.nightly
 def test_a_mirror_image_is_linked_the_other_way() -> None:
     """A mirror parallel to the fabric turns knit into purl, which no motion without pull-throughs can do."""
     fabric = swatch("k")
@@ -349,6 +351,7 @@ def test_yarn_on_the_wrong_side_of_a_slipped_loop_is_caught(
         check_loops(fabric, generate_yarns(fabric, quality="draft"))
 
 
+@pytest.mark.nightly
 def test_a_pull_through_by_hand_is_caught() -> None:
     """One loop of a relaxed tube is lifted out of the loop that passes through it."""
     fabric = fabric_of("tube")

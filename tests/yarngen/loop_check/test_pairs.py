@@ -26,6 +26,7 @@ from stitchmesh.yarngen.templates.template import RADIUS_OVER_WIDTH
 from stitchmesh.yarnrelax import relax_yarns
 from stitchmesh.yarnrelax.constraints.pins import Pins
 from stitchmesh.yarnrelax.energies.point_load import PointLoad
+from tests.nightly import at_night
 from tests.yarngen.samplers import Block, above, beside, placements, sampler, side_by_side, sides_of, tops
 
 pytestmark = pytest.mark.decides
@@ -66,10 +67,12 @@ def test_a_stitch_among_knit_ones(stitch: Stitch, quality: str) -> None:
     assert smallest_distance(yarns, ALONE * yarns.radius[0])[0] == np.inf
 
 
+@pytest.mark.nightly
 def test_drawn_stitches_side_by_side() -> None:
     assert_linked_and_apart([beside(left, right) for left, right in product(DRAWN_THROUGH, DRAWN_THROUGH)], PAIRED)
 
 
+@pytest.mark.nightly
 def test_drawn_stitches_on_top_of_one_another() -> None:
     worked = [stitch for stitch in DRAWN_THROUGH if sides_of(stitch)[0]]
     assert_linked_and_apart([above(lower, upper) for lower, upper in product(DRAWN_THROUGH, worked)], PAIRED)
@@ -100,7 +103,7 @@ def untensioned(fabric: StitchMesh) -> YarnSet:
     return replace(yarns, rest_length=yarns.lengths)
 
 
-@pytest.mark.parametrize("part", range(3))
+@pytest.mark.parametrize("part", [0, *at_night(1, 2)])
 def test_stitches_stay_linked_when_the_fabric_is_pulled(part: int) -> None:
     """The cast-on is held and the last row is pulled by 250 dyn a stitch, the weight of about a quarter of a gramme."""
     fabric = many_stitches(ALL[part::3])
@@ -115,7 +118,7 @@ def test_stitches_stay_linked_when_the_fabric_is_pulled(part: int) -> None:
     check_loops(fabric, result.yarns)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *at_night(1, 2)])
 def test_a_fabric_at_rest_is_longer_when_pulled_and_linked_as_before(seed: int) -> None:
     """Every family of stitches is relaxed in its shape, then held at its cast-on and pulled at its last row.
 

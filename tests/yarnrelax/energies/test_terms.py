@@ -28,6 +28,7 @@ from stitchmesh.yarnrelax.model.state import make_state
 from stitchmesh.yarnrelax.model.upload import put_model
 from stitchmesh.yarnrelax.simulation import YarnSimulation
 from tests.gallery import ROOT
+from tests.nightly import mostly_at_night
 from tests.yarnrelax.stockinette import flat_patch
 
 FLOOR = Mesh.from_polygons([[-9, -1, -9], [-9, -1, 9], [9, -1, 9], [9, -1, -9]], [[0, 1, 2, 3]])
@@ -143,7 +144,7 @@ CHOICES = {
 }
 
 
-@pytest.mark.parametrize("name", CHOICES)
+@pytest.mark.parametrize("name", mostly_at_night(CHOICES, by_day=("nothing", "body")))
 def test_a_relaxation_compiles_only_the_kernels_that_it_needs(name: str) -> None:
     """The relaxation runs in a new interpreter, where no other test has loaded or compiled anything."""
     choice, files, compiled = CHOICES[name]

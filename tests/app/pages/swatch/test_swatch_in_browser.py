@@ -90,6 +90,7 @@ def test_a_painted_square_and_a_turned_dial_change_the_fabric_and_its_yarns_come
         np.testing.assert_array_equal(sm.read_yarns(tmp_path / name).points, frame.yarns.points)
 
 
+@pytest.mark.nightly
 def test_two_variants_and_a_second_browser_that_sees_the_same(app_in_browser):
     with app_in_browser("Swatch", size=(1280, 800)) as rig:
         rig.choose("Start from", "twill-2x1")
@@ -117,6 +118,7 @@ BROKEN_CHARTS = [
 """Names and contents of charts, and what is said of them."""
 
 
+@pytest.mark.nightly
 def test_broken_charts_are_notices_and_the_fabric_stays(app_in_browser, tmp_path):
     with app_in_browser("Swatch") as rig:
         rest(rig)

@@ -21,6 +21,7 @@ from stitchmesh.app.pages.swatch.state import (
     state_table,
 )
 from stitchmesh.errors import ParameterError, PatternError
+from tests.chosen_patterns import CHOSEN_PATTERNS
 
 
 def test_a_state_comes_back_from_json():
@@ -66,7 +67,7 @@ def test_a_damaged_table_is_refused(change, error):
         read_state(state_table(first_state()) | change)
 
 
-@pytest.mark.parametrize("name", sm.pattern_names() + sm.weave_names())
+@pytest.mark.parametrize("name", (*CHOSEN_PATTERNS, "plain", "satin-3x2"))
 def test_a_pattern_is_shown_in_as_many_repeats_as_make_a_square_piece(name):
     source = sm.resolve_pattern(name)
     look = Look().fitted(source)

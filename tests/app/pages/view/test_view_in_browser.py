@@ -180,6 +180,7 @@ def test_yarns_that_are_removed_leave_nothing(rig):
     assert rig.browser_page.evaluate("() => window.stitchmeshYarns.report()") == {}
 
 
+@pytest.mark.nightly
 def test_a_second_browser_and_a_reload_see_the_same_yarns(app_in_browser):
     with app_in_browser(page="View") as rig:
         drawn(rig, lines(0.0, 1.0))
@@ -216,6 +217,7 @@ def test_a_user_opens_a_file_reads_measures_cuts_and_saves(app_in_browser, tmp_p
         assert len(np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0)) > 10
 
 
+@pytest.mark.nightly
 def test_a_job_that_runs_is_followed_until_it_has_finished(app_in_browser, tmp_path):
     """A job of another process; the page shows its stitches or its yarns at once, and its relaxed yarns at the end."""
     write_mesh(tmp_path / "tube.obj", quad_tube(12, 4))
