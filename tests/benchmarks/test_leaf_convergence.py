@@ -4,25 +4,18 @@
 
 from __future__ import annotations
 
-import sys
-from importlib import import_module
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.measures.solver.leaf_convergence import GradientNorms, first_converged
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.precision import scalar_named
 from stitchmesh.yarnrelax import YarnMaterial
 from stitchmesh.yarnrelax.model.constants import Model
 from stitchmesh.yarnrelax.model.state import make_state
 from stitchmesh.yarnrelax.model.upload import put_model
-from tests.gallery import ROOT
 from tests.yarnrelax.stockinette import flat_patch
-
-sys.path.insert(0, str(ROOT / "benchmarks"))
-leaf_convergence = import_module("leaf_convergence")
-GradientNorms, first_converged = leaf_convergence.GradientNorms, leaf_convergence.first_converged
 
 
 def norms(*values: float) -> NDArray[np.float64]:
