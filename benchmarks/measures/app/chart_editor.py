@@ -13,12 +13,13 @@ import json
 import platform
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.table import Rows
+from benchmarks.timing import milliseconds
 from stitchmesh.app.controls.chart_editor import ChartEditor
 from stitchmesh.app.controls.null_controls import NullControls
 from stitchmesh.patterns import parse_pattern
@@ -46,13 +47,8 @@ def pattern_of(side: int) -> Pattern:
     return parse_pattern("chart letters:\n" + "\n".join([row] * side))
 
 
-def milliseconds(work: Callable[[int], object]) -> tuple[str, str]:
-    """Return the median and the largest time of some runs [ms]."""
-    times = []
-    for run in range(RUNS):
-        start = time.perf_counter()
-        work(run)
-        times.append(1e3 * (time.perf_counter() - start))
+def cells_of(times: Sequence[float]) -> tuple[str, str]:
+    """Return the median and the largest time."""
     return f"{np.median(times):.1f}", f"{max(times):.1f}"
 
 
@@ -60,13 +56,12 @@ def server_times(side: int) -> tuple[object, ...]:
     """Return the times of a stroke and of a text, and the bytes of the answer to a stroke."""
     controls = NullControls()
     editor = ChartEditor(controls, pattern_of(side), lambda _: None)
-    stroke = milliseconds(lambda run: editor.act("stroke", json.dumps(
-        {"places": [[1, 2 * run]], "word": "p", "yarn": None}
-    )))  # fmt: skip
+    strokes = [json.dumps({"places": [[1, 2 * run]], "word": "p", "yarn": None}) for run in range(RUNS)]
+    stroke = milliseconds(lambda run: editor.act("stroke", strokes[run]), RUNS)
     answer = sum(len(made.content) for made in controls.made if "data-chart-changes" in made.content)
     texts = [editor.text.replace("kp", "pk", run + 1) for run in range(RUNS)]
-    typed = milliseconds(lambda run: editor.act("text", json.dumps({"text": texts[run]})))
-    return *stroke, *typed, answer
+    typed = milliseconds(lambda run: editor.act("text", json.dumps({"text": texts[run]})), RUNS)
+    return *cells_of(stroke), *cells_of(typed), answer
 
 
 def browser_times(sides: tuple[int, ...]) -> Rows:
@@ -99,10 +94,7 @@ def browser_times(sides: tuple[int, ...]) -> Rows:
                     rig.wait_for(lambda: given, "the call of the page")
                     drawn.append(frame)
                     called.append(given[0] - at + frame)
-                yield (
-                    f"{side} x {side}", f"{np.median(drawn):.1f}", f"{max(drawn):.1f}", f"{np.median(called):.1f}",
-                    f"{max(called):.1f}",
-                )  # fmt: skip
+                yield f"{side} x {side}", *cells_of(drawn), *cells_of(called)
 
 
 def chart_editor(*, browser: bool = False) -> Rows:

@@ -10,7 +10,6 @@ is the state after an edit.
 from __future__ import annotations
 
 import platform
-import time
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -18,6 +17,7 @@ import numpy as np
 
 from benchmarks.measures.editing.edit_latency import forgetful
 from benchmarks.table import Rows
+from benchmarks.timing import milliseconds
 from stitchmesh.editing.edit import Edit, apply_changes, apply_edit
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.connectivity import find_twins
@@ -54,13 +54,7 @@ def rolled_up(plain: StitchMesh, columns: int, rows: int) -> StitchMesh:
 
 def median_ms(what: Callable[[StitchMesh], object], fabric: StitchMesh) -> float:
     """Return the median time of a function of a mesh without cached values [ms]."""
-    times = []
-    for _ in range(RUNS):
-        fresh = forgetful(fabric)
-        start = time.perf_counter()
-        what(fresh)
-        times.append(time.perf_counter() - start)
-    return 1e3 * float(np.median(times))
+    return float(np.median(milliseconds(what, RUNS, lambda: forgetful(fabric))))
 
 
 def row_of(name: str, faces: int, *, closed: bool) -> tuple[object, ...]:

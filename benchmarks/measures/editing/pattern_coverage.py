@@ -7,7 +7,7 @@ A stitch of a cable that does not cross counts as left out.
 
 from __future__ import annotations
 
-import tempfile
+from functools import partial
 from pathlib import Path
 
 from benchmarks.table import Rows
@@ -31,6 +31,7 @@ def pattern_coverage(*, stitch_width: float = 0.8, picture: str | None = None) -
     """Yield the table, or draw the picture."""
     if picture:
         draw(Path(picture))
+        yield picture
         return
     fabrics = {name: tessellate(label(read_mesh(mesh_of(name))), stitch_width=stitch_width) for name in GARMENTS}
     yield "pattern", "repeat", *GARMENTS
@@ -55,19 +56,13 @@ def covered(laid: LaidPattern, pattern: Pattern) -> str:
 
 def draw(path: Path) -> None:
     """Draw a lace on the hat and cables on the dress, coloured by stitch type."""
-    from PIL import Image
-
+    from benchmarks.sheet import drawn, joined
     from stitchmesh.render.fabric_pictures import render_stitches
 
     pictures = []
     for name, width, pattern in (("hat", 1.0, parse_pattern(LACE)), ("dress", 1.2, read_pattern("rope-cable"))):
         mesh = read_mesh(mesh_of(name))
         laid = lay_pattern(tessellate(label(mesh), stitch_width=width), pattern)
-        with tempfile.TemporaryDirectory() as folder:
-            drawn = Path(folder) / "drawn.png"
-            render_stitches(relax_mesh(laid.fabric, surface=mesh), drawn, size=(1000, 900))
-            pictures.append(Image.open(drawn).convert("RGB"))
-    both = Image.new("RGB", (sum(picture.width for picture in pictures), pictures[0].height))
-    for place, picture in enumerate(pictures):
-        both.paste(picture, (place * pictures[0].width, 0))
-    both.save(path, quality=80)
+        even = relax_mesh(laid.fabric, surface=mesh)
+        pictures.append(drawn(partial(render_stitches, even, size=(1000, 900))))
+    joined(pictures, 2).save(path, quality=80)

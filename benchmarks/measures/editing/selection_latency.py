@@ -8,13 +8,14 @@ Each time is that of a fabric whose cached values are not computed yet.
 from __future__ import annotations
 
 import platform
-import time
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.measures.editing.edit_latency import forgetful
 from benchmarks.table import Rows
+from benchmarks.timing import milliseconds
 from stitchmesh.editing.edit import Edit, apply_changes, apply_edit
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import label
@@ -42,20 +43,14 @@ PATTERNS = (
 )
 
 
-def milliseconds(fabric: StitchMesh, work: Callable[[StitchMesh], object]) -> tuple[float, float]:
-    """Return the median and the slowest time [ms] of some work on a fabric without cached values."""
-    times = []
-    for _ in range(RUNS):
-        fresh = forgetful(fabric)
-        start = time.perf_counter()
-        work(fresh)
-        times.append(1e3 * (time.perf_counter() - start))
-    return float(np.median(times)), max(times)
+def timed(fabric: StitchMesh, work: Callable[[StitchMesh], object]) -> NDArray[np.float64]:
+    """Return the times of some work on a fabric without cached values [ms]."""
+    return milliseconds(work, RUNS, lambda: forgetful(fabric))
 
 
-def row_of(name: str, times: tuple[float, float], faces: int) -> tuple[object, ...]:
+def row_of(name: str, times: NDArray[np.float64], faces: int) -> tuple[object, ...]:
     """Return a row of the table."""
-    return name, f"{times[0]:.1f}", f"{times[1]:.1f}", faces
+    return name, f"{np.median(times):.1f}", f"{times.max():.1f}", faces
 
 
 def selection_latency(*, mesh: str = "assets/meshes/sweater.obj", stitch_width: float = 0.8) -> Rows:
@@ -63,17 +58,17 @@ def selection_latency(*, mesh: str = "assets/meshes/sweater.obj", stitch_width: 
     fabric = tessellate(label(read_mesh(mesh)), stitch_width=stitch_width)
     yield f"{mesh}: {fabric.face_count} faces; Python {platform.python_version()}, {platform.machine()}"
     yield "milliseconds", "median", "slowest", "faces"
-    yield row_of("borders", milliseconds(fabric, borders), fabric.face_count)
+    yield row_of("borders", timed(fabric, borders), fabric.face_count)
     for text in SELECTIONS:
-        times = milliseconds(fabric, lambda fresh, text=text: select(fresh, text))
+        times = timed(fabric, lambda fresh, text=text: select(fresh, text))
         yield row_of(text, times, len(select(fabric, text)))
     for edit in EDITS:
         name, edited = f"{edit.name} on {edit.arguments['on']}", apply_edit(fabric, edit)
         faces = len(select(fabric, str(edit.arguments["on"])))
-        yield row_of(name, milliseconds(fabric, lambda fresh, edit=edit: apply_edit(fresh, edit)), faces)
+        yield row_of(name, timed(fabric, lambda fresh, edit=edit: apply_edit(fresh, edit)), faces)
         yield row_of(
             f"undo of {name}"[:60],
-            milliseconds(edited.fabric, lambda fresh, edited=edited: apply_changes(fresh, edited.inverse)),
+            timed(edited.fabric, lambda fresh, edited=edited: apply_changes(fresh, edited.inverse)),
             faces,
         )
     for pattern, on in PATTERNS:
@@ -83,4 +78,4 @@ def selection_latency(*, mesh: str = "assets/meshes/sweater.obj", stitch_width: 
             return lay_pattern(fresh, pattern, faces=select(fresh, on))
 
         laid = lay_pattern(fabric, pattern, faces=select(fabric, on))
-        yield row_of(f"{pattern} on {on}", milliseconds(fabric, lay), laid.faces_laid)
+        yield row_of(f"{pattern} on {on}", timed(fabric, lay), laid.faces_laid)

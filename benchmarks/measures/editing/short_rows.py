@@ -8,14 +8,13 @@ at its right border, each shorter than the one below.
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
+from functools import partial
 
 import numpy as np
-from PIL import Image
 
 import stitchmesh as sm
 from benchmarks.options import Output
+from benchmarks.sheet import drawn, joined
 from benchmarks.table import Rows, note
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.mesh.courses import course_through
@@ -79,18 +78,14 @@ def relaxed(mesh: sm.Mesh, fabric: StitchMesh) -> YarnSet:
 
 def short_rows(*, output: Output) -> Rows:
     """Edit, relax and draw."""
-    sheet = Image.new("RGB", (2 * SIZE[0], SIZE[1]), "white")
-    for place, (mesh, columns, trims, share) in enumerate(
-        ((tube_mesh(40, 24), slice(0, 16), (2, 2), 0.5), (flat_mesh(20, 16), slice(8, 20), (3, 0), 0.4))
-    ):
+    pictures = []
+    for mesh, columns, trims, share, view in (
+        (tube_mesh(40, 24), slice(0, 16), (2, 2), 0.5, "90,5"), (flat_mesh(20, 16), slice(8, 20), (3, 0), 0.4, "front")
+    ):  # fmt: skip
         fabric = sm.tessellate(sm.label(mesh), stitch_width=WIDTH)
         row = int(share * fabric.row.max())
         course = list(course_through(fabric, int(np.flatnonzero(fabric.row == row)[0])).faces)
         fabric = with_short_rows(fabric, course[columns], trims, 3)
-        with tempfile.TemporaryDirectory() as folder:
-            picture = Path(folder) / "part.png"
-            view = "90,5" if place == 0 else "front"
-            sm.render(relaxed(mesh, fabric), picture, size=SIZE, view=view)
-            sheet.paste(Image.open(picture).convert("RGB"), (SIZE[0] * place, 0))
-    sheet.save(output, quality=85)
+        pictures.append(drawn(partial(sm.render, relaxed(mesh, fabric), size=SIZE, view=view)))
+    joined(pictures, 2).save(output, quality=85)
     yield str(output)

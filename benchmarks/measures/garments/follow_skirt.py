@@ -12,15 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
 from tyro.conf import Positional
 
 import stitchmesh as sm
 from benchmarks.measures.garments.walking_body import walking
 from benchmarks.options import Output
+from benchmarks.sheet import drawn, joined
 from benchmarks.table import Rows
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.yarn import YarnSet
@@ -63,16 +64,12 @@ def draw_sheet(files: sm.FollowFiles, moving: sm.MovingMesh, path: Path) -> None
     """Draw frames, evenly spaced in time, beside each other."""
     frames = list(files.frames())
     chosen = np.unique(np.linspace(0, len(frames) - 1, min(len(frames), MOST)).round().astype(int)).tolist()
-    rows = -(-len(chosen) // COLUMNS)
-    sheet = Image.new("RGB", (SIZE[0] * COLUMNS, SIZE[1] * rows), "white")
-    single = path.with_suffix(".part.png")
-    for place, number in enumerate(chosen):
+    pictures = []
+    for number in chosen:
         body = sm.Mesh.from_polygons(moving.motion.vertices[number], _faces(moving.mesh))
-        sm.render(frames[number].yarns, single, body=body, view="25,5", size=(FINER * SIZE[0], FINER * SIZE[1]))
-        picture = Image.open(single).convert("RGB").resize(SIZE, Image.Resampling.LANCZOS)
-        sheet.paste(picture, (SIZE[0] * (place % COLUMNS), SIZE[1] * (place // COLUMNS)))
-    single.unlink()
-    sheet.save(path)
+        large = (FINER * SIZE[0], FINER * SIZE[1])
+        pictures.append(drawn(partial(sm.render, frames[number].yarns, body=body, view="25,5", size=large), SIZE))
+    joined(pictures, COLUMNS).save(path)
 
 
 def _faces(mesh: sm.Mesh) -> list[list[int]]:

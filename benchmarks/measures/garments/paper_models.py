@@ -13,6 +13,7 @@ from __future__ import annotations
 import json
 import time
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -127,18 +128,17 @@ def row_of(model: Model, row: dict[str, Any]) -> tuple[object, ...]:
 
 def draw(models: list[Model], given: Options) -> None:
     """Draw the yarns that are in the folder."""
-    from PIL import Image
+    from benchmarks.sheet import drawn, joined
 
-    drawn = [model for model in models if (given.output / f"{model.name}.npy").exists()]
-    sheet = Image.new("RGB", (COLUMNS * SIZE[0], -(-len(drawn) // COLUMNS) * SIZE[1]), "white")
-    for place, model in enumerate(drawn):
-        _, yarns, _ = yarns_of(model, given.share, given.quality, given.device)
-        points = np.load(given.output / f"{model.name}.npy").astype(float)
-        path = given.output / f"{model.name}.png"
-        sm.render(replace(yarns, points=points), path, view=model.view, size=(FINER * SIZE[0], FINER * SIZE[1]))
-        picture = Image.open(path).convert("RGB").resize(SIZE, Image.Resampling.LANCZOS)
-        sheet.paste(picture, (SIZE[0] * (place % COLUMNS), SIZE[1] * (place // COLUMNS)))
-    sheet.save(given.output / "models.jpg", quality=88)
+    pictures = []
+    for model in models:
+        file = given.output / f"{model.name}.npy"
+        if file.exists():
+            _, yarns, _ = yarns_of(model, given.share, given.quality, given.device)
+            yarns = replace(yarns, points=np.load(file).astype(float))
+            large = (FINER * SIZE[0], FINER * SIZE[1])
+            pictures.append(drawn(partial(sm.render, yarns, view=model.view, size=large), SIZE))
+    joined(pictures, COLUMNS).save(given.output / "models.jpg", quality=88)
 
 
 @dataclass(frozen=True)

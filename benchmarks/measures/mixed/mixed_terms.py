@@ -14,8 +14,7 @@ distance of all points (body) and new anchors (friction); what is done once a mo
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -25,6 +24,7 @@ import warp as wp
 from scipy.spatial import ConvexHull, Delaunay
 
 from benchmarks.table import Rows
+from benchmarks.timing import shortest_mean
 from stitchmesh.compute.captured import CapturedLaunches
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.launch import prepare
@@ -55,8 +55,6 @@ from stitchmesh.mixed.triangles.seam_rod import SeamRod
 from stitchmesh.mixed.triangles.shell_bending import ShellBending
 
 COLUMNS = ("elements", "forces", "linearize", "product", "energy", "ns/element")
-LEAST_RUN = 0.2
-"""Time of a run [s], of as many repetitions as it takes."""
 
 
 def wavy_cloth(triangles: int, edge: float = 0.5) -> Cloth:
@@ -174,29 +172,13 @@ def measure_contact(count: int, scalar: Any, device: wp.Device, runs: int) -> Ro
         "limit of a move, body": lambda: body.step_limit(state, move),
     }
     for name, action in once.items():
-        yield name, f"{1e3 * seconds(action, device, runs):.3f}"
+        yield name, f"{1e3 * shortest_mean(action, runs, device):.3f}"
     yield f"{int(layers.pairs.count.numpy().sum())} listed pairs of {state.node_count} points"
 
 
 def row_of(name: str, row: tuple[float, ...]) -> tuple[object, ...]:
     """Return a row of a table."""
     return name, f"{row[0]:.0f}", *(f"{value:.3f}" for value in row[1:-1]), f"{row[-1]:.1f}"
-
-
-def seconds(action: Callable[[], object], device: wp.Device, runs: int) -> float:
-    """Shortest mean time of an action [s]."""
-
-    def timed(repeats: int) -> float:
-        wp.synchronize_device(device)
-        began = time.perf_counter()
-        for _ in range(repeats):
-            action()
-        wp.synchronize_device(device)
-        return (time.perf_counter() - began) / repeats
-
-    timed(1)
-    repeats = max(1, int(LEAST_RUN / max(timed(1), 1e-6)))
-    return min(timed(repeats) for _ in range(runs))
 
 
 def measure(term: Term, elements: int, state: MixedVector, runs: int) -> tuple[float, ...]:
@@ -212,8 +194,8 @@ def measure(term: Term, elements: int, state: MixedVector, runs: int) -> tuple[f
     times = []
     for launches in groups:
         captured = CapturedLaunches(launches, state.device) if launches else None
-        times.append(seconds(captured.launch, state.device, runs) if captured else 0.0)
-    times.append(seconds(lambda: term.energy(state), state.device, runs))
+        times.append(shortest_mean(captured.launch, runs, state.device) if captured else 0.0)
+    times.append(shortest_mean(lambda: term.energy(state), runs, state.device))
     return (elements, *(1e3 * value for value in times), 1e9 * times[2] / elements)
 
 

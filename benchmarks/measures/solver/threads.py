@@ -12,13 +12,14 @@ from __future__ import annotations
 import hashlib
 import logging
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from benchmarks.scenes import stockinette_tube
 from benchmarks.table import Rows
+from benchmarks.timing import shortest_mean
 from stitchmesh.compute.device import device_named
 from stitchmesh.compute.threads import core_count, set_threads
 from stitchmesh.quality import quality_named
@@ -30,28 +31,12 @@ from stitchmesh.yarnrelax.simulation import YarnSimulation
 COLUMNS = ("iteration", "assessment", "lists", "broad lists", "relaxation")
 SETTLE = 20
 """Iterations before the measurement, after which yarns touch as in most of a relaxation."""
-LEAST_RUN = 0.2
-"""Time of a run [s], of as many repetitions as it takes."""
 
 
 def tube(points: int, per_stitch: int) -> YarnSet:
     """A tube of plain knit with about ``points`` control points, as many rows as stitches in a row."""
     rows = max(round(np.sqrt(points / per_stitch)), 2)
     return stockinette_tube(rows, max(round(points / per_stitch / rows), 6), per_stitch)
-
-
-def seconds(action: Callable[[], object], runs: int) -> float:
-    """Shortest mean time of an action [s]."""
-    began = time.perf_counter()
-    action()
-    repeats = max(1, int(LEAST_RUN / (time.perf_counter() - began)))
-    times = []
-    for _ in range(runs):
-        began = time.perf_counter()
-        for _ in range(repeats):
-            action()
-        times.append((time.perf_counter() - began) / repeats)
-    return min(times)
 
 
 def measure(yarns: YarnSet, iterations: int, runs: int) -> tuple[dict[str, float], str]:
@@ -69,8 +54,8 @@ def measure(yarns: YarnSet, iterations: int, runs: int) -> tuple[dict[str, float
         simulation.candidates.near.invalidate()
         simulation.search_contacts()
 
-    actions = (iterate, simulation.assess, simulation.search_contacts, search_broadly)
-    found = dict(zip(COLUMNS, (seconds(action, runs) for action in actions), strict=False))
+    actions = (iterate, simulation.assess_cells, simulation.search_contacts, search_broadly)
+    found = dict(zip(COLUMNS, (shortest_mean(action, runs) for action in actions), strict=False))
     began = time.perf_counter()
     relaxed = relax_yarns(yarns, quality=quality, device="cpu", progress=False).yarns
     found["relaxation"] = time.perf_counter() - began

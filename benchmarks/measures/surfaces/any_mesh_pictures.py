@@ -8,16 +8,16 @@ DATA is a folder with MakeHuman's meshes in decimetres, ``makehuman-body.obj``, 
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from PIL import Image, ImageDraw
+from PIL import ImageDraw
 
 import stitchmesh as sm
 from benchmarks.measures.surfaces.any_surface import width_of
 from benchmarks.options import Output
 from benchmarks.places import MESHES
+from benchmarks.sheet import drawn, joined
 from benchmarks.surface_shapes import SHAPES, triangulated
 from benchmarks.table import Rows
 from stitchmesh.io.meshes import read_repaired_mesh
@@ -55,16 +55,12 @@ def stitches_on(mesh: Mesh, width: float) -> StitchMesh:
 
 def any_mesh_pictures(data: Path, /, *, output: Output) -> Rows:
     """Make the stitches, and draw them."""
-    shown = list(surfaces(data))
-    sheet = Image.new("RGB", (COLUMNS * SIZE[0], -(-len(shown) // COLUMNS) * SIZE[1]), "white")
-    for place, (name, width, make) in enumerate(shown):
-        with tempfile.TemporaryDirectory() as folder:
-            picture = Path(folder) / "surface.png"
-            fabric = stitches_on(make(), width)
-            render_stretch(fabric, picture, PictureOptions(size=SIZE, view=VIEWS.get(name, "front")))
-            corner = SIZE[0] * (place % COLUMNS), SIZE[1] * (place // COLUMNS)
-            sheet.paste(Image.open(picture).convert("RGB"), corner)
+    pictures = []
+    for name, width, make in surfaces(data):
+        fabric = stitches_on(make(), width)
+        options = PictureOptions(size=SIZE, view=VIEWS.get(name, "front"))
+        pictures.append(drawn(lambda path, fabric=fabric, options=options: render_stretch(fabric, path, options)))
         words = f"{name}: {fabric.face_count:,} stitches of {width:g} cm"
-        ImageDraw.Draw(sheet).text((corner[0] + 12, corner[1] + 10), words, fill="black", font_size=20)
+        ImageDraw.Draw(pictures[-1]).text((12, 10), words, fill="black", font_size=20)
         yield words
-    sheet.save(output, quality=85)
+    joined(pictures, COLUMNS).save(output, quality=85)

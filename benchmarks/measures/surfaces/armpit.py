@@ -9,15 +9,14 @@ is made. Right: the yarns at rest.
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
+from functools import partial
 
 import numpy as np
-from PIL import Image
 
 import stitchmesh as sm
 from benchmarks.options import Output
 from benchmarks.places import MESHES
+from benchmarks.sheet import drawn, joined
 from benchmarks.table import Rows
 from stitchmesh.mesh import StitchMesh
 
@@ -69,16 +68,14 @@ def armpit(*, output: Output) -> Rows:
     """Knit both sweaters, print their stretch, and draw them."""
     mesh = sm.read_mesh(SWEATER)
     labeled, middle = sm.label(mesh), underarm(mesh)
-    sheet = Image.new("RGB", (2 * SIZE[0], 2 * SIZE[1]), "white")
-    for row, (name, counts) in enumerate((("too few", too_few(labeled, middle)), ("mended", None))):
+    place = f"point {middle[0]:.1f} {middle[1]:.1f} {middle[2]:.1f}"
+    shown = partial(sm.render, close_up=place, extent=34.0, view="20,-10", size=SIZE)
+    pictures = []
+    for name, counts in (("too few", too_few(labeled, middle)), ("mended", None)):
         fabric = sm.relax_mesh(sm.tessellate(labeled, stitch_width=WIDTH, counts=counts), surface=mesh)
         yield f"{name}: {stretched(fabric, middle)}"
         relaxed = sm.relax_yarns(sm.generate_yarns(fabric, quality="draft"), quality="draft", keep_shape=fabric)
         yield f"yarns: converged {relaxed.report['converged']}, strain {100 * relaxed.report['max_strain']:.1f} %"
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "part.png"
-            place = f"point {middle[0]:.1f} {middle[1]:.1f} {middle[2]:.1f}"
-            for column, (what, colours) in enumerate(((fabric, "stretch"), (relaxed.yarns, "yarn"))):
-                sm.render(what, path, close_up=place, extent=34.0, view="20,-10", colour=colours, size=SIZE)
-                sheet.paste(Image.open(path).convert("RGB"), (SIZE[0] * column, SIZE[1] * row))
-    sheet.save(output, quality=85)
+        pictures.append(drawn(partial(shown, fabric, colour="stretch")))
+        pictures.append(drawn(partial(shown, relaxed.yarns, colour="yarn")))
+    joined(pictures, 2).save(output, quality=85)

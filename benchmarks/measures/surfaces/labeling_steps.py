@@ -10,13 +10,13 @@ value and costs nothing.
 from __future__ import annotations
 
 import platform
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from benchmarks.table import Rows
+from benchmarks.timing import milliseconds
 from stitchmesh.editing.edit import Edit, apply_changes, apply_edit
 from stitchmesh.labeling import PartialLabeling, label, start_labeling
 from stitchmesh.mesh import Mesh, StitchMesh
@@ -59,16 +59,6 @@ def meshes(faces: int) -> dict[str, Mesh]:
 def fresh(mesh: Mesh) -> Mesh:
     """Return the same mesh without its cached tables."""
     return Mesh(mesh.vertices, mesh.face_start, mesh.face_vertex, mesh.twin)
-
-
-def milliseconds(step: Callable[[], object], runs: int = RUNS) -> tuple[float, float]:
-    """Return the median and the longest time of a step [ms]."""
-    times = []
-    for _ in range(runs):
-        start = time.perf_counter()
-        step()
-        times.append(1e3 * (time.perf_counter() - start))
-    return float(np.median(times)), max(times)
 
 
 def inner_edge(mesh: Mesh, labeling: PartialLabeling) -> tuple[int, int]:
@@ -131,9 +121,9 @@ def labeling_steps(arguments: Options) -> Rows:
             yield f"{name}, {mesh.face_count} faces"
             yield "step", "median ms", "longest ms"
             for step, run in steps_of(mesh).items():
-                median, longest = milliseconds(run)
-                yield step, f"{median:.1f}", f"{longest:.1f}"
+                times = milliseconds(lambda _, run=run: run(), RUNS)
+                yield step, f"{np.median(times):.1f}", f"{times.max():.1f}"
         fabric = tessellate(label(meshes(faces)["tube"]), stitch_width=1.0, stitch_height=1.0)
         for step, run in zip(("flip a row of stitches", "undo it"), flip_after_tessellation(fabric), strict=True):
-            median, longest = milliseconds(run)
-            yield step, f"{median:.1f}", f"{longest:.1f}"
+            times = milliseconds(lambda _, run=run: run(), RUNS)
+            yield step, f"{np.median(times):.1f}", f"{times.max():.1f}"

@@ -7,11 +7,11 @@ Each picture shows the steps up to its own.
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
+from functools import partial
 
-from PIL import Image, ImageDraw, ImageFont
+from PIL import ImageDraw, ImageFont
 
+from benchmarks.sheet import drawn, joined
 from benchmarks.table import Rows
 from stitchmesh.io import read_mesh
 from stitchmesh.labeling import PartialLabeling, start_labeling
@@ -51,16 +51,11 @@ def labeling_strip(output: str, /) -> Rows:
     Args:
         output: JPG file
     """
-    done = steps()
-    width, height = round(KEY_LEFT * SIZE[0]), SIZE[1]
-    strip = Image.new("RGB", (COLUMNS * width, -(-len(done) // COLUMNS) * height))
-    with tempfile.TemporaryDirectory() as folder:
-        for number, (text, labeling) in enumerate(done):
-            path = Path(folder) / f"{number}.png"
-            render_labeling(labeling, path, size=SIZE, back=False)
-            picture = Image.open(path).convert("RGB").crop((0, 0, width, height))
-            font = ImageFont.load_default(20)
-            ImageDraw.Draw(picture).text((10, 8), f"{number}  {text}", fill=INK, font=font)
-            strip.paste(picture, (number % COLUMNS * width, number // COLUMNS * height))
-    strip.save(output, quality=85)
+    pictures = []
+    for number, (text, labeling) in enumerate(steps()):
+        picture = drawn(partial(render_labeling, labeling, size=SIZE, back=False))
+        picture = picture.crop((0, 0, round(KEY_LEFT * SIZE[0]), SIZE[1]))
+        ImageDraw.Draw(picture).text((10, 8), f"{number}  {text}", fill=INK, font=ImageFont.load_default(20))
+        pictures.append(picture)
+    joined(pictures, COLUMNS).save(output, quality=85)
     yield output

@@ -160,18 +160,16 @@ def leaf_test(folder: Path, names: Sequence[str], quality: str, device: str | No
 
 def draw(folder: Path, name: str) -> None:
     """Write a picture of some tiles, seen from the front."""
-    from PIL import Image  # imported here, so that cells can be relaxed on machines without a renderer
-
+    from benchmarks.sheet import drawn  # imported here, so that cells can be relaxed on machines without a renderer
     from stitchmesh.render import PictureOptions, render_swatch
 
     source = resolve_pattern(name)
     seen = CROSSINGS_SEEN if isinstance(source, Weave) else STITCHES_SEEN
     size = (len(source.warps), len(source.wefts)) if isinstance(source, Weave) else (source.width, source.height)
     tiles = max(1, round(seen / size[0])), max(1, round(seen * (1.0 if isinstance(source, Weave) else 1.3) / size[1]))
-    path = PICTURES / f"{name}.png"
-    render_swatch(sm.read_yarns(folder / f"{name}.h5"), path, tiles, PictureOptions(size=(SIZE, SIZE)))
-    Image.open(path).convert("RGB").save(path.with_suffix(".jpg"), quality=JPEG_QUALITY, optimize=True)
-    path.unlink()
+    yarns, options = sm.read_yarns(folder / f"{name}.h5"), PictureOptions(size=(SIZE, SIZE))
+    picture = drawn(lambda path: render_swatch(yarns, path, tiles, options))
+    picture.save(PICTURES / f"{name}.jpg", quality=JPEG_QUALITY, optimize=True)
 
 
 def corpus(
