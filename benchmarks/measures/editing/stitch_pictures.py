@@ -117,83 +117,26 @@ def distance(stitch: Stitch, twists: tuple[int, ...]) -> float:
     return min(found) / RADIUS_OVER_WIDTH
 
 
-def table() -> str:
-    """Return the table with a line for each stitch."""
-    lines = [
-        "| | code | loops below, from the front | loops above | what a knitter does | distance | twisted |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for stitch, making in VOCABULARY.items():
-        turns = [each for each in itertools.product((-1, 0, 1), repeat=making.n_top) if any(each)]
-        plain, turned = distance(stitch, ()), min(distance(stitch, each) for each in turns)
-        order = ", ".join(map(str, making.order)) or "none"
-        lines.append(
-            f"| ![{making.code}](stitches/{making.code}.jpg) | `{making.code}` | {order} | `{making.made}` "
-            f"| {making.instruction} | {plain:.2f} | {turned:.2f} |"
-        )
-    return "\n".join(lines)
-
-
-HEADING = """<!--
-SPDX-FileCopyrightText: StitchMesh contributors
-SPDX-License-Identifier: Apache-2.0
--->
-
-# Stitches
-
-`python benchmarks/run.py stitch-pictures` writes this page: it measures the distances and takes the pictures.
-
-A code states the loops that are made on the loops below, seen from the right side, from left to right: `k` knit, `p`
-purl and `y` yarn-over make a loop, `s` slips one. The code of a decrease begins with `d` and the loops that it is
-worked through, numbered from the left and listed from front to back. A loop on top may be twisted, clockwise or
-counter-clockwise: its legs change places below the top side. At `+1` the leg that comes from the left is in front.
-
-In the pictures the yarn of the stitch's own row is red, and the loops that it is worked on are blue, green and yellow
-from the left. The stitches around it are knit.
-
-*Distance* is the smallest distance between the axes of yarns when yarn is generated for the stitch among knit stitches
-and among purl stitches, in yarn radii at an eighth of the stitch width; touching yarns yarns is 2. Relaxation moves
-yarns apart. *Twisted* is the smallest distance over all combinations of twists of the loops on top.
-
-[Speed](measurements.md#pairs-of-stitches) has the distances of every stitch beside and on top of every other one.
-
-![All stitches](stitches/all.jpg)
-
-## How the drawings are made
-
-Stitches that mirror each other, or that are each other turned over, share a drawing. A rough drawing with the right
-topology (`assets/stitches/rough.json`) is refined by `assets/stitches/refine.py`: its yarns repel each other and those
-of plain stitches around them, twisted and not, in steps that let no yarn pass through another. `tests/yarngen` counts
-the crossings of every stitch with every combination of twists.
-
-Yuksel et al. 2012 show some stitches only in drawings (figures 4 and 5). This library reads the drawings as follows:
-
-- `x` (figure 4): the loop below is slipped. The row's yarn passes behind its two legs, back in front of them and again
-  behind them: one full turn around both.
-- `s` (figure 5) is `b` here: the loop below is slipped, and the row's yarn passes straight behind both legs. `f` is `b`
-  turned over.
-- `sk` (figure 5): the loop below continues upwards, to the left. The row's yarn comes through it from behind and makes
-  a new loop, to the right. The face has one bottom side and two top sides. `sp` and the mirror images are analogous.
-- `sy` has no figure: the loop below continues to the left. The row's yarn passes behind both its legs and makes a
-  yarn-over to the right.
-- A yarn-over of an increase lies outside the loop below: behind it if the loop beside it is knit, in front if that loop
-  is purled. Twisted by half a turn it is make one, the increase of garments (`m1l`, `m1r`). Between a knit and a purl
-  loop the yarn goes through the loop below and once around its top.
-
-## All stitches
-
-"""
+def row_of(stitch: Stitch) -> tuple[object, ...]:
+    """Return the row of a stitch in the table of docs/stitches.md."""
+    making = VOCABULARY[stitch]
+    turns = [each for each in itertools.product((-1, 0, 1), repeat=making.n_top) if any(each)]
+    plain, turned = distance(stitch, ()), min(distance(stitch, each) for each in turns)
+    picture = f"![{making.code}](stitches/{making.code}.jpg)"
+    order = ", ".join(map(str, making.order)) or "none"
+    made = f"`{making.code}`", order, f"`{making.made}`", making.instruction
+    return picture, *made, f"{plain:.2f}", f"{turned:.2f}"
 
 
 def stitch_pictures(codes: tuple[str, ...] = (), /) -> Rows:
-    """Draw the pictures; if no codes are given, also write the page.
+    """Draw the pictures and yield the table; if no codes are given, also draw the sheet of all pictures.
 
     Args:
         codes: codes of the stitches to draw (default: all)
     """
+    yield "", "code", "loops below, from the front", "loops above", "what a knitter does", "distance", "twisted"
     for code in codes or CODES:
         take_picture(CODES[code])
+        yield row_of(CODES[code])
     if not codes:
         sheet()
-        (DOCS / "stitches.md").write_text(HEADING + table() + "\n")
-    yield f"{len(codes or CODES)} pictures in {PICTURES}"

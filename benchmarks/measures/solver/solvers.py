@@ -13,26 +13,16 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 from tyro.conf import Positional
 
 import stitchmesh as sm
-from benchmarks.measures.solver.leaf_convergence import GradientNorms, first_converged
 from benchmarks.table import Rows
-from stitchmesh.compute.device import device_named
 from stitchmesh.mesh import StitchMesh
 from stitchmesh.quality import Quality, quality_named
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.constraints.borders import KeepBorders
-from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.linking.certificate import doubled_linking
-from stitchmesh.yarnrelax.model.material import YarnMaterial
 from stitchmesh.yarnrelax.relax import Relaxation, relax_yarns
-from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
-from stitchmesh.yarnrelax.simulation import YarnSimulation
-from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 
 YARN_SUFFIXES = (".bcc", ".h5")
 
@@ -63,41 +53,6 @@ def show(name: str, quality: Quality, result: Relaxation, certificate: float, le
         yield f"energy {level:.6g}: {found}"
 
 
-class GradientRecordingSimulation(YarnSimulation):
-    """A simulation that records the norm of the gradient at each iteration."""
-
-    norms: GradientNorms | None = None
-
-    def record_norms(self) -> GradientNorms:
-        """Record norms from now on."""
-        self.norms = GradientNorms(self.model, 2 * ASSESSMENT_INTERVAL)
-        self.discard_launches()
-        return self.norms
-
-    def iteration_launches(self) -> list[Any]:
-        """The launches of one iteration and those that record the norm."""
-        recording = [] if self.norms is None else self.norms.launches(self.state, self.model.prepare)
-        return [*super().iteration_launches(), *recording]
-
-
-def leaf_iterations(yarns: YarnSet, fabric: StitchMesh | None, quality: Quality, device: str | None) -> int | None:
-    """Iterations of ``dynamics`` until L's convergence test (eq 5) holds; None if it never holds within the limit."""
-    material = YarnMaterial.named("stitchmesh").of_radius(float(yarns.radius.mean()))
-    terms = [] if fabric is None else [KeepShape(fabric)]
-    constraints = [] if fabric is None else [KeepBorders(fabric)]
-    simulation = GradientRecordingSimulation.start(yarns, material, quality, device_named(device), terms, constraints)
-    assert isinstance(simulation, GradientRecordingSimulation)
-    norms, loop = simulation.record_norms(), RelaxationLoop(simulation, tolerance=0.0)
-    seen = np.zeros(0)
-    for _ in range(0, quality.max_iterations, ASSESSMENT_INTERVAL):
-        loop.iterate(ASSESSMENT_INTERVAL)
-        seen = np.concatenate([seen, norms.new()])
-        found = first_converged(seen)
-        if found is not None:
-            return found
-    return None
-
-
 def measure(path: str, arguments: Options) -> Rows:
     """Run the chosen solvers on one scene and print their lines."""
     base = quality_named(arguments.quality)
@@ -117,8 +72,6 @@ def measure(path: str, arguments: Options) -> Rows:
         certificate = 2 * (time.perf_counter() - began)
         result = relax_yarns(yarns, quality=quality, device=arguments.device, keep_shape=fabric)
         yield from show(Path(path).name, quality, result, certificate, arguments.level)
-        if arguments.leaf and solver == "dynamics":
-            yield f"L's test (5) holds after {leaf_iterations(yarns, fabric, quality, arguments.device)}"
 
 
 @dataclass(frozen=True)
@@ -132,8 +85,6 @@ class Options:
     tolerance: float | None = None
     max_iterations: int | None = None
     solver: tuple[str, ...] = ("quasistatic", "dynamics")
-    leaf: bool = False
-    """also print when L's convergence test (5) holds"""
     level: tuple[float, ...] = ()
     """print when these energies [erg] occur"""
     device: str | None = None

@@ -13,19 +13,14 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Generator, Sequence
+from collections.abc import Generator
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
-
 import stitchmesh as sm
-from benchmarks.measures.solver.leaf_convergence import LARGEST_PART, first_converged
-from benchmarks.measures.solver.solvers import GradientRecordingSimulation
 from benchmarks.places import DOCS
 from benchmarks.table import Rows
-from stitchmesh.compute.device import device_named
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
 from stitchmesh.periodic.swatch_options import SwatchOptions
@@ -33,7 +28,6 @@ from stitchmesh.periodic.weave.library import weave_names
 from stitchmesh.periodic.weave.weave import Weave
 from stitchmesh.quality import quality_named
 from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
 from stitchmesh.yarnrelax.solvers.solver import ASSESSMENT_INTERVAL
 from stitchmesh.yarnrelax.together.relax_cells import relax_cells
 
@@ -57,10 +51,6 @@ LEAF: dict[str, tuple[float, float, int]] = {
     "twill-3x2": (0.12, 0.51, 238), "twill-4x1": (0.38, 0.45, 238),
 }  # fmt: skip
 """Seconds until convergence, milliseconds per step, and number of control points in L's table 3."""
-SMALL = ["plain", "slip-stitch-rib", "seersucker", "left-diagonal"]
-"""Patterns for L's test with time steps if the command line names none."""
-MOST_STEPS, STEPS_AT_REST = 3000, 200
-"""Numbers of time steps from the generated cell and from the relaxed cell."""
 SIZE, JPEG_QUALITY = 420, 84
 """Pixels of the longer side of a picture."""
 STITCHES_SEEN, CROSSINGS_SEEN = 20, 12
@@ -131,33 +121,6 @@ def together(
     return [(f"{part:.1e}", tenth) for part, tenth in zip(parts, tenths, strict=True)]
 
 
-def gradient_norms(yarns: YarnSet, quality: str, device: str | None, steps: int) -> np.ndarray:
-    """Norms of the gradient in the given number of time steps."""
-    moving = replace(quality_named(quality), solver="dynamics")
-    simulation = GradientRecordingSimulation.start(yarns, sm.YarnMaterial.named("leaf"), moving, device_named(device))
-    assert isinstance(simulation, GradientRecordingSimulation)
-    norms, loop = simulation.record_norms(), RelaxationLoop(simulation, tolerance=0.0)
-    found = []
-    for _ in range(0, steps, ASSESSMENT_INTERVAL):
-        loop.iterate(ASSESSMENT_INTERVAL)
-        found.append(norms.new())
-    return np.concatenate(found)
-
-
-def leaf_test(folder: Path, names: Sequence[str], quality: str, device: str | None) -> Rows:
-    """L's test with time steps, from the generated cell and from the relaxed cell that ``relax`` wrote."""
-    yield "pattern", "first condition after", "whole test after", "gradient at rest", "change per step"
-    for name in names:
-        norms_from_start = gradient_norms(cell(name, quality), quality, device, MOST_STEPS)
-        norms_at_rest = gradient_norms(sm.read_yarns(folder / f"{name}.h5"), quality, device, STEPS_AT_REST)
-        first = np.flatnonzero(norms_from_start <= LARGEST_PART * norms_from_start[0])
-        change = np.abs(np.diff(norms_at_rest) / norms_at_rest[:-1])
-        yield (
-            name, first[0] if len(first) else "none", first_converged(norms_from_start),
-            f"{norms_at_rest[0] / norms_from_start[0]:.1e}", f"{np.median(change):.1e}",
-        )  # fmt: skip
-
-
 def draw(folder: Path, name: str) -> None:
     """Write a picture of some tiles, seen from the front."""
     from benchmarks.sheet import drawn  # imported here, so that cells can be relaxed on machines without a renderer
@@ -173,7 +136,7 @@ def draw(folder: Path, name: str) -> None:
 
 
 def corpus(
-    step: Literal["relax", "leaf", "draw"],
+    step: Literal["relax", "draw"],
     folder: Path,
     names: tuple[str, ...] = (),
     /,
@@ -185,14 +148,12 @@ def corpus(
     """Run the step given on the command line.
 
     Args:
-        names: patterns; default: the corpus and all other weaves (draw), four small patterns (leaf)
+        names: patterns to draw; default: the corpus and all other weaves
         once: relax each cell only once; times then include compilation
     """
     began = time.perf_counter()
     if step == "relax":
         yield from relax(folder, quality, device, alone=not once)
-    elif step == "leaf":
-        yield from leaf_test(folder, names or SMALL, quality, device)
     else:
         for name in names or [*LEAF, *(name for name in weave_names() if name not in LEAF)]:
             draw(folder, name)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The gallery: a relaxed swatch and a picture of each pattern of the library, and the page docs/gallery.md.
+"""The gallery: a relaxed swatch and a picture of each pattern of the library, and the tables of docs/gallery.md.
 
 The edges of a swatch are held, as when a knitter blocks it, and the other yarns are free. The corpus of Leaf et al.
 2018 and the weaves are periodic cells; ``corpus.py`` relaxes them into the same folder and draws them.
@@ -39,8 +39,6 @@ SIZE, JPEG_QUALITY = 420, 84
 """Pixels of a picture."""
 SEEN = 0.74
 """Visible fraction of the smaller side of a swatch; its borders are outside the picture."""
-FIGURE_16 = ("mrs-montagues", "openwork-trellis", "ridged-feather", "flame-ribbing", "braid-cables", "cable-work")
-"""The patterns of Yuksel et al. 2012, figure 16, in its order."""
 
 
 def swatch_of(pattern: Pattern, device: str | None) -> sm.StitchMesh:
@@ -97,41 +95,32 @@ def draw(folder: Path, name: str) -> None:
     path.unlink()
 
 
-def page(folder: Path) -> str:
-    """docs/gallery.md."""
-    lines = [
-        "<!--", "SPDX-FileCopyrightText: StitchMesh contributors", "SPDX-License-Identifier: Apache-2.0", "-->", "",
-        "# Gallery", "",
-        "The patterns in `assets/patterns`, relaxed at quality `standard`, seen from the right side. The 29 knits and",
-        "the weaves of Leaf et al. 2018, table 3, are periodic cells that repeat in the picture",
-        "(`python benchmarks/run.py corpus relax out/gallery`, then `draw`). All others are swatches whose edges are",
-        "held (`python benchmarks/run.py gallery relax out/gallery`, then `draw`).",
-        "[Speed](swatch-speed.md#the-corpus) has the times of the corpus.",
-        "",
-        "## The six patterns of Yuksel et al. 2012, figure 16", "",
-        "Reconstructed from knitting practice: the paper gives their names and pictures, and no charts.", "",
-        "| | | |", "|---|---|---|",
-    ]  # fmt: skip
-    for first in (0, 3):
-        three = FIGURE_16[first : first + 3]
-        lines.append("| " + " | ".join(f"![{name}](gallery/{name}.jpg) {name}" for name in three) + " |")
-    lines += ["", "## All patterns", "", "| | pattern | tile | yarn | relaxed | source |", "|---|---|---|---|---|---|"]
+def tables(folder: Path) -> Rows:
+    """Yield the tables of docs/gallery.md."""
+    yield "## All patterns"
+    yield "", "pattern", "tile", "yarn", "relaxed", "source"
     for name in pattern_names():
-        pattern, report = sm.read_pattern(name), json.loads((folder / f"{name}.json").read_text())
-        rest = "at rest" if report["converged"] else f"NOT at rest, residual {report['residual']:.3f}"
-        lines.append(
-            f"| ![{name}](gallery/{name}.jpg) | `{name}` | {pattern.width} x {pattern.height} | {pattern.yarn_count} | "
-            f"{report['iterations']} iterations, {rest} | {pattern.source} |"
-        )
-    lines += ["", "## Weaves", "", "| | weave | repeat | layers | relaxed | source |", "|---|---|---|---|---|---|"]
+        pattern = sm.read_pattern(name)
+        tile = f"{pattern.width} x {pattern.height}"
+        yield *named(name), tile, pattern.yarn_count, rest_of(folder, name), pattern.source
+    yield "## Weaves"
+    yield "", "weave", "repeat", "layers", "relaxed", "source"
     for name in weave_names():
-        weave, report = read_weave(name), json.loads((folder / f"{name}.json").read_text())
-        rest = "at rest" if report["converged"] else f"NOT at rest, residual {report['residual']:.3f}"
-        lines.append(
-            f"| ![{name}](gallery/{name}.jpg) | `{name}` | {len(weave.warps)} x {len(weave.wefts)} | "
-            f"{weave.layer_count} | {report['iterations']} iterations, {rest} | {weave.source} |"
-        )
-    return "\n".join(lines) + "\n"
+        weave = read_weave(name)
+        repeat = f"{len(weave.warps)} x {len(weave.wefts)}"
+        yield *named(name), repeat, weave.layer_count, rest_of(folder, name), weave.source
+
+
+def named(name: str) -> tuple[str, str]:
+    """Return the cells with the picture and the name of a pattern or a weave."""
+    return f"![{name}](gallery/{name}.jpg)", f"`{name}`"
+
+
+def rest_of(folder: Path, name: str) -> str:
+    """Return the number of iterations of a swatch, and whether it is at rest."""
+    report = json.loads((folder / f"{name}.json").read_text())
+    rest = "at rest" if report["converged"] else f"NOT at rest, residual {report['residual']:.3f}"
+    return f"{report['iterations']} iterations, {rest}"
 
 
 def gallery(
@@ -149,4 +138,4 @@ def gallery(
     for name in names:
         draw(folder, name)
     if not patterns:
-        (DOCS / "gallery.md").write_text(page(folder))
+        yield from tables(folder)
