@@ -4,23 +4,16 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 import pytest
 
+from benchmarks.measures.rest import tradeoff_measures, tradeoff_plot, tradeoff_scenes
 from stitchmesh.errors import YarnError
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import YarnMaterial
-from tests.gallery import ROOT
-
-sys.path.insert(0, str(ROOT / "benchmarks"))
-tradeoff_measures = import_module("tradeoff_measures")
-tradeoff_scenes = import_module("tradeoff_scenes")
-tradeoff_plot = import_module("tradeoff_plot")
 
 
 def scenes() -> list[Any]:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Yarns of every format are whole whenever a process is killed; ``benchmarks/crash_safety.py`` kills all commands.
+"""Yarns of every format are whole whenever a process is killed; the measure ``crash-safety`` kills all commands.
 
 Here the moments of the kills are counted in calls that may change a file, so that they are the same in each run.
 """
@@ -27,8 +27,8 @@ CALLS = (4, 30, 55, 97)
 
 def kill_convert() -> tuple[int, list[str]]:
     """Kill a process that replaces yarns of seven formats; return the number of kills and the faults."""
-    sys.path.insert(0, str(ROOT / "benchmarks"))
-    crash_safety, crash_works = import_module("crash_safety"), import_module("crash_works")
+    from benchmarks.measures.safety import crash_safety, crash_works
+
     for name in ("h5py", "pxr.Usd", "pyvista", "trimesh"):
         import_module(name)  # once, in the place of once for each process
     with tempfile.TemporaryDirectory() as scratch:

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.mixed_measures import all_nodes, position_error, spectrum_error, wrinkle_spectrum
+from benchmarks.measures.mixed.node_errors import all_nodes, position_error, spectrum_error, wrinkle_spectrum
 from stitchmesh.mixed.layout.weave import lay_weave
 from tests.mixed.placement.sheets import sheet
 

@@ -4,28 +4,19 @@
 
 from __future__ import annotations
 
-import sys
-from importlib import import_module
-
 import pytest
 
+from benchmarks.measures.swatches import random_charts as charts
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
 from stitchmesh.periodic.swatch_options import SwatchOptions
 from stitchmesh.quality import PRESETS
-from tests.gallery import ROOT
 
 MOST = 160
 """Stitches of the largest chart that the benchmark promises: eight by eight, knitted twice, and ten by sixteen."""
 
 
-@pytest.fixture(scope="module")
-def charts():
-    sys.path.insert(0, str(ROOT / "benchmarks"))
-    return import_module("random_charts")
-
-
 @pytest.mark.parametrize("number", range(16))
-def test_a_chart_closes_and_has_knit_and_purl_stitches(charts, number: int) -> None:
+def test_a_chart_closes_and_has_knit_and_purl_stitches(number: int) -> None:
     chart = charts.random_chart(number)
     fabric, _yarns = draw_swatch(chart, SwatchOptions(), PRESETS["draft"])
     assert fabric is not None
@@ -34,7 +25,7 @@ def test_a_chart_closes_and_has_knit_and_purl_stitches(charts, number: int) -> N
     assert {"k", "p"} <= set(words)
 
 
-def test_charts_are_always_the_same_and_differ_from_each_other(charts) -> None:
+def test_charts_are_always_the_same_and_differ_from_each_other() -> None:
     texts = [charts.chart_text(number).split("\n", 1)[1] for number in range(64)]
     assert texts == [charts.chart_text(number).split("\n", 1)[1] for number in range(64)]
     assert len(set(texts)) > 32  # small welts and ropes repeat

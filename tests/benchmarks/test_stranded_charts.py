@@ -6,17 +6,13 @@ from __future__ import annotations
 
 import json
 import logging
-import sys
-from importlib import import_module
 
 import numpy as np
 import pytest
 
+from benchmarks.measures.swatches import stranded_charts as benchmark
+from benchmarks.table import show
 from stitchmesh.quality import quality_named
-from tests.gallery import ROOT
-
-sys.path.insert(0, str(ROOT / "benchmarks"))
-benchmark = import_module("stranded_charts")
 
 
 def test_a_chart_depends_on_its_number_alone_and_has_two_or_three_colours():
@@ -43,8 +39,8 @@ def test_outcomes_are_at_rest_or_a_float_that_is_too_long(monkeypatch):
     assert all(benchmark.is_allowed(results[number][cell]) for number in "01" for cell in ("held", "free"))
     assert not benchmark.is_allowed({"outcome": "refused", "message": "yarn 3: too close"})
     assert not benchmark.is_allowed({"outcome": "not at rest", "message": None})
-    last = benchmark.table(results).splitlines()[-1].split()
-    assert last == ["all", "free", "2", "1", "1", "0", "0"]
+    *_, last = benchmark.table(results)
+    assert last == ("all", "free", 2, 1, 1, 0, 0)
 
 
 @pytest.fixture
@@ -63,12 +59,10 @@ def test_an_interrupted_run_continues_and_ends_as_a_whole_run(tmp_path, monkeypa
     ends = []
     for name, counts in (("whole", [4]), ("continued", [2, 4])):
         for count in counts:
-            words = ["--count", str(count), "--device", "cpu", "--batch", "2", "--out", str(tmp_path / name)]
-            monkeypatch.setattr(sys, "argv", ["stranded_charts", *words])
-            assert benchmark.main() == 0
+            given = benchmark.Options(count=count, device="cpu", batch=2, out=tmp_path / name)
+            assert show(benchmark.stranded_charts(given)) == 0
         ends.append(json.loads((tmp_path / name).read_text()))
     assert ends[0] == ends[1]
-    assert capsys.readouterr().out.count("2 of 2 charts") == 2  # the second run relaxes only what is missing
-    monkeypatch.setattr(sys, "argv", ["stranded_charts", "--seed", "2", "--out", str(tmp_path / "whole")])
+    assert capsys.readouterr().err.count("2 of 2 charts") == 2  # the second run relaxes only what is missing
     with pytest.raises(SystemExit, match="holds results of"):
-        benchmark.main()
+        show(benchmark.stranded_charts(benchmark.Options(seed=2, out=tmp_path / "whole")))

@@ -4,9 +4,7 @@
 
 from __future__ import annotations
 
-import sys
 from functools import cache
-from importlib import import_module
 
 import numpy as np
 import pytest
@@ -14,14 +12,12 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 import stitchmesh as sm
+from benchmarks import surface_shapes as shapes
 from stitchmesh.errors import MeshError
 from stitchmesh.mesh import BORDER, FloatArray, IntArray, Mesh
 from stitchmesh.yarngen.bridges import crossing_number
 from stitchmesh.yarngen.row_ends import finish_row_ends
-from tests.gallery import GARMENTS, ROOT, grid
-
-sys.path.insert(0, str(ROOT / "benchmarks"))
-shapes = import_module("surface_shapes")
+from tests.gallery import GARMENTS, grid
 
 TOPOLOGY = {
     "cylinder": (0, 2),

@@ -12,10 +12,15 @@ from importlib import import_module
 import pytest
 
 import stitchmesh
+from benchmarks.run import name_of as name_of_measure
+from benchmarks.run import named, paths
 from stitchmesh.cli.arguments import parse
 from stitchmesh.cli.main import COMMANDS, DESCRIPTION
 from tests.docs.pages import PAGES, blocks, name_of, prose
 from tests.gallery import ROOT
+
+RUNNER = "benchmarks/run.py"
+"""The runner of the measures."""
 
 
 def command_words(block):
@@ -49,11 +54,34 @@ def test_scripts_exist_and_know_their_options(page, words):
     if words[1] == "-m":
         return
     text = (ROOT / words[1]).read_text()
+    if words[1] == RUNNER:
+        named(words[2:]).close()
+        return
     for word in words[2:]:
         assert not word.startswith("--") or f'"{word}"' in text, word
 
 
-MEASURED = sorted({page for page, words in COMMAND_LINES if len(words) > 1 and words[1].startswith("benchmarks/")})
+INLINE = sorted(
+    (name_of(page), words)
+    for page in PAGES
+    for words in set(re.findall(rf"`python {RUNNER} ([^`]+)`", page.read_text()))
+)
+
+
+@pytest.mark.parametrize("page, words", INLINE, ids=str)
+def test_measures_that_the_text_names_know_their_options(page, words):
+    if words != "--list":
+        named(shlex.split(words)).close()
+
+
+def test_each_measure_is_named_on_a_page():
+    """A measure that no page names makes no figure, and goes."""
+    text = "\n".join(page.read_text() for page in PAGES)
+    unnamed = [name for name in map(name_of_measure, paths()) if f"{RUNNER} {name}" not in text]
+    assert not unnamed
+
+
+MEASURED = sorted({page for page, words in COMMAND_LINES if len(words) > 1 and words[1] == RUNNER})
 
 
 @pytest.mark.parametrize("page", [page for page in MEASURED if page != "CONTRIBUTING.md"])

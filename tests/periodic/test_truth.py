@@ -4,15 +4,15 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import astuple, replace
 from functools import cache
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 import pytest
 
+from benchmarks.measures.validation import cells, weaves
+from benchmarks.measures.validation import rod_model as rods
 from stitchmesh.patterns import parse_pattern, read_pattern
 from stitchmesh.periodic.relaxation.continuation import size_of
 from stitchmesh.periodic.repeat.drawn_swatch import draw_swatch
@@ -29,11 +29,6 @@ from stitchmesh.yarnrelax.cell_stress import cell_stress
 from tests.gallery import ROOT
 from tests.nightly import at_night
 from tests.periodic.free_cells import FREE
-
-sys.path.insert(0, str(ROOT / "benchmarks"))
-weaves = import_module("validation_weaves")
-cells = import_module("validation_cells")
-rods = import_module("validation_rods")
 
 KALDOR = YarnMaterial.named("kaldor-simulation")
 EXACT = replace(PRESETS["reference"], quadrature_points=5, contact_samples=7, tolerance=1e-6)

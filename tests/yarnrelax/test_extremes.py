@@ -5,23 +5,12 @@
 from __future__ import annotations
 
 import re
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from stitchmesh.compute.device import device_named
-from stitchmesh.quality import PRESETS
-from stitchmesh.yarn import YarnSet
-from stitchmesh.yarnrelax.assessment import Assessment
-from stitchmesh.yarnrelax.collision import broad_phase
-from stitchmesh.yarnrelax.simulation import YarnSimulation
-from tests.nightly import at_night
-
-sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
-from extremes import (
+from benchmarks.measures.solver.extremes import (
     AT_REST,
     NOT_AT_REST,
     REFUSED,
@@ -32,6 +21,13 @@ from extremes import (
     far_apart,
     outcome,
 )
+from stitchmesh.compute.device import device_named
+from stitchmesh.quality import PRESETS
+from stitchmesh.yarn import YarnSet
+from stitchmesh.yarnrelax.assessment import Assessment
+from stitchmesh.yarnrelax.collision import broad_phase
+from stitchmesh.yarnrelax.simulation import YarnSimulation
+from tests.nightly import at_night
 
 DRAFT = PRESETS["draft"]
 SHORT, LONG = 60, 300

@@ -1,0 +1,68 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How much of a shaped garment each lace and cable pattern of the library covers, and how many cables it crosses.
+
+A stitch of a cable that does not cross counts as left out.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+from benchmarks.table import Rows
+from stitchmesh.io import read_mesh
+from stitchmesh.labeling import label
+from stitchmesh.mesh.cable_groups import cable_groups
+from stitchmesh.meshrelax import relax_mesh
+from stitchmesh.patterns import LaidPattern, Pattern, lay_pattern, parse_pattern, pattern_names, read_pattern
+from stitchmesh.patterns.placement.columns import is_elastic
+from stitchmesh.tessellate import tessellate
+
+GARMENTS = ("hat", "sweater", "dress", "sock")
+LACE = """pattern "Lace 8 x 6"
+rounds 1, 3, 5: k8
+round 2: k1 yo ssk k1 k2tog yo k2
+round 4: k2 yo sk2p yo k3
+round 6: k8"""
+
+
+def pattern_coverage(*, stitch_width: float = 0.8, picture: str | None = None) -> Rows:
+    """Yield the table, or draw the picture."""
+    if picture:
+        draw(Path(picture))
+        yield picture
+        return
+    fabrics = {name: tessellate(label(read_mesh(mesh_of(name))), stitch_width=stitch_width) for name in GARMENTS}
+    yield "pattern", "repeat", *GARMENTS
+    patterns = [read_pattern(name) for name in pattern_names()]
+    for pattern in [parse_pattern(LACE), *(pattern for pattern in patterns if not is_elastic(pattern))]:
+        cells = [covered(lay_pattern(fabric, pattern), pattern) for fabric in fabrics.values()]
+        yield pattern.name, f"{pattern.width} x {pattern.height}", *cells
+
+
+def mesh_of(name: str) -> str:
+    """Return the path of a garment."""
+    return f"assets/meshes/{name}.obj"
+
+
+def covered(laid: LaidPattern, pattern: Pattern) -> str:
+    """Return the share of the stitches that are in the pattern, and the number of its crossings."""
+    left_out = sum(len(part.faces) for part in laid.left_out)
+    share = f"{laid.faces_laid / (laid.faces_laid + left_out):.0%}"
+    crosses = any(loop.shift for row in pattern.rows for loop in row.loops)
+    return f"{share}, {len(cable_groups(laid.fabric))} cables" if crosses else share
+
+
+def draw(path: Path) -> None:
+    """Draw a lace on the hat and cables on the dress, coloured by stitch type."""
+    from benchmarks.sheet import drawn, joined
+    from stitchmesh.render.fabric_pictures import render_stitches
+
+    pictures = []
+    for name, width, pattern in (("hat", 1.0, parse_pattern(LACE)), ("dress", 1.2, read_pattern("rope-cable"))):
+        mesh = read_mesh(mesh_of(name))
+        laid = lay_pattern(tessellate(label(mesh), stitch_width=width), pattern)
+        even = relax_mesh(laid.fabric, surface=mesh)
+        pictures.append(drawn(partial(render_stitches, even, size=(1000, 900))))
+    joined(pictures, 2).save(path, quality=80)

@@ -1,0 +1,228 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Speed and accuracy of mixed yarns and triangles: size and hybrid width of the region against time and error.
+
+Each loading of ``mixed_loadings`` runs with yarns everywhere, with triangles alone, and with yarns in regions. A run is
+compared with the one with yarns everywhere: root mean square distance of the nodes of the measured part and of all
+nodes in yarn spacings, stored energy, and spectrum of the heights of the wefts in the measured part. The run with yarns
+everywhere is repeated from shaken starts, which shows how far from one another runs of the same model end.
+
+Each region made by hand is followed by one of at most as many nodes that the error of the run with triangles alone
+chooses. Triangles are matched to the yarns.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from tyro.conf import Positional
+
+from benchmarks.measures.mixed.loadings import LOADINGS, Loading
+from benchmarks.measures.mixed.node_errors import all_nodes, position_error, spectrum_error, wrinkle_spectrum
+from benchmarks.measures.mixed.region_plot import draw
+from benchmarks.table import Rows
+from stitchmesh.compute.device import alone, device_named
+from stitchmesh.compute.precision import scalar_named
+from stitchmesh.mixed.adaptive_region import AdaptiveRegion
+from stitchmesh.mixed.automatic_region import place_yarns
+from stitchmesh.mixed.placement.chosen_region import NodeBudget
+from stitchmesh.mixed.scene.region_section import RegionSection
+from stitchmesh.mixed.scene.scene import SolverSection
+from stitchmesh.mixed.scene.scene_fabric import PreparedScene, with_region
+from stitchmesh.mixed.simulation import begin_simulation
+from stitchmesh.mixed.triangle_run import run_triangles
+
+Numbers = NDArray[np.float64]
+ALL, AGAIN, NONE, HAND = "yarns everywhere", "again, shaken", "triangles alone", "by hand"
+AUTOMATIC, ADAPTING = "automatic", "adapting"
+"""Kinds of regions."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One run against the run with yarns everywhere."""
+
+    loading: str
+    region: str
+    size: float
+    """Size of the region made by hand [cm]."""
+    rings: int
+    nodes: int
+    """Simulated nodes."""
+    seconds: float
+    newton: int
+    """Newton iterations."""
+    products: int
+    """Products with the matrix."""
+    converged: bool
+    near: float
+    """Root mean square distance in the measured part [yarn spacings]."""
+    everywhere: float
+    """The same of all nodes."""
+    energy: float
+    """Stored energy over that of the full run, minus 1."""
+    spectrum: float
+    """Relative difference of the spectrum of heights in the measured part."""
+
+
+@dataclass(frozen=True, eq=False)
+class End:
+    """The end of a run."""
+
+    nodes: Numbers
+    """All nodes of the layout."""
+    simulated: int
+    """Number of nodes that are simulated at the end."""
+    energy: float
+    seconds: float
+    newton: int
+    products: int
+    converged: bool
+
+
+HEAD = (
+    "region", "rings", "nodes", "s", "products", "distance", "everywhere", "energy", "spectrum", "",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Options:
+    """What is measured."""
+
+    loading: Positional[tuple[str, ...]] = tuple(LOADINGS)
+    size: float = 8.0
+    """side of the square of the corner [cm]"""
+    density: float = 4.0
+    """its warps and wefts for each cm"""
+    edge: float = 1.0
+    """edges of its triangles [cm]"""
+    rings: tuple[int, ...] = ()
+    """hybrid widths; 1 by default, and 1 and 2 for the corner"""
+    adapting: bool = False
+    """also regions that change after each load step"""
+    repeats: int = 2
+    """runs from shaken starts"""
+    tolerance: float = 0.1
+    """largest unbalanced force [dyn]"""
+    device: str = "cpu"
+    precision: str = "float64"
+    json: Path | None = None
+    """file for the rows"""
+    read: Path | None = None
+    """rows of an earlier run to draw, in the place of runs"""
+    plot: str | None = None
+    """PNG file for the curves"""
+
+
+def mixed(options: Options) -> Rows:
+    """Run the loadings, and print and draw the rows."""
+    rows = [Row(**entry) for entry in json.loads(options.read.read_text())] if options.read else []
+    for name in () if options.read else options.loading:
+        loading = _loading(name, options)
+        start, cloth = loading.shaken(0), loading.prepared.fabric.cloth
+        yield f"{name}: {loading.prepared.fabric.yarns.node_count} nodes, {len(cloth.triangles)} triangles"
+        yield HEAD
+        full = run_scene(with_region(start, np.arange(len(cloth.triangles))))
+        for row in runs(loading, start, full, options):
+            rows.append(row)
+            yield cells_of(row)
+    if options.json:
+        options.json.write_text(json.dumps([asdict(row) for row in rows], indent=1) + "\n")
+    if options.plot:
+        draw([asdict(row) for row in rows], options.plot)
+
+
+def _loading(name: str, options: Options) -> Loading:
+    solver = SolverSection(
+        precision=options.precision, device=options.device, force_tolerance=options.tolerance, most_iterations=2000
+    )
+    of_corner = {"size": options.size, "density": options.density, "edge": options.edge} if name == "corner" else {}
+    return LOADINGS[name](solver, **of_corner)
+
+
+def runs(loading: Loading, start: PreparedScene, full: End, options: Options) -> Iterator[Row]:
+    """Run a loading with all regions, and yield a row for each."""
+    everything = np.arange(len(loading.prepared.fabric.cloth.triangles))
+
+    def row(kind: str, size: float, prepared: PreparedScene, end: End) -> Row:
+        return compared(loading, full, kind, size, prepared, end)
+
+    yield row(ALL, 0.0, with_region(start, everything), full)
+    for seed in range(1, options.repeats + 1):
+        again = with_region(loading.shaken(seed), everything)
+        yield row(AGAIN, 0.0, again, run_scene(again))
+    none = with_region(start, everything[:0])
+    yield row(NONE, 0.0, none, run_scene(none))
+    with alone():
+        error = run_triangles(none, *_where(none)).error
+    for rings in options.rings or loading.rings:
+        for size in loading.sizes:
+            hand = with_region(with_rings(start, rings), loading.by_hand(size))
+            yield row(HAND, size, hand, run_scene(hand))
+            budget = NodeBudget(nodes=len(hand.region.nodes))
+            placed = place_yarns(with_rings(start, rings), error, budget)
+            yield row(AUTOMATIC, size, placed, run_scene(placed))
+            if options.adapting:
+                adapting = run_scene(with_rings(none, rings, adapt_every=1), budget)
+                yield row(ADAPTING, size, with_rings(none, rings), adapting)
+
+
+def with_rings(prepared: PreparedScene, rings: int, adapt_every: int | None = None) -> PreparedScene:
+    """A scene with another hybrid width, and a region by errors."""
+    section = RegionSection(yarns="automatic", nodes=1, rings=rings, adapt_every=adapt_every)
+    return replace(prepared, scene=replace(prepared.scene, region=section))
+
+
+def _where(prepared: PreparedScene) -> tuple[object, object]:
+    """Floating-point type and processor of a scene."""
+    solver = prepared.scene.solver
+    return scalar_named(solver.precision), device_named(solver.device)
+
+
+def run_scene(prepared: PreparedScene, budget: NodeBudget | None = None) -> End:
+    """Run a scene over all its load steps; a region that adapts keeps to the budget."""
+    newton, products, converged = 0, 0, True
+    region = AdaptiveRegion(prepared, budget or NodeBudget(nodes=0))
+    with alone():
+        simulation = begin_simulation(prepared, *_where(prepared))
+        began = time.perf_counter()
+        while not simulation.done:
+            made = simulation.step()
+            newton, products = newton + made.newton_iterations, products + made.solve_iterations
+            converged = converged and made.converged
+            region.look(simulation)
+        seconds = time.perf_counter() - began
+        vertices, nodes, _sliding = simulation.positions
+        energy = sum(simulation.energies().values())
+    last = simulation.prepared.region
+    everywhere = all_nodes(last, vertices, nodes)
+    return End(everywhere, len(last.nodes), energy, seconds, newton, products, converged)
+
+
+def compared(loading: Loading, full: End, kind: str, size: float, prepared: PreparedScene, end: End) -> Row:
+    """Compare a run with the one that has yarns everywhere."""
+    near = loading.near
+    waves = [wrinkle_spectrum(loading.prepared.fabric.yarns, near, one.nodes, (0.0, 0.0, 1.0)) for one in (end, full)]
+    return Row(
+        loading.name, kind, size, prepared.scene.region.rings, end.simulated, end.seconds, end.newton,
+        end.products, end.converged,
+        near=position_error(end.nodes[near], full.nodes[near], loading.spacing),
+        everywhere=position_error(end.nodes, full.nodes, loading.spacing),
+        energy=end.energy / full.energy - 1.0,
+        spectrum=spectrum_error(*waves),
+    )  # fmt: skip
+
+
+def cells_of(row: Row) -> tuple[object, ...]:
+    """Return the cells of a row, in the order of ``HEAD``."""
+    return (
+        f"{row.region}{f' {row.size:g} cm' if row.size else ''}", row.rings, row.nodes, f"{row.seconds:.1f}",
+        f"{row.products:,}", f"{row.near:.3f}", f"{row.everywhere:.3f}", f"{100.0 * row.energy:+.1f} %",
+        f"{100.0 * row.spectrum:.1f} %", "" if row.converged else "not converged",
+    )  # fmt: skip

@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Stiffness of knitted swatches: tension at a strain of 0.2, and the dependence of one spacing on the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from benchmarks.measures.validation.knits import MATERIAL
+from stitchmesh.periodic.stretch import NEWTONS_PER_METRE, StretchCurve, stretch_test
+from stitchmesh.quality import PRESETS
+from stitchmesh.yarnrelax import YarnMaterial
+
+PATTERNS = ("stockinette", "garter", "seed", "rib1x1")
+MOST, STEPS = 0.4, 9
+"""Largest strain, and number of strains; every second strain is a multiple of 0.1."""
+AT = 0.2
+"""Strain at which tensions are compared."""
+PUBLISHED = {"course": "stockinette > garter > seed > rib", "wale": "stockinette > rib > garter > seed"}
+"""Orders of stiffness (Singal et al. 2024)."""
+HYLC = {("stockinette", "course"): 10.26, ("stockinette", "wale"): 8.30, ("rib1x1", "course"): 0.33,
+        ("rib1x1", "wale"): 2.86}  # fmt: skip
+"""Tension at 20 % with the other direction held [N/m], of another yarn and rib, from the data of Sperl et al. 2020."""
+POINCLOUX = 0.86
+"""Decrease of course spacing over increase of wale spacing in stretched stockinette (Poincloux et al. 2018)."""
+
+Curves = dict[tuple[str, str, str], StretchCurve]
+
+
+def curves(quality: str = "standard") -> Curves:
+    """Return stretch curves by pattern, direction and condition of the other direction."""
+    material = YarnMaterial.named(MATERIAL)
+    made: Curves = {}
+    for pattern in PATTERNS:
+        for other in ("free", "held"):
+            common = {"other": other, "steps": STEPS, "material": material, "quality": quality, "device": "cpu"}
+            made[pattern, "course", other] = stretch_test(pattern, course=(0.0, MOST), **common)
+            made[pattern, "wale", other] = stretch_test(pattern, wale=(0.0, MOST), **common)
+    return made
+
+
+def tension_at(curve: StretchCurve, strain: float = AT) -> float:
+    """Return the tension in the direction of the stretch [dyn/cm]."""
+    return float(np.interp(strain, curve.column("strain"), curve.tension))
+
+
+def stiffness_table(made: Curves) -> Iterable[list[object]]:
+    """Compare the tensions of the patterns at 20 % [dyn/cm] with that of stockinette."""
+    yield ["pattern", "course, free", "wale, free", "course, held", "wale, held", "of stockinette", "snaps",
+           "HYLC held, of stockinette"]  # fmt: skip
+    ways = [(direction, other) for other in ("free", "held") for direction in ("course", "wale")]
+    plain = {way: tension_at(made["stockinette", *way]) for way in ways}
+    for pattern in PATTERNS:
+        found = {way: tension_at(made[pattern, *way]) for way in ways}
+        share = ", ".join(f"{found[way] / plain[way]:.2f}" for way in ways)
+        snaps = sum(len(made[pattern, *way].snaps) for way in ways)
+        yield [pattern, *(f"{tension:.1f}" for tension in found.values()), share, snaps, _hylc(pattern)]
+
+
+def _hylc(pattern: str) -> str:
+    if (pattern, "course") not in HYLC:
+        return ""
+    return ", ".join(f"{HYLC[pattern, way] / HYLC['stockinette', way]:.2f}" for way in ("course", "wale"))
+
+
+def orders_table(made: Curves) -> Iterable[list[object]]:
+    """Compare the order of the stiffnesses with published orders."""
+    yield ["drawn along", "across", "10 %", "20 %", "40 %", "published"]
+    for direction, published in PUBLISHED.items():
+        for other in ("free", "held"):
+            curves = {pattern: made[pattern, direction, other] for pattern in PATTERNS}
+            yield [f"{direction}s", other, *(_order(curves, strain) for strain in (0.1, AT, MOST)), published]
+
+
+def _order(curves: dict[str, StretchCurve], strain: float) -> str:
+    order = sorted(curves, key=lambda pattern: -tension_at(curves[pattern], strain))
+    return " > ".join(pattern.removesuffix("1x1") for pattern in order)
+
+
+def spacing_lines(made: Curves) -> Iterable[str]:
+    """Compare the course spacing with the wale spacing of stretched stockinette."""
+    for direction in ("course", "wale"):
+        curve = made["stockinette", direction, "free"]
+        report = curve.free.report
+        wale, course = curve.column("width") / report["wales"], curve.column("height") / report["courses"]
+        slopes = -np.diff(course) / np.diff(wale)
+        yield (
+            f"drawn along the {direction}s to {100 * MOST:g} %: - d(course spacing) / d(wale spacing) "
+            f"{slopes[0]:.2f} at first, {slopes[-1]:.2f} at last (Poincloux: {POINCLOUX})"
+        )
+
+
+def hylc_lines(made: Curves) -> Iterable[str]:
+    """Compare the ratio of course tension to wale tension with that of another yarn."""
+    for pattern in ("stockinette", "rib1x1"):
+        course, wale = (tension_at(made[pattern, way, "held"]) * NEWTONS_PER_METRE for way in ("course", "wale"))
+        other = HYLC[pattern, "course"] / HYLC[pattern, "wale"]
+        yield (
+            f"{pattern}, {100 * AT:g} %, other held: course {course:.3f} N/m, wale {wale:.3f} N/m, "
+            f"course over wale {course / wale:.2f} (HYLC {other:.2f})"
+        )
+
+
+def accuracy_table() -> Iterable[list[object]]:
+    """Compare the presets for stockinette stretched along the courses with held wales."""
+    yield ["quality", "10 %", "20 %", "30 %", "40 %"]
+    for quality in PRESETS:
+        curve = stretch_test("stockinette", course=(0.0, MOST), other="held", steps=5, quality=quality, device="cpu",
+                        material=YarnMaterial.named(MATERIAL))  # fmt: skip
+        yield [quality, *(f"{tension:.1f}" for tension in curve.tension[1:])]

@@ -1,0 +1,52 @@
+# SPDX-FileCopyrightText: StitchMesh contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Times of actions: of some runs, and the shortest mean of many repetitions where one run is too short for a clock."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+LEAST_RUN = 0.2
+"""Time of a run [s], of as many repetitions as it takes."""
+
+
+def milliseconds(
+    work: Callable[..., object], runs: int, fresh: Callable[[], object] | None = None
+) -> NDArray[np.float64]:
+    """Return the time of each run [ms].
+
+    Args:
+        work: what is timed.
+        runs: number of runs.
+        fresh: makes what a run works on, before its time begins; without it a run works on its number.
+    """
+    times = []
+    for run in range(runs):
+        made = run if fresh is None else fresh()
+        began = time.perf_counter()
+        work(made)
+        times.append(1e3 * (time.perf_counter() - began))
+    return np.array(times)
+
+
+def shortest_mean(action: Callable[[], object], runs: int, device: wp.Device | None = None) -> float:
+    """Return the shortest mean time of an action [s] of some runs, with what it has begun on a device."""
+
+    def mean(repeats: int) -> float:
+        if device is not None:
+            wp.synchronize_device(device)
+        began = time.perf_counter()
+        for _ in range(repeats):
+            action()
+        if device is not None:
+            wp.synchronize_device(device)
+        return (time.perf_counter() - began) / repeats
+
+    mean(1)
+    repeats = max(1, int(LEAST_RUN / max(mean(1), 1e-6)))
+    return min(mean(repeats) for _ in range(runs))
