@@ -31,6 +31,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import zip_longest
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from tradeoff_measures import difference, gauge_of_faces, places_of
@@ -38,7 +39,7 @@ from tradeoff_measures import difference, gauge_of_faces, places_of
 import stitchmesh as sm
 from stitchmesh.budget.calibration import calibrate, device_title
 from stitchmesh.budget.settings import SETTINGS
-from stitchmesh.budget.tables import TABLES, Kind, Measurement, Table, read_tables, table_entry
+from stitchmesh.budget.tables import TABLES, Kind, Measurement, Table, read_tables
 from stitchmesh.compute.device import device_named
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.periodic.resolve_pattern import resolve_pattern
@@ -220,6 +221,14 @@ def table_of(device: str, pace: tuple[float, float], rows: list[Measurement]) ->
         command=f"python benchmarks/budget_tables.py --device {device}", pace=(_digits(pace[0]), _digits(pace[1])),
         measurements=tuple(rows),
     )  # fmt: skip
+
+
+def table_entry(table: Table) -> dict[str, Any]:
+    """Return the entry of a table in the file."""
+    columns = list(Measurement.__dataclass_fields__)
+    own = {name: getattr(table, name) for name in Table.__dataclass_fields__ if name != "measurements"}
+    rows = [[getattr(one, name) for name in columns] for one in table.measurements]
+    return own | {"columns": columns, "measurements": rows}
 
 
 def write_tables(path: Path, table: Table) -> None:

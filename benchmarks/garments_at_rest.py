@@ -36,7 +36,7 @@ from stitchmesh.compute.device import device_named
 from stitchmesh.quality import PRESETS, Quality
 from stitchmesh.yarn import YarnSet
 from stitchmesh.yarnrelax import Relaxation, YarnMaterial
-from stitchmesh.yarnrelax.assembled_hessian import assembled_hessian
+from stitchmesh.yarnrelax.assembled_hessian import HessianAssembly
 from stitchmesh.yarnrelax.constraints.borders import KeepBorders
 from stitchmesh.yarnrelax.energies.shape import KeepShape
 from stitchmesh.yarnrelax.relaxation_loop import RelaxationLoop
@@ -107,7 +107,7 @@ def print_agreement(scene: str, name: str, yarns: YarnSet, most: int, options: M
         )  # fmt: skip
         loop = RelaxationLoop(simulation, quality.tolerance, quality.largest_change, by_newton=by_newton)
         loop.run(20)
-        assembled_hessian(simulation)
+        HessianAssembly(simulation).matrix()
         began = time.perf_counter()
         loop.run(most)
         seconds, left = time.perf_counter() - began, loop.remaining[0]

@@ -95,11 +95,3 @@ def _table(entry: dict[str, Any]) -> Table:
         raise ValueError(f"a kind is none of {', '.join(get_args(Kind))}")
     own = {name: value for name, value in entry.items() if name not in ("columns", "measurements", "pace")}
     return Table(**own, pace=tuple(entry["pace"]), measurements=tuple(Measurement(**row) for row in rows))
-
-
-def table_entry(table: Table) -> dict[str, Any]:
-    """Return the entry of a table in the file."""
-    columns = list(Measurement.__dataclass_fields__)
-    own = {name: getattr(table, name) for name in Table.__dataclass_fields__ if name != "measurements"}
-    rows = [[getattr(one, name) for name in columns] for one in table.measurements]
-    return own | {"columns": columns, "measurements": rows}

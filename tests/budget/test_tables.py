@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import replace
 from itertools import pairwise
@@ -15,7 +14,7 @@ from stitchmesh.budget.budget import Budget
 from stitchmesh.budget.choice import Choice, choose
 from stitchmesh.budget.expectation import BudgetScene, Expectation, expectations
 from stitchmesh.budget.settings import LEFT, MORE_ITERATIONS, SETTINGS, tightened
-from stitchmesh.budget.tables import Measurement, read_tables, table_entry
+from stitchmesh.budget.tables import Measurement, read_tables
 from stitchmesh.errors import FileError
 from stitchmesh.quality import PRESETS
 
@@ -45,12 +44,6 @@ def test_the_tables_hold_what_a_choice_needs(table):
 def test_there_is_a_table_of_a_cpu():
     assert "cpu" in {table.processor for table in read_tables()}
     assert len({table.device for table in read_tables()}) == len(read_tables())
-
-
-def test_a_table_is_written_as_it_was_read(tmp_path):
-    path = tmp_path / "tables.json"
-    path.write_text(json.dumps([table_entry(table) for table in read_tables()]))
-    assert read_tables(path) == read_tables()
 
 
 @pytest.mark.parametrize("text", ["", "{}", "[{}]", '[{"pace": [1, 2]}]'])

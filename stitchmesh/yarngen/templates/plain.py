@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: StitchMesh contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Knit and purl: the plain loop (t + 1.5 sin 2t, 4 cos t, cos 2t) with rows 4.5 apart (Crane 2023).
+"""Knit: the plain loop (t + 1.5 sin 2t, 4 cos t, cos 2t) with rows 4.5 apart (Crane 2023).
 
 The loop is 2 pi wide, so all lengths are divided by 2 pi. A face holds three parts: the head of the lower row, with t
 from -pi/2 to pi/2; the left foot of its own row, with t from -pi to -pi/2; and the right foot, the mirror image of the
@@ -23,7 +23,6 @@ from stitchmesh.yarngen.templates.template import (
     left_wale,
     right_wale,
     top,
-    turned_over,
 )
 
 LOOP_WIDTH = 2 * np.pi
@@ -40,11 +39,6 @@ def knit() -> Template:
     left = Part(left_wale(1, 1), top(1, 1, 0, 0), _plain(-np.pi, -np.pi / 2, STITCH_HEIGHT, HEIGHT_FADE), is_head=False)
     right = Part(top(1, 1, 0, 1), right_wale(1), _plain(np.pi / 2, np.pi, STITCH_HEIGHT, HEIGHT_FADE), is_head=False)
     return Template(1, 1, (head, left, right))
-
-
-def purl() -> Template:
-    """The purl stitch: a loop pulled through the loop below from the right side to the wrong side."""
-    return turned_over(knit())
 
 
 def _plain(first: float, last: float, shift_up: float, fade: float) -> FloatArray:

@@ -4,12 +4,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
 from stitchmesh.compute.precision import scalar_named
-from stitchmesh.mixed.contact.attachment_springs import AttachmentSprings
-from stitchmesh.mixed.contact.attachments import Attachment
 from stitchmesh.mixed.contact.body import Body
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import BodyFriction
@@ -29,8 +29,10 @@ def contact_of(cloth: Sheets, body: Body, spacing: float = THICKNESS) -> BodyCon
     return BodyContact(points, body, scalar=FLOAT64, device=cpu())
 
 
-def motion_of(cloth: Sheets, stiffness: float, terms: list, gravity: np.ndarray = GRAVITY) -> MovingCloth:
-    return MovingCloth(cloth, DENSITY, gravity, stiffness, terms)
+def motion_of(
+    cloth: Sheets, stiffness: float, terms: list, gravity: np.ndarray = GRAVITY, *, held: Sequence[int] = ()
+) -> MovingCloth:
+    return MovingCloth(cloth, DENSITY, gravity, stiffness, terms, held=held)
 
 
 @pytest.mark.parametrize("kind", ["floor", "ball"])
@@ -55,10 +57,7 @@ def test_a_ball_that_is_pushed_slowly_into_a_cloth_does_not_pass_it():
     rising = RigidMotion(np.array([0.0, 0.3]), np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.6]]))
     contact = contact_of(cloth, Body(ball(0.5, 2, (0.03, 0.02, -0.56)), rising), 0.25)
     border = np.flatnonzero(np.abs(cloth.vertices[:, :2]).max(axis=1) > 0.99)
-    held = AttachmentSprings(
-        [Attachment(border, stiffness=1e5)], cloth.vertices, np.zeros((0, 3)), scalar=FLOAT64, device=cpu()
-    )
-    motion = motion_of(cloth, 2e3, [contact, held], np.zeros(3))
+    motion = motion_of(cloth, 2e3, [contact], np.zeros(3), held=border)
     motion.run(10, 3e-2)
     distance = contact.distances(state_of(motion.vertices))
     assert 0.0 < distance.min() < THICKNESS / 2
@@ -74,10 +73,7 @@ def test_a_sheet_that_falls_fast_on_another_one_does_not_pass_it(speed, spacing)
     points, links = cloth.points(THICKNESS, spacing=spacing)
     contact = SelfCollision(points, links, pressure=2e5, scalar=FLOAT64, device=cpu())
     border = np.flatnonzero(np.abs(cloth.vertices[:lower, :2]).max(axis=1) > 0.39)
-    held = AttachmentSprings(
-        [Attachment(border, stiffness=1e5)], cloth.vertices, np.zeros((0, 3)), scalar=FLOAT64, device=cpu()
-    )
-    motion = motion_of(cloth, 2e4, [contact, held])
+    motion = motion_of(cloth, 2e4, [contact], held=border)
     motion.velocity[lower:, 2] = -speed
     pressed = 0.0
     for _ in range(8 if speed < 1000.0 else 4):

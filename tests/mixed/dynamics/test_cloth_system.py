@@ -20,7 +20,7 @@ from stitchmesh.mixed.crossings.materials.fabric_materials import FabricMaterial
 from stitchmesh.mixed.dynamics.backward_euler import Dynamics, DynamicsSettings
 from stitchmesh.mixed.dynamics.cloth_system import ClothModel, ClothSystem, cloth_masses, cloth_system
 from stitchmesh.mixed.dynamics.equilibrium import EquilibriumSettings, find_equilibrium
-from stitchmesh.mixed.enrichment.region import Region, enriched_everywhere, region_around
+from stitchmesh.mixed.enrichment.region import Region, region_around
 from stitchmesh.mixed.layout.knit import lay_knit
 from stitchmesh.mixed.layout.weave import lay_weave
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
@@ -28,6 +28,7 @@ from stitchmesh.mixed.mixed_vector import MixedVector
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.seam_material import SeamMaterial
 from tests.mixed.dynamics.scene import CPU
+from tests.mixed.patch import enriched_everywhere
 
 SIDE, ENDS = 3.0, 6.0
 OUTLINE = np.array([[0.0, 0.0], [SIDE, 0.0], [SIDE, SIDE], [0.0, SIDE]])

@@ -10,10 +10,10 @@ import warp as wp
 from scipy.linalg import null_space
 
 from stitchmesh.mixed.dynamics.conjugate_gradients import ConjugateGradients
-from stitchmesh.mixed.enrichment.region import enriched_everywhere, region_around
+from stitchmesh.mixed.enrichment.region import region_around
 from stitchmesh.mixed.mixed_vector import MixedVector
 from tests.mixed.dynamics.scene import CPU, Scene, spring_scene
-from tests.mixed.patch import square_patch
+from tests.mixed.patch import enriched_everywhere, square_patch
 
 PATCH = square_patch(4, 3)
 REGIONS = {

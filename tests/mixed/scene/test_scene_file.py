@@ -64,7 +64,7 @@ def test_a_scene_is_read_as_it_was_written(tmp_path):
             ),
         ),
         bodies=(BodySection(shape="box", size=(1.0, 2.0, 3.0), friction=0.1),),
-        contact=ContactSection(self_collision=True, thickness=0.2),
+        contact=ContactSection(self_collision=True, thickness=0.2, friction=0.3),
         solver=SolverSection(precision="float32"),
         output=OutputSection(yarns=("usda", "h5"), colour="alpha", view=(30.0, 10.0)),
     )
@@ -110,6 +110,8 @@ WRONG = {
     ),
     "body without size": (BASE + '[[bodies]]\nshape = "ball"\n', "expected 1 positive numbers"),
     "missing body": (BASE + '[[bodies]]\nfile = "nowhere.obj"\n', "nowhere.obj"),
+    "friction of resting layers": (BASE + "[contact]\nfriction = 0.3\n", "in a static scene, whose layers"),
+    "friction that pushes": (BASE + "[contact]\nfriction = -0.3\n", "got -0.3; expected a number of at least 0"),
     "crossed panel": (
         BASE.replace("rectangle = [4, 4]", "panels = [{ name = 'a', outline = [[0,0],[2,2],[2,0],[0,2]] }]"), "cross"
     ),

@@ -19,7 +19,7 @@ from stitchmesh.yarngen.embedding import place_parts
 from stitchmesh.yarngen.templates.drawings import drawings, template_from_drawing
 from stitchmesh.yarngen.templates.own_checks import PIERCING as MADE_PIERCING
 from stitchmesh.yarngen.templates.own_checks import crossings_between, handedness, piercings
-from stitchmesh.yarngen.templates.plain import HEIGHT_IN_RADII, LOOP_WIDTH, knit, purl
+from stitchmesh.yarngen.templates.plain import HEIGHT_IN_RADII, LOOP_WIDTH, knit
 from stitchmesh.yarngen.templates.surrounding import surround_stitch
 from stitchmesh.yarngen.templates.table import ANY_SIDES, template
 from stitchmesh.yarngen.templates.template import (
@@ -126,7 +126,7 @@ def test_the_plain_loop_is_the_closed_form():
 
 
 def test_purl_is_knit_turned_over():
-    for front, back in zip(knit().parts, purl().parts, strict=True):
+    for front, back in zip(knit().parts, template(Stitch.PURL, 1, 1).parts, strict=True):
         np.testing.assert_array_equal(front.curve * [1, 1, -1], back.curve)
 
 

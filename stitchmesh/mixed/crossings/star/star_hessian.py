@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Hessian of the star of each crossing node: blocks of 4 x 4 for each pair of legs, and their products.
 
-A star has ten blocks (``PAIRS``); the others are their transposes. They are found once for a state and stored, which
-takes 160 scalars for each node (``star_memory``), or found again in each product, which takes none. Stored blocks may
-have less precision than the state: they are found in the precision of the state and rounded, and so are the changes of
-legs that they multiply, so that a direction that moves nothing has no product.
+A star has ten blocks, in this order: of the pairs of legs 00, 11, 22, 33, 10, 32, 02, 03, 12 and 13. The others are
+their transposes. Blocks are found once for a state and stored, which takes 160 scalars for each node
+(``star_memory``), or found again in each product, which takes none. Stored blocks may have less precision than the
+state: they are found in the precision of the state and rounded, and so are the changes of legs that they multiply, so
+that a direction that moves nothing has no product.
 """
 
 from __future__ import annotations
@@ -18,9 +19,6 @@ from stitchmesh.compute.kernel import kernel
 from stitchmesh.mixed.crossings.star.star import leg_change, leg_of, quadrant_blocks, slot_behind, yarn_blocks
 from stitchmesh.mixed.crossings.star.star_kernels import HALF_TURN
 from stitchmesh.mixed.crossings.star.star_memory import load_block, store_block, store_leg
-
-PAIRS = ((0, 0), (1, 1), (2, 2), (3, 3), (1, 0), (3, 2), (0, 2), (0, 3), (1, 2), (1, 3))
-"""The pairs of legs whose blocks are stored, in this order."""
 
 
 @wp.func
