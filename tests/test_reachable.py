@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
@@ -33,6 +33,8 @@ PROMISED = {
     ("stitchmesh.patterns.charts.leaf_chart", "write_leaf_chart"): "docs/patterns.md",
 }
 """Definitions that no production code uses, each with the page that tells readers to use it."""
+SHARED_NAMES = {"Box", "Choices", "Scene", "SolverSection", "Task", "YarnView"}
+"""Names that two public classes still have; a name leaves this set when one of its classes gets a better one."""
 
 
 def name_of(path: Path) -> str:
@@ -193,3 +195,16 @@ def test_a_page_names_what_no_production_code_uses(definition):
 
 def test_only_promises_that_are_needed_are_listed():
     assert reached(frozenset()).isdisjoint(PROMISED)
+
+
+def public_classes(path: Path) -> list[str]:
+    """The classes of a file, but for those whose names a command of the program decides."""
+    if path.parent == PACKAGE / "cli" / "commands":
+        return []
+    classes = [node.name for node in ast.parse(path.read_text()).body if isinstance(node, ast.ClassDef)]
+    return [name for name in classes if not name.startswith("_")]
+
+
+def test_each_public_class_has_a_name_of_its_own():
+    count = Counter(name for path in PACKAGE.rglob("*.py") for name in public_classes(path))
+    assert {name for name, classes in count.items() if classes > 1} == SHARED_NAMES

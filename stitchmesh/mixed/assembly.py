@@ -19,7 +19,7 @@ from stitchmesh.errors import ParameterError
 from stitchmesh.mesh import FloatArray
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.contact.attachments import Attachment, at_simulated_nodes
-from stitchmesh.mixed.contact.body import Body
+from stitchmesh.mixed.contact.body import SolidBody
 from stitchmesh.mixed.contact.body_distance import BodyContact
 from stitchmesh.mixed.contact.body_friction import BodyFriction
 from stitchmesh.mixed.contact.contact_points import ContactPoints, join_points, points_at_nodes
@@ -33,7 +33,7 @@ from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 from stitchmesh.mixed.triangles.cloth_material import ClothMaterial
 from stitchmesh.mixed.triangles.seam_material import SeamMaterial
 
@@ -71,7 +71,7 @@ class MixedFabric:
 class LoadedBody:
     """A body with the numbers of its contact."""
 
-    body: Body
+    body: SolidBody
     friction: float = 0.0
     """Coefficient of friction."""
     thickness: float = 0.0
@@ -132,11 +132,13 @@ def held_in_state(region: Region, held: Sequence[Attachment]) -> list[Attachment
     return at_simulated_nodes(held, region.node_number)
 
 
-def _contact_terms(fabric: MixedFabric, region: Region, loads: Loads, scalar: Any, device: wp.Device) -> list[Term]:
+def _contact_terms(
+    fabric: MixedFabric, region: Region, loads: Loads, scalar: Any, device: wp.Device
+) -> list[MixedTerm]:
     if not loads.bodies and not loads.self_collision:
         return []
     points, links = contact_points(fabric, region, loads.thickness)
-    terms: list[Term] = []
+    terms: list[MixedTerm] = []
     for each in loads.bodies:
         contact = BodyContact(
             points, each.body, thickness=each.thickness, pressure=loads.pressure, scalar=scalar, device=device

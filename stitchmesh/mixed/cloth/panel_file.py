@@ -15,7 +15,7 @@
     angle = 0                                               # at rest [degrees]
 
 Corners are counted from 0. Other keys and their defaults are those of ``PanelFile``, ``PanelTable``,
-``PanelPosition`` and ``Seam``.
+``PanelPosition`` and ``PanelSeam``.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from stitchmesh.io.toml_file import read_dataclass
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
 from stitchmesh.mixed.cloth.panels import Panel, checked_edge_length
-from stitchmesh.mixed.cloth.seams import Seam, cloth_from_panels, seam_counts
+from stitchmesh.mixed.cloth.seams import PanelSeam, cloth_from_panels, seam_counts
 from stitchmesh.mixed.cloth.starting_shape import checked_rounds, evened_vertices
 
 
@@ -64,7 +64,7 @@ class PanelFile:
     """Wanted length of the triangle edges [cm]."""
     panels: tuple[PanelTable, ...]
     """The panels."""
-    seams: tuple[Seam, ...] = ()
+    seams: tuple[PanelSeam, ...] = ()
     """The seams."""
     evening_rounds: int = 0
     """Rounds in which the strain of the starting shape is spread over the panels (``evened_vertices``)."""

@@ -31,10 +31,10 @@ from stitchmesh.mixed.crossings.star.star_memory import BLOCK_NUMBERS, LEG_NUMBE
 from stitchmesh.mixed.crossings.step_limit import sliding_limits
 from stitchmesh.mixed.mixed_blocks import MixedBlocks
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 
 
-class CrossingTerm(Term):
+class CrossingTerm(MixedTerm):
     """Stretch, contact of parallel yarns, bending and shear of crossing yarns on a device.
 
     Rest angles of bending change by yield at the end of a step; they last from step to step.

@@ -28,7 +28,7 @@ from stitchmesh.mixed.crossings.crossing_elements import CrossingElements
 from stitchmesh.mixed.crossings.star.star import coordinate_of, leg_vector
 from stitchmesh.mixed.kept_share import keep_share
 from stitchmesh.mixed.mixed_vector import MixedVector
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 
 STANDARD = (0.0, -981.0, 0.0)
 """Acceleration on Earth [cm/s^2]; y points up."""
@@ -134,7 +134,7 @@ def add_weight_products(
     on_sliding[i] += wp.cw_mul(of_coordinates, slides[i]) * exact
 
 
-class YarnGravity(Term):
+class YarnGravity(MixedTerm):
     """The weight of crossing yarns on a device; the energy is relative to the origin."""
 
     name = "weight of crossing yarns"

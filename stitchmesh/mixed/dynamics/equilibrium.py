@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from stitchmesh.errors import ParameterError
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
-from stitchmesh.mixed.dynamics.newton import IterationReport, Newton, NewtonState, Quadratic
+from stitchmesh.mixed.dynamics.newton import IterationReport, NewtonState, Quadratic, SystemNewton
 from stitchmesh.mixed.dynamics.vector_sums import largest
 from stitchmesh.mixed.mixed_vector import MixedVector
 
@@ -124,7 +124,7 @@ class EquilibriumSearch:
         """Begin a search; arguments as for ``find_equilibrium``."""
         self.system, self.positions, self.time = system, positions, time
         self.settings = settings or EquilibriumSettings()
-        self._newton = Newton(system)
+        self._newton = SystemNewton(system)
         self._filtered = system.zeros()
         self._state = NewtonState(positions, *(system.zeros() for _ in range(3)))
         self._time_step, self._exact, self._first_force = self.settings.first_time_step, 0.0, 0.0

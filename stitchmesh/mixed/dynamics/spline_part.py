@@ -20,7 +20,7 @@ from stitchmesh.mixed.blending import FULL, element_weight
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.region import TRIANGLES, Region
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
-from stitchmesh.mixed.splines.carried_points import CarriedPoints, Carrier
+from stitchmesh.mixed.splines.carried_points import CarriedSplinePoints, Carrier
 from stitchmesh.mixed.splines.spline_material import SplineMaterial
 from stitchmesh.mixed.splines.spline_pieces import spline_pieces
 from stitchmesh.mixed.splines.spline_term import SplineTerm
@@ -56,7 +56,7 @@ def spline_term(
     carrier = None
     if len(carried):
         triangle = yarns.triangle[point[carried]]
-        places = CarriedPoints(
+        places = CarriedSplinePoints(
             point=carried,
             corners=cloth.triangles[triangle],
             weight=yarns.barycentric[point[carried]],

@@ -12,7 +12,7 @@ from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.enrichment.region import Region
 from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.output.display import ROUNDS, Display, Shown
-from stitchmesh.mixed.output.frames import Frame
+from stitchmesh.mixed.output.frames import DrapeFrame
 
 
 class Displays:
@@ -24,7 +24,7 @@ class Displays:
         self._region = region
         self._made: Display | None = None  # Runs that nobody looks at need none, and large ones take seconds.
 
-    def of(self, frame: Frame) -> Display:
+    def of(self, frame: DrapeFrame) -> Display:
         """Return the display of a frame."""
         made = self._made  # Another thread may ask for another frame meanwhile.
         region = self._region if made is None else made.region
@@ -35,6 +35,6 @@ class Displays:
             self._made = made = Display(self.cloth, self.yarns, region, self.rounds)
         return made
 
-    def show(self, frame: Frame) -> Shown:
+    def show(self, frame: DrapeFrame) -> Shown:
         """Return vertices, yarn nodes and smooth surface of a frame [cm]."""
         return self.of(frame).show(frame.vertices, frame.nodes)

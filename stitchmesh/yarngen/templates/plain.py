@@ -17,8 +17,8 @@ from stitchmesh.yarngen.templates.template import (
     CURVE_POINTS,
     RADIUS_OVER_WIDTH,
     STITCH_HEIGHT,
-    Part,
     Template,
+    TemplatePart,
     bottom,
     left_wale,
     right_wale,
@@ -35,9 +35,12 @@ HEIGHT_FADE = 0.16
 
 def knit() -> Template:
     """The knit stitch: a loop pulled through the loop below from the wrong side to the right side."""
-    head = Part(bottom(0, 0), bottom(0, 1), _plain(-np.pi / 2, np.pi / 2, 0.0, HEIGHT_FADE / 2), is_head=True)
-    left = Part(left_wale(1, 1), top(1, 1, 0, 0), _plain(-np.pi, -np.pi / 2, STITCH_HEIGHT, HEIGHT_FADE), is_head=False)
-    right = Part(top(1, 1, 0, 1), right_wale(1), _plain(np.pi / 2, np.pi, STITCH_HEIGHT, HEIGHT_FADE), is_head=False)
+    over = _plain(-np.pi / 2, np.pi / 2, 0.0, HEIGHT_FADE / 2)
+    rising = _plain(-np.pi, -np.pi / 2, STITCH_HEIGHT, HEIGHT_FADE)
+    falling = _plain(np.pi / 2, np.pi, STITCH_HEIGHT, HEIGHT_FADE)
+    head = TemplatePart(bottom(0, 0), bottom(0, 1), over, is_head=True)
+    left = TemplatePart(left_wale(1, 1), top(1, 1, 0, 0), rising, is_head=False)
+    right = TemplatePart(top(1, 1, 0, 1), right_wale(1), falling, is_head=False)
     return Template(1, 1, (head, left, right))
 
 

@@ -17,7 +17,7 @@ from stitchmesh.mixed.dynamics.weight import Weight
 from stitchmesh.mixed.enrichment.embedding import embed
 from stitchmesh.mixed.enrichment.free_unknowns import FreeUnknowns
 from stitchmesh.mixed.enrichment.region import region_around
-from stitchmesh.mixed.term import Term
+from stitchmesh.mixed.term import MixedTerm
 from tests.mixed.contact.sheets import Sheets, cpu, state_of
 from tests.mixed.springs import Springs
 
@@ -39,7 +39,7 @@ class MovingCloth:
         density: float,
         gravity: FloatArray,
         stiffness: float,
-        terms: Sequence[Term],
+        terms: Sequence[MixedTerm],
         *,
         held: Sequence[int] = (),
     ) -> None:

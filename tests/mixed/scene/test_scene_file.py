@@ -13,7 +13,7 @@ import pytest
 from stitchmesh.errors import StitchMeshError
 from stitchmesh.mixed.cloth.panel_file import PanelTable
 from stitchmesh.mixed.cloth.panel_position import PanelPosition
-from stitchmesh.mixed.cloth.seams import Border, Seam
+from stitchmesh.mixed.cloth.seams import PanelBorder, PanelSeam
 from stitchmesh.mixed.scene import matched_cloth
 from stitchmesh.mixed.scene.cloth_of_yarns import cloth_of_weave
 from stitchmesh.mixed.scene.cloth_section import ClothSection
@@ -45,7 +45,8 @@ def scene_of(tmp_path: Path, text: str) -> Scene:
 def two_panels() -> ClothSection:
     square = ((0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (0.0, 3.0))
     right = PanelTable(name="right", outline=square, position=PanelPosition(origin=(3.0, 0.0, 0.0)))
-    seam = Seam(first=Border(panel="left", start=1, end=2), second=Border(panel="right", start=3, end=0), angle=10.0)
+    first, second = PanelBorder(panel="left", start=1, end=2), PanelBorder(panel="right", start=3, end=0)
+    seam = PanelSeam(first=first, second=second, angle=10.0)
     return ClothSection(panels=(PanelTable(name="left", outline=square), right), seams=(seam,), edge_length=1.0)
 
 

@@ -26,8 +26,8 @@ from stitchmesh.yarngen.templates.template import (
     RADIUS_OVER_WIDTH,
     STITCH_HEIGHT,
     Crossing,
-    Part,
     Template,
+    TemplatePart,
     crossing_point,
     mirrored,
     top,
@@ -59,16 +59,16 @@ def template_of(stitch: Stitch, twists: tuple[int, ...] = ()) -> Template:
     return template(stitch, *SIDE_COUNTS[stitch], twists)
 
 
-def heads_of(shape: Template) -> dict[int, list[tuple[Part, int]]]:
+def heads_of(shape: Template) -> dict[int, list[tuple[TemplatePart, int]]]:
     """Parts of the loop below on each bottom side, with 1 if they run clockwise and -1 if they do not."""
-    heads: dict[int, list[tuple[Part, int]]] = {}
+    heads: dict[int, list[tuple[TemplatePart, int]]] = {}
     for part in shape.parts:
         if part.is_head:
             heads.setdefault(part.start.place, []).append((part, 1 if part.start.slot == 0 else -1))
     return heads
 
 
-def own_parts(shape: Template) -> list[Part]:
+def own_parts(shape: Template) -> list[TemplatePart]:
     return [part for part in shape.parts if not part.is_head]
 
 
@@ -137,7 +137,7 @@ def assert_same(one: Template, other: Template) -> None:
         np.testing.assert_allclose(first.curve, second.curve, atol=1e-12)
 
 
-def _by_start(part: Part) -> tuple[int, int]:
+def _by_start(part: TemplatePart) -> tuple[int, int]:
     return part.start.place, part.start.slot
 
 
