@@ -21,7 +21,7 @@ from stitchmesh.app.pages.view.draped_sketch import DrapedSketch
 from stitchmesh.app.pages.view.draped_view import DrapedView
 from stitchmesh.app.scene.null_scene import NullScene
 from stitchmesh.mixed.drape import Draped
-from stitchmesh.mixed.output.displays import Displays
+from stitchmesh.mixed.output.display import Displays
 from stitchmesh.mixed.output.frames import DrapeFrame, Frames
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_fabric import prepare

@@ -31,12 +31,11 @@ from stitchmesh.io.contents import FilePath
 from stitchmesh.mixed.adaptive_region import AdaptiveRegion, resumed_budget, resumed_region
 from stitchmesh.mixed.automatic_region import place_yarns
 from stitchmesh.mixed.cloth.cloth import Cloth
-from stitchmesh.mixed.dynamics.equilibrium import AfterIteration
+from stitchmesh.mixed.dynamics.equilibrium import AfterIteration, search_progress
 from stitchmesh.mixed.layout.laid_yarns import LaidYarns
 from stitchmesh.mixed.measured_budget import node_budget
 from stitchmesh.mixed.memory import check_scene_memory
-from stitchmesh.mixed.output.display import Display, Shown
-from stitchmesh.mixed.output.displays import Displays
+from stitchmesh.mixed.output.display import Display, Displays, Shown
 from stitchmesh.mixed.output.files import ANIMATION, MAPS, SURFACE, YARNS, RunFiles
 from stitchmesh.mixed.output.frames import DrapeFrame, Frames
 from stitchmesh.mixed.output.report import RunTotals, mixed_report, peak_memory, region_counts, work_of
@@ -45,7 +44,6 @@ from stitchmesh.mixed.run_checkpoint import NAME, RunCheckpoint, read_run, run_i
 from stitchmesh.mixed.scene.scene import Scene
 from stitchmesh.mixed.scene.scene_fabric import PreparedScene, prepare
 from stitchmesh.mixed.scene.scene_file import read_scene, write_scene
-from stitchmesh.mixed.search_progress import search_progress
 from stitchmesh.mixed.simulation import Simulation, SimulationStep, begin_simulation
 from stitchmesh.mixed.triangle_run import run_triangles, unwatched
 from stitchmesh.progress import Progress, shown_stages

@@ -14,7 +14,7 @@ from stitchmesh.io.checked import check_value
 from stitchmesh.io.json_file import read_json
 from stitchmesh.mixed.cloth.cloth import Cloth
 from stitchmesh.mixed.drape import REPORT, SCENE_FILE, Draped
-from stitchmesh.mixed.output.displays import Displays
+from stitchmesh.mixed.output.display import Displays
 from stitchmesh.mixed.output.frames import DrapeFrame, Frames
 from stitchmesh.mixed.scene.region_section import RegionSection
 from stitchmesh.mixed.scene.scene_fabric import prepare

@@ -34,8 +34,7 @@ from stitchmesh.mixed.crossings.yarn_mass import YarnMass
 from stitchmesh.mixed.dynamics.blended_masses import BlendedMasses, blend_masses
 from stitchmesh.mixed.dynamics.mass_matrix import MassMatrix, NodeMasses
 from stitchmesh.mixed.dynamics.mixed_system import MixedSystem
-from stitchmesh.mixed.dynamics.spline_masses import spline_masses
-from stitchmesh.mixed.dynamics.spline_part import spline_term
+from stitchmesh.mixed.dynamics.spline_part import spline_masses, spline_term
 from stitchmesh.mixed.dynamics.weight import Weight
 from stitchmesh.mixed.enrichment.balanced_weights import StretchedCloth, StretchWeights, balanced_weights
 from stitchmesh.mixed.enrichment.embedding import embed

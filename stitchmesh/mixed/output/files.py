@@ -14,8 +14,7 @@ from stitchmesh.io.yarn_formats.animated_usd import UsdFrame, write_animated_usd
 from stitchmesh.mesh import FloatArray, Mesh
 from stitchmesh.mixed.assembly import MixedFabric
 from stitchmesh.mixed.layout.spline_yarns import SplineYarns
-from stitchmesh.mixed.output.display import Display, Shown
-from stitchmesh.mixed.output.displays import Displays
+from stitchmesh.mixed.output.display import Display, Displays, Shown
 from stitchmesh.mixed.output.fans import one_vertex_for_each_fan
 from stitchmesh.mixed.output.frames import DrapeFrame
 from stitchmesh.mixed.output.maps import StateMaps, spline_tension, triangle_tension, yarn_tension
