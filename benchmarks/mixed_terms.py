@@ -108,9 +108,6 @@ def terms_of(cloth: Cloth, yarns: CrossingYarns, scalar: Any, device: wp.Device)
     elements = crossing_elements(yarns, FabricMaterials.of(CrossingMaterial.named("gong-1")))
     elasticity = CrossingTerm(elements, scalar, device)
     yield elasticity, elements.count
-    again = CrossingTerm(elements, scalar, device, stored=False)
-    again.name = "yarns, no blocks"
-    yield again, elements.count
     yield SlidingFriction(elements, elasticity), elements.count
     weight = YarnGravity(elements, scalar, device)
     weight.name = "weight of yarns"
