@@ -20,7 +20,7 @@ FLAT = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class FabricPlane:
-    """Where the points of a free fabric may move (``placement.Constraint``)."""
+    """Where the points of a free fabric may move (``placement.MeshConstraint``)."""
 
     points: Points
     """The points and their unknowns."""
